@@ -1,0 +1,1 @@
+"""The hardware-in-the-loop bench: whole chain against the simulator, measured and judged."""

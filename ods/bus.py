@@ -1,0 +1,217 @@
+"""The one topic table and its ZeroMQ sockets.
+
+Each process binds one PUB socket, ipc://<run_dir>/<process>.sock, and publishes all its topics there as two parts:
+topic name, msgpack map. Subscribers open one SUB socket a topic, read it empty and keep the newest messages, because
+a full ZeroMQ queue keeps the oldest and CONFLATE breaks multipart messages.
+"""
+
+import fcntl
+import logging
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+import msgspec
+import zmq
+
+from ods import messages
+
+log = logging.getLogger(__name__)
+
+MAX_MESSAGE_BYTES = 64 * 1024 * 1024
+HIGH_WATER_MARK = 256
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One row of the topic table."""
+
+    name: str
+    message: type[msgspec.Struct]
+    publisher: str
+    """The process that publishes it."""
+    rate_hz: float
+    """Expected rate; a topic is stale when nothing came for `stale_s`."""
+    queue: int
+    """Messages a subscriber keeps when it lags: the newest."""
+    stale_s: float
+    """Silence after which a consumer calls the topic dead."""
+
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        Topic("ping", messages.Ping, "sonar", 6.7, queue=8, stale_s=1.0),
+        Topic("pose", messages.Pose, "nav", 100.0, queue=200, stale_s=0.5),
+        Topic("detections", messages.Detections, "pipeline", 6.7, queue=16, stale_s=1.0),
+        Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
+        Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+    )
+}
+"""Every topic but health, which each process publishes under the name `health` on its own socket."""
+
+HEALTH = "health"
+HEALTH_PERIOD_S = 0.5
+HEALTH_STALE_S = 2.0
+
+
+class BusError(Exception):
+    """The bus cannot be used; the text says why in one line."""
+
+
+def endpoint(run_dir: Path, process: str) -> str:
+    """Return the ZeroMQ address that `process` binds."""
+    return f"ipc://{run_dir / process}.sock"
+
+
+class Publisher:
+    """The PUB socket of one process. A lock file keeps a second process from stealing the path silently."""
+
+    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, process: str) -> None:
+        self._lock = _take_lock(run_dir, process)
+        self._encoder = msgspec.msgpack.Encoder()
+        self._socket = context.socket(zmq.PUB)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
+        address = endpoint(run_dir, process)
+        try:
+            self._socket.bind(address)
+        except zmq.ZMQError as error:
+            raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+
+    def publish(self, topic: str, message: msgspec.Struct) -> None:
+        """Send `message`; never blocks."""
+        self._socket.send_multipart([topic.encode(), self._encoder.encode(message)], flags=zmq.DONTWAIT)
+
+    def close(self) -> None:
+        """Close the socket and give the lock back."""
+        self._socket.close()
+        self._lock.close()
+
+
+def _take_lock(run_dir: Path, process: str) -> IO[str]:
+    try:
+        run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
+        lock = (run_dir / f"{process}.lock").open("w")
+    except OSError as error:
+        raise BusError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        lock.close()
+        raise BusError(f"another `ods {process}` already runs on {run_dir}") from error
+    return lock
+
+
+class Subscription:
+    """One SUB socket: the newest messages of one topic, decoded and checked."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        run_dir: Path,
+        topic: str,
+        publisher: str,
+        message: type[msgspec.Struct],
+        queue: int,
+    ) -> None:
+        self.topic = topic
+        self.counters: Counter[str] = Counter()
+        self.longest = 0
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(message)
+        self._waiting: deque[bytes] = deque(maxlen=queue)
+        self._complained = False
+        self.socket = context.socket(zmq.SUB)
+        self.socket.setsockopt(zmq.LINGER, 0)
+        self.socket.setsockopt(zmq.RCVHWM, HIGH_WATER_MARK)
+        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE_BYTES)
+        self.socket.setsockopt(zmq.RECONNECT_IVL, 50)
+        self.socket.setsockopt(zmq.RECONNECT_IVL_MAX, 200)
+        self.socket.connect(endpoint(run_dir, publisher))
+        self.socket.setsockopt(zmq.SUBSCRIBE, topic.encode())
+
+    def receive(self) -> list[Any]:
+        """Read the socket empty; return the newest messages in order, at most the topic's queue length."""
+        arrived = 0
+        while True:
+            try:
+                parts = self.socket.recv_multipart(zmq.DONTWAIT)
+            except zmq.Again:
+                break
+            arrived += 1
+            if len(self._waiting) == self._waiting.maxlen:
+                self.counters[f"dropped_{self.topic}"] += 1
+            self._waiting.append(parts[-1])
+        self.longest = max(self.longest, arrived)
+        good = [message for message in map(self._decode, self._waiting) if message is not None]
+        self._waiting.clear()
+        return good
+
+    def _decode(self, body: bytes) -> Any:
+        try:
+            return self._decoder.decode(body)
+        except msgspec.DecodeError as error:
+            self.counters[f"bad_{self.topic}"] += 1
+            if not self._complained:
+                log.warning("dropped a bad %s message: %s", self.topic, error)
+                self._complained = True
+            return None
+
+    def close(self) -> None:
+        """Close the socket."""
+        self.socket.close()
+
+
+class Subscriber:
+    """Subscriptions to several topics and to the health of several processes, polled together."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        run_dir: Path,
+        topics: Iterable[str],
+        health_of: Iterable[str] = (),
+    ) -> None:
+        rows = [TOPICS[name] for name in topics]
+        self.subscriptions = [
+            Subscription(context, run_dir, row.name, row.publisher, row.message, row.queue) for row in rows
+        ]
+        self.subscriptions += [
+            Subscription(context, run_dir, HEALTH, process, messages.Health, queue=4) for process in health_of
+        ]
+        self._poller = zmq.Poller()
+        for subscription in self.subscriptions:
+            self._poller.register(subscription.socket, zmq.POLLIN)
+
+    def __enter__(self) -> "Subscriber":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def watch_fd(self, fd: int) -> None:
+        """Let `receive` wake up when `fd` becomes readable."""
+        self._poller.register(fd, zmq.POLLIN)
+
+    def unwatch_fd(self, fd: int) -> None:
+        """Undo `watch_fd`."""
+        self._poller.unregister(fd)
+
+    def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
+        """Wait at most `timeout_s`; return (topic, message) pairs and the watched descriptors that are readable."""
+        ready = dict(self._poller.poll(max(0, round(timeout_s * 1000))))
+        received: list[tuple[str, Any]] = []
+        for subscription in self.subscriptions:
+            if ready.pop(subscription.socket, None):
+                received += [(subscription.topic, message) for message in subscription.receive()]
+        return received, [fd for fd in ready if isinstance(fd, int)]
+
+    def close(self) -> None:
+        """Close all sockets."""
+        for subscription in self.subscriptions:
+            subscription.close()

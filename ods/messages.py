@@ -1,0 +1,239 @@
+"""Everything that travels between processes: msgspec structs, msgpack maps on the wire.
+
+Conventions: angles in radians, SI units, world frame NED, body frame FRD, bearing positive to starboard,
+elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is nanoseconds since 1970 (UTC).
+The reference in docs/messages.md is generated from these types.
+"""
+
+from typing import Annotated, Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+Scale = Literal["linear", "db", "log8"]
+SampleType = Literal["u1", "u2", "f4"]
+Count = Annotated[int, msgspec.Meta(ge=0)]
+
+SAMPLE_DTYPES: dict[str, np.dtype[np.generic]] = {
+    "u1": np.dtype(np.uint8),
+    "u2": np.dtype("<u2"),
+    "f4": np.dtype("<f4"),
+}
+
+
+class Ping(msgspec.Struct, frozen=True):
+    """One sonar image with its own geometry.
+
+    Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`, `beams` counts all rows.
+    """
+
+    seq: Count
+    """Pings published by this sonar process, from 0."""
+    ping_number: Count
+    """The sonar's own ping counter."""
+    t_ns: int
+    """Transmit time."""
+    t_rx_ns: int
+    """When the last byte of this ping was read."""
+    utc_ns: int
+    """Transmit time, UTC."""
+    beams: Annotated[int, msgspec.Meta(ge=1, le=4096)]
+    samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
+    dtype: SampleType
+    """Sample type of `data`, little endian: u1 uint8, u2 uint16, f4 float32."""
+    data: bytes
+    """Amplitudes, C order (beams, samples)."""
+    bearing_rad: list[float]
+    """(beams,) true bearing of each beam, strictly increasing within a plane."""
+    range0_m: float
+    """Slant range of the first sample's centre."""
+    dr_m: float
+    """Sample spacing in slant range."""
+    sound_speed: float
+    """m/s."""
+    elevation_rad: list[float] = []
+    """(beams,) elevation of each beam; empty when all are 0."""
+    beam_width_rad: list[float] = []
+    """(beams,) horizontal -3 dB width of each beam; empty when not told."""
+    planes: Annotated[int, msgspec.Meta(ge=1, le=64)] = 1
+    frequency_hz: float = 0.0
+    """0 when not told."""
+    scale: Scale = "linear"
+    """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
+    scale_factor: float = 1.0
+    """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
+
+
+class Detection(msgspec.Struct, frozen=True):
+    """One echo: the circle that circumscribes it in the sonar's plane, standing for a cylinder normal to it [SSIE]."""
+
+    range_m: float
+    """Slant range of the circle's centre."""
+    bearing_rad: float
+    radius_m: float
+    peak: float
+    """Highest equalized level inside, in multiples of the background."""
+    mean: float
+    """Mean equalized level inside, in multiples of the background."""
+    snr_db: float
+    """Peak over the local background, dB."""
+    cells: Count
+    """Number of samples above the low threshold."""
+    range_extent_m: float
+    bearing_extent_rad: float
+    sigma_range_m: float
+    """Standard deviation of `range_m`."""
+    sigma_bearing_rad: float
+    """Standard deviation of `bearing_rad`."""
+    sigma_radius_m: float
+    """Standard deviation of `radius_m`."""
+    amplitude: float = 0.0
+    """Peak raw sample, as recorded."""
+    elevation_rad: float = 0.0
+    """Elevation of the plane it was seen in."""
+
+
+class Sector(msgspec.Struct, frozen=True):
+    """What a ping can show: the fan's borders in the body frame."""
+
+    range_min_m: float
+    range_max_m: float
+    bearing_min_rad: float
+    bearing_max_rad: float
+    half_vertical_rad: float
+    """Half the vertical opening."""
+
+
+class Detections(msgspec.Struct, frozen=True):
+    """All detections of one ping; an empty list is information too."""
+
+    seq: Count
+    """`Ping.seq`."""
+    ping_number: Count
+    t_ns: int
+    t_rx_ns: int
+    utc_ns: int
+    sound_speed: float
+    sector: Sector
+    detections: list[Detection]
+    usable: bool = True
+    """False when the image as a whole shows nothing (drop-out): then a missing echo says nothing."""
+
+
+class Pose(msgspec.Struct, frozen=True):
+    """The vehicle's pose as its own navigation filter reports it."""
+
+    seq: Count
+    t_ns: int
+    utc_ns: int
+    position_ned: Vector3
+    attitude: Quaternion
+    """w, x, y, z; body to global."""
+    velocity_body: Vector3
+    """FRD, m/s."""
+    sigma_position_ned: Vector3
+    """Standard deviations, m."""
+    sigma_attitude: Vector3
+    """Standard deviations of roll, pitch, yaw, rad."""
+
+
+TrackState = Literal["active", "stand_by", "hibernated", "terminated"]
+
+
+class Obstacle(msgspec.Struct, frozen=True):
+    """One tracked object [SSIE figure 5]."""
+
+    id: int
+    state: TrackState
+    position_ned: Vector3
+    velocity_ned: Vector3
+    radius_m: float
+    sigma_position: Vector3
+    """Standard deviations, m, north east down."""
+    sigma_velocity: Vector3
+    """Standard deviations, m/s, north east down."""
+    sigma_radius: float
+    first_seen_utc_ns: int
+    last_seen_utc_ns: int
+    times_seen: Count
+    existence: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
+    """Probability that the object exists."""
+
+
+class ObstacleList(msgspec.Struct, frozen=True):
+    """The full picture for the path planner, at every ping and at least twice a second."""
+
+    seq: Count
+    """Lists published by this tracker process, from 0."""
+    ping_number: int
+    """The ping behind this list; -1 when none is (the list then only says that it is not valid)."""
+    t_ns: int
+    """Time the list is valid for: transmit time of the ping, or now when there was none."""
+    utc_ns: int
+    t_rx_ns: int
+    """When the ping's last byte was read; 0 when there was none."""
+    valid: bool
+    """False: do not rely on this list to be complete; `reasons` says why."""
+    reasons: list[str]
+    obstacles: list[Obstacle]
+
+
+class Health(msgspec.Struct, frozen=True):
+    """How a process is: published by each of them about twice a second."""
+
+    process: str
+    pid: int
+    seq: Count
+    t_ns: int
+    utc_ns: int
+    ready: bool
+    problems: list[str]
+    """Plain words; empty when all is well."""
+    counters: dict[str, int]
+    """Since start; every kind of loss has its own."""
+    rates_hz: dict[str, float]
+    """Messages a second over the last period, for each topic read or published."""
+    ages_s: dict[str, float]
+    """Time since the newest message of each topic read; -1 when there was none."""
+    lags: dict[str, int]
+    """Longest queue since the last report, for each topic read."""
+    cpu_percent: float
+    """Of one core, over the last period."""
+    rss_mb: float
+
+
+class TruthObject(msgspec.Struct, frozen=True):
+    """A simulated object as it is."""
+
+    name: str
+    position_ned: Vector3
+    velocity_ned: Vector3
+    radius_m: float
+    in_sector: bool
+
+
+class Truth(msgspec.Struct, frozen=True):
+    """What the simulator knows about one ping; on the bench only, never read on board."""
+
+    ping_number: Count
+    t_ns: int
+    """Transmit time."""
+    t_sent_ns: int
+    """When the ping's last byte had been written to the line."""
+    position_ned: Vector3
+    attitude: Quaternion
+    objects: list[TruthObject]
+
+
+def frame_of(ping: Ping) -> NDArray[np.generic]:
+    """Return the ping's samples, (beams, samples), as a read-only view without copying.
+
+    Raises ValueError when the buffer's length does not fit the shape.
+    """
+    dtype = SAMPLE_DTYPES[ping.dtype]
+    if len(ping.data) != ping.beams * ping.samples * dtype.itemsize:
+        raise ValueError(f"ping {ping.ping_number}: {len(ping.data)} bytes do not hold {ping.beams} x {ping.samples}")
+    return np.frombuffer(ping.data, dtype).reshape(ping.beams, ping.samples)

@@ -1,0 +1,1 @@
+"""CAN frames from the inertial navigation system to poses."""

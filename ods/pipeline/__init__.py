@@ -1,0 +1,1 @@
+"""Pings to detections: pure, replaceable stages chained by name."""

@@ -1,0 +1,1 @@
+"""Scenes to sonar pings and vehicle pose: the simulated SeaBat and the simulated vehicle."""

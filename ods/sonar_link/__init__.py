@@ -1,0 +1,1 @@
+"""Bytes from the sonar (serial line, TCP, files) to pings."""

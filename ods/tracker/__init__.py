@@ -1,0 +1,1 @@
+"""Detections and pose to obstacles: observers, association, life cycle, map."""
