@@ -18,6 +18,7 @@ import msgspec
 import zmq
 
 from ods import messages
+from ods.errors import OdsError
 
 log = logging.getLogger(__name__)
 
@@ -58,7 +59,7 @@ HEALTH_PERIOD_S = 0.5
 HEALTH_STALE_S = 2.0
 
 
-class BusError(Exception):
+class BusError(OdsError):
     """The bus cannot be used; the text says why in one line."""
 
 

@@ -22,6 +22,7 @@ import psutil
 import zmq
 
 from ods import bus, clock
+from ods.errors import OdsError
 from ods.messages import Health
 from ods.processes import Process
 from ods.settings import Settings
@@ -34,7 +35,7 @@ TICK_S = 0.05
 """Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
 
 
-class StartError(Exception):
+class StartError(OdsError):
     """A process cannot do its work and trying again will not help; the text says why in one line."""
 
 

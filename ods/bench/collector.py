@@ -1,0 +1,70 @@
+"""The bench's planner client: listens to everything and keeps what the summary and the picture need."""
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import zmq
+
+from ods import bus, clock
+from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.processes import PROCESSES
+
+
+@dataclass
+class Record:
+    """What a bench run leaves."""
+
+    lists: list[tuple[int, ObstacleList]] = field(default_factory=list)
+    """(arrival, list) in order of arrival; arrival in CLOCK_MONOTONIC ns."""
+    truths: dict[int, Truth] = field(default_factory=dict)
+    """By ping number."""
+    health: dict[str, list[Health]] = field(default_factory=lambda: defaultdict(list))
+    """By process."""
+    kills: list[tuple[str, int]] = field(default_factory=list)
+    """(process, monotonic ns)."""
+    ping: Ping | None = None
+    """The newest."""
+    detections: Detections | None = None
+    """The newest."""
+
+
+class Collector:
+    """Subscribes to all topics and all health reports of a run folder."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self.record = Record()
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        topics = ["obstacles", "truth", "detections", "ping"]
+        self._subscriber = bus.Subscriber(self._context, run_dir, topics, PROCESSES)
+
+    def listen(self, timeout_s: float) -> None:
+        """Take what comes within `timeout_s`."""
+        received, _ = self._subscriber.receive(timeout_s)
+        now = clock.monotonic_ns()
+        for _, message in received:
+            self._keep(message, now)
+
+    def _keep(self, message: object, now_ns: int) -> None:
+        record = self.record
+        match message:
+            case ObstacleList():
+                record.lists.append((now_ns, message))
+            case Truth():
+                record.truths[message.ping_number] = message
+            case Health():
+                record.health[message.process].append(message)
+            case Ping():
+                record.ping = message
+            case Detections():
+                record.detections = message
+
+    def ready(self, process: str) -> bool:
+        """Tell whether `process` has reported that it is ready."""
+        reports = self.record.health[process]
+        return bool(reports) and reports[-1].ready
+
+    def close(self) -> None:
+        """Give the sockets back."""
+        self._subscriber.close()
+        self._context.term()

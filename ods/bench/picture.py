@@ -1,0 +1,104 @@
+"""scene.png: the last image with its detections beside the plan of vehicle, truth and tracks."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Ellipse
+
+from ods import geometry
+from ods.bench.collector import Record
+from ods.fan_plot import draw_detections, draw_fan
+from ods.messages import Detections, Obstacle, ObstacleList, Ping, Truth
+
+STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
+
+
+def draw(record: Record, file: Path) -> None:
+    """Draw a run's last image and its plan into `file`."""
+    figure = Figure(figsize=(15, 7.5), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    if record.ping is not None:
+        _image(left, record.ping, record.detections)
+    if record.truths:
+        _plan(right, record)
+    figure.savefig(file, dpi=110)
+
+
+def _image(axes: Axes, ping: Ping, detections: Detections | None) -> None:
+    draw_fan(axes, ping)
+    count = 0
+    if detections is not None and detections.ping_number == ping.ping_number:
+        draw_detections(axes, detections.detections)
+        count = len(detections.detections)
+    axes.set_title(f"ping {ping.ping_number} and its detections ({count})")
+
+
+def _plan(axes: Axes, record: Record) -> None:
+    truths = [record.truths[number] for number in sorted(record.truths)]
+    path = np.array([truth.position_ned for truth in truths])
+    axes.plot(path[:, 1], path[:, 0], color="black", lw=2, label="vehicle path")
+    newest = record.lists[-1][1] if record.lists else None
+    truth = record.truths.get(newest.ping_number, truths[-1]) if newest else truths[-1]
+    _sector(axes, truth, record.detections)
+    for index, target in enumerate(truth.objects):
+        circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color="#cf222e", lw=1.5)
+        circle.set_label("truth" if index == 0 else "")
+        axes.add_patch(circle)
+    if newest is not None:
+        _tracks(axes, newest, record)
+    axes.set_aspect("equal")
+    axes.set_xlabel("east, m")
+    axes.set_ylabel("north, m")
+    axes.grid(alpha=0.3)
+    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path")
+    axes.autoscale_view()
+    axes.legend(loc="lower left", fontsize="small")
+
+
+def _plane(position_ned: tuple[float, float, float]) -> tuple[float, float]:
+    return position_ned[1], position_ned[0]
+
+
+def _sector(axes: Axes, truth: Truth, detections: Detections | None) -> None:
+    if detections is None:
+        return
+    sector = detections.sector
+    bearings = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 60)
+    arc = geometry.polar_to_body(sector.range_max_m, bearings)
+    edge = np.vstack([np.zeros((1, 3)), arc, np.zeros((1, 3))])
+    world = geometry.body_to_global(edge, truth.position_ned, truth.attitude)
+    axes.fill(world[:, 1], world[:, 0], color="#54aeff", alpha=0.12, label="insonified sector")
+
+
+def _tracks(axes: Axes, newest: ObstacleList, record: Record) -> None:
+    history: dict[int, list[tuple[float, float]]] = {}
+    for _, item in record.lists:
+        for obstacle in item.obstacles:
+            history.setdefault(obstacle.id, []).append(_plane(obstacle.position_ned))
+    named: set[str] = set()
+    for obstacle in newest.obstacles:
+        colour = STATE_COLOURS[obstacle.state]
+        trail = np.array(history[obstacle.id])
+        axes.plot(trail[:, 0], trail[:, 1], color=colour, lw=0.8, alpha=0.7)
+        label = "" if obstacle.state in named else f"track, {obstacle.state.replace('_', '-')}"
+        named.add(obstacle.state)
+        _track(axes, obstacle, colour, label)
+
+
+def _track(axes: Axes, obstacle: Obstacle, colour: str, label: str) -> None:
+    centre = _plane(obstacle.position_ned)
+    axes.add_patch(Circle(centre, obstacle.radius_m, fill=False, color=colour, lw=2, label=label))
+    north, east, _ = obstacle.sigma_position
+    axes.add_patch(Ellipse(centre, 4 * east, 4 * north, color=colour, alpha=0.25, lw=0))
+    speed = math.hypot(*obstacle.velocity_ned[:2])
+    axes.annotate(
+        f"{obstacle.id}: r {obstacle.radius_m:.1f} m, {speed:.2f} m/s",
+        centre,
+        xytext=(8, 8),
+        textcoords="offset points",
+        fontsize=8,
+        color=colour,
+    )

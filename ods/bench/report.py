@@ -1,0 +1,109 @@
+"""What the bench says in the terminal: a live line, then a table."""
+
+import sys
+
+from rich.console import Console
+from rich.table import Table
+
+from ods.bench.collector import Record
+from ods.bench.metrics import Summary
+from ods.bench.settings import BenchConfig
+
+PLAIN_EVERY_S = 10
+"""Where the output is no terminal, one line each so many seconds."""
+
+
+class StatusLine:
+    """One live line; where the output is no terminal, a line whenever its beginning changes."""
+
+    def __init__(self) -> None:
+        self._beginning = ""
+
+    def show(self, text: str) -> None:
+        """Replace the line by `text`."""
+        if sys.stdout.isatty():
+            sys.stdout.write(f"\r\033[K{text[:160]}")
+            sys.stdout.flush()
+            return
+        beginning = text.split(":")[0]
+        if text and beginning != self._beginning:
+            self._beginning = beginning
+            print(text, flush=True)
+
+
+def one_line(record: Record, elapsed_s: float, seconds: float) -> str:
+    """Return the state of a run in one line."""
+    step_s = elapsed_s if sys.stdout.isatty() else elapsed_s // PLAIN_EVERY_S * PLAIN_EVERY_S
+    if not record.lists:
+        return f"{step_s:3.0f} of {seconds:.0f} s: no obstacle list yet"
+    newest = record.lists[-1][1]
+    states = [obstacle.state for obstacle in newest.obstacles]
+    said = "valid" if newest.valid else "NOT VALID: " + "; ".join(newest.reasons)
+    return (
+        f"{step_s:3.0f} of {seconds:.0f} s: ping {newest.ping_number}, {states.count('active')} active, "
+        f"{states.count('stand_by')} stand-by, {states.count('hibernated')} hibernated, {said}"
+    )
+
+
+def show(summary: Summary, settings: BenchConfig) -> None:
+    """Print the summary tables and the verdict."""
+    console = Console()
+    console.print(_figures(summary, settings))
+    console.print(_objects(summary))
+    console.print(_processes(summary))
+    for name, seconds in summary.back_s.items():
+        console.print(f"{name} was killed and back after {seconds:.1f} s")
+    console.print(f"results: {settings.out}", highlight=False)
+    if summary.broken:
+        console.print("[bold red]BROKEN: " + "; ".join(summary.broken))
+    else:
+        console.print("[bold green]all limits hold")
+
+
+def _figures(summary: Summary, settings: BenchConfig) -> Table:
+    limits = settings.limits
+    table = Table("figure", "measured", "limit", title=f"{settings.sim.scene.stem}, {summary.seconds:.0f} s")
+    rows: list[tuple[str, str, str]] = [
+        ("pings sent", str(summary.pings), ""),
+        ("pings lost", str(summary.pings_lost), f"<= {limits.pings_lost}"),
+        ("obstacle lists (not valid)", f"{summary.lists} ({summary.invalid_lists})", ""),
+        ("longest gap between lists", f"{summary.longest_gap_s:.2f} s", f"<= {limits.longest_gap_s:g} s"),
+        ("latency p50, last byte to list", f"{summary.latency_p50_ms:.1f} ms", f"<= {limits.latency_p50_ms:g} ms"),
+        ("latency p99", f"{summary.latency_p99_ms:.1f} ms", f"<= {limits.latency_p99_ms:g} ms"),
+        ("latency, longest", f"{summary.latency_max_ms:.1f} ms", ""),
+        ("objects tracked, share of lists", f"{summary.tracked_share:.1%}", f">= {limits.tracked_share:.0%}"),
+        ("position error, rms", f"{summary.position_rms_m:.2f} m", f"<= {limits.position_rms_m:g} m"),
+        ("radius error, largest", f"{summary.radius_error:.0%}", f"<= {limits.radius_error:.0%}"),
+        ("false tracks", str(summary.false_tracks), f"<= {limits.false_tracks}"),
+        ("identity switches", str(summary.identity_switches), ""),
+    ]
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def _objects(summary: Summary) -> Table:
+    table = Table("object", "tracked", "position rms", "radius error", "track ids")
+    for item in summary.objects:
+        table.add_row(
+            item.name,
+            f"{item.tracked_share:.1%}",
+            f"{item.position_rms_m:.2f} m",
+            f"{item.radius_error:+.0%}",
+            " ".join(map(str, item.ids)),
+        )
+    return table
+
+
+def _processes(summary: Summary) -> Table:
+    table = Table("process", "CPU % of a core", "memory MB", "starts", "counters")
+    for item in summary.processes:
+        counters = summary.counters.get(item.name, {})
+        table.add_row(
+            item.name,
+            f"{item.cpu_percent:.1f}",
+            f"{item.rss_mb:.0f}",
+            str(item.starts),
+            "  ".join(f"{key} {value}" for key, value in sorted(counters.items())),
+        )
+    return table

@@ -1,0 +1,57 @@
+"""Settings of the bench: config/bench.toml."""
+
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from ods.config import BusSettings
+from ods.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.sim_sonar.live_settings import SimSettings
+
+
+class KillSettings(Settings, frozen=True):
+    """Kill -9 of one on-board process."""
+
+    process: Literal["sonar", "pipeline", "tracker", "nav"]
+    at_s: NonNegative
+    """Mission time."""
+
+
+class LimitSettings(Settings, frozen=True):
+    """What a bench run must reach; any of them broken makes `ods bench` exit with code 1."""
+
+    position_rms_m: Positive
+    """Horizontal position error of the tracked objects, rms over all lists and objects."""
+    radius_error: Fraction
+    """Mean relative error of the radius of each object."""
+    tracked_share: Fraction
+    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
+    false_tracks: NonNegativeInt
+    """Confirmed tracks that belong to no object."""
+    pings_lost: NonNegativeInt
+    """Pings that left the simulated sonar and have no obstacle list."""
+    latency_p50_ms: Positive
+    """From the ping's last byte on the line to its obstacle list at the client, median."""
+    latency_p99_ms: Positive
+    longest_gap_s: Positive
+    """Longest time between two obstacle lists."""
+    back_within_s: Positive = 3.0
+    """From a kill to the next sign of life of the process."""
+
+
+class BenchConfig(Settings, frozen=True):
+    """A bench run: what is simulated, which configuration is under test, what it must reach."""
+
+    bus: BusSettings
+    onboard: Path
+    """The configuration under test; the bench replaces its ports and folders by those of the simulation."""
+    seconds: Positive
+    """Length of the mission."""
+    out: Path
+    """Folder of the results."""
+    sim: SimSettings
+    limits: LimitSettings
+    settle_s: NonNegative = 3.0
+    """Time from the first sight of an object by which it must be tracked."""
+    kill: list[KillSettings] = msgspec.field(default_factory=list)

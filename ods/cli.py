@@ -1,0 +1,132 @@
+"""The `ods` command: argparse, thin. Every error is one line and exit code 2, a broken limit is exit code 1."""
+
+import argparse
+import importlib
+import logging
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ods import __version__
+from ods.errors import OdsError
+from ods.processes import PROCESSES, on_board
+
+ONBOARD_CONFIG = Path("config/onboard.toml")
+BENCH_CONFIG = Path("config/bench.toml")
+LEVELS = ("debug", "info", "warning", "error")
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the `ods` command; return its exit code: 0 good, 1 a limit was broken, 2 an error that one line explains."""
+    args = _parser().parse_args(argv)
+    logging.basicConfig(
+        level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
+    )
+    try:
+        return int(args.run(args) or 0)
+    except OdsError as error:
+        print(f"ods {args.command}: {error}", file=sys.stderr)
+        return 2
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = _Parser(prog="ods", description="Obstacle detection service for autonomous underwater vehicles.")
+    parser.add_argument("--version", action="version", version=f"ods {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND", parser_class=_Parser)
+
+    _command(commands, "run", "keep the on-board processes up", _run, ONBOARD_CONFIG)
+    for process in PROCESSES.values():
+        config = ONBOARD_CONFIG if process.on_board else BENCH_CONFIG
+        _command(commands, process.name, f"one process: {process.job}", _process, config)
+
+    bench = _command(commands, "bench", "whole chain against the simulated sonar and vehicle", _bench, BENCH_CONFIG)
+    bench.add_argument("--seconds", type=float, help="length of the mission (default: from the configuration)")
+    bench.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
+
+    _command(commands, "watch", "live table of obstacles and health", _watch, ONBOARD_CONFIG)
+    _command(commands, "doctor", "check configuration, devices, sockets, clock and versions", _doctor, ONBOARD_CONFIG)
+
+    detect = _command(commands, "detect", "detections in recorded sonar images", _detect, ONBOARD_CONFIG)
+    detect.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris or Oculus .raw")
+    detect.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
+    detect.add_argument("--mask", action="store_true", help="with --out: label images too")
+    detect.add_argument("--json", action="store_true", help="print one JSON line a ping")
+    detect.add_argument("--plot", type=Path, metavar="PICTURE.png", help="draw the images with their detections")
+
+    track = _command(commands, "track", "tracks of a recorded scenario", _track, ONBOARD_CONFIG)
+    track.add_argument("file", type=Path, metavar="SCENARIO.npz")
+    track.add_argument("--out", type=Path, metavar="TRACKS.npz", required=True)
+    return parser
+
+
+def _command(commands: Any, name: str, text: str, run: Any, config: Path) -> argparse.ArgumentParser:
+    parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text.capitalize() + ".")
+    parser.set_defaults(run=run)
+    parser.add_argument("--config", type=Path, default=config, help=f"default: {config}")
+    parser.add_argument("--log-level", choices=LEVELS, default="info")
+    return parser
+
+
+def _named(path: str) -> Any:
+    module, _, name = path.partition(":")
+    return getattr(importlib.import_module(module), name)
+
+
+def _process(args: argparse.Namespace) -> None:
+    from ods import service, settings_file
+
+    process = PROCESSES[args.command]
+    settings = settings_file.load(args.config, _named(process.settings))
+    service.run(_named(process.worker), process, settings)
+
+
+def _run(args: argparse.Namespace) -> None:
+    from ods import supervisor
+    from ods.config import OnboardConfig
+    from ods.settings_file import load
+
+    settings = load(args.config, OnboardConfig)
+    supervisor.supervise(on_board(), args.config, settings.bus.run_dir, settings.supervise)
+
+
+def _bench(args: argparse.Namespace) -> int:
+    from ods.bench import runner
+
+    return runner.bench(args.config, args.seconds, args.out)
+
+
+def _watch(args: argparse.Namespace) -> None:
+    from ods import watch
+    from ods.config import OnboardConfig
+    from ods.settings_file import load
+
+    watch.watch(load(args.config, OnboardConfig).bus.run_dir)
+
+
+def _doctor(args: argparse.Namespace) -> int:
+    from ods import doctor
+
+    return doctor.examine(args.config)
+
+
+def _detect(args: argparse.Namespace) -> None:
+    from ods import offline
+
+    offline.detect(args.file, args.config, out=args.out, mask=args.mask, as_json=args.json, plot=args.plot)
+
+
+def _track(args: argparse.Namespace) -> None:
+    from ods import offline
+
+    offline.track(args.file, args.config, args.out)

@@ -1,0 +1,147 @@
+"""The live devices of the bench, each in a thread at its own pace: the SeaBat on a serial line, the INS on CAN."""
+
+import logging
+import queue
+import threading
+from collections.abc import Callable
+
+from ods import clock
+from ods.messages import Truth
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.live_settings import FaultSettings, SimSettings
+from ods.sim_sonar.scene import Scene
+from ods.sim_sonar.serial_line import SerialLine
+from ods.sonar_link import s7k
+
+log = logging.getLogger(__name__)
+
+SERIAL_LATENCY_S = 0.002
+"""From the end of listening to the first byte on the line."""
+
+
+class Mission:
+    """Mission time: 0 at `start_ns` (CLOCK_MONOTONIC), and the faults that happen on the way."""
+
+    def __init__(self, start_ns: int, faults: list[FaultSettings]) -> None:
+        self.start_ns = start_ns
+        self._faults = faults
+
+    def seconds(self, t_ns: int) -> float:
+        """Return the mission time of a monotonic instant, s."""
+        return (t_ns - self.start_ns) / clock.NS
+
+    def faulty(self, kind: str, t_ns: int) -> bool:
+        """Tell whether a fault of this kind is on."""
+        seconds = self.seconds(t_ns)
+        return any(f.kind == kind and f.at_s <= seconds < f.at_s + f.for_s for f in self._faults)
+
+
+class Device(threading.Thread):
+    """A thread that does one step after another until stopped, and remembers why it ended if it fails."""
+
+    def __init__(self, name: str, step: Callable[[], int]) -> None:
+        super().__init__(name=name, daemon=True)
+        self._step = step
+        self._stopping = threading.Event()
+        self.failure = ""
+
+    def run(self) -> None:
+        """Call `step`, which returns the monotonic time of its next turn, on time and again."""
+        due_ns = clock.monotonic_ns()
+        try:
+            while not self._stopping.wait(max(0.0, (due_ns - clock.monotonic_ns()) / clock.NS)):
+                due_ns = self._step()
+        except Exception as error:
+            log.exception("%s failed", self.name)
+            self.failure = f"{self.name}: {error}"
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopping.set()
+        self.join(2.0)
+
+
+class LiveSonar:
+    """The simulated SeaBat: an image at every ping period, written as s7k records when its echoes have come in."""
+
+    def __init__(self, images: ImageSimulator, settings: SimSettings, mission: Mission, line: SerialLine) -> None:
+        self.truths: queue.SimpleQueue[Truth] = queue.SimpleQueue()
+        self.pings_late = 0
+        self._images = images
+        self._offset_ns = round(settings.sonar_clock_offset_s * clock.NS)
+        self._mission = mission
+        self._line = line
+        self._plugged = True
+        sonar = images.sonar
+        self._period_ns = round(sonar.ping_period_s * clock.NS)
+        self._listen_ns = round((2.0 * sonar.range_max_m / sonar.sound_speed + SERIAL_LATENCY_S) * clock.NS)
+        self._ping_number = 0
+        self._transmit_ns = mission.start_ns
+        self._telegram = b""
+        self._render()
+
+    def step(self) -> int:
+        """Send the telegram whose time has come, render the next; return when that one is due."""
+        due_ns = self._transmit_ns + self._listen_ns
+        if clock.monotonic_ns() < due_ns:
+            return due_ns
+        self._plug_as_the_faults_say(due_ns)
+        if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
+            self._line.write(self._telegram, patience_s=0.8 * self._period_ns / clock.NS)
+            self.truths.put(self._truth(clock.monotonic_ns()))
+        self._ping_number += 1
+        self._transmit_ns += self._period_ns
+        while clock.monotonic_ns() > self._transmit_ns + self._listen_ns + self._period_ns:
+            self.pings_late += 1
+            self._transmit_ns += self._period_ns
+        self._render()
+        return self._transmit_ns + self._listen_ns
+
+    def _render(self) -> None:
+        seconds = self._mission.seconds(self._transmit_ns)
+        frame = self._images.render(seconds, self._ping_number)
+        device_utc_ns = clock.utc_ns(self._transmit_ns) + self._offset_ns
+        ping = self._images.make_ping(frame, self._ping_number, self._transmit_ns, device_utc_ns)
+        self._telegram = s7k.encode_ping(ping)
+
+    def _truth(self, sent_ns: int) -> Truth:
+        seconds = self._mission.seconds(self._transmit_ns)
+        position, attitude, _ = self._images.scene.vehicle_at(seconds)
+        return Truth(
+            ping_number=self._ping_number,
+            t_ns=self._transmit_ns,
+            t_sent_ns=sent_ns,
+            position_ned=(float(position[0]), float(position[1]), float(position[2])),
+            attitude=(float(attitude[0]), float(attitude[1]), float(attitude[2]), float(attitude[3])),
+            objects=self._images.truth_objects(seconds),
+        )
+
+    def _plug_as_the_faults_say(self, now_ns: int) -> None:
+        unplugged = self._mission.faulty("serial_unplugged", now_ns)
+        if unplugged and self._plugged:
+            self._line.unplug()
+        elif not unplugged and not self._plugged:
+            self._line.plug()
+        self._plugged = not unplugged
+
+
+class LiveIns:
+    """The simulated INS: one epoch of PDOs every period."""
+
+    def __init__(self, scene: Scene, settings: SimSettings, mission: Mission, ins: SimulatedIns) -> None:
+        self._scene = scene
+        self._mission = mission
+        self._ins = ins
+        self._offset_ns = round(settings.ins_clock_offset_s * clock.NS)
+        self._period_ns = round(clock.NS / settings.pose_rate_hz)
+        self._due_ns = clock.monotonic_ns()
+
+    def step(self) -> int:
+        """Send the pose of now; return when the next is due."""
+        now = clock.monotonic_ns()
+        if not self._mission.faulty("ins_silent", now):
+            position, attitude, velocity_body = self._scene.vehicle_at(self._mission.seconds(now))
+            self._ins.send(clock.utc_ns(now) + self._offset_ns, position, attitude, velocity_body)
+        self._due_ns = max(self._due_ns + self._period_ns, now)
+        return self._due_ns

@@ -1,0 +1,37 @@
+"""Settings of the live simulator: the [sim] table of config/bench.toml."""
+
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from ods.settings import NonNegative, Positive, Settings
+
+
+class FaultSettings(Settings, frozen=True):
+    """A fault on the simulated side, to see that the on-board side recovers."""
+
+    kind: Literal["serial_unplugged", "sonar_silent", "ins_silent"]
+    """serial_unplugged: the port vanishes; sonar_silent, ins_silent: the device says nothing."""
+    at_s: NonNegative
+    """Mission time."""
+    for_s: Positive
+
+
+class SimSettings(Settings, frozen=True):
+    """What is simulated and where its far ends are."""
+
+    scene: Path
+    """TOML file of the scene, relative to the configuration."""
+    sonar: Path
+    """TOML file of the sonar."""
+    can: Literal["auto", "vcan0", "slcan"] = "auto"
+    """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
+    boot_s: NonNegative = 2.0
+    """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
+    pose_rate_hz: Positive = 100.0
+    sonar_clock_offset_s: float = 0.25
+    """The sonar's clock minus UTC: the on-board side must not trust it."""
+    ins_clock_offset_s: float = -0.125
+    """The INS's clock minus UTC."""
+    fault: list[FaultSettings] = msgspec.field(default_factory=list)

@@ -1,0 +1,78 @@
+"""The sim process: the far ends of the serial line and the CAN bus, and the truth for the bench."""
+
+import queue
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+import can
+
+from ods import clock
+from ods.bench.settings import BenchConfig
+from ods.service import Service, Worker
+from ods.sim_sonar.can_bus import SLCAN_PORT, can_of
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.live import Device, LiveIns, LiveSonar, Mission
+from ods.sim_sonar.scene import load_scene
+from ods.sim_sonar.serial_line import SerialLine
+from ods.sim_sonar.slcan_hub import SlcanHub
+from ods.sim_sonar.sonar import load_sonar
+
+SERIAL_PORT = "seabat"
+THREAD_SWITCH_S = 0.001
+"""The INS thread must not wait long for the image thread."""
+
+
+class SimWorker(Worker[BenchConfig]):
+    """Runs the simulated devices in their own threads and publishes the truth behind every ping."""
+
+    def __init__(self, service: Service, settings: BenchConfig) -> None:
+        super().__init__(service, settings)
+        self._hub: SlcanHub | None = None
+        self._devices: list[Device] = []
+
+    def start(self) -> None:
+        """Load the scene, compile, make both lines appear, start the devices."""
+        sys.setswitchinterval(THREAD_SWITCH_S)
+        sim, run_dir = self.settings.sim, self.settings.bus.run_dir
+        scene, sonar_model = load_scene(sim.scene), load_sonar(sim.sonar)
+        images = ImageSimulator(sonar_model, scene)
+        images.render(0.0, 0)
+        self._line = SerialLine(run_dir / SERIAL_PORT)
+        self._bus = self._open_can(run_dir)
+        mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
+        self._sonar = LiveSonar(images, sim, mission, self._line)
+        ins = LiveIns(scene, sim, mission, SimulatedIns(self._bus))
+        self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
+        for device in self._devices:
+            device.start()
+
+    def _open_can(self, run_dir: Path) -> can.BusABC:
+        interface, channel = can_of(self.settings.sim.can, run_dir)
+        if interface == "socketcan":
+            return can.Bus(interface=interface, channel=channel)
+        own_end = run_dir / f"{SLCAN_PORT}-sim"
+        self._hub = SlcanHub([Path(channel), own_end])
+        return can.Bus(interface=interface, channel=str(own_end), sleep_after_open=0.0)
+
+    def tick(self) -> None:
+        """Publish the truth of pings that have been sent."""
+        with suppress(queue.Empty):
+            while True:
+                self.service.publish("truth", self._sonar.truths.get_nowait())
+        self.service.counters["pings_late"] = self._sonar.pings_late
+        self.service.counters["serial_bytes_lost"] = self._line.lost_bytes
+
+    def problems(self) -> list[str]:
+        """Say which device has failed."""
+        return [device.failure for device in self._devices if device.failure]
+
+    def stop(self) -> None:
+        """End the devices and take the lines away."""
+        for device in self._devices:
+            device.stop()
+        self._bus.shutdown()
+        self._line.unplug()
+        if self._hub is not None:
+            self._hub.close()

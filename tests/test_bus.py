@@ -1,0 +1,94 @@
+"""The bus over real ZeroMQ sockets: newest kept, losses counted, bad messages dropped, no stolen addresses."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgpack
+import pytest
+import zmq
+
+from ods import bus
+from ods.messages import Pose
+
+Context = zmq.Context[zmq.Socket[bytes]]
+
+
+@pytest.fixture
+def context() -> Iterator[Context]:
+    context: Context = zmq.Context()
+    yield context
+    context.destroy(linger=0)
+
+
+def pose(seq: int) -> Pose:
+    return Pose(seq, seq, seq, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.01,) * 3)
+
+
+def connected(publisher: bus.Publisher, subscriber: bus.Subscriber) -> None:
+    """Publish until the subscriber hears it, then read everything."""
+    for _ in range(100):
+        publisher.publish("pose", pose(0))
+        if subscriber.receive(0.05)[0]:
+            break
+    time.sleep(0.05)
+    subscriber.receive(0.0)
+
+
+def test_a_lagging_subscriber_gets_the_newest_and_counts_the_rest(context: Context, tmp_path: Path) -> None:
+    publisher = bus.Publisher(context, tmp_path, "nav")
+    subscriber = bus.Subscriber(context, tmp_path, ["pose"])
+    connected(publisher, subscriber)
+    queue = bus.TOPICS["pose"].queue
+    for number in range(queue + 30):
+        publisher.publish("pose", pose(number))
+    time.sleep(0.2)
+    received, _ = subscriber.receive(1.0)
+    assert [message.seq for _, message in received] == list(range(30, queue + 30))
+    assert subscriber.subscriptions[0].counters["dropped_pose"] == 30
+    assert subscriber.subscriptions[0].longest == queue + 30
+
+
+def test_bad_messages_are_dropped_and_counted(context: Context, tmp_path: Path) -> None:
+    publisher = bus.Publisher(context, tmp_path, "nav")
+    subscriber = bus.Subscriber(context, tmp_path, ["pose"])
+    connected(publisher, subscriber)
+    for body in (b"", b"\xc1", msgpack.packb({"seq": -1}), msgpack.packb([1, 2]), b"\xdf\xff\xff\xff\xff"):
+        publisher._socket.send_multipart([b"pose", body])
+    publisher.publish("pose", pose(5))
+    time.sleep(0.1)
+    received, _ = subscriber.receive(1.0)
+    assert [message.seq for _, message in received] == [5]
+    assert subscriber.subscriptions[0].counters["bad_pose"] == 5
+
+
+def test_a_second_process_cannot_steal_the_address(context: Context, tmp_path: Path) -> None:
+    first = bus.Publisher(context, tmp_path, "nav")
+    with pytest.raises(bus.BusError, match="another `ods nav` already runs"):
+        bus.Publisher(context, tmp_path, "nav")
+    first.close()
+    bus.Publisher(context, tmp_path, "nav").close()
+
+
+def test_plain_zmq_and_msgpack_read_everything(context: Context, tmp_path: Path) -> None:
+    publisher = bus.Publisher(context, tmp_path, "nav")
+    plain = context.socket(zmq.SUB)
+    plain.connect(f"ipc://{tmp_path}/nav.sock")
+    plain.subscribe("pose")
+    for _ in range(100):
+        publisher.publish("pose", pose(3))
+        if plain.poll(20):
+            break
+    topic, body = plain.recv_multipart()
+    assert topic == b"pose"
+    assert msgpack.unpackb(body)["position_ned"] == [1.0, 2.0, 3.0]
+
+
+def test_every_topic_has_one_publisher_in_the_process_table() -> None:
+    from ods.processes import PROCESSES
+
+    for topic in bus.TOPICS.values():
+        publishers = [process.name for process in PROCESSES.values() if topic.name in process.publishes]
+        assert publishers == [topic.publisher]
+    for process in PROCESSES.values():
+        assert set(process.reads) <= set(bus.TOPICS)

@@ -1,0 +1,74 @@
+"""A wrong configuration ends in one clear line that names the key, and exit code 2."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from ods.bench.settings import BenchConfig
+from ods.cli import main
+from ods.config import OnboardConfig
+from ods.settings_file import ConfigError, load
+
+CONFIG = Path(__file__).parents[1] / "config"
+
+
+def test_shipped_configurations_load() -> None:
+    onboard = load(CONFIG / "onboard.toml", OnboardConfig)
+    assert onboard.bus.run_dir.is_absolute()
+    bench = load(CONFIG / "bench.toml", BenchConfig)
+    assert bench.onboard == CONFIG / "onboard.toml"
+    assert bench.sim.scene.is_file()
+    assert bench.sim.sonar.is_file()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("[site]", "[site]\nlatitud_deg = 1.0", "site.latitud_deg: unknown key"),
+        ('run_dir = "/tmp/ods"', "run_dir = 7", "bus.run_dir: expected `str`, got `int`"),
+        ('run_dir = "/tmp/ods"', "", "bus.run_dir: missing"),
+        ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: expected `float` <= 90.0"),
+        ("latitude_deg = ", "latitude_deg = nan #", "site.latitude_deg: must be a finite number, got nan"),
+        ("[site]", "[site", "not valid TOML"),
+        ("[sonar]", "[sonar]\nbaud = -1", "sonar.baud: "),
+        ("[tracker]", "[tracker]\ncolour = 1", "tracker.colour: unknown key"),
+        ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected `int`, got `str`"),
+    ],
+)
+def test_wrong_key_type_or_range_is_one_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], old: str, new: str, complaint: str
+) -> None:
+    text = (CONFIG / "onboard.toml").read_text()
+    assert old in text
+    pattern = re.escape(old) + (r"[^\n]*" if old.endswith("= ") else "")
+    file = tmp_path / "onboard.toml"
+    file.write_text(re.sub(pattern, lambda _: new, text, count=1))
+    with pytest.raises(ConfigError) as caught:
+        load(file, OnboardConfig)
+    assert complaint in str(caught.value)
+    assert main(["run", "--config", str(file)]) == 2
+    said = capsys.readouterr().err.strip().splitlines()
+    assert len(said) == 1
+    assert said[0].startswith("ods run: ")
+    assert complaint in said[0]
+
+
+def test_missing_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["sonar", "--config", str(tmp_path / "none.toml")]) == 2
+    assert capsys.readouterr().err == f"ods sonar: {tmp_path / 'none.toml'}: No such file or directory\n"
+
+
+@pytest.mark.parametrize("words", [["fly"], ["run", "--warp"], [], ["bench", "--seconds", "x"]])
+def test_wrong_words_are_one_line_and_exit_code_2(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(words)
+    assert caught.value.code == 2
+    assert len(capsys.readouterr().err.strip().splitlines()) == 1
+
+
+def test_relative_paths_are_taken_from_the_files_folder(tmp_path: Path) -> None:
+    file = tmp_path / "deep" / "bench.toml"
+    file.parent.mkdir()
+    file.write_text((CONFIG / "bench.toml").read_text())
+    assert load(file, BenchConfig).onboard == tmp_path / "deep" / "onboard.toml"
