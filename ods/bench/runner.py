@@ -84,7 +84,7 @@ def _write_configs(settings: BenchConfig) -> tuple[Path, Path]:
     onboard["bus"]["run_dir"] = str(run_dir)
     onboard["sonar"]["port"] = str(run_dir / "seabat")
     onboard["nav"]["can"] |= {"interface": interface, "channel": channel}
-    onboard["tracker"]["map"] = str(settings.out / "map.sqlite")
+    onboard["tracker"]["map"]["path"] = str(settings.out / "map.sqlite")
     files = settings.out / "onboard.toml", settings.out / "bench.toml"
     for file, content in zip(files, (onboard, _as_dict(settings)), strict=True):
         file.write_text(tomli_w.dumps(content), encoding="utf-8")

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from ods import clock
 from ods.messages import Truth
-from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.image import ImageSimulator, make_ping
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.live_settings import FaultSettings, SimSettings
 from ods.sim_sonar.scene import Scene
@@ -102,19 +102,21 @@ class LiveSonar:
         seconds = self._mission.seconds(self._transmit_ns)
         frame = self._images.render(seconds, self._ping_number)
         device_utc_ns = clock.utc_ns(self._transmit_ns) + self._offset_ns
-        ping = self._images.make_ping(frame, self._ping_number, self._transmit_ns, device_utc_ns)
+        ping = make_ping(frame, self._images.sonar, self._ping_number, self._transmit_ns, device_utc_ns)
         self._telegram = s7k.encode_ping(ping)
 
     def _truth(self, sent_ns: int) -> Truth:
         seconds = self._mission.seconds(self._transmit_ns)
-        position, attitude, _ = self._images.scene.vehicle_at(seconds)
+        vehicle = self._images.scene.vehicle_at(seconds)
+        north, east, down = vehicle.position_ned.tolist()
+        w, x, y, z = vehicle.attitude.tolist()
         return Truth(
             ping_number=self._ping_number,
             t_ns=self._transmit_ns,
             t_sent_ns=sent_ns,
-            position_ned=(float(position[0]), float(position[1]), float(position[2])),
-            attitude=(float(attitude[0]), float(attitude[1]), float(attitude[2]), float(attitude[3])),
-            objects=self._images.truth_objects(seconds),
+            position_ned=(north, east, down),
+            attitude=(w, x, y, z),
+            objects=self._images.truth(seconds),
         )
 
     def _plug_as_the_faults_say(self, now_ns: int) -> None:
@@ -141,7 +143,8 @@ class LiveIns:
         """Send the pose of now; return when the next is due."""
         now = clock.monotonic_ns()
         if not self._mission.faulty("ins_silent", now):
-            position, attitude, velocity_body = self._scene.vehicle_at(self._mission.seconds(now))
-            self._ins.send(clock.utc_ns(now) + self._offset_ns, position, attitude, velocity_body)
+            vehicle = self._scene.vehicle_at(self._mission.seconds(now))
+            device_utc_ns = clock.utc_ns(now) + self._offset_ns
+            self._ins.send(device_utc_ns, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns

@@ -25,6 +25,8 @@ class SimSettings(Settings, frozen=True):
     """TOML file of the scene, relative to the configuration."""
     sonar: Path
     """TOML file of the sonar."""
+    ins_eds: Path
+    """EDS file of the simulated INS."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
     boot_s: NonNegative = 2.0

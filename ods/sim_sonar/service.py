@@ -43,7 +43,7 @@ class SimWorker(Worker[BenchConfig]):
         self._bus = self._open_can(run_dir)
         mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
         self._sonar = LiveSonar(images, sim, mission, self._line)
-        ins = LiveIns(scene, sim, mission, SimulatedIns(self._bus))
+        ins = LiveIns(scene, sim, mission, SimulatedIns(self._bus, sim.ins_eds))
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:
             device.start()

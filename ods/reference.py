@@ -1,0 +1,147 @@
+"""Writes the reference pages in docs/ from the message and settings types: `make docs`."""
+
+import ast
+import inspect
+import sys
+from itertools import pairwise
+from pathlib import Path
+from types import UnionType
+from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hints
+
+import msgspec
+
+from ods import bus, messages
+from ods.bench.settings import BenchConfig
+from ods.config import OnboardConfig
+from ods.processes import PROCESSES
+
+HEAD = """# Messages
+
+Generated from `ods/messages.py` by `make docs`; do not edit.
+
+Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, two parts a message: the topic's
+name, and a msgpack map with the fields below. JSON Schema of all of them: [messages.schema.json](messages.schema.json).
+
+"""
+
+
+CONFIG_HEAD = """# Configuration
+
+Generated from the settings types by `make docs`; do not edit.
+
+Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
+exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home.
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return every generated file of docs/: name and text."""
+    return {"messages.md": _messages(), "messages.schema.json": _schema(), "configuration.md": _configuration()}
+
+
+def _messages() -> str:
+    text = HEAD + "| topic | message | published by | rate | stale after |\n|---|---|---|---|---|\n"
+    for topic in bus.TOPICS.values():
+        name = topic.message.__name__
+        text += f"| `{topic.name}` | [{name}](#{name.lower()}) | {topic.publisher} | {topic.rate_hz:g}/s |"
+        text += f" {topic.stale_s:g} s |\n"
+    text += f"| `{bus.HEALTH}` | [Health](#health) | {', '.join(PROCESSES)} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
+    text += f" {bus.HEALTH_STALE_S:g} s |\n"
+    doc = inspect.getdoc(messages) or ""
+    return text + "\n" + doc.split("\n\n")[1].strip() + "\n" + "".join(_section(kind) for kind in _structs())
+
+
+def _schema() -> str:
+    _, components = msgspec.json.schema_components(_structs(), ref_template="#/$defs/{name}")
+    return msgspec.json.format(msgspec.json.encode({"$defs": components}, order="deterministic")).decode() + "\n"
+
+
+def _structs() -> list[type[msgspec.Struct]]:
+    found = [item for item in vars(messages).values() if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
+    return sorted(found, key=lambda kind: inspect.getsourcelines(kind)[1])
+
+
+def _section(kind: type[msgspec.Struct]) -> str:
+    meaning = _field_docs(kind)
+    hints = get_type_hints(kind, include_extras=True)
+    rows = "".join(
+        f"| `{field.name}` | {_type_name(hints[field.name])} | {meaning.get(field.name, '')} |\n"
+        for field in msgspec.structs.fields(kind)
+    )
+    return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\n| field | type | meaning |\n|---|---|---|\n{rows}"
+
+
+def _field_docs(kind: type[msgspec.Struct]) -> dict[str, str]:
+    """Return the strings that stand below each field."""
+    (tree,) = ast.parse(inspect.getsource(kind)).body
+    body = tree.body if isinstance(tree, ast.ClassDef) else []
+    docs: dict[str, str] = {}
+    for field, below in pairwise(body):
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
+            docs[field.target.id] = " ".join(ast.literal_eval(below.value).split())
+    return docs
+
+
+def _type_name(hint: object) -> str:
+    """Return a type as a reader of the docs would say it, ranges included."""
+    if get_origin(hint) is Annotated:
+        kind, *extras = get_args(hint)
+        return " ".join([_type_name(kind), *(bound for extra in extras for bound in _bounds(extra))])
+    if get_origin(hint) is Literal:
+        return " or ".join(f"`{value}`" for value in get_args(hint))
+    if get_origin(hint) in (UnionType, Union):
+        return " or ".join(_type_name(item) for item in get_args(hint))
+    if get_args(hint):
+        inside = ", ".join(_type_name(item) for item in get_args(hint))
+        return f"{getattr(get_origin(hint), '__name__', '')}[{inside}]"
+    return "none" if hint is type(None) else "..." if hint is ... else getattr(hint, "__name__", str(hint))
+
+
+def _bounds(meta: object) -> list[str]:
+    signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
+    values = {sign: getattr(meta, name, None) for name, sign in signs.items()}
+    return [f"{sign} {value:g}" for sign, value in values.items() if value is not None]
+
+
+def _configuration() -> str:
+    text = CONFIG_HEAD
+    for title, kind in (("On board: config/onboard.toml", OnboardConfig), ("Bench: config/bench.toml", BenchConfig)):
+        text += f"\n# {title}\n" + _table(kind, "")
+    return text
+
+
+def _table(kind: type[msgspec.Struct], path: str) -> str:
+    """Return the section of one TOML table and of the tables inside it."""
+    meaning = _field_docs(kind)
+    hints = get_type_hints(kind, include_extras=True)
+    rows, inner = "", ""
+    for field in msgspec.structs.fields(kind):
+        hint = hints[field.name]
+        if inspect.isclass(hint) and issubclass(hint, msgspec.Struct):
+            inner += _table(hint, f"{path}.{field.name}" if path else field.name)
+        else:
+            rows += f"| `{field.name}` | {_type_name(hint)} | {_default(field)} | {meaning.get(field.name, '')} |\n"
+            inner += "".join(_table(item, f"{path}.{field.name}[]".lstrip(".")) for item in _structs_inside(hint))
+    head = f"\n## [{path}]\n\n{inspect.getdoc(kind)}\n" if path else ""
+    return head + (f"\n| key | type | default | meaning |\n|---|---|---|---|\n{rows}" if rows else "") + inner
+
+
+def _structs_inside(hint: object) -> list[type[msgspec.Struct]]:
+    return [item for item in get_args(hint) if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
+
+
+def _default(field: msgspec.structs.FieldInfo) -> str:
+    if field.required:
+        return "required"
+    value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
+    return f"`{value}`" if len(f"{value}") < 60 else "see there"
+
+
+def main() -> None:
+    """Write all pages into the folder named on the command line."""
+    for name, text in pages().items():
+        (Path(sys.argv[1]) / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

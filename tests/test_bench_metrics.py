@@ -1,0 +1,103 @@
+"""The bench's judgement against runs made by hand, whose figures are known."""
+
+import math
+
+import pytest
+
+from ods.bench.collector import Record
+from ods.bench.metrics import match, summarize
+from ods.bench.settings import LimitSettings
+from ods.messages import Health, Obstacle, ObstacleList, TrackState, Truth, TruthObject
+
+NS = 1_000_000_000
+LIMITS = LimitSettings(
+    position_rms_m=1.0, radius_error=0.3, tracked_share=0.95, false_tracks=0, pings_lost=0,
+    latency_p50_ms=15.0, latency_p99_ms=50.0, longest_gap_s=1.0,
+)  # fmt: skip
+
+
+def obstacle(number: int, north: float, east: float, radius: float = 2.0, state: TrackState = "active") -> Obstacle:
+    return Obstacle(
+        id=number, state=state, position_ned=(north, east, 0.0), velocity_ned=(0.0, 0.0, 0.0), radius_m=radius,
+        sigma_position=(0.1, 0.1, 5.0), sigma_velocity=(0.1, 0.1, 0.1), sigma_radius=0.1, first_seen_utc_ns=0,
+        last_seen_utc_ns=0, times_seen=9, existence=1.0,
+    )  # fmt: skip
+
+
+def target(name: str, north: float, east: float, in_sector: bool = True) -> TruthObject:
+    return TruthObject(name, (north, east, 3.0), (0.0, 0.0, 0.0), 2.0, in_sector)
+
+
+def run_of(lists: list[list[Obstacle]], targets: list[TruthObject], latency_ms: float = 10.0) -> Record:
+    record = Record()
+    for number, obstacles in enumerate(lists):
+        sent = number * NS // 5
+        record.truths[number] = Truth(number, sent, sent, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), targets)
+        arrival = sent + round(latency_ms * 1e6)
+        record.lists.append((arrival, ObstacleList(number, number, sent, sent, sent, True, [], obstacles)))
+    return record
+
+
+def test_a_perfect_run_breaks_nothing() -> None:
+    summary = summarize(run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)]), LIMITS, settle_s=1.0)
+    assert summary.broken == []
+    assert summary.objects[0].ids == [4]
+    assert (summary.tracked_share, summary.position_rms_m, summary.radius_error) == (1.0, 0.0, 0.0)
+    assert summary.latency_p50_ms == pytest.approx(10.0)
+    assert summary.longest_gap_s == pytest.approx(0.2)
+
+
+def test_errors_are_measured_in_the_plane() -> None:
+    record = run_of([[obstacle(1, 33.0, 4.01, 2.5)], [obstacle(1, 30.0, 0.0, 2.5)]], [target("a", 30.0, 0.0)])
+    summary = summarize(record, LIMITS, settle_s=0.0)
+    assert summary.objects[0].tracked_share == 0.5  # 5 m off is just too far to stand for the object
+    assert summary.radius_error == pytest.approx(0.25)
+    record = run_of([[obstacle(1, 30.6, 0.8)]] * 2, [target("a", 30.0, 0.0)])
+    assert summarize(record, LIMITS, settle_s=0.0).position_rms_m == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("lists", "latency_ms", "broken"),
+    [
+        ([[obstacle(1, 30.0, 0.0), obstacle(2, 60.0, 0.0)]] * 9, 10.0, "false_tracks"),
+        ([[]] * 9, 10.0, "tracked_share"),
+        ([[obstacle(1, 32.0, 0.0)]] * 9, 10.0, "position_rms_m"),
+        ([[obstacle(1, 30.0, 0.0, 3.0)]] * 9, 10.0, "radius_error"),
+        ([[obstacle(1, 30.0, 0.0)]] * 9, 20.0, "latency_p50_ms"),
+    ],
+)
+def test_each_limit_can_break(lists: list[list[Obstacle]], latency_ms: float, broken: str) -> None:
+    summary = summarize(run_of(lists, [target("a", 30.0, 0.0)], latency_ms), LIMITS, settle_s=0.0)
+    assert any(line.startswith(broken) for line in summary.broken)
+
+
+def test_lost_pings_gaps_and_nothing_at_all_are_seen() -> None:
+    record = run_of([[obstacle(1, 30.0, 0.0)]] * 20, [target("a", 30.0, 0.0)])
+    del record.lists[5:12]
+    broken = summarize(record, LIMITS, settle_s=0.0).broken
+    assert any(line.startswith("pings_lost is 7") for line in broken)
+    assert any(line.startswith("longest_gap_s is 1.6") for line in broken)
+    nothing = summarize(Record(), LIMITS, settle_s=0.0)
+    assert nothing.latency_p50_ms == math.inf
+    assert len(nothing.broken) == 6
+
+
+def test_an_identity_switch_is_counted() -> None:
+    lists = [[obstacle(1, 30.0, 0.0)]] * 3 + [[obstacle(7, 30.0, 0.0)]] * 3
+    assert summarize(run_of(lists, [target("a", 30.0, 0.0)]), LIMITS, settle_s=0.0).identity_switches == 1
+
+
+def test_matching_minimizes_the_sum_of_distances() -> None:
+    truth = run_of([[]], [target("a", 0.0, 0.0), target("b", 3.0, 0.0)]).truths[0]
+    found = match(truth, [obstacle(1, 2.0, 0.0), obstacle(2, 4.5, 0.0)])
+    assert {name: item.id for name, item in found.items()} == {"a": 1, "b": 2}
+
+
+def test_time_until_a_killed_process_is_back() -> None:
+    record = run_of([[obstacle(1, 30.0, 0.0)]] * 2, [target("a", 30.0, 0.0)])
+    for pid, second in ((10, 1), (10, 2), (11, 5), (11, 6)):
+        record.health["nav"].append(Health("nav", pid, 0, second * NS, 0, True, [], {}, {}, {}, {}, 1.0, 10.0))
+    record.kills.append(("nav", round(2.5 * NS)))
+    summary = summarize(record, LIMITS, settle_s=0.0)
+    assert summary.back_s == {"nav": 2.5}
+    assert summary.processes[0].starts == 2

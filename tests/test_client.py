@@ -1,0 +1,51 @@
+"""The planner's client over real ZeroMQ: newest list, and a word of its own when the tracker is silent."""
+
+import time
+from pathlib import Path
+
+import zmq
+
+from ods import bus
+from ods.client import Obstacles
+from ods.messages import ObstacleList
+
+
+def picture(seq: int) -> ObstacleList:
+    return ObstacleList(seq, seq, 0, 0, 0, True, [], [])
+
+
+def test_silence_is_said_and_ends(tmp_path: Path) -> None:
+    client = Obstacles(tmp_path, stale_s=0.1)
+    first = client.next()
+    assert not first.valid
+    assert first.ping_number == -1
+    assert first.reasons[0].startswith("tracker: no obstacle list for 0.1")
+
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = bus.Publisher(context, tmp_path, "tracker")
+    for seq in range(100):
+        publisher.publish("obstacles", picture(seq))
+        if (got := client.next()).valid:
+            break
+    assert got.valid
+    silent = client.next()
+    assert (silent.valid, silent.ping_number) == (False, got.ping_number)
+    publisher.close()
+    client.close()
+    context.term()
+
+
+def test_only_the_newest_list_is_given(tmp_path: Path) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = bus.Publisher(context, tmp_path, "tracker")
+    client = Obstacles(tmp_path, stale_s=0.2)
+    while not client.next().valid:
+        publisher.publish("obstacles", picture(0))
+    for seq in range(1, 6):
+        publisher.publish("obstacles", picture(seq))
+    time.sleep(0.1)
+    assert client.next().seq == 5
+    assert not client.next().valid
+    publisher.close()
+    client.close()
+    context.term()
