@@ -7,6 +7,7 @@ a full ZeroMQ queue keeps the oldest and CONFLATE breaks multipart messages.
 
 import fcntl
 import logging
+import time
 from collections import Counter, deque
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -205,6 +206,9 @@ class Subscriber:
 
     def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
         """Wait at most `timeout_s`; return (topic, message) pairs and the watched descriptors that are readable."""
+        if not self._poller.sockets:  # ZeroMQ would not wait at all
+            time.sleep(timeout_s)
+            return [], []
         ready = dict(self._poller.poll(max(0, round(timeout_s * 1000))))
         received: list[tuple[str, Any]] = []
         for subscription in self.subscriptions:

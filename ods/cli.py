@@ -28,6 +28,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
     )
+    for library in ("can", "canopen", "matplotlib", "numba"):
+        logging.getLogger(library).setLevel(logging.WARNING)
     try:
         return int(args.run(args) or 0)
     except OdsError as error:

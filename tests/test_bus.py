@@ -84,6 +84,12 @@ def test_plain_zmq_and_msgpack_read_everything(context: Context, tmp_path: Path)
     assert msgpack.unpackb(body)["position_ned"] == [1.0, 2.0, 3.0]
 
 
+def test_waiting_for_nothing_does_not_spin(context: Context, tmp_path: Path) -> None:
+    begun = time.process_time()
+    assert bus.Subscriber(context, tmp_path, []).receive(0.2) == ([], [])
+    assert time.process_time() - begun < 0.1
+
+
 def test_every_topic_has_one_publisher_in_the_process_table() -> None:
     from ods.processes import PROCESSES
 

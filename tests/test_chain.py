@@ -73,7 +73,7 @@ def test_a_pulled_serial_line_is_said_counted_and_recovered(record: Record, sett
     assert not any(item.valid for item in during)
     assert any("no ping for" in reason for reason in during[-1].reasons)
     assert all(item.valid for item in lists_between(record, settings, 26.0, 27.0))
-    assert record.health["sonar"][-1].counters["port_lost"] >= 1
+    assert record.health["sonar"][-1].counters["port_losses"] >= 1
 
 
 def test_a_silent_ins_is_said_and_recovered(record: Record, settings: BenchConfig) -> None:

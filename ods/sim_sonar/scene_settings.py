@@ -1,0 +1,181 @@
+"""What config/scenes/*.toml may say."""
+
+import math
+from itertools import pairwise
+from typing import Annotated
+
+import msgspec
+
+from ods.settings import NonNegative, NonNegativeInt, Positive, Settings
+
+Triple = tuple[float, float, float]
+
+
+class Waypoint(Settings, frozen=True, kw_only=True):
+    """A place and the time to be there."""
+
+    t_s: float
+    """Scene time, s."""
+    position_ned: Triple
+    """North, east, down, m."""
+
+
+class Path(Settings, frozen=True, kw_only=True):
+    """A path in time: constant velocity from `position_ned`, or a smooth curve through `waypoints`."""
+
+    position_ned: Triple | None = None
+    """Place at scene time 0: north, east, down, m."""
+    velocity_ned: Triple = (0.0, 0.0, 0.0)
+    """Constant velocity from there, m/s."""
+    waypoints: list[Waypoint] = msgspec.field(default_factory=list)
+    """Two or more, instead of position_ned; before and after them the end velocities hold."""
+
+    def __post_init__(self) -> None:
+        if (self.position_ned is None) == (not self.waypoints):
+            raise ValueError("position_ned: give either position_ned (and velocity_ned) or waypoints")
+        if self.waypoints and self.velocity_ned != (0.0, 0.0, 0.0):
+            raise ValueError("velocity_ned: goes with position_ned, not with waypoints")
+        if len(self.waypoints) == 1:
+            raise ValueError("waypoints: at least 2")
+        if any(b.t_s <= a.t_s for a, b in pairwise(self.waypoints)):
+            raise ValueError("waypoints: t_s must rise strictly")
+
+
+class Oscillation(Settings, frozen=True, kw_only=True):
+    """A sine about the mean: amplitude_deg * sin(2 pi t / period_s + phase_deg)."""
+
+    amplitude_deg: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
+    """Degrees."""
+    period_s: Positive = 10.0
+    """Seconds."""
+    phase_deg: float = 0.0
+    """Degrees."""
+
+
+class VehiclePath(Path, frozen=True, kw_only=True):
+    """The vehicle's path and attitude; the sonar sits at its origin and looks along its bow."""
+
+    heading_deg: float = 0.0
+    """Mean heading, degrees from north to east."""
+    follow_path: bool = False
+    """Head along the horizontal velocity instead, wherever there is one."""
+    roll: Oscillation = Oscillation()
+    """Roll about 0."""
+    pitch: Oscillation = Oscillation()
+    """Pitch about 0."""
+    yaw: Oscillation = Oscillation()
+    """Yaw about the heading."""
+
+
+class Surface(Settings, frozen=True, kw_only=True):
+    """How a surface reflects (eq. 3)."""
+
+    cd: NonNegative = 0.3
+    """Diffuse share Cd."""
+    cs: NonNegative = 0.3
+    """Specular share Cs."""
+    sigma_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 15.0
+    """Surface roughness: standard deviation of the facets' slope, degrees."""
+
+
+class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):
+    """What all objects have: a name, a surface, a path of their centre."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1)]
+    """Unique in its scene."""
+    surface: Surface = Surface()
+    """How it reflects."""
+
+
+class Sphere(_Object, frozen=True, kw_only=True, tag="sphere"):
+    """A sphere."""
+
+    radius_m: Positive
+    """m."""
+
+
+class Cylinder(_Object, frozen=True, kw_only=True, tag="cylinder"):
+    """A cylinder with flat end caps."""
+
+    radius_m: Positive
+    """m."""
+    length_m: Positive
+    """Along the axis, m."""
+    axis_ned: Triple = (0.0, 0.0, 1.0)
+    """Direction of the axis, any length but zero."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("axis_ned", self.axis_ned)
+
+
+class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
+    """A flat rectangle, seen from both sides; without width_m and height_m it has no bounds (a wall)."""
+
+    normal_ned: Triple
+    """Direction of the normal, any length but zero."""
+    width_m: Positive | None = None
+    """Horizontal side (the northern one where the normal is vertical), m."""
+    height_m: Positive | None = None
+    """The other side, m."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _refuse_zero("normal_ned", self.normal_ned)
+        if (self.width_m is None) != (self.height_m is None):
+            raise ValueError("width_m: give both width_m and height_m, or neither")
+
+
+def _refuse_zero(key: str, vector: Triple) -> None:
+    if math.hypot(*vector) < 1e-9:
+        raise ValueError(f"{key}: a direction of zero length")
+
+
+class SeaBed(Settings, frozen=True, kw_only=True):
+    """A flat sea-bed."""
+
+    depth_m: float
+    """Down coordinate of the sea-bed, m."""
+    surface: Surface = Surface()
+    """How it reflects."""
+
+
+class ImageLevels(Settings, frozen=True, kw_only=True):
+    """From reflected intensity to counts."""
+
+    gain: Positive = 20000.0
+    """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
+    noise_counts: NonNegative = 30.0
+    """Root mean square amplitude of the receiver's noise, counts."""
+    looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
+    """Looks of the speckle: intensity is Gamma distributed with this shape."""
+    speckle: bool = True
+    """False: the mean image."""
+    max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
+    """Relative error of an object's mean image that its ray fan may have."""
+
+
+class SceneFile(Settings, frozen=True, kw_only=True):
+    """A scene: config/scenes/NAME.toml."""
+
+    seed: NonNegativeInt
+    """Seed of everything random; the same seed gives the same bytes."""
+    duration_s: Positive = 60.0
+    """Length of the mission, s; the scene is checked over it."""
+    shadows: bool = True
+    """Nearer objects hide what lies behind them; false: everything is seen, as if transparent."""
+    vehicle: VehiclePath
+    """The vehicle."""
+    objects: list[Sphere | Cylinder | Plane] = msgspec.field(default_factory=list)
+    """Any number."""
+    sea_bed: SeaBed | None = None
+    """None: open water."""
+    image: ImageLevels = ImageLevels()
+    """Levels and noise."""
+
+    def __post_init__(self) -> None:
+        seen: set[str] = set()
+        for item in self.objects:
+            if item.name in seen:
+                raise ValueError(f"objects: two objects are called {item.name!r}")
+            seen.add(item.name)
