@@ -1,7 +1,85 @@
 """Settings of the `nav_bridge` package."""
 
-from ods.settings import Settings
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.settings import NonNegative, Positive, PositiveInt, Settings
+
+NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
+OptionValue = str | int | float | bool
+
+REFUSED_INTERFACES = {
+    "udp_multicast": "it leaves the vehicle through the default route, and one stray datagram ends its reader",
+}
+
+
+class CanSettings(Settings, frozen=True):
+    """The CAN interface, as python-can names it."""
+
+    interface: str = "socketcan"
+    """python-can's name of the driver: socketcan, slcan, pcan, kvaser, virtual ..."""
+    channel: str = "can0"
+    """Network interface, or device of the adapter."""
+    bitrate: PositiveInt | None = None
+    """Bit/s; not used by socketcan, where the network interface has its own."""
+    options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
+    """More keyword arguments of python-can's bus class, for instance tty_baudrate of slcan."""
+    receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
+    """Size of the kernel's receive buffer (socketcan)."""
+    silence_s: Positive = 1.0
+    """Without any frame for so long the interface is closed and opened again."""
+
+    def __post_init__(self) -> None:
+        why = REFUSED_INTERFACES.get(self.interface)
+        if why:
+            raise ValueError(f"interface: {self.interface} is refused: {why}")
+        if not self.channel:
+            raise ValueError("channel: must not be empty")
+
+
+class LimitSettings(Settings, frozen=True):
+    """What a believable pose stays within; others are dropped and counted."""
+
+    horizontal_m: Positive = 100_000.0
+    """Distance from the site's origin along north and east."""
+    height_m: NonNegative = 100.0
+    """Height above the datum."""
+    depth_m: Positive = 12_000.0
+    """Depth below the datum."""
+    speed: Positive = 30.0
+    """m/s along each body axis."""
+    age_s: Positive = 1.0
+    """Time from the pose's instant to its arrival."""
 
 
 class NavSettings(Settings, frozen=True):
-    """Foundation stub, filled in with the package."""
+    """Where the vehicle's pose comes from."""
+
+    ins_eds: Path
+    """EDS or DCF file of the INS: which objects its PDOs carry."""
+    node_eds: Path
+    """EDS file of this process's own CANopen node."""
+    source: Literal["canopen"] = "canopen"
+    """How the INS speaks."""
+    can: CanSettings = CanSettings()
+    ins_node_id: NodeId = 5
+    """CANopen node id of the INS."""
+    node_id: NodeId = 32
+    """CANopen node id of this process."""
+    start_ins: bool = False
+    """Send NMT `start remote node` to the INS while its heartbeat says that it is pre-operational."""
+    heartbeat_timeout_s: NonNegative = 1.0
+    """Silence of the INS's heartbeat that is a problem, s; 0: it sends none."""
+    heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
+    """Period of this node's own heartbeat, s; 0: none."""
+    stale_s: Positive = 0.5
+    """Time without a pose that is a problem, s."""
+    clock_jump_s: Positive = 0.1
+    """A step of the INS's clock by more than this is taken at once, when four epochs in a row confirm it."""
+    limits: LimitSettings = LimitSettings()
+
+    def __post_init__(self) -> None:
+        if self.node_id == self.ins_node_id:
+            raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")

@@ -1,7 +1,49 @@
 """Settings of the `pipeline` package."""
 
-from ods.settings import Settings
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+
+from ods.pipeline.params import BUILT_IN, StageError, read_params, stage_label
+from ods.settings import NonNegative, Settings
+
+StageTable = dict[str, Any]
+
+DEFAULT_STAGES: tuple[StageTable, ...] = (
+    {"use": "equalize.mean_range"},
+    {"use": "filter.fir"},
+    {"use": "detect.two_level"},
+)
+"""The chain when the configuration names none."""
 
 
 class PipelineSettings(Settings, frozen=True):
-    """Foundation stub, filled in with the package."""
+    """How pings become detections."""
+
+    plugins: list[Path] = []
+    """Python files that register stages of the user's own."""
+    stage: list[StageTable] = []
+    """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range, filter.fir,
+    detect.two_level with their defaults."""
+    min_range_m: NonNegative = 0.1
+    """Slant range under which samples are ignored: the transmit pulse's own echo in the transducer."""
+    beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0)] = 0.0
+    """Horizontal -3 dB width of a beam where the sonar does not tell it; 0: the beams' spacing."""
+    vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
+    """Half the vertical opening of a plane of beams, which sonars do not tell."""
+
+    def __post_init__(self) -> None:
+        for index, stage in enumerate(self.stage):
+            name = stage.get("use")
+            if not isinstance(name, str):
+                raise ValueError(f"stage[{index}].use: missing, it says the stage's name")
+            if name in BUILT_IN:
+                try:
+                    read_params(BUILT_IN[name], stage)
+                except StageError as error:
+                    raise ValueError(f"{stage_label(index, stage)}: {error}") from error
+
+    def chain(self) -> list[StageTable]:
+        """Return the stages to build."""
+        return self.stage or list(DEFAULT_STAGES)

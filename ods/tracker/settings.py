@@ -1,7 +1,115 @@
-"""Settings of the `tracker` package."""
+"""Settings of the `tracker` package: what `[tracker]` in config/onboard.toml may say."""
 
-from ods.settings import Settings
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+
+from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
+
+Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
+
+
+class MotionSettings(Settings, frozen=True):
+    """How objects move: the process noise of the Kalman filters."""
+
+    velocity_sigma: Positive = 1.0
+    """Standard deviation of a new object's velocity, each of north and east, if it moves at all, m/s."""
+    vertical_velocity_sigma: Positive = 0.3
+    """The same, down, m/s."""
+    acceleration_noise: NonNegative = 0.01
+    """Spectral density of a moving object's acceleration, m^2/s^3."""
+    static_noise: NonNegative = 1e-5
+    """Spectral density of a static object's drift (it stands for drift of the pose), m^2/s."""
+    radius_noise: NonNegative = 1e-3
+    """Spectral density of changes of the radius, which depends on the aspect, m^2/s."""
+    static_prior: Probability = 0.7
+    """Share of static ones among new objects."""
+    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.01
+    """How often an object starts or stops moving, 1/s."""
+
+
+class EchoSettings(Settings, frozen=True):
+    """What the sonar and the pipeline make of objects, and of none."""
+
+    detection_probability: Probability = 0.9
+    """Probability that an object in full view gives a detection."""
+    clutter_per_scan: Positive = 1.0
+    """False alarms expected in a scan at the start; the tracker then counts them itself."""
+    births_per_scan: Positive = 0.03
+    """New objects expected in a scan; against `clutter_per_scan` it says how much proof a new object needs."""
+    gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 4.0
+    """Largest distance of a detection from the object's predicted place, standard deviations."""
+    silence_rate: Positive = 0.02
+    """How often an object that gave echoes falls silent although in view (aspect, shadow), 1/s."""
+    return_rate: Positive = 0.1
+    """How often a silent object gives echoes again, 1/s."""
+    loss_rate: Positive = 1e-3
+    """How often an object ceases to exist, 1/s."""
+
+
+class LifeSettings(Settings, frozen=True):
+    """When an object's state changes [SSIE figure 5]."""
+
+    confirm_echoes: Annotated[int, msgspec.Meta(ge=2)] = 3
+    """Echoes before a new object is reported."""
+    confirm_existence: Probability = 0.99
+    """Existence probability before a new object is reported."""
+    drop_existence: Probability = 0.2
+    """A reported object below this existence probability is given up."""
+    edge_sigmas: NonNegative = 2.0
+    """A missed echo counts only where the prediction is inside the sector by so many standard deviations."""
+    silent_s: Positive = 3.0
+    """An object in view goes to stand-by after so long without an echo."""
+    stand_by_s: Positive = 10.0
+    """An object out of view is hibernated (static) or terminated (moving) after so long without an echo."""
+    lost_sigma_m: Positive = 5.0
+    """The same when its position's standard deviation exceeds this."""
+
+
+class PoseSettings(Settings, frozen=True):
+    """The buffer of vehicle poses."""
+
+    capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
+    """Poses kept."""
+    max_extrapolation_s: Positive = 0.3
+    """Longest time a pose is carried on beyond the newest one, s."""
+
+
+class PlannerSettings(Settings, frozen=True):
+    """The obstacle list to the path planner."""
+
+    period_s: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.4
+    """Time between lists while no detections come, s."""
+    announce_ended: PositiveInt = 5
+    """Consecutive lists that report an ended object as `terminated`."""
+    hibernated_within_m: NonNegative = 150.0
+    """Hibernated objects are listed up to this distance from the vehicle, m."""
+
+
+class MapSettings(Settings, frozen=True):
+    """The store of hibernated objects."""
+
+    path: Path | None = None
+    """SQLite file; none: the map ends with the process."""
+    position_sigma_m: NonNegative = 0.5
+    """Standard deviation added to the position of objects of an earlier mission, each of north and east, m."""
+    minimum_times_seen: NonNegativeInt = 5
+    """Objects with fewer echoes are not worth storing for the next mission."""
 
 
 class TrackerSettings(Settings, frozen=True):
-    """Foundation stub, filled in with the package."""
+    """Detections and pose to obstacles."""
+
+    observer: str = "independent"
+    """Name of the observer (the filters of an object's state)."""
+    motion: MotionSettings = MotionSettings()
+    echo: EchoSettings = EchoSettings()
+    life: LifeSettings = LifeSettings()
+    pose: PoseSettings = PoseSettings()
+    planner: PlannerSettings = PlannerSettings()
+    map: MapSettings = MapSettings()
+
+    def __post_init__(self) -> None:
+        if self.life.drop_existence >= self.life.confirm_existence:
+            raise ValueError("life.drop_existence: must be below life.confirm_existence")

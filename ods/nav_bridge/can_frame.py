@@ -1,0 +1,24 @@
+"""One received CAN data frame, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
+
+from typing import NamedTuple
+
+NMT = 0x000
+SYNC = 0x080
+TIME = 0x100
+EMCY = 0x080
+"""Plus node id."""
+SDO_REQUEST = 0x600
+"""Plus node id."""
+HEARTBEAT = 0x700
+"""Plus node id."""
+
+
+class Frame(NamedTuple):
+    """A data frame as it came off the bus."""
+
+    can_id: int
+    extended: bool
+    """29-bit identifier: never CANopen, even when the number is that of a PDO."""
+    data: bytes
+    t_ns: int
+    """Arrival, CLOCK_MONOTONIC."""

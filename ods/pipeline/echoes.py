@@ -1,0 +1,235 @@
+"""From regions to echoes: the circle that stands for each object, with sub-cell edges and the beam's width taken out.
+
+Along the beam, an echo ends where it has half the level of its outermost crest: a symmetric filter leaves that point in
+place, whatever the threshold. Across the beams, an echo is wider than its object, because a beam of -3 dB width w also
+hears its surroundings with a Gaussian directivity. In the outermost beam an object's edge at distance x inside or
+outside the beam's axis leaves the share q = Phi(x / s), s = w / 2.355, of the intensity that the beams further in show:
+so the level of that beam tells where the edge is.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.pipeline.circles import Points, smallest_circle
+from ods.pipeline.fan import Fan, Image, beam_borders
+from ods.pipeline.kernel import kernel
+from ods.pipeline.regions import Regions, Runs
+
+FIELDS = (
+    "range_m",
+    "bearing_rad",
+    "radius_m",
+    "peak",
+    "mean",
+    "snr_db",
+    "cells",
+    "range_extent_m",
+    "bearing_extent_rad",
+    "sigma_range_m",
+    "sigma_bearing_rad",
+    "sigma_radius_m",
+    "amplitude",
+)
+"""Columns of the table of echoes: the fields of `ods.messages.Detection` of these names."""
+
+Table = NDArray[np.float64]
+Row = NDArray[np.float64]
+
+_SIGMA_OF_WIDTH = 1.0 / 2.3548
+"""Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity)."""
+_LOGIT_OF_PROBIT = 1.702
+"""Phi(x) is 1 / (1 + exp(-1.702 x)) to within 0.01."""
+_LONE_BEAM = 0.7
+"""Widest object, in units of a cell, that is seen in one beam alone."""
+_RESOLVED = 2.0
+"""Echoes narrower than this many beam widths show no shape: they are taken for round."""
+
+
+def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions: Regions, fan: Fan) -> Table:
+    """Return the (regions, len(FIELDS)) table of echoes.
+
+    image: (beams, samples) that the regions were found in; frame: the recorded samples, column `first` of which is
+    column 0 of the image.
+    """
+    table = np.zeros((regions.count, len(FIELDS)))
+    if regions.count:
+        borders = beam_borders(fan.bearing_rad, float(fan.beam_width_rad[0]))
+        _measure_all(
+            image, regions.runs, regions.background, fan.bearing_rad, borders, fan.beam_width_rad, fan.range0_m,
+            fan.dr_m, table,
+        )  # fmt: skip
+        _raw_peaks(frame, first, regions.runs, table[:, -1])
+    return table
+
+
+@kernel
+def _raw_peaks(frame: NDArray[np.generic], first: int, runs: Runs, peaks: Row) -> None:
+    for i in range(runs.shape[0]):
+        values = frame[runs[i, 0], first + runs[i, 1] : first + runs[i, 2]]
+        for j in range(values.size):
+            peaks[runs[i, 3] - 1] = max(peaks[runs[i, 3] - 1], values[j])
+
+
+@kernel
+def _measure_all(
+    image: Image,
+    runs: Runs,
+    background: float,
+    bearing: Row,
+    borders: Row,
+    width: Row,
+    range0: float,
+    dr: float,
+    table: Table,
+) -> None:
+    edges = np.empty((runs.shape[0], 2))
+    for i in range(runs.shape[0]):
+        row = image[runs[i, 0], runs[i, 1] : runs[i, 2]]
+        edges[i, 0] = range0 + (runs[i, 1] + _edge(row, False) - 0.5) * dr
+        edges[i, 1] = range0 + (runs[i, 2] - _edge(row, True) - 0.5) * dr
+    start = 0
+    for k in range(table.shape[0]):
+        stop = start
+        while stop < runs.shape[0] and runs[stop, 3] == k + 1:
+            stop += 1
+        part, ends, echo = runs[start:stop], edges[start:stop], table[k]
+        beam = _levels(image, part, background, echo)
+        echo[7] = (part[:, 2].max() - part[:, 1].min()) * dr
+        echo[8] = borders[part[-1, 0] + 1] - borders[part[0, 0]]
+        _circle(part, ends, beam, bearing, borders, width, dr, echo)
+        start = stop
+
+
+@kernel
+def _edge(row: NDArray[np.float32], backwards: bool) -> int:
+    """Return how many cells lie outside the point of half the level of the first crest, seen from one end of a run."""
+    last = row.size - 1
+    step = -1 if backwards else 1
+    begin = last if backwards else 0
+    crest = 0
+    while crest < last and row[begin + step * (crest + 1)] > row[begin + step * crest]:
+        crest += 1
+    half = np.float32(0.5) * row[begin + step * crest]
+    outside = 0
+    while outside < crest and row[begin + step * outside] < half:
+        outside += 1
+    return min(outside, last // 2)
+
+
+@kernel
+def _levels(image: Image, runs: Runs, background: float, echo: Row) -> Row:
+    """Fill in peak, mean, snr_db and cells; return the peak intensity over the background's of each beam."""
+    beam = np.zeros(runs[-1, 0] - runs[0, 0] + 1)
+    total, cells, peak = 0.0, 0, 0.0
+    for i in range(runs.shape[0]):
+        row = image[runs[i, 0], runs[i, 1] : runs[i, 2]]
+        best = 0.0
+        for j in range(row.size):
+            total += row[j]
+            best = max(best, row[j])
+        cells += row.size
+        peak = max(peak, best)
+        k = runs[i, 0] - runs[0, 0]
+        beam[k] = max(beam[k], best * best - background * background)
+    echo[3] = peak / background
+    echo[4] = total / cells / background
+    echo[5] = 20.0 * np.log10(max(peak / background, 1e-6))
+    echo[6] = cells
+    return beam
+
+
+@kernel
+def _circle(
+    runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, width: Row, dr: float, echo: Row
+) -> None:
+    """Fill in the circle and its standard deviations."""
+    low, high = runs[0, 0], runs[-1, 0]
+    near, far = ends[:, 0].min(), ends[:, 1].max()
+    middle = 0.5 * (near + far)
+    blur = width[(low + high) // 2]
+    left = bearing[low] - _overhang(beam, bearing[low : high + 1], blur, borders[low + 1] - borders[low], False)
+    right = bearing[high] + _overhang(beam, bearing[low : high + 1], blur, borders[high + 1] - borders[high], True)
+    across = max(right - left, 0.0)
+    resolved = across >= _RESOLVED * blur
+    if not resolved:
+        across = min(across, 2.0 * (far - near) / max(middle, dr))
+    centre = 0.5 * (left + right)
+    left, right = centre - 0.5 * across, centre + 0.5 * across
+    points = _outline(runs, ends, borders, left - borders[low], borders[high + 1] - right, centre)
+    x, y, radius = smallest_circle(points)
+    radius = max(radius, 0.5 * dr)
+    distance = np.hypot(x, y)
+    roundness = _roundness(runs, ends, bearing, centre, 0.5 * across * middle) if resolved else 1.0
+    echo[0] = distance + roundness * max(near + radius - distance, 0.0)
+    echo[1] = np.arctan2(y, x)
+    echo[2] = radius
+    _spread(blur, across, middle, dr, echo)
+
+
+@kernel
+def _overhang(beam: Row, bearing: Row, blur: float, cell: float, backwards: bool) -> float:
+    """Return how far an object reaches beyond the axis of the outermost beam of its echo, rad; negative inside.
+
+    beam, bearing: intensity and axis of the echo's beams; the last one is the outermost one when `backwards`.
+    """
+    count = beam.size
+    if count == 1:
+        return 0.5 * _LONE_BEAM * cell
+    begin, step = (count - 1, -1) if backwards else (0, 1)
+    inner = 0.0
+    for k in range(1, count):
+        inner = max(inner, beam[begin + step * k])
+        if abs(bearing[begin + step * k] - bearing[begin]) >= 0.75 * blur:
+            break
+    share = min(max(beam[begin] / max(inner, 1e-30), 1e-6), 0.999)
+    outside = _SIGMA_OF_WIDTH * blur * np.log(share / (1.0 - share)) / _LOGIT_OF_PROBIT
+    return min(max(outside, -max(blur, cell)), 0.5 * cell)
+
+
+@kernel
+def _outline(runs: Runs, ends: Points, borders: Row, left: float, right: float, centre: float) -> Points:
+    """Return the corners of all runs in the sonar's plane, (4 runs, 2) ahead and to starboard, m.
+
+    Corners on the left of `centre` are moved `left` rad towards it, the others `right` rad, and never across it.
+    """
+    points = np.empty((4 * runs.shape[0], 2))
+    for i in range(runs.shape[0]):
+        for side in range(2):
+            border = borders[runs[i, 0] + side]
+            angle = min(border + left, centre) if border < centre else max(border - right, centre)
+            for end in range(2):
+                k = 4 * i + 2 * side + end
+                points[k, 0], points[k, 1] = ends[i, end] * np.cos(angle), ends[i, end] * np.sin(angle)
+    return points
+
+
+@kernel
+def _roundness(runs: Runs, ends: Points, bearing: Row, centre: float, half_width: float) -> float:
+    """Return 1 for an echo with a convex front, 0 for a flat one, by the curvature of a parabola through the front.
+
+    The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.15 when the
+    beams blur it, and within +-0.1 for a wall with speckle.
+    """
+    low = runs[0, 0]
+    count = runs[-1, 0] - low + 1
+    front = np.full(count, np.inf)
+    for i in range(runs.shape[0]):
+        front[runs[i, 0] - low] = min(front[runs[i, 0] - low], ends[i, 0])
+    known = np.isfinite(front)
+    if known.sum() < 3:
+        return 0.0
+    angle = bearing[low : low + count][known] - centre
+    across, ahead = front[known] * np.sin(angle), front[known] * np.cos(angle)
+    linear = across - across.mean()
+    power = (linear * linear).sum()
+    square = linear * linear - linear * (linear**3).sum() / power - power / linear.size
+    curvature = 2.0 * (ahead * square).sum() / max((square * square).sum(), 1e-30)
+    return min(max((curvature * half_width - 0.1) / 0.2, 0.0), 1.0)
+
+
+@kernel
+def _spread(blur: float, across: float, middle: float, dr: float, echo: Row) -> None:
+    """Fill in the standard deviations, fitted to simulated spheres and discs of 0.5 to 6 m at 10 to 90 m."""
+    echo[9] = np.hypot(2.0 * dr, 0.25 * echo[2])
+    echo[10] = np.hypot(0.15 * blur, 0.1 * across)
+    echo[11] = np.hypot(0.15 * blur * middle, 0.15 * echo[2])

@@ -1,0 +1,42 @@
+"""The geometry of one plane of beams, as stages see it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Image = NDArray[np.float32]
+"""(beams, samples) amplitudes, C-contiguous: the range samples of a beam are neighbours in memory."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """Where the cells of an image lie: row b is at bearing_rad[b], column j at range0_m + j * dr_m."""
+
+    bearing_rad: NDArray[np.float64]
+    """(beams,) strictly increasing, starboard positive."""
+    beam_width_rad: NDArray[np.float64]
+    """(beams,) horizontal -3 dB width."""
+    samples: int
+    range0_m: float
+    """Slant range of the first column's centre."""
+    dr_m: float
+    """Column spacing in slant range."""
+    elevation_rad: float = 0.0
+    """Elevation of the plane, up positive."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Return (beams, samples)."""
+        return len(self.bearing_rad), self.samples
+
+
+def beam_borders(bearing_rad: NDArray[np.float64], lone_width_rad: float) -> NDArray[np.float64]:
+    """Return the (beams + 1,) bearings that part the beams: half-way between them, as far outside at the ends.
+
+    A lone beam is as wide as `lone_width_rad`.
+    """
+    if len(bearing_rad) == 1:
+        return np.array([bearing_rad[0] - 0.5 * lone_width_rad, bearing_rad[0] + 0.5 * lone_width_rad])
+    middle = 0.5 * (bearing_rad[1:] + bearing_rad[:-1])
+    return np.concatenate(([2.0 * bearing_rad[0] - middle[0]], middle, [2.0 * bearing_rad[-1] - middle[-1]]))

@@ -1,0 +1,114 @@
+"""What the geometry of a ping decides once, for all pings that share it: planes, sector, amplitude table."""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.messages import SAMPLE_DTYPES, Ping, Sector
+from ods.pipeline.amplitude import Table, amplitude_table
+from ods.pipeline.fan import Fan, beam_borders
+from ods.pipeline.settings import PipelineSettings
+
+MAX_BEARING = math.pi
+
+
+class PingError(ValueError):
+    """A ping cannot be processed: its tables or samples are wrong; the text says why in one line."""
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What all pings of one geometry have in common."""
+
+    fans: list[Fan]
+    """One for each plane, rows p * beams_per_plane onwards."""
+    first: int
+    """Samples that lie before the first column of the image."""
+    sector: Sector
+    table: Table | None
+    """Linear amplitude of every count, where a table serves."""
+
+
+def geometry_key(ping: Ping) -> tuple[Any, ...]:
+    """Return what a plan depends on; pings with equal keys share a plan."""
+    return (
+        ping.beams, ping.samples, ping.dtype, ping.planes, ping.range0_m, ping.dr_m, ping.scale, ping.scale_factor,
+        ping.bearing_rad, ping.elevation_rad, ping.beam_width_rad,
+    )  # fmt: skip
+
+
+def make_plan(ping: Ping, settings: PipelineSettings) -> Plan:
+    """Check the ping's tables and lay the plan out. Raises PingError."""
+    _check_numbers(ping)
+    per_plane, rest = divmod(ping.beams, ping.planes)
+    if rest:
+        raise PingError(f"{ping.beams} beams do not make {ping.planes} planes")
+    bearing = _beam_table(ping.bearing_rad, ping.beams, "bearing_rad")
+    elevation = _beam_table(ping.elevation_rad or [0.0] * ping.beams, ping.beams, "elevation_rad")
+    first = max(0, math.ceil((max(settings.min_range_m, 0.0) - ping.range0_m) / ping.dr_m - 1e-9))
+    if first >= ping.samples:
+        raise PingError(f"no sample lies beyond pipeline.min_range_m, {settings.min_range_m} m")
+    fans = []
+    for plane in range(ping.planes):
+        rows = slice(plane * per_plane, (plane + 1) * per_plane)
+        if np.any(np.diff(bearing[rows]) <= 0.0):
+            raise PingError("bearing_rad does not increase from beam to beam")
+        width = _beam_width(ping, bearing, rows, settings)
+        fans.append(
+            Fan(bearing[rows], width, ping.samples - first, ping.range0_m + first * ping.dr_m, ping.dr_m,
+                float(elevation[rows].mean()))
+        )  # fmt: skip
+    return Plan(
+        fans=fans,
+        first=first,
+        sector=_sector(fans, math.radians(settings.vertical_half_deg)),
+        table=amplitude_table(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor),
+    )
+
+
+def _check_numbers(ping: Ping) -> None:
+    if not (math.isfinite(ping.dr_m) and ping.dr_m > 0.0):
+        raise PingError(f"dr_m: {ping.dr_m} is not a sample spacing")
+    if not math.isfinite(ping.range0_m):
+        raise PingError(f"range0_m: {ping.range0_m} is not a range")
+    if ping.scale != "linear" and not (math.isfinite(ping.scale_factor) and ping.scale_factor > 0.0):
+        raise PingError(f"scale_factor: {ping.scale_factor} does not fit scale {ping.scale}")
+
+
+def _beam_table(values: list[float], beams: int, name: str) -> NDArray[np.float64]:
+    table = np.array(values, np.float64)
+    if len(table) != beams:
+        raise PingError(f"{name} has {len(table)} entries for {beams} beams")
+    if not np.all(np.abs(table) <= MAX_BEARING):  # NaN fails too
+        raise PingError(f"{name} has entries that are no angles")
+    return table
+
+
+def _beam_width(
+    ping: Ping, bearing: NDArray[np.float64], rows: slice, settings: PipelineSettings
+) -> NDArray[np.float64]:
+    """Return the (beams,) widths of one plane: as the ping tells, else as configured, else the spacing."""
+    if ping.beam_width_rad:
+        width = _beam_table(ping.beam_width_rad, ping.beams, "beam_width_rad")[rows]
+        if np.any(width <= 0.0):
+            raise PingError("beam_width_rad has entries that are no widths")
+        return width
+    configured = math.radians(settings.beam_width_deg)
+    if configured > 0.0:
+        return np.full(len(bearing[rows]), configured)
+    return np.diff(beam_borders(bearing[rows], math.radians(1.0)))
+
+
+def _sector(fans: list[Fan], vertical_half_rad: float) -> Sector:
+    borders = [beam_borders(fan.bearing_rad, float(fan.beam_width_rad[0])) for fan in fans]
+    elevations = [fan.elevation_rad for fan in fans]
+    return Sector(
+        range_min_m=max(0.0, fans[0].range0_m - 0.5 * fans[0].dr_m),
+        range_max_m=fans[0].range0_m + (fans[0].samples - 0.5) * fans[0].dr_m,
+        bearing_min_rad=float(min(border[0] for border in borders)),
+        bearing_max_rad=float(max(border[-1] for border in borders)),
+        half_vertical_rad=0.5 * (max(elevations) - min(elevations)) + vertical_half_rad,
+    )

@@ -1,0 +1,118 @@
+"""The Data Record Frame of the RESON 7k Data Format: header, 7KTIME, checksum, record.
+
+Source: Teledyne RESON, 7k Data Format Definition, version 3.12, sections 2.5 and 5. All numbers are little endian.
+"""
+
+import math
+import struct
+from dataclasses import dataclass
+from datetime import UTC, date, datetime, timedelta
+from typing import NamedTuple
+
+import numpy as np
+
+SYNC = b"\xff\xff\x00\x00"
+SYNC_AT = 4
+"""Where the sync word stands in a frame; the header's offset field counts from here."""
+VERSION = 5
+CHECKSUM_BYTES = 4
+CHECKSUM_VALID = 1
+RECORDED = 1 << 15
+
+_HEADER = struct.Struct("<HH4sIII10sHIIHHIHHIII")
+_TIME = struct.Struct("<HHfBB")
+HEADER_BYTES = _HEADER.size
+EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+YEARS = range(1970, 2200)
+"""Years taken for a real 7KTIME."""
+_NS = 1_000_000_000
+_DAY_NS = 86_400 * _NS
+
+
+class Header(NamedTuple):
+    """The fields of a frame's header that matter here."""
+
+    version: int
+    offset: int
+    """From the sync word to the record type header."""
+    size: int
+    """Of the whole frame, checksum included."""
+    optional_offset: int
+    """From the frame's start to its optional data; 0 when there are none."""
+    time: bytes
+    record_type: int
+    device: int
+    enumerator: int
+    flags: int
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """One record as it came, without frame, checksum and optional data."""
+
+    record_type: int
+    device: int
+    enumerator: int
+    time_ns: int | None
+    """7KTIME, UTC ns since 1970; None when the device had no time or told an absurd one."""
+    body: bytes
+    """Record type header and record data."""
+    first_ns: int = 0
+    """When the frame's first byte was read, as told to the framer."""
+    last_ns: int = 0
+    """When the frame's last byte was read."""
+
+
+def unpack_header(buffer: bytes | bytearray) -> Header:
+    """Return the header at the start of `buffer`, which holds at least HEADER_BYTES."""
+    version, offset, _, size, optional_offset, _, time, _, record_type, device, _, enumerator, _, flags, *_ = (
+        _HEADER.unpack_from(buffer)
+    )
+    return Header(version, offset, size, optional_offset, time, record_type, device, enumerator, flags)
+
+
+def encode_record(
+    record_type: int, body: bytes, utc_ns: int | None, device: int, enumerator: int = 0, recorded: bool = False
+) -> bytes:
+    """Return the frame of one record, with a valid checksum; `utc_ns` None writes the 7KTIME that says "no time"."""
+    size = HEADER_BYTES + len(body) + CHECKSUM_BYTES
+    header = _HEADER.pack(
+        VERSION, HEADER_BYTES - SYNC_AT, SYNC, size, 0, 0, encode_time(utc_ns), 1, record_type, device, 0, enumerator,
+        0, CHECKSUM_VALID | (RECORDED if recorded else 0), 0, 0, 0, 0,
+    )  # fmt: skip
+    frame = header + body
+    checksum = int(np.frombuffer(frame, np.uint8).sum(dtype=np.uint64)) & 0xFFFFFFFF
+    return frame + checksum.to_bytes(CHECKSUM_BYTES, "little")
+
+
+def decode_time(field: bytes) -> int | None:
+    """Return the UTC ns since 1970 of a 10-byte 7KTIME; None when it is all zero, absurd or not a number."""
+    year, day, seconds, hours, minutes = _unpack_time(field)
+    sane = year in YEARS and 1 <= day <= 366 and hours < 24 and minutes < 60
+    if not sane or not math.isfinite(seconds) or not 0.0 <= seconds < 61.0:
+        return None
+    days = date(year, 1, 1).toordinal() + day - 1 - EPOCH.toordinal()
+    return days * _DAY_NS + (hours * 3600 + minutes * 60) * _NS + round(seconds * _NS)
+
+
+def _unpack_time(field: bytes) -> tuple[int, int, float, int, int]:
+    year, day, seconds, hours, minutes = _TIME.unpack(field)
+    return year, day, seconds, hours, minutes
+
+
+def encode_time(utc_ns: int | None) -> bytes:
+    """Return the 10-byte 7KTIME of `utc_ns`; its float32 seconds keep 2 us at worst.
+
+    Raises ValueError outside the years 1970 to 2199.
+    """
+    if utc_ns is None:
+        return bytes(_TIME.size)
+    whole_s, part_ns = divmod(utc_ns, _NS)
+    try:
+        moment = EPOCH + timedelta(seconds=whole_s)
+    except OverflowError:
+        raise ValueError(f"utc_ns: {utc_ns} is no time of this age") from None
+    if moment.year not in YEARS:
+        raise ValueError(f"utc_ns: {utc_ns} lies outside the years {YEARS.start} to {YEARS.stop - 1}")
+    seconds = moment.second + part_ns / _NS
+    return _TIME.pack(moment.year, moment.timetuple().tm_yday, seconds, moment.hour, moment.minute)

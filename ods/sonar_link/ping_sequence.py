@@ -1,0 +1,56 @@
+"""What every file reader returns: the pings of a recording, made when they are asked for."""
+
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.errors import OdsError
+from ods.messages import Ping
+
+
+class PingFileError(OdsError):
+    """A file of pings cannot be used; the text is one line: file and reason."""
+
+
+class LazyPings(Sequence[Ping]):
+    """`count` pings, each made by `make(index)` when asked for, so that a long recording need not fit in memory."""
+
+    def __init__(self, count: int, make: Callable[[int], Ping]) -> None:
+        self._count = count
+        self._make = make
+
+    def __len__(self) -> int:
+        return self._count
+
+    @overload
+    def __getitem__(self, index: int) -> Ping: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Ping]: ...
+
+    def __getitem__(self, index: int | slice) -> Ping | list[Ping]:
+        """Return one ping or a list of some. Raises IndexError."""
+        if isinstance(index, slice):
+            return [self._make(i) for i in range(self._count)[index]]
+        return self._make(range(self._count)[index])
+
+
+@dataclass(frozen=True, eq=False)
+class PingSequence:
+    """A recording."""
+
+    pings: Sequence[Ping]
+    timed: bool = True
+    """False when nothing is known of the times: the pings are single images."""
+    position_ned: NDArray[np.float64] | None = None
+    """(pings, 3) the vehicle at transmission, m."""
+    attitude: NDArray[np.float64] | None = None
+    """(pings, 4) unit quaternions w, x, y, z, body to global; present together with `position_ned`."""
+    truth: NDArray[np.float64] | None = None
+    """(pings, objects, 7) x, y, z, vx, vy, vz, r, global NED; nan where absent."""
+    losses: Counter[str] = field(default_factory=Counter)
+    """What the file holds and the pings do not, by kind."""

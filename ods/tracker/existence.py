@@ -1,0 +1,55 @@
+"""Does an object exist? A chain of three hidden states an object, fed with hits and misses.
+
+Rows of the (3, n) probabilities: VISIBLE (exists and gives echoes), SILENT (exists, gives none from here just now) and
+NOTHING (a false track, or the object is gone). Missing an object in some images is normal [SSIE]: the silent state
+keeps a well-established object alive through a silence that would end a young one.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array
+from ods.tracker.settings import EchoSettings
+
+VISIBLE, SILENT, NOTHING = 0, 1, 2
+YOUNG = 30.0
+"""An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
+MOST_EVIDENCE = 30.0
+"""Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt."""
+
+
+def start(count: int, births: float, clutter: float) -> Array:
+    """Return (3, count) probabilities of objects with one echo, given births and false alarms a scan."""
+    column = np.array([births, 0.0, clutter]) / (births + clutter)
+    return np.repeat(column[:, None], count, axis=1)
+
+
+def established(existence: Array) -> Array:
+    """Return (3, n) probabilities of objects taken from the map with (n,) `existence`."""
+    return np.stack([existence, np.zeros_like(existence), 1.0 - existence])
+
+
+def carry_on(probabilities: Array, echoes: NDArray[np.int64], watched: Array, dt: float, echo: EchoSettings) -> Array:
+    """Return (3, n) probabilities `dt` seconds later.
+
+    `echoes`: (n,) echoes so far; a young object is more often an error of association, and lost sooner. `watched`:
+    (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come back.
+    """
+    visible, silent, nothing = probabilities
+    stay_visible = np.exp(-echo.silence_rate * dt * watched)
+    stay_silent = np.exp(-echo.return_rate * dt * watched)
+    stay = np.exp(-echo.loss_rate * dt * (1.0 + YOUNG / echoes))
+    still_visible = stay * (visible * stay_visible + silent * (1.0 - stay_silent))
+    still_silent = stay * (silent * stay_silent + visible * (1.0 - stay_visible))
+    return np.stack([still_visible, still_silent, nothing + (1.0 - stay) * (visible + silent)])
+
+
+def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expected: Array) -> Array:
+    """Return (3, n) probabilities after an image.
+
+    `evidence`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
+    `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not.
+    """
+    visible = np.where(hit, np.exp(np.minimum(evidence, MOST_EVIDENCE)), 1.0 - expected)
+    weighted = probabilities * np.stack([visible, np.where(hit, 0.0, 1.0), np.ones_like(visible)])
+    return np.asarray(weighted / weighted.sum(axis=0))

@@ -1,0 +1,178 @@
+"""The paper's observer: four independent Kalman filters an object, for x, y, z and the radius [SSIE eq. 2].
+
+Whether an object moves at all is decided by evidence: each object is followed by two sets of filters, one for an object
+that stays where it is and one for constant velocity, and the ratio of their likelihoods says which one to believe.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array
+from ods.tracker import kalman
+from ods.tracker.columns import Columns
+from ods.tracker.measurement import Estimate, Fix
+from ods.tracker.settings import MotionSettings
+
+Rows = NDArray[np.intp]
+
+PLACE = slice(0, 3)
+"""Position of the object if it does not move, NED,"""
+PLACE_VARIANCE = slice(3, 6)
+"""and its variance."""
+POSITION = slice(6, 9)
+"""Position of the object if it moves,"""
+VELOCITY = slice(9, 12)
+VARIANCE = slice(12, 15)
+SLOPE = slice(15, 18)
+RESIDUAL = slice(18, 21)
+"""and the factors of its covariance (see `kalman`)."""
+RADIUS, RADIUS_VARIANCE, ODDS = 21, 22, 23
+"""ODDS: log of P(static) / P(moving); infinite once settled."""
+ROWS = 24
+
+DISPROVED = -5.0
+"""Log-odds at which the static hypothesis starts anew from where the moving one is now."""
+PROVED = 8.0
+"""Largest log-odds, so that an object that starts to move is believed in time."""
+REOPENED = 3.0
+"""Log-odds, in favour of what was settled, when an object is seen again."""
+LEAST_VARIANCE = 1e-12
+
+
+class IndependentObserver:
+    """See `ods.tracker.observers.Observer`."""
+
+    def __init__(self, settings: MotionSettings) -> None:
+        self._settings = settings
+        self._columns = Columns(ROWS, np.float64)
+        sigma, vertical = settings.velocity_sigma, settings.vertical_velocity_sigma
+        self._new_velocity_variance = np.array([[sigma**2], [sigma**2], [vertical**2]])
+        self._new_odds = float(np.log(settings.static_prior / (1.0 - settings.static_prior)))
+
+    def predict(self, dt: float) -> None:
+        """Carry all objects on over `dt` >= 0 seconds."""
+        s, motion = self._columns.data, self._settings
+        kalman.predict(
+            s[POSITION], s[VELOCITY], s[VARIANCE], s[SLOPE], s[RESIDUAL], dt, motion.acceleration_noise
+        )
+        s[PLACE_VARIANCE] += motion.static_noise * dt
+        s[RADIUS_VARIANCE] += motion.radius_noise * dt
+
+    def estimate(self) -> Estimate:
+        """Return mean and variances of all objects: both hypotheses, weighted with their probabilities."""
+        s = self._columns.data
+        static = _probability(s[ODDS])
+        moving = 1.0 - static
+        lead = s[POSITION] - s[PLACE]
+        spread = static * moving
+        velocity = moving * s[VELOCITY]
+        speed_variance = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])
+        return Estimate(
+            position=s[PLACE] + moving * lead,
+            variance=static * s[PLACE_VARIANCE] + moving * s[VARIANCE] + spread * lead**2,
+            covariance_ne=spread * lead[0] * lead[1],
+            velocity=velocity,
+            velocity_variance=moving * (speed_variance + s[VELOCITY] ** 2) - velocity**2,
+            radius=s[RADIUS].copy(),
+            radius_variance=s[RADIUS_VARIANCE].copy(),
+            static=static,
+        )
+
+    def start(self, fix: Fix) -> None:
+        """Append new objects, one a fix."""
+        new = np.zeros((ROWS, len(fix.radius)))
+        new[PLACE] = new[POSITION] = fix.position
+        new[PLACE_VARIANCE] = new[VARIANCE] = np.stack([fix.north, fix.east, fix.half_height**2 / 3.0])
+        new[RESIDUAL] = self._new_velocity_variance
+        new[RADIUS], new[RADIUS_VARIANCE] = fix.radius, fix.radius_variance
+        new[ODDS] = self._new_odds
+        self._columns.append(new)
+
+    def recall(self, position: Array, variance: Array, radius: Array, radius_variance: Array) -> None:
+        """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,)."""
+        new = np.zeros((ROWS, len(radius)))
+        new[PLACE] = new[POSITION] = position
+        new[PLACE_VARIANCE] = new[VARIANCE] = np.maximum(variance, LEAST_VARIANCE)
+        new[RESIDUAL] = self._new_velocity_variance
+        new[RADIUS], new[RADIUS_VARIANCE] = radius, np.maximum(radius_variance, LEAST_VARIANCE)
+        new[ODDS] = np.inf
+        self._columns.append(new)
+
+    def update(self, rows: Rows, fix: Fix, since_s: Array) -> Array:
+        """Take one fix an object, `since_s` after its last one; return (k,) log-likelihoods of the fixes, 1/m^2."""
+        s = self._columns.data[:, rows]
+        static = _probability(s[ODDS])
+        static += self._settings.change_rate * np.minimum(since_s, 1.0) * (1.0 - 2.0 * static)
+        if_static = _log_likelihood(s[PLACE], s[PLACE_VARIANCE], fix)
+        if_moving = _log_likelihood(s[POSITION], s[VARIANCE], fix)
+        odds = np.log(static / (1.0 - static)) + if_static - if_moving
+        _update_axes(s, fix)
+        disproved = odds < DISPROVED
+        s[PLACE] = np.where(disproved, s[POSITION], s[PLACE])
+        s[PLACE_VARIANCE] = np.where(disproved, s[VARIANCE], s[PLACE_VARIANCE])
+        s[ODDS] = np.clip(odds, DISPROVED, PROVED)
+        self._columns.data[:, rows] = s
+        return np.logaddexp(np.log(static) + if_static, np.log1p(-static) + if_moving)
+
+    def settle(self, rows: Rows) -> None:
+        """Decide for good whether each object moves: the static ones stay where they are from now on."""
+        odds = self._columns.data[ODDS]
+        odds[rows] = np.where(odds[rows] >= 0.0, np.inf, -np.inf)
+
+    def reopen(self, rows: Rows) -> None:
+        """Take the decision of `settle` back: the hypothesis given up starts anew from the other one."""
+        rows = rows[np.isinf(self._columns.data[ODDS, rows])]
+        s = self._columns.data[:, rows]
+        static = s[ODDS] > 0.0
+        s[PLACE] = np.where(static, s[PLACE], s[POSITION])
+        s[PLACE_VARIANCE] = np.where(static, s[PLACE_VARIANCE], s[VARIANCE])
+        s[POSITION] = s[PLACE]
+        s[VARIANCE] = s[PLACE_VARIANCE]
+        s[VELOCITY] = np.where(static, 0.0, s[VELOCITY])
+        s[SLOPE] = np.where(static, 0.0, s[SLOPE])
+        s[RESIDUAL] = np.where(static, self._new_velocity_variance, s[RESIDUAL])
+        s[ODDS] = np.where(static, REOPENED, -REOPENED)
+        self._columns.data[:, rows] = s
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Remove the objects where `mask` is False."""
+        self._columns.keep(mask)
+
+
+def _probability(odds: Array) -> Array:
+    return 0.5 * (1.0 + np.tanh(0.5 * odds))
+
+
+def _log_likelihood(position: Array, variance: Array, fix: Fix) -> Array:
+    """Return (k,) log of the normal density of each fix, in the horizontal plane with its full noise covariance."""
+    north, east = fix.position[0] - position[0], fix.position[1] - position[1]
+    s_nn, s_ee, s_ne = variance[0] + fix.north, variance[1] + fix.east, fix.mixed
+    determinant = s_nn * s_ee - s_ne**2
+    distance = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / determinant
+    return np.asarray(-0.5 * (distance + np.log(determinant)) - np.log(2.0 * np.pi))
+
+
+def _update_axes(s: Array, fix: Fix) -> None:
+    """Measurement update of all filters of (ROWS, k) columns, in place."""
+    noise = np.stack([fix.north, fix.east])
+    horizontal = fix.position[:2]
+    place, position = s[0:2], s[6:8]
+    kalman.update_constant(place, s[3:5], horizontal - place, noise)
+    kalman.update(position, s[9:11], s[12:14], s[15:17], horizontal - position, noise)
+    kalman.update_constant(s[RADIUS], s[RADIUS_VARIANCE], fix.radius - s[RADIUS], fix.radius_variance)
+    _update_height(s[2], None, s[5], None, fix)
+    _update_height(s[8], s[11], s[14], s[17], fix)
+
+
+def _update_height(height: Array, speed: Array | None, variance: Array, slope: Array | None, fix: Fix) -> None:
+    """Take in that the object is inside the fan, in place.
+
+    Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
+    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval.
+    """
+    inside = np.clip(height, fix.position[2] - fix.half_height, fix.position[2] + fix.half_height)
+    innovation = inside - height
+    height[...] = inside
+    if speed is not None and slope is not None:
+        speed += slope * innovation
+    variance[...] = np.minimum(variance + innovation**2, fix.half_height**2 / 3.0)

@@ -1,0 +1,49 @@
+"""Two tracks of one object: a young one continues a silent old one, or a silent one is part of a larger object."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from ods.tracker.life import STATIC
+from ods.tracker.measurement import Estimate
+from ods.tracker.tracks import Tracks
+
+Rows = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+FARTHEST_M = 10.0
+"""However uncertain its prediction, an object is not found again farther away than this."""
+
+
+def successors(tracks: Tracks, estimate: Estimate, young: Rows, old: Rows, gate_sigmas: float) -> tuple[Rows, Rows]:
+    """Find which of `young` are objects of `old` seen again.
+
+    They agree in place within the gate, and the old one was last seen before the young one's first echo, so that no
+    image ever showed both. Returns the pairs, each object at most once.
+    """
+    nothing = np.zeros(0, np.intp)
+    if not len(young) or not len(old):
+        return nothing, nothing
+    north, east = (estimate.position[axis, young][:, None] - estimate.position[axis, old][None, :] for axis in (0, 1))
+    s_nn, s_ee = (estimate.variance[axis, young][:, None] + estimate.variance[axis, old][None, :] for axis in (0, 1))
+    s_ne = estimate.covariance_ne[young][:, None] + estimate.covariance_ne[old][None, :]
+    distance = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / (s_nn * s_ee - s_ne**2)
+    possible = (distance < gate_sigmas**2) & (np.hypot(north, east) < FARTHEST_M)
+    possible &= tracks.last[old][None, :] < tracks.born[young][:, None]
+    if not possible.any():
+        return nothing, nothing
+    gain = np.where(possible, gate_sigmas**2 - distance, 0.0)
+    rows, columns = linear_sum_assignment(gain, maximize=True)
+    real = gain[rows, columns] > 0.0
+    return young[rows[real]], old[columns[real]]
+
+
+def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
+    """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
+    result = np.zeros(len(silent), bool)
+    still = estimate.static >= STATIC
+    inner, outer = np.flatnonzero(silent & still), np.flatnonzero(active & still)
+    if len(inner) and len(outer):
+        offset = estimate.position[:2, inner][:, :, None] - estimate.position[:2, outer][:, None, :]
+        result[inner] = (np.hypot(offset[0], offset[1]) < estimate.radius[outer]).any(axis=1)
+    return result

@@ -1,0 +1,121 @@
+"""What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array
+from ods.tracker import association, measurement
+from ods.tracker.association import ClutterDensity, Pairs
+from ods.tracker.life import State
+from ods.tracker.measurement import Estimate, Fix, Sight
+from ods.tracker.scan import Scan, Vehicle
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.view import near_sector, view
+
+Rows = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+DROP_OUT_EXPECTED = 3
+"""So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
+PART_SHARE = 0.5
+"""A part of a large object lies off its centre by about this share of its radius: standard deviation."""
+NO_RADIUS = 1e6
+"""Variance of a radius that was not measured, m^2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """n objects, of which k were seen."""
+
+    objects: Rows
+    """(k,) the objects seen, each once,"""
+    fix: Fix
+    """and where (k,)."""
+    hit: Mask
+    """(n,) seen."""
+    watched: Array
+    """(n,) probability that the sonar looked at the object,"""
+    expected: Array
+    """and that a visible object would have given an echo; 0 in a drop-out."""
+    evidence: Array
+    """(n,) log-likelihood ratio of the echo: object against false alarm; 0 where not hit."""
+    inside: Mask
+    """(n,) the predicted place is in the sonar's view."""
+    near: Mask
+    """(n,) it is in view or not far from it."""
+    new: Rows
+    """Echoes that no object explains."""
+
+
+def look(
+    scan: Scan,
+    vehicle: Vehicle,
+    estimate: Estimate,
+    state: NDArray[np.int64],
+    clutter: ClutterDensity,
+    margin_m: float,
+    settings: TrackerSettings,
+) -> Look:
+    """Compare an image with the objects' predictions.
+
+    `state`: (n,) `life.State`; `margin_m`: how far outside the sector `near` reaches.
+    """
+    sight = measurement.sight(estimate, vehicle)
+    seen = view(sight, scan.sector, settings.life.edge_sigmas)
+    reported = state != State.TENTATIVE
+    groups = [np.flatnonzero(reported), np.flatnonzero(~reported)]
+    comparison = association.compare(sight, estimate, scan.echoes, clutter, settings.echo)
+    miss = float(np.log1p(-settings.echo.detection_probability))
+    pairs = association.associate(comparison.evidence, groups, miss)
+    loose = np.delete(np.arange(len(scan.echoes)), pairs.echoes)
+    wholes, parts = association.fragments(comparison.separation, estimate.radius, groups[0], loose)
+    extra = _first_part(wholes, parts, pairs.objects, estimate, clutter.per_m2, miss)
+
+    objects, echoes = np.append(pairs.objects, extra.objects), np.append(pairs.echoes, extra.echoes)
+    evidence = np.zeros(len(state))
+    evidence[objects] = np.append(pairs.evidence, extra.evidence)
+    hit = np.zeros(len(state), bool)
+    hit[objects] = True
+    drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    return Look(
+        objects=objects,
+        fix=_fix(scan, vehicle, sight, estimate, objects, echoes, len(pairs.objects)),
+        hit=hit,
+        watched=seen.watched,
+        expected=seen.watched * (0.0 if drop_out else settings.echo.detection_probability),
+        evidence=evidence,
+        inside=seen.inside,
+        near=near_sector(sight, scan.sector, margin_m),
+        new=np.setdiff1d(loose, parts),
+    )
+
+
+def _first_part(wholes: Rows, parts: Rows, seen: Rows, estimate: Estimate, density: Array, miss: float) -> Pairs:
+    """Of the objects that no echo fits, but that have echoes inside their circle, return each with one such echo."""
+    fresh = ~np.isin(wholes, seen)
+    objects, first = np.unique(wholes[fresh], return_index=True)
+    echoes = parts[fresh][first]
+    by_chance = np.minimum(density[echoes] * np.pi * estimate.radius[objects] ** 2, 1.0)
+    return Pairs(objects, echoes, np.log1p(-np.exp(miss)) - np.log(by_chance))
+
+
+def _fix(
+    scan: Scan, vehicle: Vehicle, sight: Sight, estimate: Estimate, objects: Rows, echoes: Rows, whole: int
+) -> Fix:
+    """Return the fixes of pairs; the first `whole` echoes show whole objects, the others only a part of them."""
+    taken = scan.echoes.take(echoes)
+    half_vertical = scan.sector.half_vertical_rad
+    elevation = np.clip(sight.elevation[objects], taken.elevation - half_vertical, taken.elevation + half_vertical)
+    fix = measurement.fix(taken, vehicle, half_vertical, elevation)
+    if whole == len(objects):
+        return fix
+    off_centre = (PART_SHARE * estimate.radius[objects]) ** 2
+    off_centre[:whole] = 0.0
+    return replace(
+        fix,
+        north=fix.north + off_centre,
+        east=fix.east + off_centre,
+        radius_variance=np.where(off_centre > 0.0, NO_RADIUS, fix.radius_variance),
+    )

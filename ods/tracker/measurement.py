@@ -1,0 +1,145 @@
+"""Between the sonar's polar measurements and the global frame: eq. 1 with the pose at the ping, and its covariance.
+
+The fan has no resolution in elevation: a measurement is a range and a bearing, and a vertical interval.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array, wrap_angle
+from ods.tracker.scan import Echoes, Vehicle
+
+NEAREST_M = 1e-3
+"""Horizontal distances are kept above this, so that a direction exists."""
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """What an observer says of its n objects now."""
+
+    position: Array
+    """(3, n) NED."""
+    variance: Array
+    """(3, n) of the position."""
+    covariance_ne: Array
+    """(n,) of north and east."""
+    velocity: Array
+    """(3, n)."""
+    velocity_variance: Array
+    """(3, n)."""
+    radius: Array
+    radius_variance: Array
+    static: Array
+    """(n,) probability that the object does not move."""
+
+
+@dataclass(frozen=True, slots=True)
+class Sight:
+    """Where the sonar should see n objects: (n,) arrays."""
+
+    range_m: Array
+    """Slant range."""
+    bearing: Array
+    elevation: Array
+    """In the body frame, up positive."""
+    horizontal: Array
+    """Horizontal distance, m."""
+    north: Array
+    """Direction of the line of sight in the horizontal plane: its north component,"""
+    east: Array
+    """and its east component."""
+    along: Array
+    """Variance of the predicted position along the line of sight, pose included, m^2;"""
+    across: Array
+    """across it;"""
+    mixed: Array
+    """and the covariance of both."""
+    vertical: Array
+    """Variance of the predicted height above the fan's plane, m^2."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fix:
+    """Measured positions in the global frame with their noise: (k,) arrays."""
+
+    position: Array
+    """(3, k) NED; down is the fan's middle there."""
+    north: Array
+    """Variance, m^2."""
+    east: Array
+    """Variance, m^2."""
+    mixed: Array
+    """Covariance of north and east, m^2."""
+    half_height: Array
+    """The object is within this of `position[2]`, m."""
+    radius: Array
+    radius_variance: Array
+
+    def take(self, rows: NDArray[np.intp]) -> "Fix":
+        """Return the fixes of an index array."""
+        return Fix(*(getattr(self, name)[..., rows] for name in Fix.__slots__))
+
+
+def sight(estimate: Estimate, vehicle: Vehicle) -> Sight:
+    """Predict what the sonar measures of each object: eq. 1 solved for the body frame, and the covariance."""
+    offset = estimate.position - vehicle.position[:, None]
+    body = vehicle.rotation.T @ offset
+    horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
+    north, east = offset[0] / horizontal, offset[1] / horizontal
+    in_plane = np.hypot(body[0], body[1])
+    slant = np.maximum(np.hypot(in_plane, body[2]), NEAREST_M)
+    sigma = vehicle.sigma_position**2
+    p_nn, p_ee, p_ne = estimate.variance[0] + sigma[0], estimate.variance[1] + sigma[1], estimate.covariance_ne
+    roll, pitch, yaw = vehicle.sigma_attitude**2
+    tilt = horizontal**2 * max(roll, pitch)
+    vertical = estimate.variance[2] + sigma[2] + tilt
+    return Sight(
+        range_m=slant,
+        bearing=np.arctan2(body[1], body[0]),
+        elevation=np.arctan2(-body[2], in_plane),
+        horizontal=horizontal,
+        north=north,
+        east=east,
+        along=north**2 * p_nn + 2.0 * north * east * p_ne + east**2 * p_ee + (body[2] / slant) ** 2 * vertical,
+        across=east**2 * p_nn - 2.0 * north * east * p_ne + north**2 * p_ee + horizontal**2 * yaw,
+        mixed=north * east * (p_ee - p_nn) + (north**2 - east**2) * p_ne,
+        vertical=vertical,
+    )
+
+
+def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array | None = None) -> Fix:
+    """Return eq. 1, z_og = z_ag + R^-1 z_ob, for all echoes, with measurement noise that includes the pose's.
+
+    `elevation`: (m,) where the echo is known to come from, for echoes of objects already tracked; by default the
+    middle of the fan. `half_vertical`: half the fan's vertical opening, rad.
+    """
+    middle = echoes.elevation if elevation is None else elevation
+    in_plane = echoes.range_m * np.cos(middle)
+    cos_bearing, sin_bearing = np.cos(echoes.bearing), np.sin(echoes.bearing)
+    body = np.stack([in_plane * cos_bearing, in_plane * sin_bearing, -echoes.range_m * np.sin(echoes.elevation)])
+    fan_middle = vehicle.rotation[2] @ body
+    body[2] = -echoes.range_m * np.sin(middle)
+    offset = vehicle.rotation @ body
+    offset[2] = fan_middle
+    horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
+    north, east = offset[0] / horizontal, offset[1] / horizontal
+    along = echoes.sigma_range**2
+    across = horizontal**2 * (echoes.sigma_bearing**2 + vehicle.sigma_attitude[2] ** 2)
+    sigma = vehicle.sigma_position**2
+    tilt = horizontal * max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
+    return Fix(
+        position=offset + vehicle.position[:, None],
+        north=north**2 * along + east**2 * across + sigma[0],
+        east=east**2 * along + north**2 * across + sigma[1],
+        mixed=north * east * (along - across),
+        half_height=echoes.range_m * np.sin(half_vertical) + vehicle.sigma_position[2] + tilt,
+        radius=echoes.radius,
+        radius_variance=echoes.sigma_radius**2,
+    )
+
+
+def bearing_difference(measured: Array, predicted: Array) -> Array:
+    """Return (n, m) differences of (m,) measured and (n,) predicted bearings, wrapped."""
+    return wrap_angle(measured[None, :] - predicted[:, None])

@@ -1,0 +1,118 @@
+"""The confirmed objects at one instant, as arrays: what the planner's list and the offline tracks are made of."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array
+from ods.tracker.archive import MapObject
+from ods.tracker.life import State
+from ods.tracker.measurement import Estimate
+from ods.tracker.tracks import Tracks
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """n objects: (n,) or (3, n) NED arrays."""
+
+    id: Ints
+    state: Ints
+    """`life.State`."""
+    position: Array
+    velocity: Array
+    radius: Array
+    sigma_position: Array
+    sigma_velocity: Array
+    sigma_radius: Array
+    existence: Array
+    times_seen: Ints
+    first_seen_utc_ns: Ints
+    last_seen_utc_ns: Ints
+
+    def __len__(self) -> int:
+        return len(self.id)
+
+    def take(self, rows: NDArray[np.intp] | NDArray[np.bool_]) -> "Picture":
+        """Return the objects of an index array or a mask."""
+        return Picture(*(getattr(self, name)[..., rows] for name in Picture.__slots__))
+
+    def joined(self, other: "Picture") -> "Picture":
+        """Return the objects of both."""
+        return Picture(
+            *(np.concatenate([getattr(self, name), getattr(other, name)], axis=-1) for name in Picture.__slots__)
+        )
+
+    def carried_on(self, dt: float) -> "Picture":
+        """Return the same objects `dt` >= 0 seconds later, each at its velocity."""
+        return Picture(
+            self.id,
+            self.state,
+            self.position + self.velocity * dt,
+            self.velocity,
+            self.radius,
+            np.hypot(self.sigma_position, self.sigma_velocity * dt),
+            self.sigma_velocity,
+            self.sigma_radius,
+            self.existence,
+            self.times_seen,
+            self.first_seen_utc_ns,
+            self.last_seen_utc_ns,
+        )
+
+
+def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
+    """Return all confirmed objects of the live table with an estimate of its present state."""
+    whole = Picture(
+        tracks.id,
+        tracks.state,
+        estimate.position,
+        estimate.velocity,
+        np.maximum(estimate.radius, 0.0),
+        np.sqrt(estimate.variance),
+        np.sqrt(np.maximum(estimate.velocity_variance, 0.0)),
+        np.sqrt(estimate.radius_variance),
+        tracks.existence,
+        tracks.echoes,
+        tracks.first_utc,
+        tracks.last_utc,
+    )
+    return whole.take(tracks.state != State.TENTATIVE)
+
+
+def picture_of_map(objects: list[MapObject]) -> Picture:
+    """Return hibernated objects of the archive."""
+    zeros = np.zeros((3, len(objects)))
+    return Picture(
+        np.array([o.id for o in objects], np.int64),
+        np.full(len(objects), State.HIBERNATED, np.int64),
+        np.array([o.position for o in objects], np.float64).reshape(-1, 3).T,
+        zeros,
+        np.array([o.radius for o in objects], np.float64),
+        np.array([o.sigma for o in objects], np.float64).reshape(-1, 3).T,
+        zeros,
+        np.array([o.sigma_radius for o in objects], np.float64),
+        np.array([o.existence for o in objects], np.float64),
+        np.array([o.times_seen for o in objects], np.int64),
+        np.array([o.first_seen_utc_ns for o in objects], np.int64),
+        np.array([o.last_seen_utc_ns for o in objects], np.int64),
+    )
+
+
+def map_objects(picture: Picture, utc_ns: int) -> list[MapObject]:
+    """Return the objects of a picture as hibernated at `utc_ns`."""
+    columns = zip(
+        picture.id.tolist(),
+        map(tuple, picture.position.T.tolist()),
+        map(tuple, picture.sigma_position.T.tolist()),
+        picture.radius.tolist(),
+        picture.sigma_radius.tolist(),
+        picture.existence.tolist(),
+        picture.times_seen.tolist(),
+        picture.first_seen_utc_ns.tolist(),
+        picture.last_seen_utc_ns.tolist(),
+        strict=True,
+    )
+    return [MapObject(*column, utc_ns) for column in columns]

@@ -1,0 +1,178 @@
+"""`ods track`: runs the tracker over a recorded scenario (.npz) and writes the tracks. Formats: docs/formats-tracks.md."""
+
+import json
+import math
+import time
+import zipfile
+import zlib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from ods.clock import NS
+from ods.geometry import Array, quat_from_euler
+from ods.messages import Sector
+from ods.settings import Fraction, NonNegative, Positive
+from ods.tracker.picture import Picture
+from ods.tracker.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
+
+
+class ScenarioError(Exception):
+    """A scenario file cannot be used; the text is one line."""
+
+
+class Meta(msgspec.Struct, frozen=True):
+    """What a scenario's `meta` says of the sonar and the pose."""
+
+    range_max: Positive = 100.0
+    """m."""
+    half_fov: Positive = math.radians(45.0)
+    """rad."""
+    half_vert: Positive = math.radians(10.0)
+    """rad."""
+    sigma_range: Positive = 0.1
+    """m."""
+    sigma_bearing: Positive = math.radians(0.5)
+    """rad."""
+    sigma_radius: Positive = 0.3
+    """m."""
+    pd: Fraction = 0.9
+    """Probability that an object in view is detected."""
+    clutter_lambda: NonNegative | None = None
+    """False alarms a scan."""
+    pose_sigma_xy: NonNegative = 0.0
+    """m."""
+    pose_sigma_yaw: NonNegative = 0.0
+    """rad."""
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """K scans with M detections."""
+
+    t: Array
+    """(K,) s, never falling."""
+    auv_pos: Array
+    """(K, 3) NED."""
+    auv_rpy: Array
+    """(K, 3) roll, pitch, yaw, rad."""
+    det: Array
+    """(M, 5) scan index, range_m, bearing_rad, radius_m, amplitude."""
+    meta: Meta
+
+
+@dataclass(frozen=True, slots=True)
+class Tracks:
+    """The result of a run."""
+
+    trk: Array
+    """(P, 8) scan index, track id, x, y, vx, vy, radius, status."""
+    wall_ms: Array
+    """(K,) time of each step."""
+
+
+def load(path: Path) -> Scenario:
+    """Read a scenario file. Raises ScenarioError."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in ("t", "auv_pos", "auv_rpy", "det")}
+            text = str(file["meta"]) if "meta" in file else "{}"
+    except KeyError as error:
+        raise ScenarioError(f"{path}: array {error.args[0].split()[0]} is missing") from error
+    except OSError as error:
+        raise ScenarioError(f"{path}: {error.strerror or 'not a NumPy .npz file'}") from error
+    except (ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
+        raise ScenarioError(f"{path}: not a readable .npz file: {error}") from error
+    try:
+        return _checked(arrays, text)
+    except (ValueError, TypeError) as error:
+        raise ScenarioError(f"{path}: {error}") from error
+
+
+def _checked(arrays: dict[str, Any], text: str) -> Scenario:
+    """Return the scenario of raw arrays. Raises ValueError that names what is wrong."""
+    for name, array in arrays.items():
+        if array.dtype.kind not in "fiu":
+            raise ValueError(f"{name}: expected numbers, got {array.dtype}")
+    t, position, attitude, det = (np.asarray(array, np.float64) for array in arrays.values())
+    if t.ndim != 1:
+        raise ValueError(f"t: expected shape (K,), got {t.shape}")
+    for name, array in (("auv_pos", position), ("auv_rpy", attitude)):
+        if array.shape != (len(t), 3):
+            raise ValueError(f"{name}: expected shape ({len(t)}, 3), got {array.shape}")
+    if det.ndim != 2 or det.shape[1] != 5:
+        raise ValueError(f"det: expected shape (M, 5), got {det.shape}")
+    if not np.isfinite(t).all() or (np.abs(t) > 1e9).any() or (np.diff(t) < 0.0).any():
+        raise ValueError("t: times must be finite seconds that never fall")
+    index = det[:, 0]
+    if not (np.isfinite(index).all() and (index == np.floor(index)).all() and ((index >= 0) & (index < len(t))).all()):
+        raise ValueError(f"det: scan indices must be whole numbers from 0 to {len(t) - 1}")
+    try:
+        meta = msgspec.json.decode(text.encode(), type=Meta)
+    except msgspec.DecodeError as error:
+        raise ValueError(f"meta: {error}") from error
+    return Scenario(t, position, attitude, det, meta)
+
+
+def scans(scenario: Scenario) -> Iterator[Scan]:
+    """Yield the scenario's scans. A scan whose pose is not finite has no vehicle; echoes of no use are left out."""
+    meta = scenario.meta
+    sector = Sector(0.0, meta.range_max, -meta.half_fov, meta.half_fov, meta.half_vert)
+    sigma_position = np.array([meta.pose_sigma_xy, meta.pose_sigma_xy, 0.0])
+    sigma_attitude = np.array([0.0, 0.0, meta.pose_sigma_yaw])
+    order = np.argsort(scenario.det[:, 0], kind="stable")
+    det = scenario.det[order]
+    table = np.empty((len(det), 7))
+    table[:, :4] = np.column_stack([det[:, 1], det[:, 2], np.zeros(len(det)), det[:, 3]])
+    table[:, 4:] = meta.sigma_range, meta.sigma_bearing, meta.sigma_radius
+    border = np.searchsorted(det[:, 0], np.arange(len(scenario.t) + 1))
+    attitudes = quat_from_euler(*scenario.auv_rpy.T)
+    for k, t in enumerate(scenario.t.tolist()):
+        t_ns = round(t * NS)
+        vehicle = vehicle_at(scenario.auv_pos[k], attitudes[k], sigma_position, sigma_attitude)
+        echoes, _ = echoes_of(table[border[k] : border[k + 1]])
+        yield Scan(t_ns, t_ns, vehicle, sector, echoes)
+
+
+def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
+    """Track a scenario. What its meta says of the sonar goes before the settings. Raises ScenarioError."""
+    meta = scenario.meta
+    echo = msgspec.structs.replace(settings.echo, detection_probability=min(max(meta.pd, 0.01), 0.99))
+    if meta.clutter_lambda is not None:
+        echo = msgspec.structs.replace(echo, clutter_per_scan=max(meta.clutter_lambda, 0.1))
+    try:
+        tracker = Tracker(msgspec.structs.replace(settings, echo=echo))
+    except ValueError as error:
+        raise ScenarioError(str(error)) from error
+    rows, wall_ms = [np.zeros((0, 8))], []
+    for k, scan in enumerate(scans(scenario)):
+        start = time.perf_counter()
+        tracker.step(scan)
+        wall_ms.append(1e3 * (time.perf_counter() - start))
+        rows.append(_rows(k, tracker.picture()))
+    return Tracks(np.concatenate(rows), np.array(wall_ms))
+
+
+def _rows(scan: int, picture: Picture) -> Array:
+    columns = [np.full(len(picture), scan), picture.id, *picture.position[:2], *picture.velocity[:2], picture.radius]
+    return np.column_stack([*columns, picture.state]).astype(np.float64)
+
+
+def track_file(source: Path, out: Path, settings: TrackerSettings) -> str:
+    """Track the scenario file `source`, write `out` (.npz) and return a line that sums it up. Raises ScenarioError."""
+    scenario = load(source)
+    tracks = run(scenario, settings)
+    try:
+        with out.open("wb") as file:
+            np.savez_compressed(file, trk=tracks.trk, wall_ms=tracks.wall_ms)
+    except OSError as error:
+        raise ScenarioError(f"{out}: {error.strerror}") from error
+    objects = len(np.unique(tracks.trk[:, 1]))
+    pace = f", {np.median(tracks.wall_ms):.2f} ms a scan (median)" if len(tracks.wall_ms) else ""
+    return f"{len(scenario.t)} scans, {len(scenario.det)} detections, {objects} objects{pace}"

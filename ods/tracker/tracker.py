@@ -1,0 +1,219 @@
+"""Detections and pose to tracked objects: one `step` a ping, for all objects at once.
+
+A step carries the objects on to the ping, compares the image with what the sonar should see of them, corrects their
+states with the echoes given to them, judges whether they exist, and leads each through its life [SSIE figure 5].
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.clock import NS
+from ods.geometry import Array
+from ods.tracker import existence, joining, life, measurement
+from ods.tracker.archive import Archive, MapObject
+from ods.tracker.association import ClutterDensity
+from ods.tracker.clutter import Clutter
+from ods.tracker.life import State
+from ods.tracker.look import Look, look
+from ods.tracker.measurement import Estimate
+from ods.tracker.observers import make_observer
+from ods.tracker.picture import Picture, map_objects, picture_of, picture_of_map
+from ods.tracker.scan import Scan, Vehicle
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracks import Tracks
+
+Rows = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+States = NDArray[np.int64]
+
+WAKE_MARGIN_M = 5.0
+"""Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What a step changed beyond the picture."""
+
+    taken: bool = True
+    """False: the scan was older than the one before and was left out."""
+    ended: Picture | None = None
+    """Confirmed objects that were terminated, as they were last."""
+    hibernated: list[MapObject] = field(default_factory=list)
+    """Objects that belong in the map from now on, with their present data."""
+
+
+class Tracker:
+    """The state of the tracker between pings. No I/O, no clock, no randomness."""
+
+    def __init__(self, settings: TrackerSettings, known: list[MapObject] | None = None, first_id: int = 1) -> None:
+        """Start with the hibernated objects `known`; new ids count up from `first_id`.
+
+        Raises ValueError when the settings name no observer that there is.
+        """
+        self.settings = settings
+        self.next_id = first_id
+        self._tracks = Tracks(make_observer(settings.observer, settings.motion))
+        self._archive = Archive()
+        self._archive.put(known or [])
+        self._awake: dict[int, MapObject] = {}
+        self._clutter = Clutter(settings.echo.clutter_per_scan)
+        self._t_ns: int | None = None
+        self._since_judged = 0.0
+
+    @property
+    def t_ns(self) -> int | None:
+        """Time of the newest scan; None before the first."""
+        return self._t_ns
+
+    def step(self, scan: Scan) -> Outcome:
+        """Take one ping in. Pings must come in order of time: an older one is left out."""
+        if self._t_ns is not None and scan.t_ns < self._t_ns:
+            return Outcome(taken=False)
+        self._advance(scan.t_ns)
+        outcome = Outcome()
+        if scan.vehicle is None or not scan.usable:
+            return outcome
+        self._wake(scan, scan.vehicle)
+        estimate = self._tracks.observer.estimate()
+        clutter = ClutterDensity(
+            self._clutter.density(scan.echoes, scan.sector), self._clutter.radius_density(scan.echoes)
+        )
+        seen = look(
+            scan, scan.vehicle, estimate, self._tracks.state, clutter, 2.0 * WAKE_MARGIN_M, self.settings
+        )
+        if len(self._tracks):
+            self._clutter.count(scan.echoes.take(seen.new), scan.sector)
+        self._correct(seen, scan)
+        after = self._judge(seen, estimate, scan.t_ns)
+        self._change(after, seen, scan, outcome)
+        self._start(seen, scan, scan.vehicle)
+        return outcome
+
+    def picture(self, within: tuple[Array, float] | None = None) -> Picture:
+        """Return all confirmed objects at the newest scan.
+
+        `within`: position (3,) of the vehicle and the distance up to which sleeping objects are included; by default
+        all of them.
+        """
+        live = picture_of(self._tracks, self._tracks.observer.estimate())
+        asleep = self._archive.all() if within is None else self._archive.near(within[0][:2], within[1])
+        return live.joined(picture_of_map(asleep)) if asleep else live
+
+    def resting(self, utc_ns: int) -> list[MapObject]:
+        """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""
+        estimate = self._tracks.observer.estimate()
+        live = picture_of(self._tracks, estimate)
+        static = estimate.static[self._tracks.state != State.TENTATIVE] >= life.STATIC
+        return map_objects(live.take(static & (live.state != State.HIBERNATED)), utc_ns)
+
+    def _advance(self, t_ns: int) -> None:
+        dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) / NS
+        self._t_ns = t_ns
+        self._tracks.observer.predict(dt)
+        self._since_judged += dt
+
+    def _wake(self, scan: Scan, vehicle: Vehicle) -> None:
+        """Let the hibernated objects in and near the sector join the live ones."""
+        sector = scan.sector
+        ids, places = self._archive.places(vehicle.position[:2], sector.range_max_m + WAKE_MARGIN_M)
+        if not len(ids):
+            return
+        north, east = places - vehicle.position[:2, None]
+        ahead, side = vehicle.rotation[:2, 0], vehicle.rotation[:2, 1]
+        bearing = np.arctan2(side[0] * north + side[1] * east, ahead[0] * north + ahead[1] * east)
+        margin = WAKE_MARGIN_M / np.maximum(np.hypot(north, east), WAKE_MARGIN_M)
+        inside = (bearing + margin >= sector.bearing_min_rad) & (bearing - margin <= sector.bearing_max_rad)
+        if inside.any():
+            woken = self._archive.remove(ids[inside].tolist())
+            self._awake |= {o.id: o for o in woken}
+            self._tracks.recall(woken, scan.t_ns)
+
+    def _correct(self, seen: Look, scan: Scan) -> None:
+        """Correct the states of the objects seen."""
+        tracks, rows = self._tracks, seen.objects
+        since_s = (scan.t_ns - tracks.last[rows]) / NS
+        tracks.observer.reopen(rows[tracks.state[rows] >= State.STAND_BY])
+        tracks.observer.update(rows, seen.fix, since_s)
+        tracks.seen(rows, scan.t_ns, scan.utc_ns)
+
+    def _judge(self, seen: Look, estimate: Estimate, t_ns: int) -> States:
+        """Judge existence by the image; return each object's next state."""
+        tracks, settings = self._tracks, self.settings
+        probabilities = tracks.probabilities
+        carried = existence.carry_on(probabilities, tracks.echoes, seen.watched, self._since_judged, settings.echo)
+        probabilities[...] = existence.judge(carried, seen.hit, seen.evidence, seen.expected)
+        self._since_judged = 0.0
+        evidence = life.Evidence(
+            hit=seen.hit,
+            inside=seen.inside,
+            echoes=tracks.echoes,
+            unseen_s=(t_ns - tracks.last) / NS,
+            existence=tracks.existence,
+            visible=probabilities[existence.VISIBLE],
+            first_visible=tracks.first_visible,
+            static=estimate.static >= life.STATIC,
+            covered=joining.covered(estimate, tracks.state == State.STAND_BY, seen.hit & (tracks.state == State.ACTIVE)),
+            sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
+        )
+        return life.next_states(tracks.state, evidence, settings.life)
+
+    def _change(self, after: States, seen: Look, scan: Scan, outcome: Outcome) -> None:
+        """Carry out the changes of state."""
+        tracks = self._tracks
+        before = tracks.state.copy()
+        tracks.state[:] = after
+        tracks.observer.settle(np.flatnonzero((after == State.STAND_BY) & ~seen.inside))
+        joined = self._name(np.flatnonzero((before == State.TENTATIVE) & (after == State.ACTIVE)))
+        ended = (after == State.TERMINATED) & (before != State.TENTATIVE) & ~joined
+        stored = (after == State.HIBERNATED) & (before != State.HIBERNATED) & ~joined
+        asleep = (after == State.HIBERNATED) & ~seen.near & ~joined
+        if ended.any() or stored.any() or asleep.any():
+            self._report(ended, stored, asleep, scan.utc_ns, outcome)
+        leaving = (after == State.TERMINATED) | joined | asleep
+        if leaving.any():
+            tracks.keep(~leaving)
+
+    def _name(self, confirmed: Rows) -> Mask:
+        """Give objects just confirmed their ids; return (n,) which old objects live on in one of them."""
+        tracks = self._tracks
+        joined = np.zeros(len(tracks), bool)
+        if not len(confirmed):
+            return joined
+        silent = np.flatnonzero((tracks.state != State.TENTATIVE) & (tracks.state != State.TERMINATED))
+        young, old = joining.successors(
+            tracks, tracks.observer.estimate(), confirmed, silent, self.settings.echo.gate_sigmas
+        )
+        tracks.inherit(young, old)
+        joined[old] = True
+        fresh = np.setdiff1d(confirmed, young)
+        tracks.id[fresh] = np.arange(self.next_id, self.next_id + len(fresh))
+        self.next_id += len(fresh)
+        return joined
+
+    def _report(self, ended: Mask, stored: Mask, asleep: Mask, utc_ns: int, outcome: Outcome) -> None:
+        """Put into the outcome what ended and what belongs in the map, and into the archive what sleeps."""
+        tracks = self._tracks
+        reported = tracks.state != State.TENTATIVE
+        picture = picture_of(tracks, tracks.observer.estimate())
+        if ended.any():
+            outcome.ended = picture.take(ended[reported])
+            for object_id in outcome.ended.id.tolist():
+                self._awake.pop(object_id, None)
+        outcome.hibernated = map_objects(picture.take(stored[reported]), utc_ns)
+        self._awake |= {o.id: o for o in outcome.hibernated}
+        existences = tracks.existence[asleep].tolist()
+        self._archive.put(
+            [
+                replace(self._awake.pop(object_id), existence=probability)
+                for object_id, probability in zip(tracks.id[asleep].tolist(), existences, strict=True)
+            ]
+        )
+
+    def _start(self, seen: Look, scan: Scan, vehicle: Vehicle) -> None:
+        """Start a tentative object from each echo that belongs to none."""
+        if len(seen.new):
+            fix = measurement.fix(scan.echoes.take(seen.new), vehicle, scan.sector.half_vertical_rad)
+            births = self.settings.echo.births_per_scan
+            self._tracks.start(fix, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)

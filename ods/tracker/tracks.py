@@ -1,0 +1,131 @@
+"""The table of live objects: identity, state, history and existence beside the observer's filters, column by column."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.geometry import Array
+from ods.tracker import existence
+from ods.tracker.archive import MapObject
+from ods.tracker.columns import Columns
+from ods.tracker.life import State
+from ods.tracker.measurement import Fix
+from ods.tracker.observers import Observer
+
+Rows = NDArray[np.intp]
+Ints = NDArray[np.int64]
+
+ID, STATE, ECHOES, FIRST_UTC, LAST_UTC, BORN, LAST = range(7)
+PROBABILITIES, FIRST_VISIBLE = slice(0, 3), 3
+
+
+class Tracks:
+    """Live objects, one column each; row names as above. The observer's columns are kept in the same order."""
+
+    def __init__(self, observer: Observer) -> None:
+        self.observer = observer
+        self._ints = Columns(7, np.int64)
+        self._floats = Columns(4, np.float64)
+
+    def __len__(self) -> int:
+        return len(self._ints)
+
+    @property
+    def id(self) -> Ints:
+        """(n,) 0 while tentative."""
+        return self._ints.data[ID]
+
+    @property
+    def state(self) -> Ints:
+        """(n,) `life.State`."""
+        return self._ints.data[STATE]
+
+    @property
+    def echoes(self) -> Ints:
+        """(n,) times seen."""
+        return self._ints.data[ECHOES]
+
+    @property
+    def first_utc(self) -> Ints:
+        """(n,) UTC of the first echo, ns."""
+        return self._ints.data[FIRST_UTC]
+
+    @property
+    def last_utc(self) -> Ints:
+        """(n,) UTC of the last echo, ns."""
+        return self._ints.data[LAST_UTC]
+
+    @property
+    def born(self) -> Ints:
+        """(n,) ping time of the first echo (of waking, for objects of the map), ns."""
+        return self._ints.data[BORN]
+
+    @property
+    def last(self) -> Ints:
+        """(n,) ping time of the last echo (of waking, for objects of the map), ns."""
+        return self._ints.data[LAST]
+
+    @property
+    def probabilities(self) -> Array:
+        """(3, n) of `existence`: visible, silent, nothing."""
+        return self._floats.data[PROBABILITIES]
+
+    @property
+    def first_visible(self) -> Array:
+        """(n,) probability to exist after the first echo."""
+        return self._floats.data[FIRST_VISIBLE]
+
+    @property
+    def existence(self) -> Array:
+        """(n,) probability."""
+        return np.asarray(1.0 - self.probabilities[existence.NOTHING])
+
+    def start(self, fix: Fix, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
+        """Append tentative objects, one a fix."""
+        count = len(fix.radius)
+        ints = np.zeros((7, count), np.int64)
+        ints[STATE], ints[ECHOES] = State.TENTATIVE, 1
+        ints[FIRST_UTC] = ints[LAST_UTC] = utc_ns
+        ints[BORN] = ints[LAST] = t_ns
+        floats = np.empty((4, count))
+        floats[PROBABILITIES] = existence.start(count, births, clutter)
+        floats[FIRST_VISIBLE] = floats[existence.VISIBLE]
+        self._ints.append(ints)
+        self._floats.append(floats)
+        self.observer.start(fix)
+
+    def recall(self, objects: list[MapObject], t_ns: int) -> None:
+        """Append hibernated objects of the map."""
+        rows = [
+            (o.id, State.HIBERNATED, o.times_seen, o.first_seen_utc_ns, o.last_seen_utc_ns, t_ns, t_ns) for o in objects
+        ]
+        floats = np.empty((4, len(objects)))
+        floats[PROBABILITIES] = existence.established(np.array([o.existence for o in objects]))
+        floats[FIRST_VISIBLE] = floats[existence.VISIBLE]
+        self._ints.append(np.array(rows, np.int64).T)
+        self._floats.append(floats)
+        self.observer.recall(
+            np.array([o.position for o in objects]).T,
+            np.array([o.sigma for o in objects]).T ** 2,
+            np.array([o.radius for o in objects]),
+            np.array([o.sigma_radius for o in objects]) ** 2,
+        )
+
+    def seen(self, rows: Rows, t_ns: int, utc_ns: int) -> None:
+        """Count an echo of each of `rows`."""
+        ints = self._ints.data
+        ints[ECHOES, rows] += 1
+        ints[LAST, rows] = t_ns
+        ints[LAST_UTC, rows] = utc_ns
+
+    def inherit(self, heirs: Rows, old: Rows) -> None:
+        """Give `heirs` the identity and history of `old`: they are the same objects."""
+        ints = self._ints.data
+        ints[ID, heirs] = ints[ID, old]
+        ints[FIRST_UTC, heirs] = ints[FIRST_UTC, old]
+        ints[ECHOES, heirs] += ints[ECHOES, old]
+
+    def keep(self, mask: NDArray[np.bool_]) -> None:
+        """Remove the objects where `mask` is False."""
+        self._ints.keep(mask)
+        self._floats.keep(mask)
+        self.observer.keep(mask)

@@ -1,0 +1,330 @@
+"""CAN frames to poses, without I/O: frames are packed here by hand from the table in docs/navigation.md."""
+
+import itertools
+import math
+import struct
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from ods.clock import NS
+from ods.messages import Pose
+from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.pdo_layout import LayoutError, load_pdo_set
+from ods.nav_bridge.receiver import InsReceiver
+from ods.nav_bridge.settings import NavSettings
+
+CONFIG = Path(__file__).parents[1] / "config"
+EDS = CONFIG / "ins.eds"
+MS = 1_000_000
+PERIOD = 10 * MS
+DAY_MS = 86_400_000
+IDS = (0x185, 0x285, 0x385, 0x485, 0x685, 0x6A5)
+UTC_OFFSET = 1_700_000_000 * NS
+
+
+class Bench:
+    """A receiver, its counters, and frames made by hand."""
+
+    def __init__(self, **changes: float | int | bool) -> None:
+        self.counters: Counter[str] = Counter()
+        nav = NavSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", **changes)  # type: ignore[arg-type]
+        self.receiver = InsReceiver(nav, load_pdo_set(EDS, 5), 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters)
+
+    def take(self, can_id: int, data: bytes, t_ns: int, extended: bool = False) -> Pose | None:
+        return self.receiver.take(Frame(can_id, extended, data, t_ns))
+
+    def epoch(self, number: int, only: tuple[int, ...] = (1, 2, 3, 4, 5, 6), **values: int) -> list[Pose]:
+        """Feed epoch `number`, sent every 10 ms; return the poses that came of it."""
+        found = []
+        for place, data in enumerate(pdos(number, **values), 1):
+            if place in only:
+                found.append(self.take(IDS[place - 1], data, number * PERIOD + place * 250_000))
+        return [pose for pose in found if pose is not None]
+
+
+def pdos(number: int, **values: int) -> list[bytes]:
+    """Return the six PDOs of one epoch as raw counts."""
+    v = {
+        "status": 15, "ms": 43_200_000 + number * 10, "days": 15_000, "n": 12_345, "e": -6_789, "d": 4_200,
+        "roll": -523, "pitch": 1_047, "yaw": -31_000, "u": 1_500, "v": -20, "w": 35,
+    } | values  # fmt: skip
+    sequence = number % 256
+    return [
+        struct.pack("<BBIH", sequence, v["status"], v["ms"] % DAY_MS if v["ms"] < DAY_MS else v["ms"], v["days"]),
+        struct.pack("<ii", v["n"], v["e"]),
+        struct.pack("<iB", v["d"], sequence),
+        struct.pack("<hhhB", v["roll"], v["pitch"], v["yaw"], sequence),
+        struct.pack("<hhhB", v["u"], v["v"], v["w"], sequence),
+        struct.pack("<HHBHB", 250, 40, 3, 123, sequence),
+    ]
+
+
+def lost(counters: Counter[str]) -> dict[str, int]:
+    """Return the counters that tell of trouble."""
+    return {name: count for name, count in counters.items() if count and name not in ("sync", "time")}
+
+
+def test_an_epoch_becomes_a_pose() -> None:
+    bench = Bench()
+    (pose,) = bench.epoch(1)
+    assert pose.position_ned == pytest.approx((12.345, -6.789, 4.2))
+    assert pose.velocity_body == pytest.approx((1.5, -0.02, 0.035))
+    assert pose.sigma_position_ned == pytest.approx((0.25, 0.25, 0.04))
+    assert pose.sigma_attitude == pytest.approx((0.003, 0.003, 0.0123))
+    expected = Rotation.from_euler("ZYX", [-3.1, 0.1047, -0.0523]).as_quat(scalar_first=True)
+    assert abs(float(expected @ pose.attitude)) == pytest.approx(1.0)
+    assert pose.t_ns == PERIOD + 250_000
+    assert pose.utc_ns == pose.t_ns + UTC_OFFSET
+    assert lost(bench.counters) == {}
+
+
+def test_instants_follow_the_ins_clock_not_the_jitter_of_arrival() -> None:
+    bench = Bench()
+    poses = [pose for number in range(1, 200) for pose in bench.epoch(number)]
+    assert [pose.seq for pose in poses] == list(range(199))
+    late = [bench.take(can_id, data, 200 * PERIOD + 7 * MS) for can_id, data in zip(IDS, pdos(200), strict=True)][-1]
+    assert late is not None
+    assert late.t_ns - poses[-1].t_ns == pytest.approx(PERIOD, abs=20_000)
+
+
+def test_midnight_is_no_event() -> None:
+    bench = Bench()
+    poses = []
+    for number in range(1, 50):
+        ms = DAY_MS - 250 + number * 10
+        poses += bench.epoch(number, ms=ms % DAY_MS, days=15_000 + ms // DAY_MS)
+    steps = {b.t_ns - a.t_ns for a, b in itertools.pairwise(poses)}
+    assert len(poses) == 49
+    assert all(abs(step - PERIOD) < 20_000 for step in steps)
+    assert lost(bench.counters) == {}
+
+
+@pytest.mark.parametrize("place", [1, 2, 3, 4, 5, 6])
+def test_an_epoch_that_misses_a_pdo_gives_no_pose(place: int) -> None:
+    bench = Bench()
+    assert len(bench.epoch(1)) == 1
+    assert bench.epoch(2, only=tuple(n for n in range(1, 7) if n != place)) == []
+    assert len(bench.epoch(3)) == 1
+    assert bench.counters["epoch_torn"] == 1
+
+
+def test_the_ins_stops_in_mid_epoch_and_starts_again() -> None:
+    bench = Bench()
+    assert len(bench.epoch(1)) == 1
+    assert bench.epoch(2, only=(1, 2, 3)) == []
+    assert len(bench.epoch(300)) == 1
+    assert lost(bench.counters) == {"epoch_torn": 1, "epoch_missing": (300 - 2 - 1) % 256}
+
+
+def test_no_epoch_is_put_together_from_two_that_look_alike() -> None:
+    bench = Bench()
+    assert bench.epoch(2, only=(1, 2, 3)) == []
+    assert bench.epoch(2 + 256, only=(4, 5, 6)) == []  # same sequence number, 2.56 s later
+    bench = Bench()
+    assert bench.epoch(1, only=(1, 3, 4, 5, 6)) == []
+    assert bench.epoch(2, only=(2,)) == []  # the position of the next epoch must not complete the last one
+    assert bench.counters["pdo_stray"] == 1
+
+
+@given(st.lists(st.tuples(st.integers(1, 40), st.integers(0, 5)), max_size=150))
+@settings(deadline=None, max_examples=60)
+def test_whatever_is_lost_repeated_or_swapped_a_pose_is_never_a_mixture(order: list[tuple[int, int]]) -> None:
+    bench = Bench()
+    for step, (number, place) in enumerate(order):
+        data = pdos(number, n=number, e=number, d=number, u=number, roll=number)[place]
+        pose = bench.take(IDS[place], data, NS + step * MS)
+        if pose is not None:
+            assert len({round(1e3 * x) for x in (*pose.position_ned, pose.velocity_body[0])}) == 1
+
+
+def test_gaps_and_restarts_of_the_sequence_are_told_apart() -> None:
+    bench = Bench()
+    for number in (250, 251, 254, 257):  # 257 is sent as 1
+        assert len(bench.epoch(number)) == 1
+    assert lost(bench.counters) == {"epoch_missing": 4}
+    assert len(bench.epoch(256 * 2)) == 1
+    assert bench.counters["sequence_reset"] == 1
+
+
+def test_a_repeated_epoch_is_no_new_pose() -> None:
+    bench = Bench()
+    assert len(bench.epoch(1)) == 1
+    assert bench.epoch(1) == []
+    assert len(bench.epoch(2)) == 1
+    assert lost(bench.counters) == {"pdo_duplicate": 5, "pdo_stray": 1}
+
+
+def test_short_and_extended_frames_are_counted_and_dropped() -> None:
+    bench = Bench()
+    for can_id, data in zip(IDS, pdos(1), strict=True):
+        assert bench.take(can_id, data[:-1], PERIOD) is None
+        assert bench.take(can_id, b"", PERIOD) is None
+        assert bench.take(can_id, data, PERIOD, extended=True) is None
+    assert lost(bench.counters) == {"pdo_short": 12, "can_extended": 6}
+    assert len(bench.epoch(2)) == 1
+
+
+@settings(deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 0x7FF) | st.sampled_from(IDS), st.binary(max_size=8), st.booleans())))
+def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> None:
+    bench = Bench()
+    for step, (can_id, data, extended) in enumerate(frames):
+        bench.take(can_id, data, step * MS, extended)
+    assert all(math.isfinite(len(text)) for text in bench.receiver.problems(NS))
+    assert len(bench.epoch(1_000)) + len(bench.epoch(1_001)) >= 1
+
+
+@pytest.mark.parametrize(
+    ("field", "count"),
+    [
+        ("n", 200_000_000),
+        ("e", -(2**31)),
+        ("d", -200_000),
+        ("d", 2**31 - 1),
+        ("roll", -32_768),
+        ("pitch", 16_000),
+        ("u", 32_767),
+    ],
+)
+def test_values_that_no_vehicle_has_are_dropped(field: str, count: int) -> None:
+    bench = Bench()
+    assert bench.epoch(1, (1, 2, 3, 4, 5, 6), **{field: count}) == []
+    assert lost(bench.counters) == {"epoch_absurd": 1}
+
+
+@pytest.mark.parametrize(("status", "part"), [(0b1110, "position"), (0b1101, "attitude"), (0b1011, "velocity")])
+def test_what_the_ins_calls_not_valid_is_not_used_and_said(status: int, part: str) -> None:
+    bench = Bench()
+    assert bench.epoch(1, status=status) == []
+    assert lost(bench.counters) == {"epoch_invalid": 1}
+    assert f"the INS says that its {part} is not valid" in bench.receiver.problems(NS)
+
+
+def test_without_a_valid_time_the_sync_before_the_epoch_is_its_instant() -> None:
+    bench = Bench()
+    bench.take(0x080, b"", PERIOD - MS)
+    assert bench.epoch(1, status=0b0111)[0].t_ns == PERIOD - MS
+    assert bench.epoch(4, status=0b0111)[0].t_ns == 4 * PERIOD + 250_000
+    assert bench.epoch(5, ms=DAY_MS + 5)[0].t_ns == 5 * PERIOD + 250_000
+    assert bench.counters["epoch_untimed"] == 3
+
+
+def test_a_jump_of_the_ins_clock_is_counted_and_the_stream_goes_on() -> None:
+    bench = Bench()
+    poses = [pose for number in range(1, 100) for pose in bench.epoch(number)]
+    back = [pose for number in range(100, 120) for pose in bench.epoch(number, ms=40_000_000 + number * 10)]
+    assert bench.counters["ins_clock_jumps"] == 1
+    assert len(back) >= 15
+    assert abs(back[-1].t_ns - poses[-1].t_ns - 20 * PERIOD) < MS
+    assert all(pose.t_ns <= 121 * PERIOD for pose in back)
+
+
+def test_poses_that_arrive_seconds_late_are_dropped() -> None:
+    bench = Bench()
+    for number in range(1, 100):
+        bench.epoch(number)
+    late = [bench.take(can_id, data, 400 * PERIOD) for can_id, data in zip(IDS, pdos(100), strict=True)]
+    assert late == [None] * 6
+    assert bench.counters["epoch_late"] == 1
+
+
+def test_silence_is_a_problem_in_plain_words() -> None:
+    bench = Bench()
+    bench.take(0x705, b"\x05", PERIOD)
+    bench.epoch(1)
+    assert bench.receiver.problems(2 * PERIOD) == []
+    assert bench.receiver.problems(PERIOD + 1_200 * MS) == ["no pose for 1.2 s", "INS heartbeat lost for 1.2 s"]
+    bench.take(0x705, b"\x85", 130 * PERIOD)  # with the toggle bit of node guarding
+    bench.epoch(130)
+    assert bench.receiver.problems(131 * PERIOD) == []
+
+
+def test_heartbeat_time_out_can_be_switched_off_and_bad_ones_do_not_count() -> None:
+    bench = Bench()
+    for data in (b"", b"\x05\x05", b"\x2a"):
+        bench.take(0x705, data, NS)
+    assert bench.counters["heartbeat_bad"] == 3
+    assert "no INS heartbeat" in bench.receiver.problems(2 * NS)
+    assert not any("heartbeat" in text for text in Bench(heartbeat_timeout_s=0.0).receiver.problems(9 * NS))
+
+
+@pytest.mark.parametrize(("state", "word"), [(4, "stopped"), (127, "pre-operational"), (0, "starting")])
+def test_an_ins_that_is_not_operational_is_reported(state: int, word: str) -> None:
+    bench = Bench()
+    bench.take(0x705, bytes([state]), 100 * MS)
+    assert bench.receiver.problems(200 * MS) == [f"INS is {word}"]
+
+
+def test_emergencies_are_said_bounded_and_reset() -> None:
+    bench = Bench()
+    bench.take(0x705, b"\x05", 0)
+    for data in (b"", b"\x10\x43", bytes(7), bytes(range(9))[:9]):
+        bench.take(0x085, data, MS)
+    assert bench.counters["emcy_bad"] == 4
+    bench.take(0x085, struct.pack("<HB5s", 0x4310, 0x09, b"hello"), MS)
+    assert bench.receiver.problems(2 * MS) == ["INS error 0x4310 (temperature), error register 0x09"]
+    for code in range(0x1000, 0x1400):
+        bench.take(0x085, struct.pack("<HB5x", code, 1), MS)
+    problems = bench.receiver.problems(2 * MS)
+    assert len(problems) == 8
+    assert problems[-1].startswith("INS error 0x13FF")
+    bench.take(0x085, bytes(8), MS)
+    assert bench.receiver.problems(2 * MS) == []
+
+
+def test_utc_of_the_ins_is_compared_with_ours() -> None:
+    bench = Bench()
+    bench.take(0x705, b"\x05", 0)
+    utc_ms = (UTC_OFFSET + 10 * MS) // MS
+    days, ms = divmod(utc_ms - 441_763_200_000, DAY_MS)  # CiA 301 counts from 1984-01-01
+    bench.take(0x100, struct.pack("<IH", ms, days), 10 * MS)
+    assert bench.receiver.problems(20 * MS) == []
+    bench.take(0x100, struct.pack("<IH", ms + 12_300, days), 10 * MS)
+    assert bench.receiver.problems(20 * MS) == ["UTC of the INS is +12.3 s from this machine's"]
+    for data in (b"", bytes(5), struct.pack("<IH", DAY_MS, days)):
+        bench.take(0x100, data, 10 * MS)
+    assert bench.counters["time_bad"] == 3
+
+
+EDS_TEXT = EDS.read_text()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("", "", "INI"),
+        ("DefaultValue=0x20000008", "DefaultValue=0x20FF0008", "sequence"),
+        ("DefaultValue=0x20110110", "DefaultValue=0x20110120", "does not fit 32 bits"),
+        ("DefaultValue=0x20110110", "DefaultValue=0x20110104", "whole bytes"),
+        ("DefaultValue=0x20020030", "DefaultValue=0x20020020", "time of day"),
+        ("DefaultValue=0x20010008", "DefaultValue=0x20010040", "0x2001:0"),
+        ("[2011sub2]", "[3011sub2]", ""),
+        ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x80000480", "no transmit PDO carries pitch, roll, yaw"),
+        ("DefaultValue=$NODEID+0x480\n", "", "0x1803:1"),
+        ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x380", "the same COB-ID"),
+        ("Dummy0002=0\n", "", "not a usable EDS"),
+        ("[2000]", "[2001]", "not a usable EDS"),
+    ],
+)
+def test_an_eds_that_does_not_fit_is_one_line_that_says_so(tmp_path: Path, old: str, new: str, said: str) -> None:
+    file = tmp_path / "bad.eds"
+    file.write_text(EDS_TEXT.replace(old, new) if old else "no INI file")
+    with pytest.raises(LayoutError) as error:
+        load_pdo_set(file, 5)
+    text = str(error.value)
+    assert text.startswith(f"{file}: ")
+    assert "\n" not in text
+    assert said in text or not old
+
+
+def test_an_eds_with_other_bytes_than_utf_8_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "latin.eds"
+    file.write_bytes(EDS_TEXT.replace("VendorName=ODS project", "VendorName=Måleenhed 1°").encode("latin-1"))
+    assert [layout.cob_id for layout in load_pdo_set(file, 5).layouts] == list(IDS)
+    with pytest.raises(LayoutError, match="No such file"):
+        load_pdo_set(tmp_path / "none.eds", 5)

@@ -1,0 +1,217 @@
+"""The nav process end to end: simulated INS -> CAN -> NavWorker in the real work loop -> `pose` over ZeroMQ."""
+
+import math
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
+
+import can
+import numpy as np
+import pytest
+import zmq
+from can.interfaces.slcan import slcanBus
+
+from ods import bus, clock, service
+from ods.config import OnboardConfig
+from ods.geometry import quat_from_euler
+from ods.messages import Health, Pose
+from ods.nav_bridge.service import NavWorker
+from ods.nav_bridge.settings import CanSettings, NavSettings
+from ods.processes import PROCESSES
+from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.slcan_hub import SlcanHub
+
+CONFIG = Path(__file__).parents[1] / "config"
+EDS = CONFIG / "ins.eds"
+MS = 1_000_000
+PERIOD_S = 0.01
+INS_AHEAD_NS = 40 * clock.NS
+"""The INS's clock is wrong; nobody may trust it."""
+ROUNDED = math.cos(1.5e-4 / 2.0)
+"""Cosine of half of the largest turn that rounding three angles to 1e-4 rad makes."""
+
+
+class Client:
+    """What the process published."""
+
+    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path) -> None:
+        self.poses: list[Pose] = []
+        self.health: Health | None = None
+        self._subscriber = bus.Subscriber(context, run_dir, ["pose"], ["nav"])
+
+    def until(self, enough: Callable[[], bool], patience_s: float = 10.0) -> None:
+        """Listen until `enough`."""
+        deadline_s = time.monotonic() + patience_s
+        while not enough() and time.monotonic() < deadline_s:
+            for topic, message in self._subscriber.receive(0.05)[0]:
+                if topic == "pose":
+                    self.poses.append(message)
+                else:
+                    self.health = message
+        assert enough(), self.health
+
+    def says(self, text: str) -> bool:
+        """Tell whether the newest health report has a problem with `text`."""
+        return self.health is not None and any(text in problem for problem in self.health.problems)
+
+    def close(self) -> None:
+        self._subscriber.close()
+
+
+class Vehicle(threading.Thread):
+    """The far end: an INS that sends at 100 Hz until told to stop, and what it sent."""
+
+    def __init__(self, far: can.BusABC) -> None:
+        super().__init__(daemon=True)
+        self.sent: dict[int, tuple[list[float], list[float], list[float], int]] = {}
+        self.mute = False
+        self._ins = SimulatedIns(far, EDS)
+        self._stopping = threading.Event()
+
+    def run(self) -> None:
+        count = 0
+        while not self._stopping.wait(PERIOD_S):
+            if not self.mute:
+                self._send(count)
+                count += 1
+
+    def _send(self, count: int) -> None:
+        now_ns = clock.monotonic_ns()
+        device_ns = (clock.utc_ns(now_ns) + INS_AHEAD_NS) // MS * MS
+        position = [0.05 * count, -3.0, 4.0 + 0.001 * count]
+        attitude = quat_from_euler(0.1, -0.05, 0.02 * count).tolist()
+        velocity = [1.5, 0.001 * count, -0.1]
+        self.sent[round(1000 * position[0])] = (position, attitude, velocity, now_ns)
+        self._ins.send(device_ns, position, attitude, velocity)
+
+    def close(self) -> None:
+        self._stopping.set()
+        self.join()
+
+
+@contextmanager
+def nav_process(run_dir: Path, can_settings: CanSettings) -> Iterator[tuple[NavWorker, Client]]:
+    """Run the worker in the real work loop, in a thread, with a real subscriber."""
+    nav = NavSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", can=can_settings, stale_s=0.2)
+    config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir)))
+    host = service.Service(PROCESSES["nav"], run_dir)
+    worker = NavWorker(host, config)
+    worker.start()
+    stopping: list[int] = []
+    loop = threading.Thread(target=service._loop, args=(host, cast(Any, worker), stopping))
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    client = Client(context, run_dir)
+    loop.start()
+    try:
+        yield worker, client
+    finally:
+        stopping.append(15)
+        loop.join()
+        worker.stop()
+        client.close()
+        host.close()
+        context.term()
+
+
+@pytest.fixture(params=["slcan", "virtual", "vcan0"])
+def wired(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[NavWorker, Client, Vehicle]]:
+    """Everything wired up on each kind of bus."""
+    run_dir = tmp_path_factory.mktemp("nav")
+    with ExitStack() as stack:
+        if request.param == "vcan0":
+            if not Path("/sys/class/net/vcan0").exists():
+                pytest.skip("this kernel has no vcan0")
+            near, far = CanSettings(channel="vcan0"), can.Bus("vcan0", "socketcan", ignore_config=True)
+        elif request.param == "virtual":
+            near = CanSettings(interface="virtual", channel="nav-service")
+            far = can.Bus("nav-service", "virtual", ignore_config=True)
+        else:
+            hub = stack.enter_context(SlcanHub([run_dir / "can0", run_dir / "can1"]))
+            near = CanSettings(interface="slcan", channel=str(hub.links[0]), bitrate=500_000)
+            far = slcanBus(str(hub.links[1]), sleep_after_open=0.0, timeout=0.0)
+        stack.callback(far.shutdown)
+        worker, client = stack.enter_context(nav_process(run_dir, near))
+        vehicle = Vehicle(far)
+        stack.callback(vehicle.close)
+        vehicle.start()
+        yield worker, client, vehicle
+
+
+def test_every_epoch_arrives_as_it_was_sent(wired: tuple[NavWorker, Client, Vehicle]) -> None:
+    _, client, vehicle = wired
+    client.until(lambda: len(client.poses) > 150)
+    assert [pose.seq for pose in client.poses] == list(range(client.poses[0].seq, client.poses[-1].seq + 1))
+    lateness = []
+    for pose in client.poses:
+        position, attitude, velocity, sent_ns = vehicle.sent[round(1000 * pose.position_ned[0])]
+        np.testing.assert_allclose(pose.position_ned, position, atol=0.5e-3 + 1e-9)
+        np.testing.assert_allclose(pose.velocity_body, velocity, atol=0.5e-3 + 1e-9)
+        assert abs(float(np.dot(pose.attitude, attitude))) > ROUNDED
+        lateness.append(pose.t_ns - sent_ns)
+    assert min(lateness) > -1.5 * MS  # stamps are whole milliseconds
+    assert np.median(lateness[64:]) < 50 * MS  # though the INS's clock is 40 s ahead
+    client.until(lambda: client.health is not None and client.health.counters["poses"] > 100)
+    assert client.health is not None
+    assert client.health.ready
+    assert client.says("UTC of the INS is +40.0 s")
+    assert not client.says("pose")
+    assert client.health.counters.get("epoch_torn", 0) == 0
+
+
+def test_silence_is_reported_while_it_lasts_and_lived_down(wired: tuple[NavWorker, Client, Vehicle]) -> None:
+    _, client, vehicle = wired
+    client.until(lambda: len(client.poses) > 20)
+    vehicle.mute = True
+    client.until(lambda: client.says("no pose for"))
+    client.until(lambda: client.says("INS heartbeat lost"))
+    seen = len(client.poses)
+    vehicle.mute = False
+    client.until(lambda: len(client.poses) > seen + 20)
+    client.until(lambda: not client.says("no pose"))
+
+
+def test_an_adapter_pulled_out_and_put_back(tmp_path_factory: pytest.TempPathFactory) -> None:
+    run_dir = tmp_path_factory.mktemp("nav")
+    with ExitStack() as stack:
+        hub = stack.enter_context(SlcanHub([run_dir / "can0", run_dir / "can1"]))
+        settings = CanSettings(interface="slcan", channel=str(hub.links[0]), bitrate=500_000)
+        far = slcanBus(str(hub.links[1]), sleep_after_open=0.0, timeout=0.0)
+        stack.callback(far.shutdown)
+        worker, client = stack.enter_context(nav_process(run_dir, settings))
+        vehicle = Vehicle(far)
+        stack.callback(vehicle.close)
+        vehicle.start()
+        client.until(lambda: len(client.poses) > 20)
+        hub.unplug(0)
+        client.until(lambda: client.says("no such file or directory"))
+        assert client.health is not None
+        assert not client.health.ready
+        hub.plug(0)
+        seen = len(client.poses)
+        client.until(lambda: len(client.poses) > seen + 50)
+        client.until(lambda: client.health is not None and client.health.ready)
+        assert worker.service.counters["can_lost"] == 1
+        assert worker.service.counters["can_opened"] == 2
+
+
+def test_the_node_is_alive_on_the_bus_and_commands_nobody_unasked(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> None:
+    run_dir = tmp_path_factory.mktemp("nav")
+    with ExitStack() as stack:
+        far = can.Bus("nav-alive", "virtual", ignore_config=True)
+        stack.callback(far.shutdown)
+        stack.enter_context(nav_process(run_dir, CanSettings(interface="virtual", channel="nav-alive")))
+        far.send(can.Message(arbitration_id=0x705, data=b"\x7f", is_extended_id=False))
+        heard: list[tuple[int, bytes]] = []
+        while len(heard) < 3:
+            message = far.recv(5.0)
+            assert message is not None
+            heard.append((message.arbitration_id, bytes(message.data)))
+        assert heard == [(0x720, b"\x00"), (0x720, b"\x05"), (0x720, b"\x05")]
