@@ -24,7 +24,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	touch $@
 
 docs: $(VENV)/.ready
-	$(BIN)/python -m ods.message_docs docs
+	$(BIN)/python -m ods.reference docs
 
 clean:
 	rm -rf $(VENV) out

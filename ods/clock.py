@@ -28,7 +28,9 @@ def arrival_ns(stamp_utc_s: float) -> int:
 
     A step of the wall clock between stamp and reading shifts the result by MAX_STAMP_AGE_NS at most.
     """
-    age = time.time_ns() - round(stamp_utc_s * NS)
+    age = time.time_ns() - round(
+        stamp_utc_s * NS
+    )  # first: a pause between both clocks then makes it later, not earlier
     return time.monotonic_ns() - min(max(age, 0), MAX_STAMP_AGE_NS)
 
 

@@ -70,6 +70,7 @@ class Vehicle(threading.Thread):
         self.sent: dict[int, tuple[list[float], list[float], list[float], int]] = {}
         self.mute = False
         self._ins = SimulatedIns(far, EDS)
+        self._clock_ns = clock.utc_ns() - clock.monotonic_ns() + INS_AHEAD_NS
         self._stopping = threading.Event()
 
     def run(self) -> None:
@@ -81,7 +82,7 @@ class Vehicle(threading.Thread):
 
     def _send(self, count: int) -> None:
         now_ns = clock.monotonic_ns()
-        device_ns = (clock.utc_ns(now_ns) + INS_AHEAD_NS) // MS * MS
+        device_ns = (now_ns + self._clock_ns) // MS * MS
         position = [0.05 * count, -3.0, 4.0 + 0.001 * count]
         attitude = quat_from_euler(0.1, -0.05, 0.02 * count).tolist()
         velocity = [1.5, 0.001 * count, -0.1]

@@ -14,7 +14,7 @@ from ods.messages import Ping, SampleType, Scale, frame_of
 from ods.sonar_link import s7k
 from ods.sonar_link.drf import Record
 from ods.sonar_link.ping_builder import BeamTable
-from ods.sonar_link.water_column import Rejected, WaterColumn
+from ods.sonar_link.water_column import RecordError, WaterColumn
 
 RATE_HZ = 3000.0  # with 1500 m/s: 0.25 m a sample
 
@@ -134,20 +134,20 @@ def test_7042_first_sample_and_down_sampling() -> None:
     ],
 )
 def test_what_cannot_be_used_names_its_counter(record_type: int, body: bytes, counter: str) -> None:
-    with pytest.raises(Rejected, match=f"^{counter}$"):
+    with pytest.raises(RecordError, match=f"^{counter}$"):
         decode(record_type, body)
 
 
 def test_many_beams_of_which_one_is_long_do_not_blow_up() -> None:
     """65535 beams, 60000 samples in one of them: 4 GB if padded."""
     beams = [struct.pack("<HI", 0, 1) + b"\1"] * 4000 + [struct.pack("<HI", 1, 60000) + bytes(60000)]
-    with pytest.raises(Rejected, match="bad_water_column"):
+    with pytest.raises(RecordError, match="bad_water_column"):
         decode(7042, body_7042(0b110, beams))
 
 
 @given(st.sampled_from([7000, 7004, 7018, 7042]), st.binary(max_size=400))
 def test_random_bodies_are_decoded_or_rejected(record_type: int, body: bytes) -> None:
-    with contextlib.suppress(Rejected):
+    with contextlib.suppress(RecordError):
         decode(record_type, body)
 
 
@@ -157,7 +157,7 @@ def test_random_water_columns_are_decoded_or_rejected(flags: int, tail: bytes, s
     body += struct.pack("<HBI" if flags & 1 << 14 else "<HI", 0, *([0] if flags & 1 << 14 else []), samples) + tail
     try:
         frame = decode_samples(7042, body).frame
-    except Rejected:
+    except RecordError:
         return
     assert frame.shape[0] == beams
     assert frame.size * 4 <= 4 * beams * len(body)

@@ -12,6 +12,7 @@ from ods.pipeline import detect, equalize, median, smooth  # noqa: F401  they re
 from ods.pipeline.amplitude import to_amplitude
 from ods.pipeline.echoes import FIELDS, measure_echoes
 from ods.pipeline.fan import Fan, Image
+from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan
 from ods.pipeline.regions import paint
@@ -21,6 +22,9 @@ from ods.settings import Settings
 
 Mask = NDArray[np.int32]
 """(beams, samples) number of the detection that a cell belongs to, from 1; 0 for the background."""
+
+
+_CELLS = FIELDS.index("cells")
 
 
 class Chain:
@@ -115,9 +119,8 @@ def _blaming(label: str) -> Iterator[None]:
 
 
 def _detection(row: list[float], elevation_rad: float) -> Detection:
-    values: dict[str, Any] = dict(zip(FIELDS, row, strict=True))
-    values["cells"] = int(values["cells"])
-    return Detection(**values, elevation_rad=elevation_rad)
+    before, cells, after = row[:_CELLS], row[_CELLS], row[_CELLS + 1 :]
+    return Detection(*before, int(cells), *after, elevation_rad)
 
 
 def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]:
@@ -145,6 +148,12 @@ def _checked_frame(ping: Ping) -> NDArray[np.generic]:
     return frame
 
 
+@kernel
 def _shows_something(frame: NDArray[np.generic]) -> bool:
-    """Tell a drop-out, in which all samples are alike, from an image."""
-    return bool(frame.min() != frame.max())
+    """Tell an image from a drop-out, in which all samples are alike."""
+    for b in range(frame.shape[0]):
+        row = frame[b]
+        for j in range(row.size):
+            if row[j] != frame[0, 0]:
+                return True
+    return False

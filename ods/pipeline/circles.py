@@ -25,11 +25,11 @@ def smallest_circle(points: Points) -> tuple[float, float, float]:
     count = 1
     x, y, radius = points[0, 0], points[0, 1], 0.0
     for _ in range(10 * points.shape[0] + 10):
-        farthest, distance = -1, radius * (1.0 + _SLACK) + 1e-12
+        farthest, reach = -1, (radius * (1.0 + _SLACK) + 1e-12) ** 2
         for i in range(points.shape[0]):
-            away = np.hypot(points[i, 0] - x, points[i, 1] - y)
-            if away > distance:
-                farthest, distance = i, away
+            dx, dy = points[i, 0] - x, points[i, 1] - y
+            if dx * dx + dy * dy > reach:
+                farthest, reach = i, dx * dx + dy * dy
         if farthest < 0:
             break
         support[count] = points[farthest]

@@ -11,7 +11,13 @@ from ods.pipeline.regions import Regions, Runs
 from ods.pipeline.registry import DetectStep, detect_stage
 
 _BLOCK = 64
-"""Cells that are looked at together: most of an image is passed over at this pace."""
+"""Cells that are looked at together for one above the high level: most of an image is passed over at this pace."""
+_LEAST_NOISE = 0.02
+"""Of the background: keeps the rounding of a noiseless image from becoming echoes."""
+
+Row = NDArray[np.float32]
+Visited = NDArray[np.bool_]
+"""(beams, samples) cells that belong to a region already."""
 
 
 @detect_stage("detect.two_level", TwoLevelParams)
@@ -19,17 +25,19 @@ def two_level(params: TwoLevelParams, fan: Fan) -> DetectStep:
     """Find 8-connected regions above the low level in which at least one cell is above the high level."""
     histogram = new_histogram()
     beams, samples = fan.shape
-    found = np.empty((beams * (samples // 2 + 1), 4), np.int32)  # a row can hold no more runs; untouched pages are free
-    strong = np.empty(len(found), np.bool_)
+    runs = np.empty((beams * (samples // 2 + 1), 4), np.int32)  # no image has more; untouched pages cost nothing
+    visited = np.zeros(fan.shape, np.bool_)
 
     def step(image: Image) -> Regions:
         background, noise = background_and_noise(image, histogram)
         if background <= 0.0:
-            return Regions(found[:0], 0, 1.0)
+            return Regions(runs[:0], 0, 1.0)
         low, high = levels(params, background, noise)
-        runs = find_runs(image, np.float32(low), np.float32(high), params.gap, found, strong)
-        kept, count = keep_regions(found[:runs], strong, params.min_cells, params.max_cells or image.size)
-        return Regions(kept, count, background)
+        largest = params.max_cells or image.size
+        found, count = find_regions(
+            image, np.float32(low), np.float32(high), params.min_cells, largest, runs, visited
+        )
+        return Regions(found, count, background)
 
     return step
 
@@ -42,108 +50,96 @@ def levels(params: TwoLevelParams, background: float, noise: float) -> tuple[flo
     return background + params.low * spread, background + params.high * spread
 
 
-_LEAST_NOISE = 0.02
-"""Of the background: keeps the rounding of a noiseless image from becoming echoes."""
-
-
 @kernel
-def find_runs(image: Image, low: np.float32, high: np.float32, gap: int, runs: Runs, strong: NDArray[np.bool_]) -> int:
-    """Fill runs with the runs of cells above `low` of image (beams, samples), linked to regions; return their number.
+def find_regions(
+    image: Image, low: np.float32, high: np.float32, smallest: int, largest: int, runs: Runs, visited: Visited
+) -> tuple[Runs, int]:
+    """Return the sorted runs of all regions of `smallest` to `largest` cells, and the number of regions.
 
-    Column 3 of runs is the index of another run of the same region, in the end its first (union-find by smaller index).
-    strong says whether a run has a cell above `high`. Cells that are NaN belong to no run.
+    A region is grown, run by run, from a cell of image (beams, samples) above `high`; so the time goes with what is
+    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. runs is work space
+    for the most runs there can be; visited must be all False and is so again at the end.
     """
-    count = 0
-    above = 0  # first run of the beam before
-    for b in range(image.shape[0]):
-        start = count
-        count = _runs_of_row(image[b], b, low, high, gap, runs, strong, count)
-        _link(runs, above, start, count)
-        above = start
-    for i in range(count):
-        runs[i, 3] = runs[runs[i, 3], 3]
-    return count
-
-
-@kernel
-def _runs_of_row(
-    row: NDArray[np.float32],
-    beam: int,
-    low: np.float32,
-    high: np.float32,
-    gap: int,
-    runs: Runs,
-    strong: NDArray[np.bool_],
-    count: int,
-) -> int:
-    start = count
-    for begin in range(0, row.size, _BLOCK):
-        block = row[begin : begin + _BLOCK]
-        above = 0
-        for j in range(block.size):
-            above += block[j] > low
-        if above == 0:
-            continue
-        for j in range(block.size):
-            if not block[j] > low:
+    count, end, kept = 0, 0, 0
+    for beam in range(image.shape[0]):
+        row = image[beam]
+        for begin in range(0, row.size, _BLOCK):
+            block = row[begin : begin + _BLOCK]
+            strong = 0
+            for j in range(block.size):
+                strong += block[j] > high
+            if strong == 0:
                 continue
-            column = begin + j
-            if count == start or column > runs[count - 1, 2] + gap:
-                runs[count, 0], runs[count, 1], runs[count, 3] = beam, column, count
-                strong[count] = False
-                count += 1
-            runs[count - 1, 2] = column + 1
-            strong[count - 1] |= block[j] > high
-    return count
+            for column in range(begin, begin + block.size):
+                if row[column] > high and not visited[beam, column]:
+                    stop = _grow(image, low, beam, column, runs, end, visited)
+                    if smallest <= _cells(runs[end:stop]) <= largest:
+                        count += 1
+                        kept += stop - end
+                        for i in range(end, stop):
+                            runs[i, 3] = count
+                    end = stop
+    for i in range(end):
+        for j in range(runs[i, 1], runs[i, 2]):
+            visited[runs[i, 0], j] = False
+    return _sorted(runs[:end], kept), count
 
 
 @kernel
-def _link(runs: Runs, above: int, start: int, stop: int) -> None:
-    """Join runs start..stop of one beam with those, above..start, of the beam before that touch them, corners too."""
-    i, k = above, start
-    while i < start and k < stop:
-        if runs[i, 1] <= runs[k, 2] and runs[k, 1] <= runs[i, 2]:
-            a, b = _root(runs, i), _root(runs, k)
-            runs[max(a, b), 3] = min(a, b)
-        if runs[i, 2] < runs[k, 2]:
-            i += 1
-        else:
+def _grow(image: Image, low: np.float32, beam: int, column: int, runs: Runs, start: int, visited: Visited) -> int:
+    """Write the runs of the region around one cell to runs[start:stop], as region 0; return stop."""
+    stop = start + 1
+    _take_run(image[beam], low, beam, column, runs[start], visited[beam])
+    i = start
+    while i < stop:
+        first, last = runs[i, 1] - 1, runs[i, 2]  # one cell further on both sides: corners touch
+        for near in (runs[i, 0] - 1, runs[i, 0] + 1):
+            if near < 0 or near >= image.shape[0]:
+                continue
+            row = image[near]
+            for j in range(max(0, first), min(last, row.size - 1) + 1):
+                if row[j] > low and not visited[near, j]:
+                    _take_run(row, low, near, j, runs[stop], visited[near])
+                    stop += 1
+        i += 1
+    return stop
+
+
+@kernel
+def _take_run(row: Row, low: np.float32, beam: int, column: int, run: NDArray[np.int32], visited: Visited) -> None:
+    """Fill run with the cells above `low` around a column of one beam, and mark them."""
+    first, stop = column, column + 1
+    while first > 0 and row[first - 1] > low:
+        first -= 1
+    while stop < row.size and row[stop] > low:
+        stop += 1
+    run[0], run[1], run[2], run[3] = beam, first, stop, 0
+    for j in range(first, stop):
+        visited[j] = True
+
+
+@kernel
+def _cells(runs: Runs) -> int:
+    total = 0
+    for i in range(runs.shape[0]):
+        total += runs[i, 2] - runs[i, 1]
+    return total
+
+
+@kernel
+def _sorted(runs: Runs, kept: int) -> Runs:
+    """Return the `kept` runs of numbered regions, by region, beam and column."""
+    key = np.empty(kept, np.int64)
+    place = np.empty(kept, np.int64)
+    k = 0
+    for i in range(runs.shape[0]):
+        if runs[i, 3] > 0:
+            key[k] = (np.int64(runs[i, 3]) << 40) | (np.int64(runs[i, 0]) << 20) | np.int64(runs[i, 1])
+            place[k] = i
             k += 1
-
-
-@kernel
-def _root(runs: Runs, index: int) -> int:
-    while runs[index, 3] != index:
-        runs[index, 3] = runs[runs[index, 3], 3]
-        index = runs[index, 3]
-    return index
-
-
-@kernel
-def keep_regions(runs: Runs, strong: NDArray[np.bool_], min_cells: int, max_cells: int) -> tuple[Runs, int]:
-    """Return the runs of the regions that are strong somewhere and of the right size, numbered from 1, and their number."""
-    total = runs.shape[0]
-    cells = np.zeros(total, np.int32)
-    length = np.zeros(total, np.int32)
-    exists = np.zeros(total, np.bool_)
-    for i in range(total):
-        root = runs[i, 3]
-        cells[root] += runs[i, 2] - runs[i, 1]
-        length[root] += 1
-        exists[root] |= strong[i]
-    place = np.full(total, -1, np.int32)  # where the next run of a region goes
-    number = np.zeros(total, np.int32)
-    count, used = 0, 0
-    for i in range(total):
-        if exists[i] and min_cells <= cells[i] <= max_cells:
-            count += 1
-            number[i], place[i] = count, used
-            used += length[i]
-    kept = np.empty((used, 4), np.int32)
-    for i in range(total):
-        root = runs[i, 3]
-        if place[root] >= 0:
-            k = place[root]
-            kept[k, 0], kept[k, 1], kept[k, 2], kept[k, 3] = runs[i, 0], runs[i, 1], runs[i, 2], number[root]
-            place[root] = k + 1
-    return kept, count
+    ordered = np.empty((kept, 4), np.int32)
+    order = np.argsort(key)
+    for k in range(kept):
+        for c in range(4):
+            ordered[k, c] = runs[place[order[k]], c]
+    return ordered

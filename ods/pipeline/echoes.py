@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.pipeline.circles import Points, smallest_circle
-from ods.pipeline.fan import Fan, Image, beam_borders
+from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
 from ods.pipeline.regions import Regions, Runs
 
@@ -53,10 +53,9 @@ def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions
     """
     table = np.zeros((regions.count, len(FIELDS)))
     if regions.count:
-        borders = beam_borders(fan.bearing_rad, float(fan.beam_width_rad[0]))
         _measure_all(
-            image, regions.runs, regions.background, fan.bearing_rad, borders, fan.beam_width_rad, fan.range0_m,
-            fan.dr_m, table,
+            image, regions.runs, regions.background, fan.bearing_rad, fan.borders_rad, fan.beam_width_rad,
+            fan.range0_m, fan.dr_m, table,
         )  # fmt: skip
         _raw_peaks(frame, first, regions.runs, table[:, -1])
     return table

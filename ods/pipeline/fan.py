@@ -1,6 +1,7 @@
 """The geometry of one plane of beams, as stages see it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,11 @@ class Fan:
     def shape(self) -> tuple[int, int]:
         """Return (beams, samples)."""
         return len(self.bearing_rad), self.samples
+
+    @cached_property
+    def borders_rad(self) -> NDArray[np.float64]:
+        """Return the (beams + 1,) bearings that part the beams."""
+        return beam_borders(self.bearing_rad, float(self.beam_width_rad[0]))
 
 
 def beam_borders(bearing_rad: NDArray[np.float64], lone_width_rad: float) -> NDArray[np.float64]:

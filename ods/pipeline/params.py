@@ -62,8 +62,6 @@ class TwoLevelParams(Settings, frozen=True):
     """Regions of fewer cells (beams x range samples) are dropped."""
     max_cells: NonNegativeInt = 0
     """Regions of more cells are dropped; 0: however large, it stays."""
-    gap: NonNegativeInt = 2
-    """Cells below the low level, along a beam, that do not part a region."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:

@@ -103,12 +103,11 @@ def _beam_width(
 
 
 def _sector(fans: list[Fan], vertical_half_rad: float) -> Sector:
-    borders = [beam_borders(fan.bearing_rad, float(fan.beam_width_rad[0])) for fan in fans]
     elevations = [fan.elevation_rad for fan in fans]
     return Sector(
         range_min_m=max(0.0, fans[0].range0_m - 0.5 * fans[0].dr_m),
         range_max_m=fans[0].range0_m + (fans[0].samples - 0.5) * fans[0].dr_m,
-        bearing_min_rad=float(min(border[0] for border in borders)),
-        bearing_max_rad=float(max(border[-1] for border in borders)),
+        bearing_min_rad=float(min(fan.borders_rad[0] for fan in fans)),
+        bearing_max_rad=float(max(fan.borders_rad[-1] for fan in fans)),
         half_vertical_rad=0.5 * (max(elevations) - min(elevations)) + vertical_half_rad,
     )

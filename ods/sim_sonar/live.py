@@ -16,9 +16,6 @@ from ods.sonar_link import s7k
 
 log = logging.getLogger(__name__)
 
-SERIAL_LATENCY_S = 0.002
-"""From the end of listening to the first byte on the line."""
-
 
 class Mission:
     """Mission time: 0 at `start_ns` (CLOCK_MONOTONIC), and the faults that happen on the way."""
@@ -75,7 +72,9 @@ class LiveSonar:
         self._plugged = True
         sonar = images.sonar
         self._period_ns = round(sonar.ping_period_s * clock.NS)
-        self._listen_ns = round((2.0 * sonar.range_max_m / sonar.sound_speed + SERIAL_LATENCY_S) * clock.NS)
+        self._listen_ns = round(
+            (2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * settings.sonar_latency_ms) * clock.NS
+        )
         self._ping_number = 0
         self._transmit_ns = mission.start_ns
         self._telegram = b""

@@ -31,6 +31,8 @@ class SimSettings(Settings, frozen=True):
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
+    sonar_latency_ms: NonNegative = 2.0
+    """From the last echo to the first byte on the line; the bench tells the on-board side, as an integrator would."""
     pose_rate_hz: Positive = 100.0
     sonar_clock_offset_s: float = 0.25
     """The sonar's clock minus UTC: the on-board side must not trust it."""

@@ -8,6 +8,10 @@ import tty
 from pathlib import Path
 
 
+SERIAL_PORT = "seabat"
+"""Name of the simulated sonar's device in the run folder."""
+
+
 class SerialLine:
     """A pty whose device name stands behind the symlink `link`.
 

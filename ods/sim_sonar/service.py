@@ -15,11 +15,10 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.live import Device, LiveIns, LiveSonar, Mission
 from ods.sim_sonar.scene import load_scene
-from ods.sim_sonar.serial_line import SerialLine
+from ods.sim_sonar.serial_line import SERIAL_PORT, SerialLine
 from ods.sim_sonar.slcan_hub import SlcanHub
 from ods.sim_sonar.sonar import load_sonar
 
-SERIAL_PORT = "seabat"
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
 

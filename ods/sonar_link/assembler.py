@@ -11,7 +11,7 @@ from ods.messages import Ping
 from ods.sonar_link import s7k
 from ods.sonar_link.drf import Record
 from ods.sonar_link.ping_builder import BeamTable, Geometry, build_ping
-from ods.sonar_link.water_column import Rejected, WaterColumn
+from ods.sonar_link.water_column import RecordError, WaterColumn
 
 NS = 1_000_000_000
 KEPT = 4
@@ -54,7 +54,7 @@ class Assembler:
             decoded = s7k.decode(record)
             if isinstance(decoded, WaterColumn):
                 return self._complete(record, decoded, sonar)
-        except Rejected as reason:
+        except RecordError as reason:
             self.counters[str(reason)] += 1
             if record.record_type == s7k.BEAM_GEOMETRY:
                 sonar.tables.append((record.time_ns, None))  # its ping must not get an older table
@@ -75,7 +75,7 @@ class Assembler:
 
     def _complete(self, record: Record, data: WaterColumn, sonar: "_Sonar") -> Ping:
         if sonar.delivered == (data.ping_number, data.multi_ping):
-            raise Rejected("duplicate_pings")
+            raise RecordError("duplicate_pings")
         settings = sonar.settings_of(data)
         table = sonar.table_at(record.time_ns)
         try:
@@ -88,7 +88,7 @@ class Assembler:
                 t_rx_ns=record.last_ns, utc_ns=utc_ns,
             )  # fmt: skip
         except ValueError:
-            raise Rejected("bad_ping") from None
+            raise RecordError("bad_ping") from None
         self._count_gap(sonar.delivered, data.ping_number)
         sonar.delivered = data.ping_number, data.multi_ping
         self._seq += 1
@@ -123,19 +123,19 @@ class _Sonar:
         for settings in reversed(self.settings):
             if (settings.ping_number, settings.multi_ping) == (data.ping_number, data.multi_ping):
                 return settings
-        raise Rejected("data_without_settings")
+        raise RecordError("data_without_settings")
 
     def table_at(self, time_ns: int | None) -> BeamTable:
         """Return the newest beam table that is not from a later ping."""
         if not self.tables:
-            raise Rejected("data_without_geometry")
+            raise RecordError("data_without_geometry")
         table = self.tables[-1][1]
         for told_ns, candidate in reversed(self.tables):
             if told_ns is None or time_ns is None or told_ns <= time_ns:
                 table = candidate
                 break
         if table is None:
-            raise Rejected("data_without_geometry")
+            raise RecordError("data_without_geometry")
         return table
 
 

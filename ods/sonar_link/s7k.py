@@ -1,7 +1,7 @@
 """The s7k records of a forward-looking sonar: settings 7000, beam geometry 7004, samples 7018 and 7042. Pure codec.
 
 Used by the sonar link, by .s7k files and by the simulator's far end. What the wire says is not trusted: a record that
-cannot be used raises `Rejected` with the name of its counter, and nothing else.
+cannot be used raises `RecordError` with the name of its counter, and nothing else.
 Source: 7k Data Format Definition 3.12, sections 10.23, 10.27, 10.36, 10.47, 10.59.
 """
 
@@ -14,7 +14,7 @@ from ods.messages import Ping
 from ods.sonar_link import water_column
 from ods.sonar_link.drf import Record, encode_record
 from ods.sonar_link.ping_builder import MAX_BEAMS, SOUND_SPEEDS, BeamTable, make_beam_table
-from ods.sonar_link.water_column import Rejected, WaterColumn
+from ods.sonar_link.water_column import RecordError, WaterColumn
 
 SONAR_SETTINGS = 7000
 BEAM_GEOMETRY = 7004
@@ -58,7 +58,7 @@ Decoded = SonarSettings | BeamTable | WaterColumn
 
 
 def decode(record: Record) -> Decoded | None:
-    """Return what a record says, None for a type that is not used here. Raises Rejected."""
+    """Return what a record says, None for a type that is not used here. Raises RecordError."""
     if record.record_type == SONAR_SETTINGS:
         return _decode_settings(record.body)
     if record.record_type == BEAM_GEOMETRY:
@@ -103,13 +103,13 @@ def encode_file_header(utc_ns: int, name: str, device: int = DEVICE) -> bytes:
 
 def _decode_settings(body: bytes) -> SonarSettings:
     if len(body) < _SETTINGS.size:
-        raise Rejected("bad_settings")
+        raise RecordError("bad_settings")
     fields = _SETTINGS.unpack_from(body)
     _, ping_number, multi_ping, frequency, rate, *_ = fields
     sound_speed = fields[-3]
     # written so that NaN is refused
     if not (SAMPLE_RATES[0] <= rate <= SAMPLE_RATES[1] and SOUND_SPEEDS[0] <= sound_speed <= SOUND_SPEEDS[1]):
-        raise Rejected("bad_settings")
+        raise RecordError("bad_settings")
     told = 0.0 < frequency < 1e9
     return SonarSettings(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed)
 
@@ -130,16 +130,16 @@ def _encode_settings(ping: Ping, sample_rate_hz: float) -> bytes:
 
 def _decode_geometry(body: bytes) -> BeamTable:
     if len(body) < _GEOMETRY.size:
-        raise Rejected("bad_beam_table")
+        raise RecordError("bad_beam_table")
     _, beams = _GEOMETRY.unpack_from(body)
     if not 1 <= beams <= MAX_BEAMS or len(body) < _GEOMETRY.size + 4 * beams * 4:
-        raise Rejected("bad_beam_table")
+        raise RecordError("bad_beam_table")
     rows = np.frombuffer(body, "<f4", 4 * beams, _GEOMETRY.size).reshape(4, beams)
     vertical, horizontal, _, horizontal_width = rows.astype(np.float64)
     try:
         return make_beam_table(horizontal, vertical, horizontal_width)
     except ValueError:
-        raise Rejected("bad_beam_table") from None
+        raise RecordError("bad_beam_table") from None
 
 
 def _encode_geometry(ping: Ping) -> bytes:

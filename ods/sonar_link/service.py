@@ -64,6 +64,7 @@ class SonarWorker(Worker[OnboardConfig]):
         if since is not None and now - since > self._record_timeout_ns:
             self._publish(self._framer.give_up())
         self._counters["device_clock_jumps"] = self._offset.jumps
+        self._counters["wild_device_times"] = self._offset.wild
         for name in LOGGED & (self._counters.keys() - self._logged):
             self._logged.add(name)
             log.warning("first %s (counted from now on)", name)

@@ -32,7 +32,7 @@ _HEADER_7042 = struct.Struct("<QIHHIIIIff4x")
 _AMPLITUDE_AND_PHASE = np.dtype([("magnitude", "<u2"), ("phase", "<i2")])
 
 
-class Rejected(Exception):  # noqa: N818
+class RecordError(Exception):
     """A record that cannot be used; its text is the name of the counter that counts it."""
 
 
@@ -55,35 +55,35 @@ class WaterColumn:
 
 
 def decode_7018(body: bytes) -> WaterColumn:
-    """Decode beamformed data: sample by sample, amplitude and phase of all beams. Raises Rejected."""
+    """Decode beamformed data: sample by sample, amplitude and phase of all beams. Raises RecordError."""
     if len(body) < _HEADER_7018.size:
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     _, ping_number, multi_ping, beams, samples = _HEADER_7018.unpack_from(body)
     _check_shape(beams, samples)
     if len(body) < _HEADER_7018.size + beams * samples * _AMPLITUDE_AND_PHASE.itemsize:
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     pairs = np.frombuffer(body, _AMPLITUDE_AND_PHASE, beams * samples, _HEADER_7018.size)
     frame = pairs["magnitude"].reshape(samples, beams).T
     return WaterColumn(ping_number, multi_ping, None, frame)
 
 
 def decode_7042(body: bytes) -> WaterColumn:
-    """Decode compressed water column data: beam by beam, in one of six sample layouts. Raises Rejected."""
+    """Decode compressed water column data: beam by beam, in one of six sample layouts. Raises RecordError."""
     if len(body) < _HEADER_7042.size:
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     _, ping_number, multi_ping, beams, _, _, flags, first, rate, factor = _HEADER_7042.unpack_from(body)
     if flags & FIRST_SAMPLE_IS_DELAY or (flags & THIRTY_TWO_BIT and flags & EIGHT_BIT_LOG):
-        raise Rejected("unsupported_layout")
+        raise RecordError("unsupported_layout")
     if not math.isfinite(rate) or rate < 0.0:
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     beam_numbers, frame = _read_beams(body, beams, _sample_dtype(flags), bool(flags & SEGMENTS_GIVEN))
     if frame.dtype.kind == "f" and not np.isfinite(frame).all():
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     scale: Scale = "log8" if flags & EIGHT_BIT_LOG else "linear"
     if not flags & FACTOR_GIVEN:
         factor = DEFAULT_LOG_FACTOR
     if scale == "log8" and not 1e-3 < factor < 1e6:  # false for NaN too
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     return WaterColumn(
         ping_number, multi_ping, beam_numbers, frame, scale, factor if scale == "log8" else 1.0, rate or None,
         first + _window_middle(flags),
@@ -120,7 +120,7 @@ def encode_7042(ping: Ping, first_sample: int, sample_rate_hz: float) -> bytes:
 
 def _check_shape(beams: int, samples: int) -> None:
     if not (1 <= beams <= MAX_BEAMS and 1 <= samples <= MAX_SAMPLES and beams * samples * 4 <= MAX_FRAME_BYTES):
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
 
 
 def _sample_dtype(flags: int) -> np.dtype[np.void]:
@@ -153,7 +153,7 @@ def _read_beams(
     """Return the beam numbers and the (beams, samples) magnitudes behind the header of record 7042."""
     head = _beam_dtype(sample, segments, 0)
     if len(body) < _HEADER_7042.size + head.itemsize:
-        raise Rejected("bad_water_column")
+        raise RecordError("bad_water_column")
     samples = int(np.frombuffer(body, head, 1, _HEADER_7042.size)["samples"][0])
     _check_shape(beams, max(samples, 1))
     alike = _beam_dtype(sample, segments, samples)
@@ -173,12 +173,12 @@ def _read_uneven_beams(
     at = _HEADER_7042.size
     for row in range(beams):
         if at + head.itemsize > len(body):
-            raise Rejected("bad_water_column")
+            raise RecordError("bad_water_column")
         entry = np.frombuffer(body, head, 1, at)[0]
         at += head.itemsize
         count = int(entry["samples"])
         if at + count * sample.itemsize > len(body):
-            raise Rejected("bad_water_column")
+            raise RecordError("bad_water_column")
         numbers[row] = entry["beam"]
         rows.append(np.frombuffer(body, sample, count, at)["magnitude"])
         at += count * sample.itemsize

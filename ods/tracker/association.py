@@ -10,25 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from ods.geometry import Array
-from ods.tracker.measurement import Estimate, Sight, bearing_difference
+from ods.geometry import Array, wrap_angle
+from ods.tracker.belief import Belief
+from ods.tracker.measurement import Sight
 from ods.tracker.scan import Echoes
 from ods.tracker.settings import EchoSettings
 
 Rows = NDArray[np.intp]
 
+IMPOSSIBLE = 1e-300
+"""Keeps the logarithm of a likelihood that is too small for a number finite."""
 LEAST_RADIUS_EVIDENCE = -4.5
 """A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change."""
-
-
-@dataclass(frozen=True, slots=True)
-class Pairs:
-    """Objects and the echoes given to them: (k,) each."""
-
-    objects: Rows
-    echoes: Rows
-    evidence: Array
-    """Log of the likelihood of the echo from this object over that of a false alarm."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,83 +35,119 @@ class ClutterDensity:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
-    """All objects with all echoes, (n, m)."""
+class Candidates:
+    """All pairs of an object and an echo inside its gate: (p,) each."""
 
+    objects: Rows
+    echoes: Rows
     evidence: Array
-    """Log of the likelihood of the echo from this object over that of a false alarm; -inf outside the gate."""
-    separation: Array
-    """Horizontal distance between prediction and echo, m."""
+    """Log of the likelihood of the echo from this object over that of a false alarm."""
+
+    def take(self, chosen: NDArray[np.bool_]) -> "Candidates":
+        """Return the pairs of a mask."""
+        return Candidates(self.objects[chosen], self.echoes[chosen], self.evidence[chosen])
 
 
-def compare(
-    sight: Sight, estimate: Estimate, echoes: Echoes, clutter: ClutterDensity, settings: EchoSettings
-) -> Comparison:
-    """Gate all pairs and weigh those inside."""
-    along = echoes.range_m[None, :] - sight.range_m[:, None]
-    across = bearing_difference(echoes.bearing, sight.bearing) * sight.horizontal[:, None]
-    s_along = sight.along[:, None] + (echoes.sigma_range**2)[None, :]
-    s_across = sight.across[:, None] + np.outer(sight.horizontal**2, echoes.sigma_bearing**2)
-    s_mixed = sight.mixed[:, None]
+def candidates(
+    sights: Sight, belief: Belief, echoes: Echoes, clutter: ClutterDensity, settings: EchoSettings
+) -> Candidates:
+    """Return the pairs that agree by at least one of the object's hypotheses.
+
+    `sights`: what the sonar should see, (h, n) arrays, by the h hypotheses of n objects.
+    """
+    objects, columns = _near_in_range(sights, echoes, settings.gate_sigmas)
+    echo = echoes.take(columns)
+    horizontal = sights.horizontal[:, objects]
+    along = echo.range_m - sights.range_m[:, objects]
+    across = wrap_angle(echo.bearing - sights.bearing[:, objects]) * horizontal
+    s_along = sights.along[:, objects] + echo.sigma_range**2
+    s_across = sights.across[:, objects] + (horizontal * echo.sigma_bearing) ** 2
+    s_mixed = sights.mixed[:, objects]
     determinant = s_along * s_across - s_mixed**2
     distance = (s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2) / determinant
-    evidence = -0.5 * (distance + np.log(determinant))
-    evidence += np.log(settings.detection_probability / (2.0 * np.pi * clutter.per_m2))
-    evidence += _radius_evidence(estimate, echoes, clutter.radius)
-    evidence[distance > settings.gate_sigmas**2] = -np.inf
-    return Comparison(evidence, np.hypot(along, across))
+    gated = np.flatnonzero((distance <= settings.gate_sigmas**2).any(axis=0))
+    objects, columns = objects[gated], columns[gated]
+    density = belief.weight[:, objects] * np.exp(-0.5 * distance[:, gated]) / np.sqrt(determinant[:, gated])
+    total = density.sum(axis=0) * settings.detection_probability / (2.0 * np.pi * clutter.per_m2[columns])
+    evidence = np.log(np.maximum(total, IMPOSSIBLE)) + _radius_evidence(belief, echoes, clutter, objects, columns)
+    return Candidates(objects, columns, evidence)
 
 
-def _radius_evidence(estimate: Estimate, echoes: Echoes, clutter: Array) -> Array:
-    """Return (n, m) log-likelihood ratios of the radii: this object's against a false alarm's."""
-    variance = estimate.radius_variance[:, None] + (echoes.sigma_radius**2)[None, :]
-    difference = echoes.radius[None, :] - estimate.radius[:, None]
-    ratio = -0.5 * (difference**2 / variance + np.log(2.0 * np.pi * variance)) - np.log(clutter)
+def _near_in_range(sights: Sight, echoes: Echoes, gate_sigmas: float) -> tuple[Rows, Rows]:
+    """Return the pairs whose ranges agree; echoes are sorted by range, so that no pair far apart is looked at."""
+    if not len(echoes) or not sights.range_m.size:
+        return np.zeros(0, np.intp), np.zeros(0, np.intp)
+    order = np.argsort(echoes.range_m)
+    in_order = echoes.range_m[order]
+    width = gate_sigmas * np.sqrt(sights.along + echoes.sigma_range.max() ** 2)
+    # The gate is an ellipse: nothing inside it is farther along the line of sight than `width`.
+    first = np.searchsorted(in_order, (sights.range_m - width).min(axis=0))
+    count = np.searchsorted(in_order, (sights.range_m + width).max(axis=0), side="right") - first
+    objects = np.repeat(np.arange(len(first)), count)
+    within = np.arange(len(objects)) - np.repeat(np.cumsum(count) - count, count)
+    return objects, order[np.repeat(first, count) + within]
+
+
+def _radius_evidence(belief: Belief, echoes: Echoes, clutter: ClutterDensity, objects: Rows, columns: Rows) -> Array:
+    """Return (p,) log-likelihood ratios of the radii: this object's against a false alarm's."""
+    variance = belief.radius_variance[objects] + echoes.sigma_radius[columns] ** 2
+    difference = echoes.radius[columns] - belief.radius[objects]
+    ratio = -0.5 * (difference**2 / variance + np.log(2.0 * np.pi * variance)) - np.log(clutter.radius[columns])
     return np.maximum(ratio, LEAST_RADIUS_EVIDENCE)
 
 
-def associate(evidence: Array, groups: list[Rows], miss: float) -> Pairs:
-    """Give each object at most one echo and each echo to at most one object.
+def associate(found: Candidates, first: NDArray[np.bool_], miss: float) -> Candidates:
+    """Give each object at most one echo and each echo to at most one object; return the pairs.
 
-    The groups of objects choose one after the other; inside a group the sum of evidence is the largest possible.
-    `miss`: log-likelihood of seeing nothing of an object; a pair that explains less than a miss and a false alarm is
-    left apart.
+    The objects of the mask `first` choose before the others; within each group the sum of evidence is the largest
+    possible. `miss`: log-likelihood of seeing nothing of an object; a pair that explains less than a miss and a false
+    alarm is left apart.
     """
-    free = np.arange(evidence.shape[1])
-    objects, echoes = [], []
-    for group in groups:
-        rows, columns = _best_assignment(evidence[np.ix_(group, free)] - miss)
-        objects.append(group[rows])
-        echoes.append(free[columns])
-        free = np.delete(free, columns)
-    n, m = np.concatenate(objects), np.concatenate(echoes)
-    return Pairs(n, m, evidence[n, m])
+    found = found.take(found.evidence > miss)
+    before = found.take(first[found.objects])
+    before = before.take(_best(before, miss))
+    rest = found.take(~first[found.objects] & ~np.isin(found.echoes, before.echoes))
+    rest = rest.take(_best(rest, miss))
+    return Candidates(
+        np.concatenate([before.objects, rest.objects]),
+        np.concatenate([before.echoes, rest.echoes]),
+        np.concatenate([before.evidence, rest.evidence]),
+    )
 
 
-def _best_assignment(worth: Array) -> tuple[Rows, Rows]:
-    """Return rows and columns of the assignment with the largest sum of positive worths."""
-    if worth.size == 0:
+def _best(pairs: Candidates, miss: float) -> NDArray[np.bool_]:
+    """Return (p,) which pairs make the assignment with the largest sum of worths, evidence - miss > 0."""
+    if not len(pairs.objects):
+        return np.zeros(0, bool)
+    alone = (np.bincount(pairs.objects)[pairs.objects] == 1) & (np.bincount(pairs.echoes)[pairs.echoes] == 1)
+    disputed = np.flatnonzero(~alone)
+    if not len(disputed):
+        return alone
+    objects, rows = np.unique(pairs.objects[disputed], return_inverse=True)
+    echoes, columns = np.unique(pairs.echoes[disputed], return_inverse=True)
+    worth = np.zeros((len(objects), len(echoes)))
+    worth[rows, columns] = pairs.evidence[disputed] - miss
+    chosen = np.zeros(worth.shape, bool)
+    chosen[linear_sum_assignment(worth, maximize=True)] = True
+    alone[disputed] = chosen[rows, columns]
+    return alone
+
+
+def fragments(sight: Sight, radius: Array, echoes: Echoes, objects: Rows, loose: Rows) -> tuple[Rows, Rows]:
+    """Find parts of large objects: each of the `loose` echoes inside the circle of one of `objects`.
+
+    `sight`: (n,) arrays; `radius`: (n,). Returns objects and echoes of the pairs, each echo with the object whose
+    circle it is deepest in, echoes near their object's centre first; an object may come more than once.
+    """
+    if not len(objects) or not len(loose):
         nothing = np.zeros(0, np.intp)
         return nothing, nothing
-    gain = np.maximum(worth, 0.0)
-    rows, columns = linear_sum_assignment(gain, maximize=True)
-    real = gain[rows, columns] > 0.0
-    return rows[real], columns[real]
-
-
-def fragments(separation: Array, radius: Array, objects: Rows, echoes: Rows) -> tuple[Rows, Rows]:
-    """Find parts of large objects: each of `echoes` inside the circle of one of `objects`, with the nearest such one.
-
-    `separation`: (n, m) distances; `radius`: (n,). Returns objects and echoes of the pairs, the echo nearest to its
-    object's centre first; an object may come more than once.
-    """
-    if not len(objects) or not len(echoes):
-        nothing = np.zeros(0, np.intp)
-        return nothing, nothing
-    distance = separation[np.ix_(objects, echoes)]
-    excess = distance - radius[objects, None]
-    nearest = np.argmin(excess, axis=0)
-    columns = np.arange(len(echoes))
-    columns = columns[excess[nearest, columns] < 0.0]
-    columns = columns[np.argsort(distance[nearest[columns], columns])]
-    return objects[nearest[columns]], echoes[columns]
+    along = echoes.range_m[loose][None, :] - sight.range_m[objects][:, None]
+    turn = wrap_angle(echoes.bearing[loose][None, :] - sight.bearing[objects][:, None])
+    distance = np.hypot(along, turn * sight.horizontal[objects][:, None])
+    excess = distance - radius[objects][:, None]
+    deepest = np.argmin(excess, axis=0)
+    columns = np.arange(len(loose))
+    columns = columns[excess[deepest, columns] < 0.0]
+    columns = columns[np.argsort(distance[deepest[columns], columns])]
+    return objects[deepest[columns]], loose[columns]

@@ -9,23 +9,24 @@ from numpy.typing import NDArray
 
 from ods.geometry import Array
 from ods.tracker import kalman
+from ods.tracker.belief import Belief
 from ods.tracker.columns import Columns
-from ods.tracker.measurement import Estimate, Fix
+from ods.tracker.measurement import Fix
 from ods.tracker.settings import MotionSettings
 
 Rows = NDArray[np.intp]
 
 PLACE = slice(0, 3)
 """Position of the object if it does not move, NED,"""
-PLACE_VARIANCE = slice(3, 6)
-"""and its variance."""
-POSITION = slice(6, 9)
-"""Position of the object if it moves,"""
-VELOCITY = slice(9, 12)
-VARIANCE = slice(12, 15)
+POSITION = slice(3, 6)
+"""and if it moves;"""
+PLACE_VARIANCE = slice(6, 9)
+"""variance of the position if it does not move,"""
+VARIANCE = slice(9, 12)
+VELOCITY = slice(12, 15)
 SLOPE = slice(15, 18)
 RESIDUAL = slice(18, 21)
-"""and the factors of its covariance (see `kalman`)."""
+"""and if it moves, the factors of the covariance (see `kalman`)."""
 RADIUS, RADIUS_VARIANCE, ODDS = 21, 22, 23
 """ODDS: log of P(static) / P(moving); infinite once settled."""
 ROWS = 24
@@ -58,23 +59,24 @@ class IndependentObserver:
         s[PLACE_VARIANCE] += motion.static_noise * dt
         s[RADIUS_VARIANCE] += motion.radius_noise * dt
 
-    def estimate(self) -> Estimate:
-        """Return mean and variances of all objects: both hypotheses, weighted with their probabilities."""
+    def belief(self) -> Belief:
+        """Return both hypotheses of all objects, the static one first."""
         s = self._columns.data
         static = _probability(s[ODDS])
-        moving = 1.0 - static
-        lead = s[POSITION] - s[PLACE]
-        spread = static * moving
-        velocity = moving * s[VELOCITY]
-        speed_variance = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])
-        return Estimate(
-            position=s[PLACE] + moving * lead,
-            variance=static * s[PLACE_VARIANCE] + moving * s[VARIANCE] + spread * lead**2,
-            covariance_ne=spread * lead[0] * lead[1],
+        axes_first = (2, 3, len(static))
+        velocity = np.zeros((3, 2, len(static)))
+        velocity[:, 1] = s[VELOCITY]
+        velocity_variance = np.zeros((3, 2, len(static)))
+        velocity_variance[:, 1] = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])
+        return Belief(
+            weight=np.stack([static, 1.0 - static]),
+            position=s[0:6].reshape(axes_first).swapaxes(0, 1),
+            variance=s[6:12].reshape(axes_first).swapaxes(0, 1),
+            covariance_ne=np.zeros((2, len(static))),
             velocity=velocity,
-            velocity_variance=moving * (speed_variance + s[VELOCITY] ** 2) - velocity**2,
-            radius=s[RADIUS].copy(),
-            radius_variance=s[RADIUS_VARIANCE].copy(),
+            velocity_variance=velocity_variance,
+            radius=s[RADIUS],
+            radius_variance=s[RADIUS_VARIANCE],
             static=static,
         )
 
@@ -98,8 +100,8 @@ class IndependentObserver:
         new[ODDS] = np.inf
         self._columns.append(new)
 
-    def update(self, rows: Rows, fix: Fix, since_s: Array) -> Array:
-        """Take one fix an object, `since_s` after its last one; return (k,) log-likelihoods of the fixes, 1/m^2."""
+    def update(self, rows: Rows, fix: Fix, since_s: Array) -> None:
+        """Take one fix an object, `since_s` after its last one."""
         s = self._columns.data[:, rows]
         static = _probability(s[ODDS])
         static += self._settings.change_rate * np.minimum(since_s, 1.0) * (1.0 - 2.0 * static)
@@ -112,7 +114,6 @@ class IndependentObserver:
         s[PLACE_VARIANCE] = np.where(disproved, s[VARIANCE], s[PLACE_VARIANCE])
         s[ODDS] = np.clip(odds, DISPROVED, PROVED)
         self._columns.data[:, rows] = s
-        return np.logaddexp(np.log(static) + if_static, np.log1p(-static) + if_moving)
 
     def settle(self, rows: Rows) -> None:
         """Decide for good whether each object moves: the static ones stay where they are from now on."""
@@ -156,12 +157,12 @@ def _update_axes(s: Array, fix: Fix) -> None:
     """Measurement update of all filters of (ROWS, k) columns, in place."""
     noise = np.stack([fix.north, fix.east])
     horizontal = fix.position[:2]
-    place, position = s[0:2], s[6:8]
-    kalman.update_constant(place, s[3:5], horizontal - place, noise)
-    kalman.update(position, s[9:11], s[12:14], s[15:17], horizontal - position, noise)
+    place, position = s[0:2], s[3:5]
+    kalman.update_constant(place, s[6:8], horizontal - place, noise)
+    kalman.update(position, s[12:14], s[9:11], s[15:17], horizontal - position, noise)
     kalman.update_constant(s[RADIUS], s[RADIUS_VARIANCE], fix.radius - s[RADIUS], fix.radius_variance)
-    _update_height(s[2], None, s[5], None, fix)
-    _update_height(s[8], s[11], s[14], s[17], fix)
+    _update_height(s[2], None, s[8], None, fix)
+    _update_height(s[5], s[14], s[11], s[17], fix)
 
 
 def _update_height(height: Array, speed: Array | None, variance: Array, slope: Array | None, fix: Fix) -> None:

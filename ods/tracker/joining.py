@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from ods.tracker.life import STATIC
-from ods.tracker.measurement import Estimate
+from ods.tracker.belief import Estimate
 from ods.tracker.tracks import Tracks
 
 Rows = NDArray[np.intp]

@@ -7,9 +7,10 @@ from numpy.typing import NDArray
 
 from ods.geometry import Array
 from ods.tracker import association, measurement
-from ods.tracker.association import ClutterDensity, Pairs
+from ods.tracker.association import Candidates, ClutterDensity
+from ods.tracker.belief import Belief, Estimate
 from ods.tracker.life import State
-from ods.tracker.measurement import Estimate, Fix, Sight
+from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.view import near_sector, view
@@ -21,6 +22,8 @@ DROP_OUT_EXPECTED = 3
 """So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
 PART_SHARE = 0.5
 """A part of a large object lies off its centre by about this share of its radius: standard deviation."""
+WAKE_MARGIN_M = 5.0
+"""Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -52,26 +55,26 @@ class Look:
 def look(
     scan: Scan,
     vehicle: Vehicle,
+    belief: Belief,
     estimate: Estimate,
     state: NDArray[np.int64],
     clutter: ClutterDensity,
-    margin_m: float,
     settings: TrackerSettings,
 ) -> Look:
-    """Compare an image with the objects' predictions.
+    """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) `life.State`; `margin_m`: how far outside the sector `near` reaches.
+    `state`: (n,) `life.State`.
     """
-    sight = measurement.sight(estimate, vehicle)
+    sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
+    sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
     seen = view(sight, scan.sector, settings.life.edge_sigmas)
     reported = state != State.TENTATIVE
-    groups = [np.flatnonzero(reported), np.flatnonzero(~reported)]
-    comparison = association.compare(sight, estimate, scan.echoes, clutter, settings.echo)
     miss = float(np.log1p(-settings.echo.detection_probability))
-    pairs = association.associate(comparison.evidence, groups, miss)
+    found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
+    pairs = association.associate(found, reported, miss)
     loose = np.delete(np.arange(len(scan.echoes)), pairs.echoes)
-    wholes, parts = association.fragments(comparison.separation, estimate.radius, groups[0], loose)
-    extra = _first_part(wholes, parts, pairs.objects, estimate, clutter.per_m2, miss)
+    wholes, parts = association.fragments(sight, estimate.radius, scan.echoes, np.flatnonzero(reported), loose)
+    extra = _first_part(wholes, parts, pairs.objects, estimate, clutter, settings.echo.detection_probability)
 
     objects, echoes = np.append(pairs.objects, extra.objects), np.append(pairs.echoes, extra.echoes)
     evidence = np.zeros(len(state))
@@ -83,22 +86,24 @@ def look(
         objects=objects,
         fix=_fix(scan, vehicle, sight, estimate, objects, echoes, len(pairs.objects)),
         hit=hit,
+        evidence=evidence,
         watched=seen.watched,
         expected=seen.watched * (0.0 if drop_out else settings.echo.detection_probability),
-        evidence=evidence,
         inside=seen.inside,
-        near=near_sector(sight, scan.sector, margin_m),
+        near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M),
         new=np.setdiff1d(loose, parts),
     )
 
 
-def _first_part(wholes: Rows, parts: Rows, seen: Rows, estimate: Estimate, density: Array, miss: float) -> Pairs:
+def _first_part(
+    wholes: Rows, parts: Rows, seen: Rows, estimate: Estimate, clutter: ClutterDensity, detection_probability: float
+) -> Candidates:
     """Of the objects that no echo fits, but that have echoes inside their circle, return each with one such echo."""
     fresh = ~np.isin(wholes, seen)
     objects, first = np.unique(wholes[fresh], return_index=True)
     echoes = parts[fresh][first]
-    by_chance = np.minimum(density[echoes] * np.pi * estimate.radius[objects] ** 2, 1.0)
-    return Pairs(objects, echoes, np.log1p(-np.exp(miss)) - np.log(by_chance))
+    by_chance = np.minimum(clutter.per_m2[echoes] * np.pi * estimate.radius[objects] ** 2, 1.0)
+    return Candidates(objects, echoes, np.log(detection_probability / by_chance))
 
 
 def _fix(

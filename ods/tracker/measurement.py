@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.geometry import Array, wrap_angle
+from ods.geometry import Array
 from ods.tracker.scan import Echoes, Vehicle
 
 NEAREST_M = 1e-3
@@ -16,28 +16,8 @@ NEAREST_M = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Estimate:
-    """What an observer says of its n objects now."""
-
-    position: Array
-    """(3, n) NED."""
-    variance: Array
-    """(3, n) of the position."""
-    covariance_ne: Array
-    """(n,) of north and east."""
-    velocity: Array
-    """(3, n)."""
-    velocity_variance: Array
-    """(3, n)."""
-    radius: Array
-    radius_variance: Array
-    static: Array
-    """(n,) probability that the object does not move."""
-
-
-@dataclass(frozen=True, slots=True)
 class Sight:
-    """Where the sonar should see n objects: (n,) arrays."""
+    """Where the sonar should see objects: arrays of one shape, such as (n,) or (hypotheses, n)."""
 
     range_m: Array
     """Slant range."""
@@ -46,10 +26,6 @@ class Sight:
     """In the body frame, up positive."""
     horizontal: Array
     """Horizontal distance, m."""
-    north: Array
-    """Direction of the line of sight in the horizontal plane: its north component,"""
-    east: Array
-    """and its east component."""
     along: Array
     """Variance of the predicted position along the line of sight, pose included, m^2;"""
     across: Array
@@ -82,29 +58,31 @@ class Fix:
         return Fix(*(getattr(self, name)[..., rows] for name in Fix.__slots__))
 
 
-def sight(estimate: Estimate, vehicle: Vehicle) -> Sight:
-    """Predict what the sonar measures of each object: eq. 1 solved for the body frame, and the covariance."""
-    offset = estimate.position - vehicle.position[:, None]
-    body = vehicle.rotation.T @ offset
+def sight(position: Array, variance: Array, covariance_ne: Array, vehicle: Vehicle) -> Sight:
+    """Predict what the sonar measures of objects: eq. 1 solved for the body frame, and the covariance.
+
+    `position`, `variance`: (3, ...) NED; `covariance_ne`: (...) of north and east.
+    """
+    shape = (3,) + (1,) * (position.ndim - 1)
+    offset = position - vehicle.position.reshape(shape)
+    body = np.tensordot(vehicle.rotation.T, offset, 1)
     horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
     north, east = offset[0] / horizontal, offset[1] / horizontal
     in_plane = np.hypot(body[0], body[1])
     slant = np.maximum(np.hypot(in_plane, body[2]), NEAREST_M)
-    sigma = vehicle.sigma_position**2
-    p_nn, p_ee, p_ne = estimate.variance[0] + sigma[0], estimate.variance[1] + sigma[1], estimate.covariance_ne
+    p_nn, p_ee, p_dd = variance + (vehicle.sigma_position**2).reshape(shape)
     roll, pitch, yaw = vehicle.sigma_attitude**2
-    tilt = horizontal**2 * max(roll, pitch)
-    vertical = estimate.variance[2] + sigma[2] + tilt
+    nn, ee, ne = north**2, east**2, north * east
+    turned = 2.0 * ne * covariance_ne
+    vertical = p_dd + horizontal**2 * max(roll, pitch)
     return Sight(
         range_m=slant,
         bearing=np.arctan2(body[1], body[0]),
         elevation=np.arctan2(-body[2], in_plane),
         horizontal=horizontal,
-        north=north,
-        east=east,
-        along=north**2 * p_nn + 2.0 * north * east * p_ne + east**2 * p_ee + (body[2] / slant) ** 2 * vertical,
-        across=east**2 * p_nn - 2.0 * north * east * p_ne + north**2 * p_ee + horizontal**2 * yaw,
-        mixed=north * east * (p_ee - p_nn) + (north**2 - east**2) * p_ne,
+        along=nn * p_nn + turned + ee * p_ee + (body[2] / slant) ** 2 * vertical,
+        across=ee * p_nn - turned + nn * p_ee + horizontal**2 * yaw,
+        mixed=ne * (p_ee - p_nn) + (nn - ee) * covariance_ne,
         vertical=vertical,
     )
 
@@ -139,7 +117,3 @@ def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array
         radius_variance=echoes.sigma_radius**2,
     )
 
-
-def bearing_difference(measured: Array, predicted: Array) -> Array:
-    """Return (n, m) differences of (m,) measured and (n,) predicted bearings, wrapped."""
-    return wrap_angle(measured[None, :] - predicted[:, None])

@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.tracker.belief import Belief
 from ods.tracker.independent import IndependentObserver
-from ods.tracker.measurement import Estimate, Fix
+from ods.tracker.measurement import Fix
 from ods.tracker.settings import MotionSettings
 
 
@@ -22,8 +23,8 @@ class Observer(Protocol):
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
 
-    def estimate(self) -> Estimate:
-        """Return mean and variances of all objects."""
+    def belief(self) -> Belief:
+        """Return the hypotheses of all objects; the arrays may be views that the next change spoils."""
 
     def start(self, fix: Fix) -> None:
         """Append new objects, one a fix."""
@@ -31,8 +32,8 @@ class Observer(Protocol):
     def recall(self, position: Array, variance: Array, radius: Array, radius_variance: Array) -> None:
         """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,)."""
 
-    def update(self, rows: NDArray[np.intp], fix: Fix, since_s: Array) -> Array:
-        """Take one fix an object, `since_s` after its last one; return (k,) log-likelihoods of the fixes, 1/m^2."""
+    def update(self, rows: NDArray[np.intp], fix: Fix, since_s: Array) -> None:
+        """Take one fix an object, `since_s` after its last one."""
 
     def settle(self, rows: NDArray[np.intp]) -> None:
         """Decide for good whether each object moves: the static ones stay where they are from now on."""

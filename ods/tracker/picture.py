@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ods.geometry import Array
 from ods.tracker.archive import MapObject
 from ods.tracker.life import State
-from ods.tracker.measurement import Estimate
+from ods.tracker.belief import Estimate
 from ods.tracker.tracks import Tracks
 
 Ints = NDArray[np.int64]

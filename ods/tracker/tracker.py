@@ -14,10 +14,10 @@ from ods.geometry import Array
 from ods.tracker import existence, joining, life, measurement
 from ods.tracker.archive import Archive, MapObject
 from ods.tracker.association import ClutterDensity
+from ods.tracker.belief import Estimate, mixture
 from ods.tracker.clutter import Clutter
 from ods.tracker.life import State
-from ods.tracker.look import Look, look
-from ods.tracker.measurement import Estimate
+from ods.tracker.look import WAKE_MARGIN_M, Look, look
 from ods.tracker.observers import make_observer
 from ods.tracker.picture import Picture, map_objects, picture_of, picture_of_map
 from ods.tracker.scan import Scan, Vehicle
@@ -27,10 +27,6 @@ from ods.tracker.tracks import Tracks
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 States = NDArray[np.int64]
-
-WAKE_MARGIN_M = 5.0
-"""Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
-
 
 @dataclass(slots=True)
 class Outcome:
@@ -76,13 +72,12 @@ class Tracker:
         if scan.vehicle is None or not scan.usable:
             return outcome
         self._wake(scan, scan.vehicle)
-        estimate = self._tracks.observer.estimate()
+        belief = self._tracks.observer.belief()
+        estimate = mixture(belief)
         clutter = ClutterDensity(
             self._clutter.density(scan.echoes, scan.sector), self._clutter.radius_density(scan.echoes)
         )
-        seen = look(
-            scan, scan.vehicle, estimate, self._tracks.state, clutter, 2.0 * WAKE_MARGIN_M, self.settings
-        )
+        seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, clutter, self.settings)
         if len(self._tracks):
             self._clutter.count(scan.echoes.take(seen.new), scan.sector)
         self._correct(seen, scan)
@@ -97,13 +92,13 @@ class Tracker:
         `within`: position (3,) of the vehicle and the distance up to which sleeping objects are included; by default
         all of them.
         """
-        live = picture_of(self._tracks, self._tracks.observer.estimate())
+        live = picture_of(self._tracks, self._tracks.estimate())
         asleep = self._archive.all() if within is None else self._archive.near(within[0][:2], within[1])
         return live.joined(picture_of_map(asleep)) if asleep else live
 
     def resting(self, utc_ns: int) -> list[MapObject]:
         """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""
-        estimate = self._tracks.observer.estimate()
+        estimate = self._tracks.estimate()
         live = picture_of(self._tracks, estimate)
         static = estimate.static[self._tracks.state != State.TENTATIVE] >= life.STATIC
         return map_objects(live.take(static & (live.state != State.HIBERNATED)), utc_ns)
@@ -183,7 +178,7 @@ class Tracker:
             return joined
         silent = np.flatnonzero((tracks.state != State.TENTATIVE) & (tracks.state != State.TERMINATED))
         young, old = joining.successors(
-            tracks, tracks.observer.estimate(), confirmed, silent, self.settings.echo.gate_sigmas
+            tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas
         )
         tracks.inherit(young, old)
         joined[old] = True
@@ -196,7 +191,7 @@ class Tracker:
         """Put into the outcome what ended and what belongs in the map, and into the archive what sleeps."""
         tracks = self._tracks
         reported = tracks.state != State.TENTATIVE
-        picture = picture_of(tracks, tracks.observer.estimate())
+        picture = picture_of(tracks, tracks.estimate())
         if ended.any():
             outcome.ended = picture.take(ended[reported])
             for object_id in outcome.ended.id.tolist():

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from ods.geometry import Array
 from ods.tracker import existence
 from ods.tracker.archive import MapObject
+from ods.tracker.belief import Estimate, mixture
 from ods.tracker.columns import Columns
 from ods.tracker.life import State
 from ods.tracker.measurement import Fix
@@ -78,6 +79,10 @@ class Tracks:
     def existence(self) -> Array:
         """(n,) probability."""
         return np.asarray(1.0 - self.probabilities[existence.NOTHING])
+
+    def estimate(self) -> Estimate:
+        """Return mean and covariance of all objects now."""
+        return mixture(self.observer.belief())
 
     def start(self, fix: Fix, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
         """Append tentative objects, one a fix."""
