@@ -19,8 +19,16 @@ def monotonic_ns() -> int:
 
 def utc_ns(t_ns: int | None = None) -> int:
     """Return UTC, ns since 1970, of the monotonic instant `t_ns` (now by default), by today's offset of both clocks."""
-    now = time.time_ns()
-    return now if t_ns is None else now - time.monotonic_ns() + t_ns
+    return time.time_ns() if t_ns is None else t_ns + utc_offset_ns()
+
+
+def utc_offset_ns() -> int:
+    """Return UTC - CLOCK_MONOTONIC now, ns: the best of three readings, as a thread switch may fall into one."""
+    readings = []
+    for _ in range(3):
+        before, utc, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
+        readings.append((after - before, utc - (before + after) // 2))
+    return min(readings)[1]
 
 
 def arrival_ns(stamp_utc_s: float) -> int:

@@ -71,6 +71,16 @@ def test_a_jump_of_the_device_clock_is_believed_when_confirmed(jump_ns: int) -> 
     assert estimator.jumps == 1
 
 
+@pytest.mark.parametrize("step_ns", [-200 * MS, 200 * MS])
+def test_a_step_too_small_to_be_a_jump_is_followed_within_the_window(step_ns: int) -> None:
+    estimator = OffsetEstimator(window=64)
+    for number, (true_ns, device_ns, arrival_ns) in enumerate(stream(400, seed=6)):
+        mapped = estimator.map(device_ns + (number >= 200) * step_ns, arrival_ns)
+        if 20 < number < 200 or number >= 200 + 64 + 1:
+            assert abs(mapped - true_ns) < 2 * MS
+    assert estimator.jumps == 0
+
+
 def test_a_backlog_read_in_one_go_is_no_jump() -> None:
     estimator = OffsetEstimator()
     stalled_until = 0

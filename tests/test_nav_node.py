@@ -112,11 +112,17 @@ def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> N
     assert len(bench.upload(0x1018, 1)) == 4
 
 
-def test_short_frames_and_requests_out_of_order_are_counted() -> None:
+def test_short_and_long_frames_and_requests_out_of_order_are_counted() -> None:
     bench = Bench()
-    for can_id, data in ((0x000, b"\x01"), (REQUEST, b"\x40\x17\x10"), (REQUEST, bytes.fromhex("6000000000000000"))):
+    for can_id, data in (
+        (0x000, b"\x01"),
+        (0x000, b"\x02\x20\x00"),
+        (REQUEST, b"\x40\x17\x10"),
+        (REQUEST, bytes.fromhex("6000000000000000")),
+    ):
         bench.take(can_id, data)
-    assert bench.counters["node_frame_bad"] == 3
+    assert bench.counters["node_frame_bad"] == 4
+    assert bench.node.state == "OPERATIONAL"
     assert bench.take(REQUEST, struct.pack("<BHB4x", 0x40, 0x1017, 0), extended=True) == []
 
 

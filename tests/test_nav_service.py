@@ -97,7 +97,9 @@ class Vehicle(threading.Thread):
 @contextmanager
 def nav_process(run_dir: Path, can_settings: CanSettings) -> Iterator[tuple[NavWorker, Client]]:
     """Run the worker in the real work loop, in a thread, with a real subscriber."""
-    nav = NavSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", can=can_settings, stale_s=0.2)
+    nav = NavSettings(
+        ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", can=can_settings, stale_s=0.2, heartbeat_timeout_s=0.5
+    )
     config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir)))
     host = service.Service(PROCESSES["nav"], run_dir)
     worker = NavWorker(host, config)
@@ -146,7 +148,7 @@ def wired(
 
 def test_every_epoch_arrives_as_it_was_sent(wired: tuple[NavWorker, Client, Vehicle]) -> None:
     _, client, vehicle = wired
-    client.until(lambda: len(client.poses) > 150)
+    client.until(lambda: len(client.poses) > 120)
     assert [pose.seq for pose in client.poses] == list(range(client.poses[0].seq, client.poses[-1].seq + 1))
     lateness = []
     for pose in client.poses:

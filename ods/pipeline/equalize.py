@@ -1,11 +1,11 @@
-"""Equalization: the average at each range is brought to 1 [SSIE, Image processing, stage 1]."""
+"""Equalization: the average at each range, or around each place, is brought to 1 [SSIE, Image processing, stage 1]."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
-from ods.pipeline.params import MeanRangeParams
+from ods.pipeline.params import LocalParams, MeanRangeParams
 from ods.pipeline.registry import ImageStep, image_stage
 
 Row = NDArray[np.float32]
@@ -95,3 +95,90 @@ def divide_columns(image: Image, level: Row, out: Image) -> None:
         target = out[b]
         for j in range(gain.size):
             target[j] = source[j] * gain[j]
+
+
+@image_stage("equalize.local", LocalParams)
+def local(params: LocalParams, fan: Fan) -> ImageStep:
+    """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
+
+    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as at most `guard`
+    times the median of its neighbours and itself, so that an object of about a block's size does not erase itself.
+    """
+    beams, samples = fan.shape
+    beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
+    range_edges = np.linspace(0, samples, min(params.range_blocks, samples) + 1).astype(np.int64)
+    means = np.empty((beam_edges.size - 1, range_edges.size - 1), np.float32)
+    gain = np.empty_like(means)
+    rows = np.empty((len(means), samples), np.float32)
+    above, share_of_beam = _between(beam_edges)
+    before, share_of_column = _between(range_edges)
+    guard = np.float32(params.guard)
+
+    def step(source: Image, out: Image) -> None:
+        block_means(source, beam_edges, range_edges, means)
+        block_gains(means, guard, gain)
+        interpolate_columns(gain, before, share_of_column, rows)
+        multiply_interpolated(source, rows, above, share_of_beam, out)
+
+    return step
+
+
+def _between(edges: NDArray[np.int64]) -> tuple[NDArray[np.int64], Row]:
+    """Return, for each cell, the last block whose middle is not behind it and how far it is on the way to the next."""
+    middle = 0.5 * (edges[1:] + edges[:-1] - 1)
+    place = np.interp(np.arange(edges[-1]), middle, np.arange(len(middle)))
+    block = np.minimum(place.astype(np.int64), max(0, len(middle) - 2))
+    return block, (place - block).astype(np.float32)
+
+
+@kernel
+def block_means(image: Image, beam_edges: NDArray[np.int64], range_edges: NDArray[np.int64], means: Image) -> None:
+    """Fill means (beam blocks, range blocks) with the mean of image (beams, samples) over each block."""
+    for p in range(means.shape[0]):
+        means[p, :] = np.float32(0.0)
+        for b in range(beam_edges[p], beam_edges[p + 1]):
+            for q in range(means.shape[1]):
+                part = image[b, range_edges[q] : range_edges[q + 1]]
+                total = np.float32(0.0)
+                for j in range(part.size):
+                    total += part[j]
+                means[p, q] += total
+        for q in range(means.shape[1]):
+            means[p, q] /= np.float32((beam_edges[p + 1] - beam_edges[p]) * (range_edges[q + 1] - range_edges[q]))
+
+
+@kernel
+def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
+    """Fill gain with 1 / means, where a mean is limited to guard times the median of its neighbourhood; 1 for no mean."""
+    nearby = np.empty(9, np.float32)
+    work = np.empty(9, np.float32)
+    for p in range(means.shape[0]):
+        for q in range(means.shape[1]):
+            count = 0
+            for i in range(max(0, p - 1), min(means.shape[0], p + 2)):
+                for k in range(max(0, q - 1), min(means.shape[1], q + 2)):
+                    nearby[count] = means[i, k]
+                    count += 1
+            level = min(means[p, q], guard * sorted_middle(nearby[:count], work))
+            gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
+
+
+@kernel
+def interpolate_columns(gain: Image, before: NDArray[np.int64], share: Row, rows: Image) -> None:
+    """Fill rows (beam blocks, samples) with gain (beam blocks, range blocks), interpolated along the range."""
+    last = gain.shape[1] - 1
+    for p in range(rows.shape[0]):
+        for j in range(rows.shape[1]):
+            near, far = gain[p, before[j]], gain[p, min(before[j] + 1, last)]
+            rows[p, j] = near + share[j] * (far - near)
+
+
+@kernel
+def multiply_interpolated(image: Image, rows: Image, above: NDArray[np.int64], share: Row, out: Image) -> None:
+    """Fill out with image (beams, samples) times rows (beam blocks, samples), interpolated from beam to beam."""
+    last = rows.shape[0] - 1
+    for b in range(image.shape[0]):
+        source, target = image[b], out[b]
+        near, far, weight = rows[above[b]], rows[min(above[b] + 1, last)], share[b]
+        for j in range(source.size):
+            target[j] = source[j] * (near[j] + weight * (far[j] - near[j]))

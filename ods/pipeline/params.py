@@ -18,6 +18,17 @@ class MeanRangeParams(Settings, frozen=True):
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
 
 
+class LocalParams(Settings, frozen=True):
+    """equalize.local: bring the mean around each place to 1."""
+
+    beam_blocks: PositiveInt = 8
+    """Blocks that the beams are parted into; an object should fill no more than one."""
+    range_blocks: PositiveInt = 16
+    """Blocks that the range is parted into."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.5
+    """Highest level of a block, in multiples of its neighbourhood's level, that is levelled in full."""
+
+
 class BoxParams(Settings, frozen=True):
     """filter.box: moving average over range samples."""
 
@@ -70,6 +81,7 @@ class TwoLevelParams(Settings, frozen=True):
 
 BUILT_IN: Mapping[str, type[Settings]] = {
     "equalize.mean_range": MeanRangeParams,
+    "equalize.local": LocalParams,
     "filter.box": BoxParams,
     "filter.fir": FirParams,
     "filter.median": MedianParams,

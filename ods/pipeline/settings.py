@@ -12,6 +12,7 @@ StageTable = dict[str, Any]
 
 DEFAULT_STAGES: tuple[StageTable, ...] = (
     {"use": "equalize.mean_range"},
+    {"use": "equalize.local"},
     {"use": "filter.fir"},
     {"use": "detect.two_level"},
 )
@@ -24,8 +25,8 @@ class PipelineSettings(Settings, frozen=True):
     plugins: list[Path] = []
     """Python files that register stages of the user's own."""
     stage: list[StageTable] = []
-    """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range, filter.fir,
-    detect.two_level with their defaults."""
+    """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range,
+    equalize.local, filter.fir and detect.two_level with their defaults."""
     min_range_m: NonNegative = 0.1
     """Slant range under which samples are ignored: the transmit pulse's own echo in the transducer."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0)] = 0.0

@@ -16,12 +16,15 @@ from ods.sonar_link import s7k
 
 log = logging.getLogger(__name__)
 
+MS = 1_000_000
+
 
 class Mission:
-    """Mission time: 0 at `start_ns` (CLOCK_MONOTONIC), and the faults that happen on the way."""
+    """Mission time: 0 at `start_ns` (CLOCK_MONOTONIC), UTC as it was then, and the faults that happen on the way."""
 
     def __init__(self, start_ns: int, faults: list[FaultSettings]) -> None:
         self.start_ns = start_ns
+        self.utc_offset_ns = clock.utc_offset_ns()
         self._faults = faults
 
     def seconds(self, t_ns: int) -> float:
@@ -72,9 +75,8 @@ class LiveSonar:
         self._plugged = True
         sonar = images.sonar
         self._period_ns = round(sonar.ping_period_s * clock.NS)
-        self._listen_ns = round(
-            (2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * settings.sonar_latency_ms) * clock.NS
-        )
+        listen_s = 2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * settings.sonar_latency_ms
+        self._listen_ns = round(listen_s * clock.NS)
         self._ping_number = 0
         self._transmit_ns = mission.start_ns
         self._telegram = b""
@@ -100,7 +102,7 @@ class LiveSonar:
     def _render(self) -> None:
         seconds = self._mission.seconds(self._transmit_ns)
         frame = self._images.render(seconds, self._ping_number)
-        device_utc_ns = clock.utc_ns(self._transmit_ns) + self._offset_ns
+        device_utc_ns = self._transmit_ns + self._mission.utc_offset_ns + self._offset_ns
         ping = make_ping(frame, self._images.sonar, self._ping_number, self._transmit_ns, device_utc_ns)
         self._telegram = s7k.encode_ping(ping)
 
@@ -142,8 +144,9 @@ class LiveIns:
         """Send the pose of now; return when the next is due."""
         now = clock.monotonic_ns()
         if not self._mission.faulty("ins_silent", now):
-            vehicle = self._scene.vehicle_at(self._mission.seconds(now))
-            device_utc_ns = clock.utc_ns(now) + self._offset_ns
-            self._ins.send(device_utc_ns, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
+            device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
+            beyond_ms = device_utc_ns % MS  # TIME_OF_DAY holds whole milliseconds
+            vehicle = self._scene.vehicle_at(self._mission.seconds(now - beyond_ms))
+            self._ins.send(device_utc_ns - beyond_ms, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns

@@ -7,7 +7,6 @@ import time
 import tty
 from pathlib import Path
 
-
 SERIAL_PORT = "seabat"
 """Name of the simulated sonar's device in the run folder."""
 
@@ -62,4 +61,3 @@ class SerialLine:
             return os.read(self._master, 65536)
         except OSError:
             return b""
-

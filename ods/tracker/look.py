@@ -22,6 +22,8 @@ DROP_OUT_EXPECTED = 3
 """So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
 PART_SHARE = 0.5
 """A part of a large object lies off its centre by about this share of its radius: standard deviation."""
+SMALLEST_OFFSET_M = 1e-3
+"""The echo of two objects at one place is off the centre of each by at least this."""
 WAKE_MARGIN_M = 5.0
 """Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
@@ -81,14 +83,18 @@ def look(
     evidence[objects] = np.append(pairs.evidence, extra.evidence)
     hit = np.zeros(len(state), bool)
     hit[objects] = True
+    merged = _merged(estimate, hit, reported & (seen.watched > 0.0))
+    off_centre = merged[objects]
+    off_centre[len(pairs.objects) :] += (PART_SHARE * estimate.radius[extra.objects]) ** 2
     drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    watched = np.where(hit | (merged == 0.0), seen.watched, 0.0)
     return Look(
         objects=objects,
-        fix=_fix(scan, vehicle, sight, estimate, objects, echoes, len(pairs.objects)),
+        fix=_fix(scan, vehicle, sight, objects, echoes, off_centre),
         hit=hit,
         evidence=evidence,
-        watched=seen.watched,
-        expected=seen.watched * (0.0 if drop_out else settings.echo.detection_probability),
+        watched=watched,
+        expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
         inside=seen.inside,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M),
         new=np.setdiff1d(loose, parts),
@@ -106,18 +112,32 @@ def _first_part(
     return Candidates(objects, echoes, np.log(detection_probability / by_chance))
 
 
-def _fix(
-    scan: Scan, vehicle: Vehicle, sight: Sight, estimate: Estimate, objects: Rows, echoes: Rows, whole: int
-) -> Fix:
-    """Return the fixes of pairs; the first `whole` echoes show whole objects, the others only a part of them."""
+def _merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
+    """Return (n,) variance, m^2, by which an echo may lie off its object's centre because it is of two objects.
+
+    Where the circles of two objects touch and only one of them is seen, its echo may be the echo of both. 0: no such
+    neighbour.
+    """
+    result = np.zeros(len(hit))
+    seen, unseen = np.flatnonzero(here & hit), np.flatnonzero(here & ~hit)
+    if not len(seen) or not len(unseen):
+        return result
+    offset = estimate.position[:2, seen][:, :, None] - estimate.position[:2, unseen][:, None, :]
+    separation = np.hypot(offset[0], offset[1])
+    touching = separation < estimate.radius[seen][:, None] + estimate.radius[unseen]
+    half = np.where(touching, np.maximum(0.5 * separation, SMALLEST_OFFSET_M), 0.0) ** 2
+    result[seen], result[unseen] = half.max(axis=1), half.max(axis=0)
+    return result
+
+
+def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, objects: Rows, echoes: Rows, off_centre: Array) -> Fix:
+    """Return the fixes of pairs; `off_centre`: (k,) variance by which an echo may lie off its object's centre."""
     taken = scan.echoes.take(echoes)
     half_vertical = scan.sector.half_vertical_rad
     elevation = np.clip(sight.elevation[objects], taken.elevation - half_vertical, taken.elevation + half_vertical)
     fix = measurement.fix(taken, vehicle, half_vertical, elevation)
-    if whole == len(objects):
+    if not off_centre.any():
         return fix
-    off_centre = (PART_SHARE * estimate.radius[objects]) ** 2
-    off_centre[:whole] = 0.0
     return replace(
         fix,
         north=fix.north + off_centre,
