@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from matplotlib.patheffects import Stroke, withStroke
+from matplotlib.patheffects import AbstractPathEffect, withStroke
 from numpy.typing import ArrayLike, NDArray
 
 from ods.messages import Detection, Detections, Ping, frame_of
@@ -55,22 +55,30 @@ def rasterize(
 ) -> Raster:
     """Turn a polar image, (beams, samples), into a Cartesian one whose longer side has `pixels` pixels.
 
-    Every pixel shows the beam it lies in at its range; where several samples fall into one pixel it shows the highest,
-    so that small echoes stay visible.
+    Every pixel shows the beam and the range that it lies in. Where several samples or beams fall into one pixel it shows
+    the highest, so that small echoes stay visible.
     """
     bearing = np.asarray(bearing_rad, np.float64)
     borders = _borders(bearing)
     far = range0_m + (level.shape[1] - 0.5) * dr_m
-    arc = np.concatenate(([borders[0], borders[-1]], np.linspace(borders[0], borders[-1], 181)))
+    arc = np.linspace(borders[0], borders[-1], 181)
     left, right = min(0.0, far * np.sin(arc).min()), max(0.0, far * np.sin(arc).max())
     bottom, top = min(0.0, far * np.cos(arc).min()), max(0.0, far * np.cos(arc).max())
     size = max(right - left, top - bottom) / pixels
-    columns, rows = max(1, round((right - left) / size)), max(1, round((top - bottom) / size))
-    x = left + (np.arange(columns) + 0.5) * size
-    y = bottom + (np.arange(rows) + 0.5) * size
-    raster = _look_up(level, borders, range0_m, dr_m, x, y)
-    _keep_highest(raster, level, bearing, range0_m, dr_m, (left, bottom, size))
-    return Raster(raster, (left, left + columns * size, bottom, bottom + rows * size))
+    x = left + (np.arange(max(1, round((right - left) / size))) + 0.5) * size
+    y = bottom + (np.arange(max(1, round((top - bottom) / size))) + 0.5) * size
+    pooled = _pool(level, max(1, round(size / dr_m)))
+    raster = _look_up(pooled, borders, range0_m, dr_m, x, y)
+    crowded = int(np.clip((size / np.diff(borders).min() - range0_m) / dr_m, 0, level.shape[1]))
+    if crowded:  # so near, beams are finer than pixels
+        _keep_highest(raster, level[:, :crowded], bearing, range0_m, dr_m, (left, bottom, size))
+    return Raster(raster, (left, left + len(x) * size, bottom, bottom + len(y) * size))
+
+
+def _pool(level: NDArray[np.float32], window: int) -> NDArray[np.float32]:
+    """Return the highest of `window` neighbouring range samples around each one, same shape."""
+    padded = np.pad(level, ((0, 0), (window // 2, (window - 1) // 2)), mode="edge")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, window, axis=1).max(axis=-1))
 
 
 def _borders(bearing: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -118,12 +126,17 @@ def _keep_highest(
     np.fmax(raster, highest.reshape(raster.shape), out=raster, where=np.isfinite(highest.reshape(raster.shape)))
 
 
-def new_figure(title: str = "", size_inches: tuple[float, float] = (10.0, 8.0)) -> tuple[Figure, Axes]:
-    """Return a dark figure with one pair of axes."""
-    figure = Figure(figsize=size_inches, dpi=120, facecolor=PAPER, layout="constrained")
+def new_figure(title: str, bearing_rad: ArrayLike) -> tuple[Figure, Axes]:
+    """Return a dark figure with one pair of axes, of a shape that suits a fan of these bearings."""
+    borders = _borders(np.asarray(bearing_rad, np.float64))
+    arc = np.linspace(borders[0], borders[-1], 181)
+    across = max(0.0, np.sin(arc).max()) - min(0.0, np.sin(arc).min())
+    ahead = max(0.0, np.cos(arc).max()) - min(0.0, np.cos(arc).min())
+    scale = min(8.0 / ahead, 11.0 / across)
+    size = (max(4.0, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
+    figure = Figure(figsize=size, dpi=120, facecolor=PAPER, layout="constrained")
     axes = figure.add_subplot()
-    if title:
-        axes.set_title(title, color=INK, fontsize=12)
+    axes.set_title(title, color=INK, fontsize=12)
     return figure, axes
 
 
@@ -158,7 +171,7 @@ def draw_fan(
     bar = axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02)
     bar.set_label(label, color=INK)
     bar.ax.tick_params(colors=INK)
-    bar.outline.set_edgecolor(INK)  # type: ignore[operator]
+    bar.outline.set_visible(False)  # type: ignore[operator]
     _draw_rings(axes, _borders(np.asarray(bearing_rad, np.float64)), range0_m + dr_m * level.shape[1])
     _dress(axes)
 
@@ -196,18 +209,16 @@ def _dress(axes: Axes) -> None:
         spine.set_visible(False)
 
 
-def draw_detections(
-    axes: Axes, detections: Sequence[Detection], *, colour: str = MARK, numbers: bool = True
-) -> None:
-    """Draw the circles that stand for the detections, numbered from 1 in their order; a cross marks each centre."""
-    outline: list[Stroke] = [withStroke(linewidth=3.0, foreground=PAPER)]
+def draw_detections(axes: Axes, detections: Sequence[Detection], *, colour: str = MARK, numbers: bool = True) -> None:
+    """Draw the circles that stand for the detections, numbered from 1 in their order, with dots for centres."""
+    outline: list[AbstractPathEffect] = [withStroke(linewidth=3.0, foreground=PAPER)]
     for number, detection in enumerate(detections, 1):
         x = detection.range_m * np.sin(detection.bearing_rad)
         y = detection.range_m * np.cos(detection.bearing_rad)
         circle = Circle((x, y), detection.radius_m, fill=False, ec=colour, lw=1.4)
         circle.set_path_effects(outline)
         axes.add_patch(circle)
-        axes.plot([x], [y], "+", color=colour, ms=5, mew=1.0)
+        axes.plot([x], [y], ".", color=colour, ms=2.5)
         if numbers:
             offset = 0.71 * detection.radius_m
             axes.annotate(
@@ -222,8 +233,8 @@ def ping_figure(ping: Ping, detections: Detections, title: str = "") -> Figure:
     Raises ValueError when the ping's buffer does not fit its shape.
     """
     heading = title or f"ping {ping.ping_number}: {len(detections.detections)} detections"
-    figure, axes = new_figure(heading if detections.usable else f"{heading}, drop-out")
     beams = ping.beams // ping.planes
+    figure, axes = new_figure(heading if detections.usable else f"{heading}, drop-out", ping.bearing_rad[:beams])
     level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
     draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
     draw_detections(axes, detections.detections)

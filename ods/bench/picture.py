@@ -10,7 +10,7 @@ from matplotlib.patches import Circle, Ellipse
 
 from ods import geometry
 from ods.bench.collector import Record
-from ods.fan_plot import draw_detections, draw_fan
+from ods.fan_plot import INK, PAPER, draw_detections, draw_fan, level_db
 from ods.messages import Detections, Obstacle, ObstacleList, Ping, Truth
 
 STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
@@ -18,7 +18,7 @@ STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#096
 
 def draw(record: Record, file: Path) -> None:
     """Draw a run's last image and its plan into `file`."""
-    figure = Figure(figsize=(15, 7.5), layout="constrained")
+    figure = Figure(figsize=(15, 7.5), layout="constrained", facecolor=PAPER)
     left, right = figure.subplots(1, 2)
     if record.ping is not None:
         _image(left, record.ping, record.detections)
@@ -28,12 +28,14 @@ def draw(record: Record, file: Path) -> None:
 
 
 def _image(axes: Axes, ping: Ping, detections: Detections | None) -> None:
-    draw_fan(axes, ping)
+    beams = ping.beams // ping.planes
+    level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
+    draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
     count = 0
     if detections is not None and detections.ping_number == ping.ping_number:
         draw_detections(axes, detections.detections)
         count = len(detections.detections)
-    axes.set_title(f"ping {ping.ping_number} and its detections ({count})")
+    axes.set_title(f"ping {ping.ping_number} and its detections ({count})", color=INK)
 
 
 def _plan(axes: Axes, record: Record) -> None:
@@ -53,7 +55,11 @@ def _plan(axes: Axes, record: Record) -> None:
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
     axes.grid(alpha=0.3)
-    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path")
+    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path", color=INK)
+    axes.set_facecolor("white")
+    axes.tick_params(colors=INK)
+    axes.xaxis.label.set_color(INK)
+    axes.yaxis.label.set_color(INK)
     axes.autoscale_view()
     axes.legend(loc="lower left", fontsize="small")
 

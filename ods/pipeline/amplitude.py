@@ -29,7 +29,7 @@ def amplitude_table(dtype: np.dtype[np.generic], scale: Scale, factor: float) ->
     """
     if dtype.kind == "f" or scale == "linear":
         return None
-    counts = np.arange(np.iinfo(dtype).max + 1, dtype=np.float64)
+    counts = np.arange(2 ** (8 * dtype.itemsize), dtype=np.float64)
     return _from_log(counts, scale, factor).astype(np.float32)
 
 

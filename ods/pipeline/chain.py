@@ -11,7 +11,7 @@ from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, frame_of
 from ods.pipeline import detect, equalize, median, smooth  # noqa: F401  they register the stages that come with ODS
 from ods.pipeline.amplitude import to_amplitude
 from ods.pipeline.echoes import FIELDS, measure_echoes
-from ods.pipeline.fan import Fan, Image
+from ods.pipeline.fan import Fan
 from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan
@@ -119,8 +119,8 @@ def _blaming(label: str) -> Iterator[None]:
 
 
 def _detection(row: list[float], elevation_rad: float) -> Detection:
-    before, cells, after = row[:_CELLS], row[_CELLS], row[_CELLS + 1 :]
-    return Detection(*before, int(cells), *after, elevation_rad)
+    before, (cells, *after) = row[:_CELLS], row[_CELLS:]
+    return Detection(*before, int(cells), *after, elevation_rad)  # type: ignore[call-arg, arg-type]
 
 
 def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]:

@@ -74,7 +74,7 @@ def _circle_through(a: Points, b: Points, c: Points) -> tuple[float, float, floa
 @kernel
 def _holds(points: Points, count: int, x: float, y: float, radius: float) -> bool:
     limit = radius * (1.0 + _SLACK) + 1e-12
+    outside = 0
     for i in range(count):
-        if np.hypot(points[i, 0] - x, points[i, 1] - y) > limit:
-            return False
-    return True
+        outside += np.hypot(points[i, 0] - x, points[i, 1] - y) > limit
+    return outside == 0

@@ -34,9 +34,7 @@ def two_level(params: TwoLevelParams, fan: Fan) -> DetectStep:
             return Regions(runs[:0], 0, 1.0)
         low, high = levels(params, background, noise)
         largest = params.max_cells or image.size
-        found, count = find_regions(
-            image, np.float32(low), np.float32(high), params.min_cells, largest, runs, visited
-        )
+        found, count = find_regions(image, np.float32(low), np.float32(high), params.min_cells, largest, runs, visited)
         return Regions(found, count, background)
 
     return step
@@ -75,13 +73,9 @@ def find_regions(
                     stop = _grow(image, low, beam, column, runs, end, visited)
                     if smallest <= _cells(runs[end:stop]) <= largest:
                         count += 1
-                        kept += stop - end
-                        for i in range(end, stop):
-                            runs[i, 3] = count
+                        kept += _number(runs[end:stop], count)
                     end = stop
-    for i in range(end):
-        for j in range(runs[i, 1], runs[i, 2]):
-            visited[runs[i, 0], j] = False
+    _forget(runs[:end], visited)
     return _sorted(runs[:end], kept), count
 
 
@@ -124,6 +118,20 @@ def _cells(runs: Runs) -> int:
     for i in range(runs.shape[0]):
         total += runs[i, 2] - runs[i, 1]
     return total
+
+
+@kernel
+def _number(runs: Runs, region: int) -> int:
+    for i in range(runs.shape[0]):
+        runs[i, 3] = region
+    return len(runs)
+
+
+@kernel
+def _forget(runs: Runs, visited: Visited) -> None:
+    for i in range(runs.shape[0]):
+        for j in range(runs[i, 1], runs[i, 2]):
+            visited[runs[i, 0], j] = False
 
 
 @kernel

@@ -51,8 +51,8 @@ def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions
     image: (beams, samples) that the regions were found in; frame: the recorded samples, column `first` of which is
     column 0 of the image.
     """
-    table = np.zeros((regions.count, len(FIELDS)))
-    if regions.count:
+    table = np.zeros((regions.total, len(FIELDS)))
+    if regions.total:
         _measure_all(
             image, regions.runs, regions.background, fan.bearing_rad, fan.borders_rad, fan.beam_width_rad,
             fan.range0_m, fan.dr_m, table,
@@ -138,9 +138,7 @@ def _levels(image: Image, runs: Runs, background: float, echo: Row) -> Row:
 
 
 @kernel
-def _circle(
-    runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, width: Row, dr: float, echo: Row
-) -> None:
+def _circle(runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, width: Row, dr: float, echo: Row) -> None:
     """Fill in the circle and its standard deviations."""
     low, high = runs[0, 0], runs[-1, 0]
     near, far = ends[:, 0].min(), ends[:, 1].max()
@@ -182,7 +180,7 @@ def _overhang(beam: Row, bearing: Row, blur: float, cell: float, backwards: bool
             break
     share = min(max(beam[begin] / max(inner, 1e-30), 1e-6), 0.999)
     outside = _SIGMA_OF_WIDTH * blur * np.log(share / (1.0 - share)) / _LOGIT_OF_PROBIT
-    return min(max(outside, -max(blur, cell)), 0.5 * cell)
+    return float(min(max(outside, -max(blur, cell)), 0.5 * cell))
 
 
 @kernel
@@ -223,7 +221,7 @@ def _roundness(runs: Runs, ends: Points, bearing: Row, centre: float, half_width
     power = (linear * linear).sum()
     square = linear * linear - linear * (linear**3).sum() / power - power / linear.size
     curvature = 2.0 * (ahead * square).sum() / max((square * square).sum(), 1e-30)
-    return min(max((curvature * half_width - 0.1) / 0.2, 0.0), 1.0)
+    return float(min(max((curvature * half_width - 0.1) / 0.2, 0.0), 1.0))
 
 
 @kernel

@@ -81,7 +81,7 @@ def sorted_middle(values: Row, work: Row) -> np.float32:
             work[k] = work[k - 1]
             k -= 1
         work[k] = value
-    return work[(values.size - 1) // 2]
+    return np.float32(work[(values.size - 1) // 2])
 
 
 @kernel
@@ -101,8 +101,8 @@ def divide_columns(image: Image, level: Row, out: Image) -> None:
 def local(params: LocalParams, fan: Fan) -> ImageStep:
     """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
 
-    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as at most `guard`
-    times the median of its neighbours and itself, so that an object of about a block's size does not erase itself.
+    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as at most
+    `guard` times its surroundings along the range, so that an object, however wide, does not erase itself.
     """
     beams, samples = fan.shape
     beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
@@ -149,17 +149,16 @@ def block_means(image: Image, beam_edges: NDArray[np.int64], range_edges: NDArra
 
 @kernel
 def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
-    """Fill gain with 1 / means, where a mean is limited to guard times the median of its neighbourhood; 1 for no mean."""
-    nearby = np.empty(9, np.float32)
-    work = np.empty(9, np.float32)
+    """Fill gain with 1 / means (beam blocks, range blocks), 1 where there is no mean.
+
+    A mean is limited to guard times the median of five blocks along the range: what lasts there is a beam's gain, what
+    does not is an object, however wide.
+    """
+    work = np.empty(5, np.float32)
     for p in range(means.shape[0]):
         for q in range(means.shape[1]):
-            count = 0
-            for i in range(max(0, p - 1), min(means.shape[0], p + 2)):
-                for k in range(max(0, q - 1), min(means.shape[1], q + 2)):
-                    nearby[count] = means[i, k]
-                    count += 1
-            level = min(means[p, q], guard * sorted_middle(nearby[:count], work))
+            limit = guard * sorted_middle(means[p, max(0, q - 2) : q + 3], work)
+            level = min(means[p, q], limit)
             gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
 
 

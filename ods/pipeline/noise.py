@@ -44,7 +44,7 @@ def background_and_noise(image: Image, histogram: NDArray[np.int64]) -> tuple[fl
             histogram[min(_BINS - 1, int(cells[i] * scale))] += 1
     middle = _quantile(histogram, 0.5 * count) / scale
     upper = _quantile(histogram, _UPPER * count) / scale
-    return middle, upper - middle
+    return float(middle), float(upper - middle)
 
 
 @kernel
@@ -53,6 +53,6 @@ def _quantile(histogram: NDArray[np.int64], rank: float) -> float:
     below = 0
     for k in range(histogram.size):
         if below + histogram[k] >= rank:
-            return k + (rank - below) / max(1, histogram[k])
+            return float(k + (rank - below) / max(1, histogram[k]))
         below += histogram[k]
     return float(histogram.size)

@@ -13,8 +13,8 @@ class MeanRangeParams(Settings, frozen=True):
     """equalize.mean_range: bring the mean at each range to 1."""
 
     window: PositiveInt = 160
-    """Range samples that count as the surroundings; longer echoes than half of it, right across the fan, are levelled."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.5
+    """Range samples that count as the surroundings. What is longer than half of it, across the fan, is levelled."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
 
 
@@ -22,11 +22,11 @@ class LocalParams(Settings, frozen=True):
     """equalize.local: bring the mean around each place to 1."""
 
     beam_blocks: PositiveInt = 8
-    """Blocks that the beams are parted into; an object should fill no more than one."""
+    """Blocks that the beams are parted into."""
     range_blocks: PositiveInt = 16
-    """Blocks that the range is parted into."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.5
-    """Highest level of a block, in multiples of its neighbourhood's level, that is levelled in full."""
+    """Blocks that the range is parted into; what is longer than two of them is levelled."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.2
+    """Highest level of a block, in multiples of its surroundings' level, that is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
@@ -63,10 +63,10 @@ class TwoLevelParams(Settings, frozen=True):
     """detect.two_level: the high level says that an object exists, the low level how far it extends."""
 
     levels: Literal["noise", "background"] = "noise"
-    """noise: levels are background + value * noise; background: levels are value * background. Both are measured on each
-    image: the background is its median, the noise the distance from there to its 84 % quantile."""
+    """noise: levels are background + value * noise; background: levels are value * background. Both are measured on
+    each image: the background is its median, the noise the distance from there to its 84 % quantile."""
     high: Positive = 6.0
-    """A region needs a cell above this level. Of 120,000 cells of speckle, filtered over 9, one in 50 images has one."""
+    """A region needs a cell above this level; of images of 120,000 cells of filtered speckle one in fifty has one."""
     low: Positive = 2.5
     """Cells above this level belong to it."""
     min_cells: PositiveInt = 4

@@ -13,7 +13,7 @@ class Regions(NamedTuple):
     """The echoes of one image."""
 
     runs: Runs
-    count: int
+    total: int
     """Number of regions; they are numbered 1..count without a gap."""
     background: float
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""

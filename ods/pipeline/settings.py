@@ -22,9 +22,9 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
 class PipelineSettings(Settings, frozen=True):
     """How pings become detections."""
 
-    plugins: list[Path] = []
+    plugins: tuple[Path, ...] = ()
     """Python files that register stages of the user's own."""
-    stage: list[StageTable] = []
+    stage: tuple[StageTable, ...] = ()
     """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range,
     equalize.local, filter.fir and detect.two_level with their defaults."""
     min_range_m: NonNegative = 0.1
@@ -45,6 +45,6 @@ class PipelineSettings(Settings, frozen=True):
                 except StageError as error:
                     raise ValueError(f"{stage_label(index, stage)}: {error}") from error
 
-    def chain(self) -> list[StageTable]:
+    def chain(self) -> tuple[StageTable, ...]:
         """Return the stages to build."""
-        return self.stage or list(DEFAULT_STAGES)
+        return self.stage or DEFAULT_STAGES

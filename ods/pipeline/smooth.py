@@ -1,4 +1,4 @@
-"""Linear and Wiener filters along the beam [SSIE, Image processing, stage 2]; the image is mirrored at the range ends."""
+"""Linear and Wiener filters along the beam [SSIE, Image processing, stage 2]; mirrored at the range ends."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +38,7 @@ def box(params: BoxParams, fan: Fan) -> ImageStep:
 def wiener(params: WienerParams, fan: Fan) -> ImageStep:
     """Lim's adaptive filter: mean + (sample - mean) * max(0, variance - noise) / variance, over the window.
 
-    The noise is the mean of all local variances: J. S. Lim, Two-Dimensional Signal and Image Processing, 1990, eq. 9.44.
+    The noise is the mean of all local variances (J. S. Lim, Two-Dimensional Signal and Image Processing, 1990, ch. 9).
     """
     weights = box_weights(params.window)
     padded = np.empty(fan.samples + 2 * weights.size, np.float32)
@@ -64,7 +64,7 @@ def lowpass_weights(taps: int, cutoff: float) -> NDArray[np.float32]:
     offset = np.arange(taps // 2 + 1)
     window = 0.54 + 0.46 * np.cos(2.0 * np.pi * offset / max(1, taps - 1))
     half = np.sinc(cutoff * offset) * window
-    return (half / (2.0 * half.sum() - half[0])).astype(np.float32)
+    return np.asarray(half / (2.0 * half.sum() - half[0]), np.float32)
 
 
 @kernel
@@ -123,7 +123,7 @@ def wiener_filter(image: Image, weights: Row, padded: Row, squares: Row, varianc
         for j in range(samples):
             spread[j] = max(squares[j] - mean[j] * mean[j], np.float32(0.0))
             total += spread[j]
-        noise += total
+        noise += float(total)
     floor = np.float32(noise / image.size)
     for b in range(image.shape[0]):
         source, target, spread = image[b], out[b], variance[b]

@@ -4,8 +4,7 @@ Only the objects within reach of the vehicle are looked at, and that neighbourho
 has moved on by `SKIN_M` (the neighbour list of molecular dynamics, after Verlet).
 """
 
-from dataclasses import dataclass
-
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,8 +16,7 @@ SKIN_M = 20.0
 """The vehicle may move so far before the neighbourhood is found anew."""
 
 
-@dataclass(frozen=True, slots=True)
-class MapObject:
+class MapObject(msgspec.Struct, frozen=True):
     """A hibernated object, with what was known when it was last seen."""
 
     id: int

@@ -119,7 +119,9 @@ def _best(pairs: Candidates, miss: float) -> NDArray[np.bool_]:
     """Return (p,) which pairs make the assignment with the largest sum of worths, evidence - miss > 0."""
     if not len(pairs.objects):
         return np.zeros(0, bool)
-    alone = (np.bincount(pairs.objects)[pairs.objects] == 1) & (np.bincount(pairs.echoes)[pairs.echoes] == 1)
+    alone: NDArray[np.bool_] = (np.bincount(pairs.objects)[pairs.objects] == 1) & (
+        np.bincount(pairs.echoes)[pairs.echoes] == 1
+    )
     disputed = np.flatnonzero(~alone)
     if not len(disputed):
         return alone

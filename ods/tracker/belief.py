@@ -2,8 +2,6 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from ods.geometry import Array
 
 
@@ -61,7 +59,9 @@ def mixture(belief: Belief) -> Estimate:
         variance=(weight * (belief.variance + offset**2)).sum(axis=1),
         covariance_ne=(weight * (belief.covariance_ne + offset[0] * offset[1])).sum(axis=0),
         velocity=velocity,
-        velocity_variance=(weight * (belief.velocity_variance + (belief.velocity - velocity[:, None]) ** 2)).sum(axis=1),
+        velocity_variance=(weight * (belief.velocity_variance + (belief.velocity - velocity[:, None]) ** 2)).sum(
+            axis=1
+        ),
         radius=belief.radius,
         radius_variance=belief.radius_variance,
         static=belief.static,

@@ -53,9 +53,7 @@ class IndependentObserver:
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
         s, motion = self._columns.data, self._settings
-        kalman.predict(
-            s[POSITION], s[VELOCITY], s[VARIANCE], s[SLOPE], s[RESIDUAL], dt, motion.acceleration_noise
-        )
+        kalman.predict(s[POSITION], s[VELOCITY], s[VARIANCE], s[SLOPE], s[RESIDUAL], dt, motion.acceleration_noise)
         s[PLACE_VARIANCE] += motion.static_noise * dt
         s[RADIUS_VARIANCE] += motion.radius_noise * dt
 

@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from ods.tracker.life import STATIC
 from ods.tracker.belief import Estimate
+from ods.tracker.life import STATIC
 from ods.tracker.tracks import Tracks
 
 Rows = NDArray[np.intp]

@@ -1,13 +1,13 @@
 """The states of an object [SSIE figure 5] and what leads from one to the next, for all objects at once.
 
-    TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not hear of it)
-    TENTATIVE -> TERMINATED             not proved
-    ACTIVE    -> STAND_BY               out of view, or silent: time updates only
-    STAND_BY  -> ACTIVE                 seen again
-    STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
-    STAND_BY  -> TERMINATED             out of view too long, moving; or gone
-    HIBERNATED -> ACTIVE                found again
-    HIBERNATED -> TERMINATED            its place is in full view, and it is gone
+TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not hear of it)
+TENTATIVE -> TERMINATED             not proved
+ACTIVE    -> STAND_BY               out of view, or silent: time updates only
+STAND_BY  -> ACTIVE                 seen again
+STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
+STAND_BY  -> TERMINATED             out of view too long, moving; or gone
+HIBERNATED -> ACTIVE                found again
+HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 """
 
 from dataclasses import dataclass

@@ -116,4 +116,3 @@ def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array
         radius=echoes.radius,
         radius_variance=echoes.sigma_radius**2,
     )
-

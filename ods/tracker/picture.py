@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from ods.geometry import Array
 from ods.tracker.archive import MapObject
-from ods.tracker.life import State
 from ods.tracker.belief import Estimate
+from ods.tracker.life import State
 from ods.tracker.tracks import Tracks
 
 Ints = NDArray[np.int64]
@@ -103,16 +103,19 @@ def picture_of_map(objects: list[MapObject]) -> Picture:
 
 def map_objects(picture: Picture, utc_ns: int) -> list[MapObject]:
     """Return the objects of a picture as hibernated at `utc_ns`."""
-    columns = zip(
-        picture.id.tolist(),
-        map(tuple, picture.position.T.tolist()),
-        map(tuple, picture.sigma_position.T.tolist()),
-        picture.radius.tolist(),
-        picture.sigma_radius.tolist(),
-        picture.existence.tolist(),
-        picture.times_seen.tolist(),
-        picture.first_seen_utc_ns.tolist(),
-        picture.last_seen_utc_ns.tolist(),
-        strict=True,
-    )
-    return [MapObject(*column, utc_ns) for column in columns]
+    positions, sigmas = picture.position.T.tolist(), picture.sigma_position.T.tolist()
+    return [
+        MapObject(
+            id=int(picture.id[i]),
+            position=tuple(positions[i]),
+            sigma=tuple(sigmas[i]),
+            radius=float(picture.radius[i]),
+            sigma_radius=float(picture.sigma_radius[i]),
+            existence=float(picture.existence[i]),
+            times_seen=int(picture.times_seen[i]),
+            first_seen_utc_ns=int(picture.first_seen_utc_ns[i]),
+            last_seen_utc_ns=int(picture.last_seen_utc_ns[i]),
+            hibernated_utc_ns=utc_ns,
+        )
+        for i in range(len(picture))
+    ]

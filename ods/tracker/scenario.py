@@ -1,6 +1,5 @@
-"""`ods track`: runs the tracker over a recorded scenario (.npz) and writes the tracks. Formats: docs/formats-tracks.md."""
+"""`ods track`: runs the tracker over a recorded scenario and writes the tracks. Formats: docs/formats-tracks.md."""
 
-import json
 import math
 import time
 import zipfile
@@ -14,6 +13,7 @@ import msgspec
 import numpy as np
 
 from ods.clock import NS
+from ods.errors import OdsError
 from ods.geometry import Array, quat_from_euler
 from ods.messages import Sector
 from ods.settings import Fraction, NonNegative, Positive
@@ -23,7 +23,7 @@ from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
 
-class ScenarioError(Exception):
+class ScenarioError(OdsError):
     """A scenario file cannot be used; the text is one line."""
 
 

@@ -4,8 +4,9 @@ A step carries the objects on to the ping, compares the image with what the sona
 states with the echoes given to them, judges whether they exist, and leads each through its life [SSIE figure 5].
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,6 +28,7 @@ from ods.tracker.tracks import Tracks
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 States = NDArray[np.int64]
+
 
 @dataclass(slots=True)
 class Outcome:
@@ -149,7 +151,9 @@ class Tracker:
             visible=probabilities[existence.VISIBLE],
             first_visible=tracks.first_visible,
             static=estimate.static >= life.STATIC,
-            covered=joining.covered(estimate, tracks.state == State.STAND_BY, seen.hit & (tracks.state == State.ACTIVE)),
+            covered=joining.covered(
+                estimate, tracks.state == State.STAND_BY, seen.hit & (tracks.state == State.ACTIVE)
+            ),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
         )
         return life.next_states(tracks.state, evidence, settings.life)
@@ -177,9 +181,7 @@ class Tracker:
         if not len(confirmed):
             return joined
         silent = np.flatnonzero((tracks.state != State.TENTATIVE) & (tracks.state != State.TERMINATED))
-        young, old = joining.successors(
-            tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas
-        )
+        young, old = joining.successors(tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas)
         tracks.inherit(young, old)
         joined[old] = True
         fresh = np.setdiff1d(confirmed, young)
@@ -201,7 +203,7 @@ class Tracker:
         existences = tracks.existence[asleep].tolist()
         self._archive.put(
             [
-                replace(self._awake.pop(object_id), existence=probability)
+                msgspec.structs.replace(self._awake.pop(object_id), existence=probability)
                 for object_id, probability in zip(tracks.id[asleep].tolist(), existences, strict=True)
             ]
         )

@@ -30,50 +30,56 @@ class Tracks:
     def __len__(self) -> int:
         return len(self._ints)
 
+    def _row(self, row: int) -> Ints:
+        view: Ints = self._ints.data[row]
+        return view
+
     @property
     def id(self) -> Ints:
         """(n,) 0 while tentative."""
-        return self._ints.data[ID]
+        return self._row(ID)
 
     @property
     def state(self) -> Ints:
         """(n,) `life.State`."""
-        return self._ints.data[STATE]
+        return self._row(STATE)
 
     @property
     def echoes(self) -> Ints:
         """(n,) times seen."""
-        return self._ints.data[ECHOES]
+        return self._row(ECHOES)
 
     @property
     def first_utc(self) -> Ints:
         """(n,) UTC of the first echo, ns."""
-        return self._ints.data[FIRST_UTC]
+        return self._row(FIRST_UTC)
 
     @property
     def last_utc(self) -> Ints:
         """(n,) UTC of the last echo, ns."""
-        return self._ints.data[LAST_UTC]
+        return self._row(LAST_UTC)
 
     @property
     def born(self) -> Ints:
         """(n,) ping time of the first echo (of waking, for objects of the map), ns."""
-        return self._ints.data[BORN]
+        return self._row(BORN)
 
     @property
     def last(self) -> Ints:
         """(n,) ping time of the last echo (of waking, for objects of the map), ns."""
-        return self._ints.data[LAST]
+        return self._row(LAST)
 
     @property
     def probabilities(self) -> Array:
         """(3, n) of `existence`: visible, silent, nothing."""
-        return self._floats.data[PROBABILITIES]
+        view: Array = self._floats.data[PROBABILITIES]
+        return view
 
     @property
     def first_visible(self) -> Array:
         """(n,) probability to exist after the first echo."""
-        return self._floats.data[FIRST_VISIBLE]
+        view: Array = self._floats.data[FIRST_VISIBLE]
+        return view
 
     @property
     def existence(self) -> Array:

@@ -60,4 +60,5 @@ def _covered(sight: Sight, half_vertical: float) -> Array:
     half_object = ROOT3 * np.sqrt(sight.vertical) + 1e-6
     middle = sight.range_m * np.sin(sight.elevation)
     shared = np.minimum(half_fan, middle + half_object) - np.maximum(-half_fan, middle - half_object)
-    return np.maximum(shared, 0.0) / (2.0 * half_object)
+    share: Array = np.maximum(shared, 0.0) / (2.0 * half_object)
+    return share

@@ -1,0 +1,78 @@
+"""The pipeline on recorded pings: detections as .npz, JSON lines and masks."""
+
+import logging
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.messages import Detections, Ping
+from ods.pipeline.chain import Chain, Mask
+from ods.pipeline.plan import PingError
+from ods.pipeline.settings import PipelineSettings
+
+log = logging.getLogger(__name__)
+
+COLUMNS = ("range_m", "bearing_rad", "radius_m", "peak", "mean", "snr_db", "cells")
+"""Columns 1 to 7 of `det`; column 0 is the ping's index in the file."""
+
+
+class PingResult(NamedTuple):
+    """What came of one ping of a file."""
+
+    place: int
+    """Place in the file, from 0."""
+    ping: Ping
+    detections: Detections
+    mask: Mask | None
+    """(beams, samples) int32, k the k-th detection, when asked for."""
+
+
+def detect_pings(pings: Iterable[Ping], settings: PipelineSettings, *, masks: bool = False) -> Iterator[PingResult]:
+    """Yield the detections of each ping, in order. Raises StageError.
+
+    A ping that makes no sense is left out, with a warning that says why; the others keep their index.
+    """
+    chain = Chain(settings)
+    for index, ping in enumerate(pings):
+        mask = np.zeros((ping.beams, ping.samples), np.int32) if masks else None
+        try:
+            yield PingResult(index, ping, chain.process(ping, mask), mask)
+        except PingError as error:
+            log.warning("left out ping %d of the file: %s", index, error)
+
+
+def detection_table(results: Iterable[PingResult]) -> NDArray[np.float64]:
+    """Return the (detections, 8) table `det`: ping index, then COLUMNS."""
+    rows = [
+        [result.place, *(getattr(detection, name) for name in COLUMNS)]
+        for result in results
+        for detection in result.detections.detections
+    ]
+    return np.array(rows, np.float64).reshape(-1, 1 + len(COLUMNS))
+
+
+def save_npz(path: Path, results: Sequence[PingResult]) -> None:
+    """Write `det` and, when the results have masks, `mask` (pings, beams, samples) int32.
+
+    Pings that were left out have a mask of zeros. Raises ValueError for masks of pings of different shapes.
+    """
+    arrays: dict[str, NDArray[np.generic]] = {"det": detection_table(results)}
+    masks = {result.place: result.mask for result in results if result.mask is not None}
+    if masks:
+        shapes = {mask.shape for mask in masks.values()}
+        if len(shapes) > 1:
+            raise ValueError(f"mask: the pings differ in shape: {', '.join(map(str, sorted(shapes)))}")
+        shape = shapes.pop()
+        empty = np.zeros(shape, np.int32)
+        arrays["mask"] = np.stack([masks.get(index, empty) for index in range(max(masks) + 1)])
+    with path.open("wb") as file:  # a file, as savez appends .npz to a path that lacks it
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def json_line(result: PingResult) -> str:
+    """Return one ping's detections as one line of JSON: `index` and the fields of `ods.messages.Detections`."""
+    return msgspec.json.encode({"index": result.place, **msgspec.structs.asdict(result.detections)}).decode()

@@ -1,0 +1,73 @@
+"""The `pipeline` process: detections for every ping."""
+
+from ods import clock
+from ods.config import OnboardConfig
+from ods.messages import Ping
+from ods.pipeline.chain import Chain
+from ods.pipeline.params import StageError
+from ods.pipeline.plan import PingError
+from ods.pipeline.warm_up import warm_up
+from ods.service import Service, StartError, Worker
+
+_SMOOTHING = 0.1
+"""Weight of the newest ping in the running means."""
+
+
+class PipelineWorker(Worker[OnboardConfig]):
+    """Publishes `detections` for each `ping`.
+
+    Counters: bad_ping, failed_stage, drop_out_image, detections, process_mean_us, process_max_us; what a lagging
+    subscription drops is counted there (dropped_ping).
+    """
+
+    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+        super().__init__(service, settings)
+        self._chain: Chain
+        self._mean_ns = 0.0
+        self._interval_ns = 0.0
+        self._last_t_ns = 0
+        self._failure = ""
+
+    def start(self) -> None:
+        """Build the chain and compile it."""
+        try:
+            self._chain = Chain(self.settings.pipeline)
+            warm_up(self._chain)
+        except StageError as error:
+            raise StartError(str(error)) from error
+
+    def handle(self, topic: str, message: Ping) -> None:
+        """Process one ping."""
+        began = clock.monotonic_ns()
+        try:
+            result = self._chain.process(message)
+        except PingError as error:
+            self.service.complain_once("bad_ping", f"dropped ping {message.ping_number}: {error}")
+            return
+        except StageError as error:
+            self._failure = str(error)
+            self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
+            return
+        self.service.publish("detections", result)
+        self._failure = ""
+        self.service.counters["detections"] += len(result.detections)
+        self.service.counters["drop_out_image"] += not result.usable
+        self._keep_time(message.t_ns, clock.monotonic_ns() - began)
+
+    def _keep_time(self, t_ns: int, spent_ns: int) -> None:
+        self._mean_ns += _SMOOTHING * (spent_ns - self._mean_ns) if self._mean_ns else spent_ns
+        if self._last_t_ns:
+            interval = max(0, t_ns - self._last_t_ns)
+            self._interval_ns += _SMOOTHING * (interval - self._interval_ns) if self._interval_ns else interval
+        self._last_t_ns = t_ns
+        counters = self.service.counters
+        counters["process_mean_us"] = round(self._mean_ns / 1000)
+        counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
+
+    def problems(self) -> list[str]:
+        """Say when a stage fails or pings come faster than they are processed."""
+        problems = [self._failure] if self._failure else []
+        if 0.0 < self._interval_ns < self._mean_ns:
+            work, interval = self._mean_ns / 1e6, self._interval_ns / 1e6
+            problems.append(f"a ping takes {work:.1f} ms to process, they come every {interval:.1f} ms")
+        return problems

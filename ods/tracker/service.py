@@ -1,0 +1,115 @@
+"""The tracker process: detections and poses from the bus, obstacle lists to the planner, the map on disk."""
+
+from collections import deque
+from typing import Any
+
+from ods import clock
+from ods.config import OnboardConfig
+from ods.messages import Detections, ObstacleList
+from ods.pose_buffer import PoseBuffer
+from ods.service import Service, StartError, Worker
+from ods.tracker.map_keeper import MapKeeper
+from ods.tracker.obstacle_list import ObstacleLister
+from ods.tracker.picture import Picture
+from ods.tracker.scan import Scan, Vehicle, echoes_of, table_of, vehicle_at
+from ods.tracker.tracker import Tracker
+from ods.tracker.validity import Watch
+
+FUTURE_NS = clock.NS
+"""A ping stamped later than now by more than this has a wrong time."""
+
+
+class TrackerWorker(Worker[OnboardConfig]):
+    """Runs the tracker over what the bus brings."""
+
+    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+        super().__init__(service, settings)
+        self._poses = PoseBuffer(settings.tracker.pose.capacity, settings.tracker.pose.max_extrapolation_s)
+        self._waiting: deque[Detections] = deque()
+        self._lister = ObstacleLister(settings.tracker.planner.announce_ended)
+        origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
+        self._map = MapKeeper(settings.tracker.map, origin_deg, service.complain_once)
+        self._vehicle: Vehicle | None = None
+        self._seq = 0
+        self._listed_ns = 0
+        self._tracker: Tracker
+        self._watch: Watch
+
+    def start(self) -> None:
+        """Load the map and make the tracker."""
+        known, first_id = self._map.open()
+        try:
+            self._tracker = Tracker(self.settings.tracker, known, first_id)
+        except ValueError as error:
+            raise StartError(str(error)) from error
+        self._watch = Watch(clock.monotonic_ns(), self.service.process.watches)
+
+    def handle(self, topic: str, message: Any) -> None:
+        """Take one message; detections wait for the end of the round, when all poses are in."""
+        if topic == "pose":
+            self._poses.insert(message)
+            self._watch.pose(message.t_ns)
+        elif topic == "detections":
+            self._waiting.append(message)
+        else:
+            self._watch.health(message)
+
+    def tick(self) -> None:
+        """Track the pings that came; say so when none come; write the map when there is time."""
+        while self._waiting:
+            self._track(self._waiting.popleft())
+        now_ns = clock.monotonic_ns()
+        period_ns = self.settings.tracker.planner.period_s * clock.NS
+        if self._watch.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
+            self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose_known=True)
+        self._map.flush(self._tracker.next_id)
+
+    def problems(self) -> list[str]:
+        """Say what is wrong with the map; all else is in the list's own reasons."""
+        return [self._map.problem] if self._map.problem else []
+
+    def stop(self) -> None:
+        """Put what rests in view into the map too: the mission ends."""
+        self._map.note(self._tracker.resting(clock.utc_ns()), ())
+        self._map.close(self._tracker.next_id)
+
+    def _track(self, message: Detections) -> None:
+        if message.t_ns > clock.monotonic_ns() + FUTURE_NS:
+            self.service.complain_once("detections_from_future", f"ping {message.ping_number} is stamped in the future")
+            return
+        pose = self._poses.at(message.t_ns)
+        vehicle = None
+        if pose is not None:
+            vehicle = vehicle_at(pose.position_ned, pose.attitude, pose.sigma_position, pose.sigma_attitude)
+        echoes, dropped = echoes_of(table_of(message.detections))
+        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable)
+        outcome = self._tracker.step(scan)
+        if not outcome.taken:
+            self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
+            return
+        self._vehicle = vehicle or self._vehicle
+        self._watch.ping(message.t_ns)
+        self.service.counters["echoes_bad"] += dropped
+        self.service.counters["pings_without_pose"] += vehicle is None
+        if outcome.ended is not None:
+            self._lister.end(outcome.ended)
+        self._list(message.t_ns, message.utc_ns, message.ping_number, message.t_rx_ns, vehicle is not None)
+        self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
+
+    def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose_known: bool) -> None:
+        """Publish the obstacle list for the instant `t_ns`."""
+        now_ns = clock.monotonic_ns()
+        reasons = self._watch.reasons(now_ns, pose_known)
+        obstacles = self._lister.obstacles(self._picture(t_ns))
+        message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, not reasons, reasons, obstacles)
+        self.service.publish("obstacles", message)
+        self._seq += 1
+        self._listed_ns = now_ns
+
+    def _picture(self, t_ns: int) -> Picture:
+        within = None
+        if self._vehicle is not None:
+            within = (self._vehicle.position, self.settings.tracker.planner.hibernated_within_m)
+        picture = self._tracker.picture(within)
+        newest_ns = self._tracker.t_ns
+        return picture if newest_ns is None else picture.carried_on(max(0, t_ns - newest_ns) / clock.NS)
