@@ -59,23 +59,23 @@ def _parser() -> argparse.ArgumentParser:
     _command(commands, "watch", "live table of obstacles and health", _watch, ONBOARD_CONFIG)
     _command(commands, "doctor", "check configuration, devices, sockets, clock and versions", _doctor, ONBOARD_CONFIG)
 
-    detect = _command(commands, "detect", "detections in recorded sonar images", _detect, ONBOARD_CONFIG)
+    detect = _command(commands, "detect", "detections in recorded sonar images", _detect, None)
     detect.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris or Oculus .raw")
     detect.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
     detect.add_argument("--mask", action="store_true", help="with --out: label images too")
     detect.add_argument("--json", action="store_true", help="print one JSON line a ping")
     detect.add_argument("--plot", type=Path, metavar="PICTURE.png", help="draw the images with their detections")
 
-    track = _command(commands, "track", "tracks of a recorded scenario", _track, ONBOARD_CONFIG)
+    track = _command(commands, "track", "tracks of a recorded scenario", _track, None)
     track.add_argument("file", type=Path, metavar="SCENARIO.npz")
     track.add_argument("--out", type=Path, metavar="TRACKS.npz", required=True)
     return parser
 
 
-def _command(commands: Any, name: str, text: str, run: Any, config: Path) -> argparse.ArgumentParser:
+def _command(commands: Any, name: str, text: str, run: Any, config: Path | None) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text.capitalize() + ".")
     parser.set_defaults(run=run)
-    parser.add_argument("--config", type=Path, default=config, help=f"default: {config}")
+    parser.add_argument("--config", type=Path, default=config, help=f"default: {config or 'built-in settings'}")
     parser.add_argument("--log-level", choices=LEVELS, default="info")
     return parser
 

@@ -55,8 +55,8 @@ def rasterize(
 ) -> Raster:
     """Turn a polar image, (beams, samples), into a Cartesian one whose longer side has `pixels` pixels.
 
-    Every pixel shows the beam and the range that it lies in. Where several samples or beams fall into one pixel it shows
-    the highest, so that small echoes stay visible.
+    Every pixel shows the beam and the range that it lies in. Where several samples or beams fall into one pixel it
+    shows the highest, so that small echoes stay visible.
     """
     bearing = np.asarray(bearing_rad, np.float64)
     borders = _borders(bearing)
@@ -133,7 +133,7 @@ def new_figure(title: str, bearing_rad: ArrayLike) -> tuple[Figure, Axes]:
     across = max(0.0, np.sin(arc).max()) - min(0.0, np.sin(arc).min())
     ahead = max(0.0, np.cos(arc).max()) - min(0.0, np.cos(arc).min())
     scale = min(8.0 / ahead, 11.0 / across)
-    size = (max(4.0, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
+    size = (max(2.4, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
     figure = Figure(figsize=size, dpi=120, facecolor=PAPER, layout="constrained")
     axes = figure.add_subplot()
     axes.set_title(title, color=INK, fontsize=12)
@@ -171,7 +171,7 @@ def draw_fan(
     bar = axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02)
     bar.set_label(label, color=INK)
     bar.ax.tick_params(colors=INK)
-    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.outline.set_visible(False)
     _draw_rings(axes, _borders(np.asarray(bearing_rad, np.float64)), range0_m + dr_m * level.shape[1])
     _dress(axes)
 

@@ -1,6 +1,6 @@
 """The bench's planner client: listens to everything and keeps what the summary and the picture need."""
 
-from collections import defaultdict
+from collections import defaultdict, deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -23,10 +23,8 @@ class Record:
     """By process."""
     kills: list[tuple[str, int]] = field(default_factory=list)
     """(process, monotonic ns)."""
-    ping: Ping | None = None
-    """The newest."""
-    detections: Detections | None = None
-    """The newest."""
+    image: tuple[Ping, Detections] | None = None
+    """The newest ping and its detections."""
 
 
 class Collector:
@@ -34,6 +32,7 @@ class Collector:
 
     def __init__(self, run_dir: Path) -> None:
         self.record = Record()
+        self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         topics = ["obstacles", "truth", "detections", "ping"]
         self._subscriber = bus.Subscriber(self._context, run_dir, topics, PROCESSES)
@@ -55,9 +54,11 @@ class Collector:
             case Health():
                 record.health[message.process].append(message)
             case Ping():
-                record.ping = message
+                self._pings.append(message)
             case Detections():
-                record.detections = message
+                for ping in self._pings:
+                    if ping.ping_number == message.ping_number:
+                        record.image = ping, message
 
     def ready(self, process: str) -> bool:
         """Tell whether `process` has reported that it is ready."""

@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Ellipse
 from ods import geometry
 from ods.bench.collector import Record
 from ods.fan_plot import INK, PAPER, draw_detections, draw_fan, level_db
-from ods.messages import Detections, Obstacle, ObstacleList, Ping, Truth
+from ods.messages import Detections, Obstacle, ObstacleList, Ping, Sector, Truth
 
 STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
 
@@ -20,22 +20,19 @@ def draw(record: Record, file: Path) -> None:
     """Draw a run's last image and its plan into `file`."""
     figure = Figure(figsize=(15, 7.5), layout="constrained", facecolor=PAPER)
     left, right = figure.subplots(1, 2)
-    if record.ping is not None:
-        _image(left, record.ping, record.detections)
+    if record.image is not None:
+        _image(left, *record.image)
     if record.truths:
         _plan(right, record)
     figure.savefig(file, dpi=110)
 
 
-def _image(axes: Axes, ping: Ping, detections: Detections | None) -> None:
+def _image(axes: Axes, ping: Ping, detections: Detections) -> None:
     beams = ping.beams // ping.planes
     level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
     draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
-    count = 0
-    if detections is not None and detections.ping_number == ping.ping_number:
-        draw_detections(axes, detections.detections)
-        count = len(detections.detections)
-    axes.set_title(f"ping {ping.ping_number} and its detections ({count})", color=INK)
+    draw_detections(axes, detections.detections)
+    axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections", color=INK)
 
 
 def _plan(axes: Axes, record: Record) -> None:
@@ -44,7 +41,8 @@ def _plan(axes: Axes, record: Record) -> None:
     axes.plot(path[:, 1], path[:, 0], color="black", lw=2, label="vehicle path")
     newest = record.lists[-1][1] if record.lists else None
     truth = record.truths.get(newest.ping_number, truths[-1]) if newest else truths[-1]
-    _sector(axes, truth, record.detections)
+    if record.image is not None:
+        _sector(axes, truth, record.image[1].sector)
     for index, target in enumerate(truth.objects):
         circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color="#cf222e", lw=1.5)
         circle.set_label("truth" if index == 0 else "")
@@ -68,10 +66,7 @@ def _plane(position_ned: tuple[float, float, float]) -> tuple[float, float]:
     return position_ned[1], position_ned[0]
 
 
-def _sector(axes: Axes, truth: Truth, detections: Detections | None) -> None:
-    if detections is None:
-        return
-    sector = detections.sector
+def _sector(axes: Axes, truth: Truth, sector: Sector) -> None:
     bearings = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 60)
     arc = geometry.polar_to_body(sector.range_max_m, bearings)
     edge = np.vstack([np.zeros((1, 3)), arc, np.zeros((1, 3))])

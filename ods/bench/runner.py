@@ -132,12 +132,12 @@ def _wait_ready(
     line: report.StatusLine,
 ) -> None:
     deadline_s = time.monotonic() + START_S
-    while not all(collector.ready(name) for name in names):
+    while waiting := [name for name in names if not collector.ready(name)]:
+        line.show(f"waiting for {', '.join(waiting)}")
         collector.listen(0.1)
         _still_running(process, log_file)
-        line.show(f"waiting for {', '.join(name for name in names if not collector.ready(name))}")
         if time.monotonic() > deadline_s:
-            raise BenchError(f"not ready after {START_S:.0f} s: {', '.join(names)}; see {log_file}")
+            raise BenchError(f"not ready after {START_S:.0f} s: {', '.join(waiting)}; see {log_file}")
 
 
 def _still_running(process: "subprocess.Popen[bytes]", log_file: Path) -> None:

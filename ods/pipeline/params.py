@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 
+from ods.errors import OdsError
 from ods.settings import NonNegativeInt, OddInt, Positive, PositiveInt, Settings
 
 
@@ -91,7 +92,7 @@ BUILT_IN: Mapping[str, type[Settings]] = {
 """Parameters of every stage that comes with ODS."""
 
 
-class StageError(ValueError):
+class StageError(OdsError, ValueError):
     """The chain cannot be built, or a stage failed; the text is one line that names the key and what is wrong."""
 
 

@@ -65,7 +65,7 @@ def candidates(
     s_mixed = sights.mixed[:, objects]
     determinant = s_along * s_across - s_mixed**2
     distance = (s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2) / determinant
-    gated = np.flatnonzero((distance <= settings.gate_sigmas**2).any(axis=0))
+    gated = (distance <= settings.gate_sigmas**2).any(axis=0).nonzero()[0]
     objects, columns = objects[gated], columns[gated]
     density = belief.weight[:, objects] * np.exp(-0.5 * distance[:, gated]) / np.sqrt(determinant[:, gated])
     total = density.sum(axis=0) * settings.detection_probability / (2.0 * np.pi * clutter.per_m2[columns])
@@ -96,43 +96,42 @@ def _radius_evidence(belief: Belief, echoes: Echoes, clutter: ClutterDensity, ob
     return np.maximum(ratio, LEAST_RADIUS_EVIDENCE)
 
 
-def associate(found: Candidates, first: NDArray[np.bool_], miss: float) -> Candidates:
+def associate(found: Candidates, first: NDArray[np.bool_], echoes: int, miss: float) -> Candidates:
     """Give each object at most one echo and each echo to at most one object; return the pairs.
 
     The objects of the mask `first` choose before the others; within each group the sum of evidence is the largest
-    possible. `miss`: log-likelihood of seeing nothing of an object; a pair that explains less than a miss and a false
-    alarm is left apart.
+    possible. `echoes`: how many there are; `miss`: log-likelihood of seeing nothing of an object; a pair that explains
+    less than a miss and a false alarm is left apart.
     """
-    found = found.take(found.evidence > miss)
-    before = found.take(first[found.objects])
-    before = before.take(_best(before, miss))
-    rest = found.take(~first[found.objects] & ~np.isin(found.echoes, before.echoes))
-    rest = rest.take(_best(rest, miss))
-    return Candidates(
-        np.concatenate([before.objects, rest.objects]),
-        np.concatenate([before.echoes, rest.echoes]),
-        np.concatenate([before.evidence, rest.evidence]),
-    )
+    worth = found.evidence - miss
+    chosen = np.zeros(len(worth), bool)
+    senior = first[found.objects]
+    _choose(found, worth, senior & (worth > 0.0), chosen)
+    taken = np.zeros(echoes, bool)
+    taken[found.echoes[chosen]] = True
+    _choose(found, worth, ~senior & (worth > 0.0) & ~taken[found.echoes], chosen)
+    return found.take(chosen)
 
 
-def _best(pairs: Candidates, miss: float) -> NDArray[np.bool_]:
-    """Return (p,) which pairs make the assignment with the largest sum of worths, evidence - miss > 0."""
-    if not len(pairs.objects):
-        return np.zeros(0, bool)
-    alone: NDArray[np.bool_] = (np.bincount(pairs.objects)[pairs.objects] == 1) & (
-        np.bincount(pairs.echoes)[pairs.echoes] == 1
-    )
-    disputed = np.flatnonzero(~alone)
-    if not len(disputed):
-        return alone
-    objects, rows = np.unique(pairs.objects[disputed], return_inverse=True)
-    echoes, columns = np.unique(pairs.echoes[disputed], return_inverse=True)
-    worth = np.zeros((len(objects), len(echoes)))
-    worth[rows, columns] = pairs.evidence[disputed] - miss
-    chosen = np.zeros(worth.shape, bool)
-    chosen[linear_sum_assignment(worth, maximize=True)] = True
-    alone[disputed] = chosen[rows, columns]
-    return alone
+def _choose(found: Candidates, worth: Array, group: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> None:
+    """Mark those pairs of the mask `group` that make the assignment with the largest sum of worths, all above 0."""
+    pairs = group.nonzero()[0]
+    if not len(pairs):
+        return
+    objects, echoes = found.objects[pairs], found.echoes[pairs]
+    rivals = np.bincount(objects)[objects] + np.bincount(echoes)[echoes]
+    chosen[pairs[rivals == 2]] = True
+    disputed = rivals > 2
+    if not disputed.any():
+        return
+    pairs = pairs[disputed]
+    objects, rows = np.unique(objects[disputed], return_inverse=True)
+    echoes, columns = np.unique(echoes[disputed], return_inverse=True)
+    matrix = np.zeros((len(objects), len(echoes)))
+    matrix[rows, columns] = worth[pairs]
+    best = np.zeros(matrix.shape, bool)
+    best[linear_sum_assignment(matrix, maximize=True)] = True
+    chosen[pairs[best[rows, columns]]] = True
 
 
 def fragments(sight: Sight, radius: Array, echoes: Echoes, objects: Rows, loose: Rows) -> tuple[Rows, Rows]:

@@ -7,7 +7,7 @@ from ods.geometry import Array
 
 @dataclass(frozen=True, slots=True)
 class Belief:
-    """h hypotheses of n objects. Positions and velocities are NED; axis 0 is north, east, down."""
+    """h hypotheses of n objects; axis 0 of positions is north, east, down."""
 
     weight: Array
     """(h, n) probability of each hypothesis; they sum to 1."""
@@ -17,10 +17,6 @@ class Belief:
     """(3, h, n) of the position."""
     covariance_ne: Array
     """(h, n) of north and east."""
-    velocity: Array
-    """(3, h, n)."""
-    velocity_variance: Array
-    """(3, h, n)."""
     radius: Array
     """(n,)."""
     radius_variance: Array
@@ -39,10 +35,6 @@ class Estimate:
     """(3, n)."""
     covariance_ne: Array
     """(n,)."""
-    velocity: Array
-    """(3, n)."""
-    velocity_variance: Array
-    """(3, n)."""
     radius: Array
     radius_variance: Array
     static: Array
@@ -52,16 +44,11 @@ def mixture(belief: Belief) -> Estimate:
     """Return mean and covariance of the hypotheses taken together."""
     weight = belief.weight
     position = (weight * belief.position).sum(axis=1)
-    velocity = (weight * belief.velocity).sum(axis=1)
     offset = belief.position - position[:, None]
     return Estimate(
         position=position,
         variance=(weight * (belief.variance + offset**2)).sum(axis=1),
         covariance_ne=(weight * (belief.covariance_ne + offset[0] * offset[1])).sum(axis=0),
-        velocity=velocity,
-        velocity_variance=(weight * (belief.velocity_variance + (belief.velocity - velocity[:, None]) ** 2)).sum(
-            axis=1
-        ),
         radius=belief.radius,
         radius_variance=belief.radius_variance,
         static=belief.static,

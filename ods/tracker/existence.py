@@ -26,7 +26,7 @@ def start(count: int, births: float, clutter: float) -> Array:
 
 def established(existence: Array) -> Array:
     """Return (3, n) probabilities of objects taken from the map with (n,) `existence`."""
-    return np.stack([existence, np.zeros_like(existence), 1.0 - existence])
+    return np.array([existence, np.zeros_like(existence), 1.0 - existence])
 
 
 def carry_on(probabilities: Array, echoes: NDArray[np.int64], watched: Array, dt: float, echo: EchoSettings) -> Array:
@@ -36,12 +36,13 @@ def carry_on(probabilities: Array, echoes: NDArray[np.int64], watched: Array, dt
     (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come back.
     """
     visible, silent, nothing = probabilities
-    stay_visible = np.exp(-echo.silence_rate * dt * watched)
-    stay_silent = np.exp(-echo.return_rate * dt * watched)
-    stay = np.exp(-echo.loss_rate * dt * (1.0 + YOUNG / echoes))
-    still_visible = stay * (visible * stay_visible + silent * (1.0 - stay_silent))
-    still_silent = stay * (silent * stay_silent + visible * (1.0 - stay_visible))
-    return np.stack([still_visible, still_silent, nothing + (1.0 - stay) * (visible + silent)])
+    time = dt * watched
+    falls_silent = visible * -np.expm1(-echo.silence_rate * time)
+    returns = silent * -np.expm1(-echo.return_rate * time)
+    lost = -np.expm1(-echo.loss_rate * dt * (1.0 + YOUNG / echoes))
+    moved = returns - falls_silent
+    stay = 1.0 - lost
+    return np.array([stay * (visible + moved), stay * (silent - moved), nothing + lost * (visible + silent)])
 
 
 def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expected: Array) -> Array:
@@ -50,6 +51,8 @@ def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expecte
     `evidence`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
     `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not.
     """
-    visible = np.where(hit, np.exp(np.minimum(evidence, MOST_EVIDENCE)), 1.0 - expected)
-    weighted = probabilities * np.stack([visible, np.where(hit, 0.0, 1.0), np.ones_like(visible)])
-    return np.asarray(weighted / weighted.sum(axis=0))
+    weighted = probabilities.copy()
+    weighted[VISIBLE] *= np.where(hit, np.exp(np.minimum(evidence, MOST_EVIDENCE)), 1.0 - expected)
+    weighted[SILENT] *= ~hit
+    weighted /= weighted.sum(axis=0)
+    return weighted

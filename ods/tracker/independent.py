@@ -61,28 +61,30 @@ class IndependentObserver:
         """Return both hypotheses of all objects, the static one first."""
         s = self._columns.data
         static = _probability(s[ODDS])
-        axes_first = (2, 3, len(static))
-        velocity = np.zeros((3, 2, len(static)))
-        velocity[:, 1] = s[VELOCITY]
-        velocity_variance = np.zeros((3, 2, len(static)))
-        velocity_variance[:, 1] = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])
+        hypotheses = (2, 3, len(static))
         return Belief(
-            weight=np.stack([static, 1.0 - static]),
-            position=s[0:6].reshape(axes_first).swapaxes(0, 1),
-            variance=s[6:12].reshape(axes_first).swapaxes(0, 1),
+            weight=np.array([static, 1.0 - static]),
+            position=s[0:6].reshape(hypotheses).swapaxes(0, 1),
+            variance=s[6:12].reshape(hypotheses).swapaxes(0, 1),
             covariance_ne=np.zeros((2, len(static))),
-            velocity=velocity,
-            velocity_variance=velocity_variance,
             radius=s[RADIUS],
             radius_variance=s[RADIUS_VARIANCE],
             static=static,
         )
 
+    def velocity(self) -> tuple[Array, Array]:
+        """Return mean and variance (3, n) of all velocities."""
+        s = self._columns.data
+        moving = 1.0 - _probability(s[ODDS])
+        mean = moving * s[VELOCITY]
+        variance = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])
+        return mean, moving * (variance + s[VELOCITY] ** 2) - mean**2
+
     def start(self, fix: Fix) -> None:
         """Append new objects, one a fix."""
         new = np.zeros((ROWS, len(fix.radius)))
         new[PLACE] = new[POSITION] = fix.position
-        new[PLACE_VARIANCE] = new[VARIANCE] = np.stack([fix.north, fix.east, fix.half_height**2 / 3.0])
+        new[PLACE_VARIANCE] = new[VARIANCE] = np.array([fix.north, fix.east, fix.half_height**2 / 3.0])
         new[RESIDUAL] = self._new_velocity_variance
         new[RADIUS], new[RADIUS_VARIANCE] = fix.radius, fix.radius_variance
         new[ODDS] = self._new_odds
@@ -108,9 +110,10 @@ class IndependentObserver:
         odds = np.log(static / (1.0 - static)) + if_static - if_moving
         _update_axes(s, fix)
         disproved = odds < DISPROVED
-        s[PLACE] = np.where(disproved, s[POSITION], s[PLACE])
-        s[PLACE_VARIANCE] = np.where(disproved, s[VARIANCE], s[PLACE_VARIANCE])
-        s[ODDS] = np.clip(odds, DISPROVED, PROVED)
+        if disproved.any():
+            s[PLACE] = np.where(disproved, s[POSITION], s[PLACE])
+            s[PLACE_VARIANCE] = np.where(disproved, s[VARIANCE], s[PLACE_VARIANCE])
+        s[ODDS] = np.minimum(np.maximum(odds, DISPROVED), PROVED)
         self._columns.data[:, rows] = s
 
     def settle(self, rows: Rows) -> None:
@@ -121,6 +124,8 @@ class IndependentObserver:
     def reopen(self, rows: Rows) -> None:
         """Take the decision of `settle` back: the hypothesis given up starts anew from the other one."""
         rows = rows[np.isinf(self._columns.data[ODDS, rows])]
+        if not len(rows):
+            return
         s = self._columns.data[:, rows]
         static = s[ODDS] > 0.0
         s[PLACE] = np.where(static, s[PLACE], s[POSITION])
@@ -153,7 +158,7 @@ def _log_likelihood(position: Array, variance: Array, fix: Fix) -> Array:
 
 def _update_axes(s: Array, fix: Fix) -> None:
     """Measurement update of all filters of (ROWS, k) columns, in place."""
-    noise = np.stack([fix.north, fix.east])
+    noise = np.array([fix.north, fix.east])
     horizontal = fix.position[:2]
     place, position = s[0:2], s[3:5]
     kalman.update_constant(place, s[6:8], horizontal - place, noise)
@@ -169,7 +174,7 @@ def _update_height(height: Array, speed: Array | None, variance: Array, slope: A
     Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
     stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval.
     """
-    inside = np.clip(height, fix.position[2] - fix.half_height, fix.position[2] + fix.half_height)
+    inside = np.minimum(np.maximum(height, fix.position[2] - fix.half_height), fix.position[2] + fix.half_height)
     innovation = inside - height
     height[...] = inside
     if speed is not None and slope is not None:

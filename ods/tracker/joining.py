@@ -41,6 +41,8 @@ def successors(tracks: Tracks, estimate: Estimate, young: Rows, old: Rows, gate_
 def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
     """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
     result = np.zeros(len(silent), bool)
+    if not silent.any():
+        return result
     still = estimate.static >= STATIC
     inner, outer = np.flatnonzero(silent & still), np.flatnonzero(active & still)
     if len(inner) and len(outer):

@@ -11,7 +11,6 @@ HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 """
 
 from dataclasses import dataclass
-from enum import IntEnum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,22 +21,15 @@ from ods.tracker.settings import LifeSettings
 Mask = NDArray[np.bool_]
 
 
-class State(IntEnum):
-    """State of an object; ACTIVE to HIBERNATED are reported."""
+TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED = range(5)
+"""States of an object; ACTIVE to HIBERNATED are reported."""
 
-    TENTATIVE = 0
-    ACTIVE = 1
-    STAND_BY = 2
-    HIBERNATED = 3
-    TERMINATED = 4
-
-
-TRANSITIONS: dict[State, tuple[State, ...]] = {
-    State.TENTATIVE: (State.ACTIVE, State.TERMINATED),
-    State.ACTIVE: (State.STAND_BY,),
-    State.STAND_BY: (State.ACTIVE, State.HIBERNATED, State.TERMINATED),
-    State.HIBERNATED: (State.ACTIVE, State.TERMINATED),
-    State.TERMINATED: (),
+TRANSITIONS: dict[int, tuple[int, ...]] = {
+    TENTATIVE: (ACTIVE, TERMINATED),
+    ACTIVE: (STAND_BY,),
+    STAND_BY: (ACTIVE, HIBERNATED, TERMINATED),
+    HIBERNATED: (ACTIVE, TERMINATED),
+    TERMINATED: (),
 }
 """The only changes there are."""
 
@@ -77,30 +69,23 @@ class Evidence:
 def next_states(state: NDArray[np.int64], e: Evidence, settings: LifeSettings) -> NDArray[np.int64]:
     """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
     doubted = e.existence < settings.drop_existence
-    overdue = (~e.inside & (e.unseen_s > settings.stand_by_s)) | (e.sigma > settings.lost_sigma_m)
-    rules = {
-        State.TENTATIVE: (
-            (State.ACTIVE, _proved(e, settings)),
-            (State.TERMINATED, ~e.hit & _unproved(e)),
-        ),
-        State.ACTIVE: ((State.STAND_BY, ~e.hit & (~e.inside | (e.unseen_s > settings.silent_s) | doubted)),),
-        State.STAND_BY: (
-            (State.ACTIVE, e.hit),
-            (State.TERMINATED, doubted | e.covered | (overdue & ~e.static)),
-            (State.HIBERNATED, overdue & e.static),
-        ),
-        State.HIBERNATED: ((State.ACTIVE, e.hit), (State.TERMINATED, doubted)),
-    }
+    outside = ~e.inside
+    tentative, stand_by, hibernated = state == TENTATIVE, state == STAND_BY, state == HIBERNATED
     after = state.copy()
-    for source, exits in rules.items():
-        here = state == source
-        for target, condition in reversed(exits):
-            after[here & condition] = target
+    after[tentative & ~e.hit & _unproved(e)] = TERMINATED
+    after[tentative & e.hit & _proved(e, settings)] = ACTIVE
+    after[(state == ACTIVE) & ~e.hit & (outside | doubted | (e.unseen_s > settings.silent_s))] = STAND_BY
+    after[hibernated & doubted] = TERMINATED
+    if stand_by.any():
+        overdue = stand_by & ((outside & (e.unseen_s > settings.stand_by_s)) | (e.sigma > settings.lost_sigma_m))
+        after[overdue] = np.where(e.static[overdue], HIBERNATED, TERMINATED)
+        after[stand_by & (doubted | e.covered)] = TERMINATED
+    after[(stand_by | hibernated) & e.hit] = ACTIVE
     return after
 
 
 def _proved(e: Evidence, settings: LifeSettings) -> Mask:
-    return e.hit & (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence)
+    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence)
 
 
 def _unproved(e: Evidence) -> Mask:

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
-from ods.tracker import association, measurement
+from ods.tracker import association, life, measurement
 from ods.tracker.association import Candidates, ClutterDensity
 from ods.tracker.belief import Belief, Estimate
-from ods.tracker.life import State
 from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
@@ -49,7 +48,7 @@ class Look:
     inside: Mask
     """(n,) the predicted place is in the sonar's view."""
     near: Mask
-    """(n,) it is in view or not far from it."""
+    """(n,) it is in view or, for hibernated objects, not far from it."""
     new: Rows
     """Echoes that no object explains."""
 
@@ -65,51 +64,78 @@ def look(
 ) -> Look:
     """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) `life.State`.
+    `state`: (n,) a state of `life`.
     """
-    sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
-    sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
+    sights = _sights(belief, estimate, vehicle)
+    sight = sights.take(-1)
     seen = view(sight, scan.sector, settings.life.edge_sigmas)
-    reported = state != State.TENTATIVE
+    reported = state != life.TENTATIVE
     miss = float(np.log1p(-settings.echo.detection_probability))
-    found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
-    pairs = association.associate(found, reported, miss)
-    loose = np.delete(np.arange(len(scan.echoes)), pairs.echoes)
-    wholes, parts = association.fragments(sight, estimate.radius, scan.echoes, np.flatnonzero(reported), loose)
-    extra = _first_part(wholes, parts, pairs.objects, estimate, clutter, settings.echo.detection_probability)
-
-    objects, echoes = np.append(pairs.objects, extra.objects), np.append(pairs.echoes, extra.echoes)
-    evidence = np.zeros(len(state))
-    evidence[objects] = np.append(pairs.evidence, extra.evidence)
+    found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
+    pairs = association.associate(found, reported, len(scan.echoes), miss)
     hit = np.zeros(len(state), bool)
-    hit[objects] = True
+    hit[pairs.objects] = True
+    loose = np.ones(len(scan.echoes), bool)
+    loose[pairs.echoes] = False
+    wholes, parts = association.fragments(
+        sight, estimate.radius, scan.echoes, reported.nonzero()[0], loose.nonzero()[0]
+    )
+    loose[parts] = False
+    whole = len(pairs.objects)
+    if len(parts):
+        pairs = _with_parts(pairs, wholes, parts, hit, estimate, clutter, settings.echo.detection_probability)
+        hit[pairs.objects] = True
+
+    evidence = np.zeros(len(state))
+    evidence[pairs.objects] = pairs.evidence
     merged = _merged(estimate, hit, reported & (seen.watched > 0.0))
-    off_centre = merged[objects]
-    off_centre[len(pairs.objects) :] += (PART_SHARE * estimate.radius[extra.objects]) ** 2
-    drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    off_centre = merged[pairs.objects]
+    off_centre[whole:] += (PART_SHARE * estimate.radius[pairs.objects[whole:]]) ** 2
     watched = np.where(hit | (merged == 0.0), seen.watched, 0.0)
+    drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    asleep = state == life.HIBERNATED
     return Look(
-        objects=objects,
-        fix=_fix(scan, vehicle, sight, objects, echoes, off_centre),
+        objects=pairs.objects,
+        fix=_fix(scan, vehicle, sight, pairs, off_centre),
         hit=hit,
         evidence=evidence,
         watched=watched,
         expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
         inside=seen.inside,
-        near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M),
-        new=np.setdiff1d(loose, parts),
+        near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
+        new=loose.nonzero()[0],
     )
 
 
-def _first_part(
-    wholes: Rows, parts: Rows, seen: Rows, estimate: Estimate, clutter: ClutterDensity, detection_probability: float
+def _sights(belief: Belief, estimate: Estimate, vehicle: Vehicle) -> Sight:
+    """Return what the sonar should see, (h + 1, n): by each hypothesis, and last by the mixture."""
+    return measurement.sight(
+        np.concatenate([belief.position, estimate.position[:, None]], axis=1),
+        np.concatenate([belief.variance, estimate.variance[:, None]], axis=1),
+        np.concatenate([belief.covariance_ne, estimate.covariance_ne[None]]),
+        vehicle,
+    )
+
+
+def _with_parts(
+    pairs: Candidates,
+    wholes: Rows,
+    parts: Rows,
+    hit: Mask,
+    estimate: Estimate,
+    clutter: ClutterDensity,
+    detection_probability: float,
 ) -> Candidates:
-    """Of the objects that no echo fits, but that have echoes inside their circle, return each with one such echo."""
-    fresh = ~np.isin(wholes, seen)
-    objects, first = np.unique(wholes[fresh], return_index=True)
-    echoes = parts[fresh][first]
+    """Add one pair for each object that no echo fits, but that has echoes (`parts`) inside its circle."""
+    unseen = ~hit[wholes]
+    objects, first = np.unique(wholes[unseen], return_index=True)
+    echoes = parts[unseen][first]
     by_chance = np.minimum(clutter.per_m2[echoes] * np.pi * estimate.radius[objects] ** 2, 1.0)
-    return Candidates(objects, echoes, np.log(detection_probability / by_chance))
+    return Candidates(
+        np.concatenate([pairs.objects, objects]),
+        np.concatenate([pairs.echoes, echoes]),
+        np.concatenate([pairs.evidence, np.log(detection_probability / by_chance)]),
+    )
 
 
 def _merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
@@ -119,7 +145,7 @@ def _merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
     neighbour.
     """
     result = np.zeros(len(hit))
-    seen, unseen = np.flatnonzero(here & hit), np.flatnonzero(here & ~hit)
+    seen, unseen = (here & hit).nonzero()[0], (here & ~hit).nonzero()[0]
     if not len(seen) or not len(unseen):
         return result
     offset = estimate.position[:2, seen][:, :, None] - estimate.position[:2, unseen][:, None, :]
@@ -130,11 +156,12 @@ def _merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
     return result
 
 
-def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, objects: Rows, echoes: Rows, off_centre: Array) -> Fix:
+def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, pairs: Candidates, off_centre: Array) -> Fix:
     """Return the fixes of pairs; `off_centre`: (k,) variance by which an echo may lie off its object's centre."""
-    taken = scan.echoes.take(echoes)
+    taken = scan.echoes.take(pairs.echoes)
     half_vertical = scan.sector.half_vertical_rad
-    elevation = np.clip(sight.elevation[objects], taken.elevation - half_vertical, taken.elevation + half_vertical)
+    lowest, highest = taken.elevation - half_vertical, taken.elevation + half_vertical
+    elevation = np.minimum(np.maximum(sight.elevation[pairs.objects], lowest), highest)
     fix = measurement.fix(taken, vehicle, half_vertical, elevation)
     if not off_centre.any():
         return fix

@@ -35,6 +35,10 @@ class Sight:
     vertical: Array
     """Variance of the predicted height above the fan's plane, m^2."""
 
+    def take(self, rows: int | slice) -> "Sight":
+        """Return some rows of (hypotheses, n) arrays."""
+        return Sight(*(getattr(self, name)[rows] for name in Sight.__slots__))
+
 
 @dataclass(frozen=True, slots=True)
 class Fix:
@@ -63,25 +67,27 @@ def sight(position: Array, variance: Array, covariance_ne: Array, vehicle: Vehic
 
     `position`, `variance`: (3, ...) NED; `covariance_ne`: (...) of north and east.
     """
-    shape = (3,) + (1,) * (position.ndim - 1)
-    offset = position - vehicle.position.reshape(shape)
-    body = np.tensordot(vehicle.rotation.T, offset, 1)
+    flat = position.reshape(3, -1) - vehicle.position[:, None]
+    offset = flat.reshape(position.shape)
+    body = (vehicle.rotation.T @ flat).reshape(position.shape)
     horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
     north, east = offset[0] / horizontal, offset[1] / horizontal
     in_plane = np.hypot(body[0], body[1])
     slant = np.maximum(np.hypot(in_plane, body[2]), NEAREST_M)
-    p_nn, p_ee, p_dd = variance + (vehicle.sigma_position**2).reshape(shape)
+    s_nn, s_ee, s_dd = vehicle.sigma_position**2
+    p_nn, p_ee = variance[0] + s_nn, variance[1] + s_ee
     roll, pitch, yaw = vehicle.sigma_attitude**2
-    nn, ee, ne = north**2, east**2, north * east
+    nn, ee, ne = north * north, east * east, north * east
     turned = 2.0 * ne * covariance_ne
-    vertical = p_dd + horizontal**2 * max(roll, pitch)
+    square = horizontal * horizontal
+    vertical = variance[2] + (square * max(roll, pitch) + s_dd)
     return Sight(
         range_m=slant,
         bearing=np.arctan2(body[1], body[0]),
         elevation=np.arctan2(-body[2], in_plane),
         horizontal=horizontal,
         along=nn * p_nn + turned + ee * p_ee + (body[2] / slant) ** 2 * vertical,
-        across=ee * p_nn - turned + nn * p_ee + horizontal**2 * yaw,
+        across=ee * p_nn - turned + nn * p_ee + square * yaw,
         mixed=ne * (p_ee - p_nn) + (nn - ee) * covariance_ne,
         vertical=vertical,
     )
@@ -96,11 +102,10 @@ def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array
     middle = echoes.elevation if elevation is None else elevation
     in_plane = echoes.range_m * np.cos(middle)
     cos_bearing, sin_bearing = np.cos(echoes.bearing), np.sin(echoes.bearing)
-    body = np.stack([in_plane * cos_bearing, in_plane * sin_bearing, -echoes.range_m * np.sin(echoes.elevation)])
-    fan_middle = vehicle.rotation[2] @ body
-    body[2] = -echoes.range_m * np.sin(middle)
-    offset = vehicle.rotation @ body
-    offset[2] = fan_middle
+    below = -echoes.range_m * np.sin(middle)
+    offset = vehicle.rotation @ np.array([in_plane * cos_bearing, in_plane * sin_bearing, below])
+    # The height measured is that of the fan's middle, wherever in the fan the object is.
+    offset[2] += vehicle.rotation[2, 2] * (-echoes.range_m * np.sin(echoes.elevation) - below)
     horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
     north, east = offset[0] / horizontal, offset[1] / horizontal
     along = echoes.sigma_range**2

@@ -26,6 +26,9 @@ class Observer(Protocol):
     def belief(self) -> Belief:
         """Return the hypotheses of all objects; the arrays may be views that the next change spoils."""
 
+    def velocity(self) -> tuple[Array, Array]:
+        """Return mean and variance (3, n) of all velocities."""
+
     def start(self, fix: Fix) -> None:
         """Append new objects, one a fix."""
 

@@ -6,14 +6,14 @@ import msgspec
 import numpy as np
 
 from ods.messages import Obstacle, TrackState
-from ods.tracker.life import State
+from ods.tracker import life
 from ods.tracker.picture import Picture
 
 NAMES: dict[int, TrackState] = {
-    State.ACTIVE: "active",
-    State.STAND_BY: "stand_by",
-    State.HIBERNATED: "hibernated",
-    State.TERMINATED: "terminated",
+    life.ACTIVE: "active",
+    life.STAND_BY: "stand_by",
+    life.HIBERNATED: "hibernated",
+    life.TERMINATED: "terminated",
 }
 
 

@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.tracker import life
 from ods.tracker.archive import MapObject
 from ods.tracker.belief import Estimate
-from ods.tracker.life import State
 from ods.tracker.tracks import Tracks
 
 Ints = NDArray[np.int64]
@@ -20,7 +20,7 @@ class Picture:
 
     id: Ints
     state: Ints
-    """`life.State`."""
+    """a state of `life`."""
     position: Array
     velocity: Array
     radius: Array
@@ -65,21 +65,22 @@ class Picture:
 
 def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
     """Return all confirmed objects of the live table with an estimate of its present state."""
+    velocity, velocity_variance = tracks.observer.velocity()
     whole = Picture(
         tracks.id,
         tracks.state,
-        estimate.position,
-        estimate.velocity,
+        estimate.position.copy(),
+        velocity,
         np.maximum(estimate.radius, 0.0),
         np.sqrt(estimate.variance),
-        np.sqrt(np.maximum(estimate.velocity_variance, 0.0)),
+        np.sqrt(np.maximum(velocity_variance, 0.0)),
         np.sqrt(estimate.radius_variance),
         tracks.existence,
         tracks.echoes,
         tracks.first_utc,
         tracks.last_utc,
     )
-    return whole.take(tracks.state != State.TENTATIVE)
+    return whole.take(tracks.state != life.TENTATIVE)
 
 
 def picture_of_map(objects: list[MapObject]) -> Picture:
@@ -87,7 +88,7 @@ def picture_of_map(objects: list[MapObject]) -> Picture:
     zeros = np.zeros((3, len(objects)))
     return Picture(
         np.array([o.id for o in objects], np.int64),
-        np.full(len(objects), State.HIBERNATED, np.int64),
+        np.full(len(objects), life.HIBERNATED, np.int64),
         np.array([o.position for o in objects], np.float64).reshape(-1, 3).T,
         zeros,
         np.array([o.radius for o in objects], np.float64),

@@ -17,7 +17,6 @@ from ods.tracker.archive import Archive, MapObject
 from ods.tracker.association import ClutterDensity
 from ods.tracker.belief import Estimate, mixture
 from ods.tracker.clutter import Clutter
-from ods.tracker.life import State
 from ods.tracker.look import WAKE_MARGIN_M, Look, look
 from ods.tracker.observers import make_observer
 from ods.tracker.picture import Picture, map_objects, picture_of, picture_of_map
@@ -102,8 +101,8 @@ class Tracker:
         """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""
         estimate = self._tracks.estimate()
         live = picture_of(self._tracks, estimate)
-        static = estimate.static[self._tracks.state != State.TENTATIVE] >= life.STATIC
-        return map_objects(live.take(static & (live.state != State.HIBERNATED)), utc_ns)
+        static = estimate.static[self._tracks.state != life.TENTATIVE] >= life.STATIC
+        return map_objects(live.take(static & (live.state != life.HIBERNATED)), utc_ns)
 
     def _advance(self, t_ns: int) -> None:
         dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) / NS
@@ -131,7 +130,7 @@ class Tracker:
         """Correct the states of the objects seen."""
         tracks, rows = self._tracks, seen.objects
         since_s = (scan.t_ns - tracks.last[rows]) / NS
-        tracks.observer.reopen(rows[tracks.state[rows] >= State.STAND_BY])
+        tracks.observer.reopen(rows[tracks.state[rows] >= life.STAND_BY])
         tracks.observer.update(rows, seen.fix, since_s)
         tracks.seen(rows, scan.t_ns, scan.utc_ns)
 
@@ -151,9 +150,7 @@ class Tracker:
             visible=probabilities[existence.VISIBLE],
             first_visible=tracks.first_visible,
             static=estimate.static >= life.STATIC,
-            covered=joining.covered(
-                estimate, tracks.state == State.STAND_BY, seen.hit & (tracks.state == State.ACTIVE)
-            ),
+            covered=joining.covered(estimate, tracks.state == life.STAND_BY, seen.hit & (tracks.state == life.ACTIVE)),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
         )
         return life.next_states(tracks.state, evidence, settings.life)
@@ -163,14 +160,17 @@ class Tracker:
         tracks = self._tracks
         before = tracks.state.copy()
         tracks.state[:] = after
-        tracks.observer.settle(np.flatnonzero((after == State.STAND_BY) & ~seen.inside))
-        joined = self._name(np.flatnonzero((before == State.TENTATIVE) & (after == State.ACTIVE)))
-        ended = (after == State.TERMINATED) & (before != State.TENTATIVE) & ~joined
-        stored = (after == State.HIBERNATED) & (before != State.HIBERNATED) & ~joined
-        asleep = (after == State.HIBERNATED) & ~seen.near & ~joined
-        if ended.any() or stored.any() or asleep.any():
+        if (after >= life.STAND_BY).any():
+            tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
+        elif (after == before).all():
+            return
+        joined = self._name(((before == life.TENTATIVE) & (after == life.ACTIVE)).nonzero()[0])
+        ended = (after == life.TERMINATED) & (before != life.TENTATIVE) & ~joined
+        stored = (after == life.HIBERNATED) & (before != life.HIBERNATED) & ~joined
+        asleep = (after == life.HIBERNATED) & ~seen.near & ~joined
+        if (ended | stored | asleep).any():
             self._report(ended, stored, asleep, scan.utc_ns, outcome)
-        leaving = (after == State.TERMINATED) | joined | asleep
+        leaving = (after == life.TERMINATED) | joined | asleep
         if leaving.any():
             tracks.keep(~leaving)
 
@@ -180,7 +180,7 @@ class Tracker:
         joined = np.zeros(len(tracks), bool)
         if not len(confirmed):
             return joined
-        silent = np.flatnonzero((tracks.state != State.TENTATIVE) & (tracks.state != State.TERMINATED))
+        silent = np.flatnonzero((tracks.state != life.TENTATIVE) & (tracks.state != life.TERMINATED))
         young, old = joining.successors(tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas)
         tracks.inherit(young, old)
         joined[old] = True
@@ -192,7 +192,7 @@ class Tracker:
     def _report(self, ended: Mask, stored: Mask, asleep: Mask, utc_ns: int, outcome: Outcome) -> None:
         """Put into the outcome what ended and what belongs in the map, and into the archive what sleeps."""
         tracks = self._tracks
-        reported = tracks.state != State.TENTATIVE
+        reported = tracks.state != life.TENTATIVE
         picture = picture_of(tracks, tracks.estimate())
         if ended.any():
             outcome.ended = picture.take(ended[reported])

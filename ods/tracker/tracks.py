@@ -4,11 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
-from ods.tracker import existence
+from ods.tracker import existence, life
 from ods.tracker.archive import MapObject
 from ods.tracker.belief import Estimate, mixture
 from ods.tracker.columns import Columns
-from ods.tracker.life import State
 from ods.tracker.measurement import Fix
 from ods.tracker.observers import Observer
 
@@ -41,7 +40,7 @@ class Tracks:
 
     @property
     def state(self) -> Ints:
-        """(n,) `life.State`."""
+        """(n,) a state of `life`."""
         return self._row(STATE)
 
     @property
@@ -94,7 +93,7 @@ class Tracks:
         """Append tentative objects, one a fix."""
         count = len(fix.radius)
         ints = np.zeros((7, count), np.int64)
-        ints[STATE], ints[ECHOES] = State.TENTATIVE, 1
+        ints[STATE], ints[ECHOES] = life.TENTATIVE, 1
         ints[FIRST_UTC] = ints[LAST_UTC] = utc_ns
         ints[BORN] = ints[LAST] = t_ns
         floats = np.empty((4, count))
@@ -107,7 +106,7 @@ class Tracks:
     def recall(self, objects: list[MapObject], t_ns: int) -> None:
         """Append hibernated objects of the map."""
         rows = [
-            (o.id, State.HIBERNATED, o.times_seen, o.first_seen_utc_ns, o.last_seen_utc_ns, t_ns, t_ns) for o in objects
+            (o.id, life.HIBERNATED, o.times_seen, o.first_seen_utc_ns, o.last_seen_utc_ns, t_ns, t_ns) for o in objects
         ]
         floats = np.empty((4, len(objects)))
         floats[PROBABILITIES] = existence.established(np.array([o.existence for o in objects]))
