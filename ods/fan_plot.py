@@ -178,7 +178,7 @@ def draw_fan(
 
 def _draw_rings(axes: Axes, borders: NDArray[np.float64], far_m: float) -> None:
     """Draw arcs at round ranges and the edges of the sector."""
-    step = _round_step(far_m / 5.0)
+    step = _round_step(far_m / 6.0)
     arc = np.linspace(borders[0], borders[-1], 121)
     for distance in np.arange(step, far_m, step):
         axes.plot(distance * np.sin(arc), distance * np.cos(arc), color=INK, lw=0.5, alpha=0.35)

@@ -63,7 +63,8 @@ class MatrixFilter:
         gain = self.p[:, 0] / (self.p[0, 0] + np.longdouble(noise_variance))
         self.x = self.x + gain * (np.longdouble(measured) - self.x[0])
         keep = np.eye(2, dtype=np.longdouble) - np.outer(gain, np.array([1, 0], np.longdouble))
-        self.p = keep @ self.p @ keep.T + np.longdouble(noise_variance) * np.outer(gain, gain)
+        noise: Long = np.outer(gain, gain) * np.longdouble(noise_variance)
+        self.p = keep @ self.p @ keep.T + noise
 
 
 steps = st.lists(
@@ -75,7 +76,9 @@ steps = st.lists(
 
 @settings(deadline=None, max_examples=150)
 @given(steps, st.floats(0.0, 10.0))
-def test_the_closed_form_equals_the_matrix_form(sequence: list[tuple[float, tuple[float, float] | None]], noise: float) -> None:
+def test_the_closed_form_equals_the_matrix_form(
+    sequence: list[tuple[float, tuple[float, float] | None]], noise: float
+) -> None:
     mine, textbook = axis(3.0, 2.0, 0.5), MatrixFilter(3.0, 2.0, 0.5)
     for dt, measurement in sequence:
         mine.predict(dt, noise)

@@ -34,7 +34,14 @@ RIGHT = math.radians(90.0)
         ([0, 0, 0], [0, 0, 0], 10.0, RIGHT, 0.0, [0, 10, 0]),  # starboard is east when we look north
         ([5, 6, 7], [0, 0, RIGHT], 10.0, 0.0, 0.0, [5, 16, 7]),  # looking east
         ([5, 6, 7], [0, 0, RIGHT], 10.0, RIGHT, 0.0, [-5, 6, 7]),
-        ([0, 0, 0], [0, math.radians(30.0), 0], 10.0, 0.0, 0.0, [8.660254, 0, -5]),  # bow up: the fan's middle is higher
+        (
+            [0, 0, 0],
+            [0, math.radians(30.0), 0],
+            10.0,
+            0.0,
+            0.0,
+            [8.660254, 0, -5],
+        ),  # bow up: the fan's middle is higher
         ([0, 0, 0], [math.radians(30.0), 0, 0], 10.0, RIGHT, 0.0, [0, 8.660254, 5]),  # starboard side down
         ([0, 0, 0], [0, 0, 0], 10.0, 0.0, math.radians(30.0), [8.660254, 0, -5]),  # a plane that looks up
     ],

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from ods.clock import NS
 from ods.geometry import Array, global_to_body, quat_from_euler
 from ods.messages import Sector
-
 from ods.tracker.picture import Picture
 from ods.tracker.scan import Echoes, Scan, echoes_of, vehicle_at
 from ods.tracker.tracker import Tracker
@@ -120,8 +119,10 @@ def run(
             )
             for i in np.flatnonzero(seen)
         ]
-        for _ in range(rng.poisson(clutter)):
-            rows.append((RANGE_MAX_M * math.sqrt(rng.random()), rng.uniform(-HALF_FOV, HALF_FOV), rng.uniform(0.3, 3.0)))
+        rows += [
+            (RANGE_MAX_M * math.sqrt(rng.random()), rng.uniform(-HALF_FOV, HALF_FOV), rng.uniform(0.3, 3.0))
+            for _ in range(rng.poisson(clutter))
+        ]
         outcome = tracker.step(scan(t, path.position[k], float(path.yaw[k]), rows))
         if outcome.ended is not None:
             ended += [(k, i) for i in outcome.ended.id.tolist()]

@@ -63,10 +63,10 @@ def find_regions(
         row = image[beam]
         for begin in range(0, row.size, _BLOCK):
             block = row[begin : begin + _BLOCK]
-            strong = 0
+            strong = np.float32(0.0)  # a float, as counting in integers does not vectorise as well
             for j in range(block.size):
-                strong += block[j] > high
-            if strong == 0:
+                strong += np.float32(1.0) if block[j] > high else np.float32(0.0)
+            if strong == np.float32(0.0):
                 continue
             for column in range(begin, begin + block.size):
                 if row[column] > high and not visited[beam, column]:

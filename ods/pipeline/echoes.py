@@ -39,6 +39,9 @@ _SIGMA_OF_WIDTH = 1.0 / 2.3548
 """Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity)."""
 _LOGIT_OF_PROBIT = 1.702
 """Phi(x) is 1 / (1 + exp(-1.702 x)) to within 0.01."""
+_LIMB = 0.8
+"""Exponent of the outermost beam's share: a round body is darker at its edge [SSIE eq. 3] even without a beam's blur.
+1 fits flat discs, 0.6 spheres."""
 _LONE_BEAM = 0.7
 """Widest object, in units of a cell, that is seen in one beam alone."""
 _RESOLVED = 2.0
@@ -178,7 +181,7 @@ def _overhang(beam: Row, bearing: Row, blur: float, cell: float, backwards: bool
         inner = max(inner, beam[begin + step * k])
         if abs(bearing[begin + step * k] - bearing[begin]) >= 0.75 * blur:
             break
-    share = min(max(beam[begin] / max(inner, 1e-30), 1e-6), 0.999)
+    share = min(max((beam[begin] / max(inner, 1e-30)) ** _LIMB, 1e-6), 0.999)
     outside = _SIGMA_OF_WIDTH * blur * np.log(share / (1.0 - share)) / _LOGIT_OF_PROBIT
     return float(min(max(outside, -max(blur, cell)), 0.5 * cell))
 
@@ -204,7 +207,7 @@ def _outline(runs: Runs, ends: Points, borders: Row, left: float, right: float, 
 def _roundness(runs: Runs, ends: Points, bearing: Row, centre: float, half_width: float) -> float:
     """Return 1 for an echo with a convex front, 0 for a flat one, by the curvature of a parabola through the front.
 
-    The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.15 when the
+    The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.2 when the
     beams blur it, and within +-0.1 for a wall with speckle.
     """
     low = runs[0, 0]
@@ -221,7 +224,7 @@ def _roundness(runs: Runs, ends: Points, bearing: Row, centre: float, half_width
     power = (linear * linear).sum()
     square = linear * linear - linear * (linear**3).sum() / power - power / linear.size
     curvature = 2.0 * (ahead * square).sum() / max((square * square).sum(), 1e-30)
-    return float(min(max((curvature * half_width - 0.1) / 0.2, 0.0), 1.0))
+    return float(min(max((curvature * half_width - 0.05) / 0.2, 0.0), 1.0))
 
 
 @kernel

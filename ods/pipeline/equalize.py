@@ -19,17 +19,22 @@ def mean_range(params: MeanRangeParams, fan: Fan) -> ImageStep:
     """Divide each range by its mean over the beams, but never by more than `guard` times its surroundings' mean.
 
     The guard is what keeps a wall, which fills the sector at its range, from erasing itself; slow changes, belts wider
-    than half the window and drop-outs are levelled in full. A range of zeros stays zero.
+    than half the window and drop-outs are levelled in full. Side lobes of a strong echo are levelled out of the other
+    beams. A range of zeros stays zero.
     """
     level = np.empty(fan.samples, np.float32)
+    highest = np.empty(fan.samples, np.float32)
     blocks = np.empty(-(-fan.samples // _BLOCK), np.float32)
     reach = max(1, params.window // (2 * _BLOCK))
     nearby = np.empty(2 * reach + 1, np.float32)
     guard = np.float32(params.guard)
+    side_lobe = np.float32(10.0 ** (-params.side_lobe_db / 20.0))
 
     def step(source: Image, out: Image) -> None:
         range_means(source, level)
         limit_levels(level, guard, blocks, nearby)
+        np.max(source, axis=0, out=highest)
+        np.maximum(level, side_lobe * highest, out=level)
         divide_columns(source, level, out)
 
     return step
@@ -101,8 +106,8 @@ def divide_columns(image: Image, level: Row, out: Image) -> None:
 def local(params: LocalParams, fan: Fan) -> ImageStep:
     """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
 
-    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as at most
-    `guard` times its surroundings along the range, so that an object, however wide, does not erase itself.
+    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as within a
+    factor of `guard` of its surroundings along the range, so that an object, however wide, does not erase itself.
     """
     beams, samples = fan.shape
     beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
@@ -151,14 +156,14 @@ def block_means(image: Image, beam_edges: NDArray[np.int64], range_edges: NDArra
 def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
     """Fill gain with 1 / means (beam blocks, range blocks), 1 where there is no mean.
 
-    A mean is limited to guard times the median of five blocks along the range: what lasts there is a beam's gain, what
-    does not is an object, however wide.
+    A mean is limited to a factor of guard of the median of five blocks along the range: what lasts there is a beam's
+    gain, what does not is an object, however wide, or the dark that the equalization per range leaves beside it.
     """
     work = np.empty(5, np.float32)
     for p in range(means.shape[0]):
         for q in range(means.shape[1]):
-            limit = guard * sorted_middle(means[p, max(0, q - 2) : q + 3], work)
-            level = min(means[p, q], limit)
+            around = sorted_middle(means[p, max(0, q - 2) : q + 3], work)
+            level = min(max(means[p, q], around / guard), around * guard)
             gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
 
 
@@ -166,10 +171,18 @@ def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
 def interpolate_columns(gain: Image, before: NDArray[np.int64], share: Row, rows: Image) -> None:
     """Fill rows (beam blocks, samples) with gain (beam blocks, range blocks), interpolated along the range."""
     last = gain.shape[1] - 1
-    for p in range(rows.shape[0]):
-        for j in range(rows.shape[1]):
-            near, far = gain[p, before[j]], gain[p, min(before[j] + 1, last)]
-            rows[p, j] = near + share[j] * (far - near)
+    begin = 0
+    for q in range(last + 1):
+        end = begin
+        while end < before.size and before[end] == q:
+            end += 1
+        weight = share[begin:end]
+        for p in range(rows.shape[0]):
+            near, step = gain[p, q], gain[p, min(q + 1, last)] - gain[p, q]
+            row = rows[p, begin:end]
+            for j in range(row.size):
+                row[j] = near + weight[j] * step
+        begin = end
 
 
 @kernel

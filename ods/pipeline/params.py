@@ -17,6 +17,9 @@ class MeanRangeParams(Settings, frozen=True):
     """Range samples that count as the surroundings. What is longer than half of it, across the fan, is levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    side_lobe_db: Positive = 30.0
+    """How far under a strong echo its mirror images in other beams stay: a range's level is at least this far under its
+    strongest sample. As that is a crest of the speckle, take 5 dB more than the beams' side lobes are down."""
 
 
 class LocalParams(Settings, frozen=True):
@@ -27,7 +30,7 @@ class LocalParams(Settings, frozen=True):
     range_blocks: PositiveInt = 16
     """Blocks that the range is parted into; what is longer than two of them is levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.2
-    """Highest level of a block, in multiples of its surroundings' level, that is levelled in full."""
+    """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):

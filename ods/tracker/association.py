@@ -65,7 +65,7 @@ def candidates(
     s_mixed = sights.mixed[:, objects]
     determinant = s_along * s_across - s_mixed**2
     distance = (s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2) / determinant
-    gated = (distance <= settings.gate_sigmas**2).any(axis=0).nonzero()[0]
+    gated = np.flatnonzero((distance <= settings.gate_sigmas**2).any(axis=0))
     objects, columns = objects[gated], columns[gated]
     density = belief.weight[:, objects] * np.exp(-0.5 * distance[:, gated]) / np.sqrt(determinant[:, gated])
     total = density.sum(axis=0) * settings.detection_probability / (2.0 * np.pi * clutter.per_m2[columns])
@@ -132,23 +132,3 @@ def _choose(found: Candidates, worth: Array, group: NDArray[np.bool_], chosen: N
     best = np.zeros(matrix.shape, bool)
     best[linear_sum_assignment(matrix, maximize=True)] = True
     chosen[pairs[best[rows, columns]]] = True
-
-
-def fragments(sight: Sight, radius: Array, echoes: Echoes, objects: Rows, loose: Rows) -> tuple[Rows, Rows]:
-    """Find parts of large objects: each of the `loose` echoes inside the circle of one of `objects`.
-
-    `sight`: (n,) arrays; `radius`: (n,). Returns objects and echoes of the pairs, each echo with the object whose
-    circle it is deepest in, echoes near their object's centre first; an object may come more than once.
-    """
-    if not len(objects) or not len(loose):
-        nothing = np.zeros(0, np.intp)
-        return nothing, nothing
-    along = echoes.range_m[loose][None, :] - sight.range_m[objects][:, None]
-    turn = wrap_angle(echoes.bearing[loose][None, :] - sight.bearing[objects][:, None])
-    distance = np.hypot(along, turn * sight.horizontal[objects][:, None])
-    excess = distance - radius[objects][:, None]
-    deepest = np.argmin(excess, axis=0)
-    columns = np.arange(len(loose))
-    columns = columns[excess[deepest, columns] < 0.0]
-    columns = columns[np.argsort(distance[deepest[columns], columns])]
-    return objects[deepest[columns]], loose[columns]

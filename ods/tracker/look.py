@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
-from ods.tracker import association, life, measurement
+from ods.tracker import association, life, measurement, splits
 from ods.tracker.association import Candidates, ClutterDensity
 from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Fix, Sight
-from ods.tracker.scan import Scan, Vehicle
+from ods.tracker.scan import Echoes, Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.view import near_sector, view
 
@@ -19,10 +19,6 @@ Mask = NDArray[np.bool_]
 
 DROP_OUT_EXPECTED = 3
 """So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
-PART_SHARE = 0.5
-"""A part of a large object lies off its centre by about this share of its radius: standard deviation."""
-SMALLEST_OFFSET_M = 1e-3
-"""The echo of two objects at one place is off the centre of each by at least this."""
 WAKE_MARGIN_M = 5.0
 """Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
@@ -73,37 +69,72 @@ def look(
     miss = float(np.log1p(-settings.echo.detection_probability))
     found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
     pairs = association.associate(found, reported, len(scan.echoes), miss)
-    hit = np.zeros(len(state), bool)
-    hit[pairs.objects] = True
-    loose = np.ones(len(scan.echoes), bool)
-    loose[pairs.echoes] = False
-    wholes, parts = association.fragments(
-        sight, estimate.radius, scan.echoes, reported.nonzero()[0], loose.nonzero()[0]
-    )
-    loose[parts] = False
-    whole = len(pairs.objects)
-    if len(parts):
-        pairs = _with_parts(pairs, wholes, parts, hit, estimate, clutter, settings.echo.detection_probability)
-        hit[pairs.objects] = True
+    shown = _shown(scan.echoes, pairs, sight, estimate, reported, clutter)
 
+    hit = np.zeros(len(state), bool)
+    hit[shown.objects] = True
     evidence = np.zeros(len(state))
-    evidence[pairs.objects] = pairs.evidence
-    merged = _merged(estimate, hit, reported & (seen.watched > 0.0))
-    off_centre = merged[pairs.objects]
-    off_centre[whole:] += (PART_SHARE * estimate.radius[pairs.objects[whole:]]) ** 2
+    evidence[shown.objects] = shown.evidence
+    merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
     watched = np.where(hit | (merged == 0.0), seen.watched, 0.0)
     drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
     asleep = state == life.HIBERNATED
     return Look(
-        objects=pairs.objects,
-        fix=_fix(scan, vehicle, sight, pairs, off_centre),
+        objects=shown.objects,
+        fix=_fix(scan, vehicle, sight, shown, shown.off_centre + merged[shown.objects]),
         hit=hit,
         evidence=evidence,
         watched=watched,
         expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
         inside=seen.inside,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
-        new=loose.nonzero()[0],
+        new=shown.loose,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """Objects and their echoes, (k,) each, and the echoes left over."""
+
+    objects: Rows
+    echoes: Echoes
+    evidence: Array
+    off_centre: Array
+    """Variance by which an echo may lie off its object's centre, m^2."""
+    loose: Rows
+
+
+def _shown(
+    echoes: Echoes, pairs: Candidates, sight: Sight, estimate: Estimate, reported: Mask, clutter: ClutterDensity
+) -> _Shown:
+    """Return the pairs, and besides them reported objects of which only parts are seen."""
+    loose = np.ones(len(echoes), bool)
+    loose[pairs.echoes] = False
+    wholes, parts = splits.parts_inside(sight, estimate.radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
+    if not len(parts):
+        return _Shown(
+            pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)), loose.nonzero()[0]
+        )
+    loose[parts] = False
+    in_parts = np.zeros(len(reported), bool)
+    in_parts[wholes] = True
+    smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < estimate.radius[pairs.objects]
+    also_part = in_parts[pairs.objects] & smaller
+    whole = pairs.take(~also_part)
+    in_parts[whole.objects] = False
+    rest = splits.put_together(
+        np.concatenate([pairs.objects[also_part], wholes[in_parts[wholes]]]),
+        np.concatenate([pairs.echoes[also_part], parts[in_parts[wholes]]]),
+        echoes,
+        estimate.radius,
+    )
+    by_chance = np.minimum(clutter.per_m2[rest.first] * np.pi * estimate.radius[rest.objects] ** 2, 1.0)
+    return _Shown(
+        np.concatenate([whole.objects, rest.objects]),
+        echoes.take(whole.echoes).joined(rest.echoes),
+        np.concatenate([whole.evidence, -np.log(by_chance)]),
+        np.concatenate([np.zeros(len(whole.objects)), rest.variance]),
+        loose.nonzero()[0],
     )
 
 
@@ -117,52 +148,12 @@ def _sights(belief: Belief, estimate: Estimate, vehicle: Vehicle) -> Sight:
     )
 
 
-def _with_parts(
-    pairs: Candidates,
-    wholes: Rows,
-    parts: Rows,
-    hit: Mask,
-    estimate: Estimate,
-    clutter: ClutterDensity,
-    detection_probability: float,
-) -> Candidates:
-    """Add one pair for each object that no echo fits, but that has echoes (`parts`) inside its circle."""
-    unseen = ~hit[wholes]
-    objects, first = np.unique(wholes[unseen], return_index=True)
-    echoes = parts[unseen][first]
-    by_chance = np.minimum(clutter.per_m2[echoes] * np.pi * estimate.radius[objects] ** 2, 1.0)
-    return Candidates(
-        np.concatenate([pairs.objects, objects]),
-        np.concatenate([pairs.echoes, echoes]),
-        np.concatenate([pairs.evidence, np.log(detection_probability / by_chance)]),
-    )
-
-
-def _merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
-    """Return (n,) variance, m^2, by which an echo may lie off its object's centre because it is of two objects.
-
-    Where the circles of two objects touch and only one of them is seen, its echo may be the echo of both. 0: no such
-    neighbour.
-    """
-    result = np.zeros(len(hit))
-    seen, unseen = (here & hit).nonzero()[0], (here & ~hit).nonzero()[0]
-    if not len(seen) or not len(unseen):
-        return result
-    offset = estimate.position[:2, seen][:, :, None] - estimate.position[:2, unseen][:, None, :]
-    separation = np.hypot(offset[0], offset[1])
-    touching = separation < estimate.radius[seen][:, None] + estimate.radius[unseen]
-    half = np.where(touching, np.maximum(0.5 * separation, SMALLEST_OFFSET_M), 0.0) ** 2
-    result[seen], result[unseen] = half.max(axis=1), half.max(axis=0)
-    return result
-
-
-def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, pairs: Candidates, off_centre: Array) -> Fix:
-    """Return the fixes of pairs; `off_centre`: (k,) variance by which an echo may lie off its object's centre."""
-    taken = scan.echoes.take(pairs.echoes)
+def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: Array) -> Fix:
+    """Return the fixes of the objects seen; `off_centre`: (k,) variance by which an echo may lie off the centre."""
     half_vertical = scan.sector.half_vertical_rad
-    lowest, highest = taken.elevation - half_vertical, taken.elevation + half_vertical
-    elevation = np.minimum(np.maximum(sight.elevation[pairs.objects], lowest), highest)
-    fix = measurement.fix(taken, vehicle, half_vertical, elevation)
+    lowest, highest = shown.echoes.elevation - half_vertical, shown.echoes.elevation + half_vertical
+    elevation = np.minimum(np.maximum(sight.elevation[shown.objects], lowest), highest)
+    fix = measurement.fix(shown.echoes, vehicle, half_vertical, elevation)
     if not off_centre.any():
         return fix
     return replace(

@@ -50,6 +50,10 @@ class Echoes:
         """Return the echoes of an index array."""
         return Echoes(*(getattr(self, name)[rows] for name in Echoes.__slots__))
 
+    def joined(self, other: "Echoes") -> "Echoes":
+        """Return the echoes of both."""
+        return Echoes(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in Echoes.__slots__))
+
 
 SMALLEST_SIGMA = 1e-4
 """Standard deviations below this (m, rad) are no claim a sonar can make; they are raised to it."""

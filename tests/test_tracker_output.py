@@ -1,0 +1,153 @@
+"""What the planner gets: the full picture, what ended, and plain reasons when it is not to be relied on."""
+
+import msgspec
+import numpy as np
+import pytest
+from tracker_samples import scan
+
+from ods.clock import NS
+from ods.messages import Health, Obstacle
+from ods.tracker import life
+from ods.tracker.archive import MapObject
+from ods.tracker.obstacle_list import ObstacleLister
+from ods.tracker.picture import Picture, map_objects, picture_of_map
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
+from ods.tracker.validity import Watch
+
+ROCK = MapObject(7, (50.0, 1.0, 4.0), (0.1, 0.2, 3.0), 1.5, 0.2, 0.9, 12, 100, 200, 300)
+
+
+def picture(*ids: int) -> Picture:
+    return picture_of_map([msgspec.structs.replace(ROCK, id=i) for i in ids])
+
+
+def test_an_obstacle_says_all_that_is_known() -> None:
+    (obstacle,) = ObstacleLister(5).obstacles(picture(7))
+    assert obstacle == Obstacle(
+        id=7,
+        state="hibernated",
+        position_ned=(50.0, 1.0, 4.0),
+        velocity_ned=(0.0, 0.0, 0.0),
+        radius_m=1.5,
+        sigma_position=(0.1, 0.2, 3.0),
+        sigma_velocity=(0.0, 0.0, 0.0),
+        sigma_radius=0.2,
+        first_seen_utc_ns=100,
+        last_seen_utc_ns=200,
+        times_seen=12,
+        existence=0.9,
+    )
+    assert map_objects(picture(7), 300) == [ROCK]
+
+
+def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
+    lister = ObstacleLister(announce_ended=3)
+    lister.end(picture(1, 2))
+    lists = [
+        lister.obstacles(picture(5)),
+        lister.obstacles(picture(2, 5)),
+        *(lister.obstacles(picture(5)) for _ in "ab"),
+    ]
+    told = [[(o.id, o.state) for o in one if o.id != 5] for one in lists]
+    assert told == [
+        [(1, "terminated"), (2, "terminated")],
+        [(2, "hibernated"), (1, "terminated")],
+        [(1, "terminated")],
+        [],
+    ]
+
+
+def test_no_number_that_is_not_finite_gets_out() -> None:
+    bad = picture(1, 2, 3)
+    bad.position[0, 1] = np.nan
+    bad.sigma_velocity[1, 2] = np.inf
+    lister = ObstacleLister(5)
+    assert [o.id for o in lister.obstacles(bad)] == [1]
+    assert lister.counters == {"obstacle_not_finite": 2}
+
+
+def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
+    """Active, stand-by and hibernated objects, the far hibernated ones left out, all in any one list."""
+    known = [msgspec.structs.replace(ROCK, id=i, position=(north, 0.0, 4.0)) for i, north in ((1, -80.0), (2, 900.0))]
+    tracker = Tracker(TrackerSettings(), known, first_id=10)
+    for k in range(40):
+        rows = [(30.0, 0.0, 1.0)] if k >= 20 else [(30.0, 0.0, 1.0), (60.0, 0.6, 1.0)]
+        tracker.step(
+            scan(k / 7, np.zeros(3), 0.0 if k < 20 else 0.3, [(r, b - (0.3 if k >= 20 else 0), a) for r, b, a in rows])
+        )
+    both = tracker.picture(within=(np.zeros(3), 150.0))
+    assert sorted(zip(both.id.tolist(), both.state.tolist(), strict=True)) == [(1, life.HIBERNATED), (10, 1), (11, 1)]
+    assert sorted(tracker.picture().id.tolist()) == [1, 2, 10, 11]
+    (obstacle,) = [o for o in ObstacleLister(5).obstacles(both) if o.id == 10]
+    assert obstacle.times_seen == 40
+    assert obstacle.first_seen_utc_ns == 0
+
+
+def test_a_picture_is_carried_on_in_time() -> None:
+    now = picture(1)
+    now.velocity[:, 0] = [1.0, -2.0, 0.0]
+    now.sigma_velocity[:, 0] = [0.1, 0.0, 0.2]
+    later = now.carried_on(2.0)
+    np.testing.assert_allclose(later.position[:, 0], [52.0, -3.0, 4.0])
+    np.testing.assert_allclose(later.sigma_position[:, 0], [np.hypot(0.1, 0.2), 0.2, np.hypot(3.0, 0.4)])
+
+
+def health(process: str, t_s: float, *problems: str, ready: bool = True) -> Health:
+    return Health(process, 1, 0, round(t_s * NS), 0, ready, list(problems), {}, {}, {}, {}, 0.0, 0.0)
+
+
+def watch() -> Watch:
+    made = Watch(0, ("sonar", "pipeline", "nav"))
+    for process in ("sonar", "pipeline", "nav"):
+        made.health(health(process, 9.5))
+    made.ping(round(9.8 * NS))
+    made.pose(round(9.99 * NS))
+    return made
+
+
+def test_all_is_well() -> None:
+    assert watch().reasons(10 * NS, pose_known=True) == []
+
+
+@pytest.mark.parametrize(
+    ("seconds", "reasons"),
+    [
+        (10.4, []),
+        (10.6, ["no pose for 0.6 s"]),
+        (11.1, ["no ping for 1.3 s", "no pose for 1.1 s"]),
+        (
+            11.6,
+            [
+                *("no ping for 1.8 s", "no pose for 1.6 s"),
+                *(f"{process}: no sign of life for 2.1 s" for process in ("sonar", "pipeline", "nav")),
+            ],
+        ),
+    ],
+)
+def test_silence_is_told(seconds: float, reasons: list[str]) -> None:
+    assert watch().reasons(round(seconds * NS), pose_known=True) == reasons
+
+
+def test_problems_of_others_are_passed_on() -> None:
+    told = watch()
+    told.health(health("nav", 9.9, "the INS is silent", "CAN bus off"))
+    told.health(health("sonar", 9.9, ready=False))
+    assert told.reasons(10 * NS, pose_known=True) == ["sonar: not ready", "nav: the INS is silent", "nav: CAN bus off"]
+
+
+def test_a_ping_without_a_pose() -> None:
+    assert watch().reasons(10 * NS, pose_known=False) == ["no pose for the time of the ping"]
+
+
+def test_before_anything_came() -> None:
+    fresh = Watch(10 * NS, ("sonar",))
+    assert fresh.reasons(10 * NS, pose_known=True) == ["no ping yet", "no pose yet"]
+    assert fresh.reasons(13 * NS, pose_known=True)[2:] == ["sonar: no sign of life for 3.0 s"]
+
+
+def test_an_older_ping_does_not_make_the_newest_one_older() -> None:
+    told = watch()
+    told.ping(NS)
+    told.pose(NS)
+    assert told.reasons(10 * NS, pose_known=True) == []
