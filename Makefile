@@ -10,7 +10,7 @@ bench: $(VENV)/.ready
 	$(BIN)/ods bench --config config/bench.toml
 
 test: $(VENV)/.ready lint
-	$(BIN)/pytest
+	$(BIN)/pytest -n 2 --dist loadfile
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check

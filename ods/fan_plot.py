@@ -97,13 +97,14 @@ def _look_up(
     x: NDArray[np.float64],
     y: NDArray[np.float64],
 ) -> NDArray[np.float32]:
-    """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN outside the fan."""
+    """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN where the fan is half a pixel away."""
     across, ahead = np.meshgrid(x, y)
     beam = np.searchsorted(borders, np.arctan2(across, ahead)) - 1
     sample = np.rint((np.hypot(across, ahead) - range0_m) / dr_m).astype(np.int64)
-    inside = (beam >= 0) & (beam < level.shape[0]) & (sample >= 0) & (sample < level.shape[1])
+    nearest = np.clip(sample, 0, level.shape[1] - 1)
+    inside = (beam >= 0) & (beam < level.shape[0]) & (np.abs(sample - nearest) * dr_m <= 0.5 * (x[-1] - x[0]) / len(x))
     raster = np.full(across.shape, np.nan, np.float32)
-    raster[inside] = level[beam[inside], sample[inside]]
+    raster[inside] = level[beam[inside], nearest[inside]]
     return raster
 
 

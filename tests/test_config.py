@@ -32,7 +32,7 @@ def test_shipped_configurations_load() -> None:
         ("latitude_deg = ", "latitude_deg = nan #", "site.latitude_deg: must be a finite number, got nan"),
         ("[site]", "[site", "not valid TOML"),
         ("[sonar]", "[sonar]\nbaud = -1", "sonar.baud: "),
-        ("[tracker]", "[tracker]\ncolour = 1", "tracker.colour: unknown key"),
+        ("[tracker.map]", "[tracker]\ncolour = 1\n\n[tracker.map]", "tracker.colour: unknown key"),
         ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected `int`, got `str`"),
     ],
 )

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal, norm
 from tracker_samples import NO_SIGMA, echoes
 
 from ods.geometry import Array, quat_from_euler
-from ods.tracker.association import Candidates, ClutterDensity, associate, candidates
+from ods.tracker.association import Candidates, ClutterDensity, associate, candidates, worth_of
 from ods.tracker.belief import Belief
 from ods.tracker.measurement import sight
 from ods.tracker.scan import vehicle_at
@@ -96,7 +96,8 @@ def test_the_assignment_is_the_best_there_is(n: int, m: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     matrix = rng.normal(1.0, 3.0, (n, m))
     matrix[rng.random((n, m)) < 0.4] = np.nan
-    pairs = associate(pairs_of(matrix), np.zeros(n, bool), m, miss=-1.0)
+    found = pairs_of(matrix)
+    pairs = associate(found, found.evidence + 1.0, np.zeros(n, bool), m)
     assert len(set(pairs.objects)) == len(pairs.objects)
     assert len(set(pairs.echoes)) == len(pairs.echoes)
     assert (pairs.evidence + 1.0).sum() == pytest.approx(best_sum(matrix, -1.0))
@@ -104,13 +105,23 @@ def test_the_assignment_is_the_best_there_is(n: int, m: int, seed: int) -> None:
 
 def test_confirmed_objects_choose_first() -> None:
     matrix = np.array([[9.0, np.nan], [1.0, 0.5]])
-    only = associate(pairs_of(matrix), np.array([False, True]), 2, miss=0.0)
+    found = pairs_of(matrix)
+    only = associate(found, found.evidence, np.array([False, True]), 2)
     assert dict(zip(only.objects.tolist(), only.echoes.tolist(), strict=True)) == {1: 0}
 
 
 def test_nothing_to_associate() -> None:
     nothing: NDArray[np.intp] = np.zeros(0, np.intp)
-    assert len(associate(Candidates(nothing, nothing, np.zeros(0)), np.zeros(0, bool), 0, 0.0).objects) == 0
+    none = Candidates(nothing, nothing, np.zeros(0))
+    assert len(associate(none, none.evidence, np.zeros(0, bool), 0).objects) == 0
+
+
+def test_an_echo_of_a_silent_object_needs_more_proof() -> None:
+    """Two objects fit an echo alike; the one that has been silent, seen with probability 0.01, stays without."""
+    found = Candidates(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]))
+    worth = worth_of(found, np.array([0.01, 1.0]), 0.9)
+    np.testing.assert_allclose(worth, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
+    assert associate(found, worth, np.ones(2, bool), 1).objects.tolist() == [1]
 
 
 def test_parts_are_found_inside_the_circle_only() -> None:

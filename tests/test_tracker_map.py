@@ -161,7 +161,7 @@ def test_the_archive_finds_what_is_near_as_the_vehicle_goes_on() -> None:
     rng = np.random.default_rng(1)
     places = rng.uniform(-500.0, 500.0, (3000, 2))
     archive = Archive()
-    archive.put([rock(i + 1, *map(float, place)) for i, place in enumerate(places)])
+    archive.put([rock(i + 1, float(place[0]), float(place[1])) for i, place in enumerate(places)])
     for step in range(60):
         centre = np.array([step * SKIN_M / 7.0, -3.0 * step])
         ids, found = archive.places(centre, 100.0)

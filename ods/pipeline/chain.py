@@ -16,7 +16,7 @@ from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan
 from ods.pipeline.regions import paint
-from ods.pipeline.registry import DetectStep, ImageStep, Stage, find_stage, load_plugins
+from ods.pipeline.registry import DetectStep, ImageStep, Stage, find_stage, load_plugins, reason
 from ods.pipeline.settings import PipelineSettings
 from ods.settings import Settings
 
@@ -71,9 +71,9 @@ class Chain:
     def _prepare(self, ping: Ping) -> None:
         key = geometry_key(ping)
         if key != self._key:
-            self._plan = make_plan(ping, self._settings)
-            self._planes = [_Plane(fan, self._stages) for fan in self._plan.fans]
-            self._key = key
+            plan = make_plan(ping, self._settings)
+            planes = [_Plane(fan, self._stages) for fan in plan.fans]
+            self._key, self._plan, self._planes = key, plan, planes  # all or, when one fails, none
 
 
 class _Plane:
@@ -115,7 +115,7 @@ def _blaming(label: str) -> Iterator[None]:
     try:
         yield
     except Exception as error:
-        raise StageError(f"{label}: {type(error).__name__}: {error}") from error
+        raise StageError(f"{label}: {reason(error)}") from error
 
 
 def _detection(row: list[float], elevation_rad: float) -> Detection:

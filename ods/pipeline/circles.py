@@ -21,9 +21,9 @@ def smallest_circle(points: Points) -> tuple[float, float, float]:
     6(4), 1972). The radius grows at every step, so it ends; a handful of steps is usual.
     """
     support = np.empty((4, 2))
-    support[0] = points[0]
-    count = 1
     x, y, radius = points[0, 0], points[0, 1], 0.0
+    support[0, 0], support[0, 1] = x, y
+    count = 1
     for _ in range(10 * points.shape[0] + 10):
         farthest, reach = -1, (radius * (1.0 + _SLACK) + 1e-12) ** 2
         for i in range(points.shape[0]):
@@ -32,7 +32,7 @@ def smallest_circle(points: Points) -> tuple[float, float, float]:
                 farthest, reach = i, dx * dx + dy * dy
         if farthest < 0:
             break
-        support[count] = points[farthest]
+        support[count, 0], support[count, 1] = points[farthest, 0], points[farthest, 1]
         count, x, y, radius = _circle_of_support(support, count + 1)
     return x, y, radius
 
@@ -42,19 +42,17 @@ def _circle_of_support(points: Points, count: int) -> tuple[int, float, float, f
     """Return the smallest circle of 2 to 4 points; the points that carry it are moved to the front and counted."""
     best = np.inf
     x, y = points[0, 0], points[0, 1]
-    chosen = np.zeros(3, np.int64)
-    size = 1
+    first, second, third = 0, 0, 0
     for i in range(count):
         for j in range(i + 1, count):
             for k in range(j, count):  # k == j stands for the pair alone
                 cx, cy, r = _circle_through(points[i], points[j], points[k])
                 if r < best and _holds(points, count, cx, cy, r):
                     best, x, y = r, cx, cy
-                    chosen[0], chosen[1], chosen[2] = i, j, k
-                    size = 2 if k == j else 3
-    kept = points[chosen].copy()
-    points[:3] = kept
-    return size, x, y, best
+                    first, second, third = i, j, k
+    for place, chosen in enumerate((first, second, third)):  # in rising order, so none is overwritten too early
+        points[place, 0], points[place, 1] = points[chosen, 0], points[chosen, 1]
+    return 2 if third == second else 3, x, y, best
 
 
 @kernel

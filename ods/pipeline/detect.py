@@ -34,8 +34,8 @@ def two_level(params: TwoLevelParams, fan: Fan) -> DetectStep:
             return Regions(runs[:0], 0, 1.0)
         low, high = levels(params, background, noise)
         largest = params.max_cells or image.size
-        found, count = find_regions(image, np.float32(low), np.float32(high), params.min_cells, largest, runs, visited)
-        return Regions(found, count, background)
+        used, count = find_regions(image, np.float32(low), np.float32(high), params.min_cells, largest, runs, visited)
+        return Regions(sorted_runs(runs[:used]), count, background)
 
     return step
 
@@ -48,17 +48,24 @@ def levels(params: TwoLevelParams, background: float, noise: float) -> tuple[flo
     return background + params.low * spread, background + params.high * spread
 
 
+def sorted_runs(runs: Runs) -> Runs:
+    """Return the runs of numbered regions, by region, beam and column."""
+    runs = runs[runs[:, 3] > 0]
+    return runs[np.lexsort((runs[:, 1], runs[:, 0], runs[:, 3]))]
+
+
 @kernel
 def find_regions(
     image: Image, low: np.float32, high: np.float32, smallest: int, largest: int, runs: Runs, visited: Visited
-) -> tuple[Runs, int]:
-    """Return the sorted runs of all regions of `smallest` to `largest` cells, and the number of regions.
+) -> tuple[int, int]:
+    """Fill runs with the runs of all regions; return how many they are, and the number of regions.
 
     A region is grown, run by run, from a cell of image (beams, samples) above `high`; so the time goes with what is
-    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. runs is work space
-    for the most runs there can be; visited must be all False and is so again at the end.
+    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. Regions that have not
+    `smallest` to `largest` cells get the number 0. runs has room for the most runs there can be; visited must be all
+    False and is so again at the end.
     """
-    count, end, kept = 0, 0, 0
+    count, end = 0, 0
     for beam in range(image.shape[0]):
         row = image[beam]
         for begin in range(0, row.size, _BLOCK):
@@ -73,10 +80,10 @@ def find_regions(
                     stop = _grow(image, low, beam, column, runs, end, visited)
                     if smallest <= _cells(runs[end:stop]) <= largest:
                         count += 1
-                        kept += _number(runs[end:stop], count)
+                        _number(runs[end:stop], count)
                     end = stop
     _forget(runs[:end], visited)
-    return _sorted(runs[:end], kept), count
+    return end, count
 
 
 @kernel
@@ -121,10 +128,9 @@ def _cells(runs: Runs) -> int:
 
 
 @kernel
-def _number(runs: Runs, region: int) -> int:
+def _number(runs: Runs, region: int) -> None:
     for i in range(runs.shape[0]):
         runs[i, 3] = region
-    return len(runs)
 
 
 @kernel
@@ -132,22 +138,3 @@ def _forget(runs: Runs, visited: Visited) -> None:
     for i in range(runs.shape[0]):
         for j in range(runs[i, 1], runs[i, 2]):
             visited[runs[i, 0], j] = False
-
-
-@kernel
-def _sorted(runs: Runs, kept: int) -> Runs:
-    """Return the `kept` runs of numbered regions, by region, beam and column."""
-    key = np.empty(kept, np.int64)
-    place = np.empty(kept, np.int64)
-    k = 0
-    for i in range(runs.shape[0]):
-        if runs[i, 3] > 0:
-            key[k] = (np.int64(runs[i, 3]) << 40) | (np.int64(runs[i, 0]) << 20) | np.int64(runs[i, 1])
-            place[k] = i
-            k += 1
-    ordered = np.empty((kept, 4), np.int32)
-    order = np.argsort(key)
-    for k in range(kept):
-        for c in range(4):
-            ordered[k, c] = runs[place[order[k]], c]
-    return ordered

@@ -47,6 +47,9 @@ _LONE_BEAM = 0.7
 _RESOLVED = 2.0
 """Echoes narrower than this many beam widths show no shape: they are taken for round."""
 
+_HIDDEN_M = 5.0
+"""Standard deviation of the place of an object of which the fan's edge hides a part."""
+
 
 def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions: Regions, fan: Fan) -> Table:
     """Return the (regions, len(FIELDS)) table of echoes.
@@ -96,8 +99,7 @@ def _measure_all(
             stop += 1
         part, ends, echo = runs[start:stop], edges[start:stop], table[k]
         beam = _levels(image, part, background, echo)
-        echo[7] = (part[:, 2].max() - part[:, 1].min()) * dr
-        echo[8] = borders[part[-1, 0] + 1] - borders[part[0, 0]]
+        _extents(part, borders, dr, echo)
         _circle(part, ends, beam, bearing, borders, width, dr, echo)
         start = stop
 
@@ -141,10 +143,22 @@ def _levels(image: Image, runs: Runs, background: float, echo: Row) -> Row:
 
 
 @kernel
+def _extents(runs: Runs, borders: Row, dr: float, echo: Row) -> None:
+    """Fill in how far the echo reaches, as it was detected."""
+    first, stop = runs[0, 1], runs[0, 2]
+    for i in range(runs.shape[0]):
+        first, stop = min(first, runs[i, 1]), max(stop, runs[i, 2])
+    echo[7] = (stop - first) * dr
+    echo[8] = borders[runs[-1, 0] + 1] - borders[runs[0, 0]]
+
+
+@kernel
 def _circle(runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, width: Row, dr: float, echo: Row) -> None:
     """Fill in the circle and its standard deviations."""
     low, high = runs[0, 0], runs[-1, 0]
-    near, far = ends[:, 0].min(), ends[:, 1].max()
+    near, far = ends[0, 0], ends[0, 1]
+    for i in range(ends.shape[0]):
+        near, far = min(near, ends[i, 0]), max(far, ends[i, 1])
     middle = 0.5 * (near + far)
     blur = width[(low + high) // 2]
     left = bearing[low] - _overhang(beam, bearing[low : high + 1], blur, borders[low + 1] - borders[low], False)
@@ -164,6 +178,8 @@ def _circle(runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, wid
     echo[1] = np.arctan2(y, x)
     echo[2] = radius
     _spread(blur, across, middle, dr, echo)
+    if low == 0 or high == bearing.size - 1:
+        _cut_off(echo)
 
 
 @kernel
@@ -210,21 +226,41 @@ def _roundness(runs: Runs, ends: Points, bearing: Row, centre: float, half_width
     The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.2 when the
     beams blur it, and within +-0.1 for a wall with speckle.
     """
-    low = runs[0, 0]
-    count = runs[-1, 0] - low + 1
-    front = np.full(count, np.inf)
+    across = np.empty(runs.shape[0])  # position of each beam's front, from left to right
+    ahead = np.empty(runs.shape[0])
+    count = 0
+    nearest = np.inf  # of the runs of one beam
     for i in range(runs.shape[0]):
-        front[runs[i, 0] - low] = min(front[runs[i, 0] - low], ends[i, 0])
-    known = np.isfinite(front)
-    if known.sum() < 3:
+        nearest = min(nearest, ends[i, 0])
+        if i + 1 == runs.shape[0] or runs[i + 1, 0] != runs[i, 0]:
+            angle = bearing[runs[i, 0]] - centre
+            across[count], ahead[count] = nearest * np.sin(angle), nearest * np.cos(angle)
+            count += 1
+            nearest = np.inf
+    if count < 3:
         return 0.0
-    angle = bearing[low : low + count][known] - centre
-    across, ahead = front[known] * np.sin(angle), front[known] * np.cos(angle)
-    linear = across - across.mean()
-    power = (linear * linear).sum()
-    square = linear * linear - linear * (linear**3).sum() / power - power / linear.size
-    curvature = 2.0 * (ahead * square).sum() / max((square * square).sum(), 1e-30)
+    curvature = 2.0 * _square_term(across[:count], ahead[:count])
     return float(min(max((curvature * half_width - 0.05) / 0.2, 0.0), 1.0))
+
+
+@kernel
+def _square_term(x: Row, y: Row) -> float:
+    """Return c of the parabola y = a + b x + c x^2 that fits best, by polynomials orthogonal on the points x."""
+    count = x.size
+    mean, second, third = 0.0, 0.0, 0.0
+    for i in range(count):
+        mean += x[i] / count
+    for i in range(count):
+        away = x[i] - mean
+        second += away * away
+        third += away * away * away
+    product, square = 0.0, 0.0
+    for i in range(count):
+        away = x[i] - mean
+        term = away * away - away * third / second - second / count
+        product += y[i] * term
+        square += term * term
+    return product / max(square, 1e-30)
 
 
 @kernel
@@ -233,3 +269,14 @@ def _spread(blur: float, across: float, middle: float, dr: float, echo: Row) -> 
     echo[9] = np.hypot(2.0 * dr, 0.25 * echo[2])
     echo[10] = np.hypot(0.15 * blur, 0.1 * across)
     echo[11] = np.hypot(0.15 * blur * middle, 0.15 * echo[2])
+
+
+@kernel
+def _cut_off(echo: Row) -> None:
+    """Widen the standard deviations of an echo that the fan's edge cuts off.
+
+    How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
+    """
+    echo[9] = np.hypot(echo[9], echo[2])
+    echo[10] = np.hypot(echo[10], _HIDDEN_M / max(echo[0], _HIDDEN_M))
+    echo[11] = np.hypot(echo[11], _HIDDEN_M)

@@ -25,8 +25,8 @@ def background_and_noise(image: Image, histogram: NDArray[np.int64]) -> tuple[fl
     """Return the median of image (beams, samples) and the distance from there to its 84 % quantile.
 
     For a normal distribution that distance is the standard deviation; for speckle it takes the long upper tail into
-    account. Echoes may fill a third of the image without doing harm. Cells at 0 hold no data and do not count; (0, 0)
-    when there are no others, or when the mean is not finite.
+    account. Echoes that fill 1 % of the image raise it by 4 %, 5 % by a fifth. Cells at 0 hold no data and do not
+    count; (0, 0) when there are no others, or when the mean is not finite.
     """
     cells = image.reshape(image.size)
     stride = max(1, cells.size // _SAMPLES) | 1  # odd: else it could fall in step with the rows

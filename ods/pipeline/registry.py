@@ -101,12 +101,12 @@ def load_plugins(files: Iterable[Path]) -> None:
         try:
             entry.load()
         except Exception as error:
-            raise StageError(f"entry point {ENTRY_POINT_GROUP} {entry.name}: {_reason(error)}") from error
+            raise StageError(f"entry point {ENTRY_POINT_GROUP} {entry.name}: {reason(error)}") from error
     for index, file in enumerate(files):
         try:
             _run_file(file.resolve())
         except Exception as error:
-            raise StageError(f"pipeline.plugins[{index}] ({file}): {_reason(error)}") from error
+            raise StageError(f"pipeline.plugins[{index}] ({file}): {reason(error)}") from error
 
 
 def _run_file(file: Path) -> None:
@@ -126,7 +126,7 @@ def _run_file(file: Path) -> None:
         raise
 
 
-def _reason(error: Exception) -> str:
+def reason(error: Exception) -> str:
     """Say in one line what went wrong in somebody else's code."""
     text = " ".join(str(error).split())
     return text if isinstance(error, StageError) else f"{type(error).__name__}: {text}"

@@ -96,14 +96,21 @@ def _radius_evidence(belief: Belief, echoes: Echoes, clutter: ClutterDensity, ob
     return np.maximum(ratio, LEAST_RADIUS_EVIDENCE)
 
 
-def associate(found: Candidates, first: NDArray[np.bool_], echoes: int, miss: float) -> Candidates:
+def worth_of(found: Candidates, visibility: Array, detection_probability: float) -> Array:
+    """Return (p,) how much better a pair explains the image than a missed object and a false alarm: log-likelihoods.
+
+    `visibility`: (n,) probability that the object, if it exists, is in view and gives echoes at all just now.
+    """
+    visible = np.maximum(visibility[found.objects], IMPOSSIBLE)
+    return np.asarray(found.evidence + np.log(visible) - np.log1p(-detection_probability * visible))
+
+
+def associate(found: Candidates, worth: Array, first: NDArray[np.bool_], echoes: int) -> Candidates:
     """Give each object at most one echo and each echo to at most one object; return the pairs.
 
-    The objects of the mask `first` choose before the others; within each group the sum of evidence is the largest
-    possible. `echoes`: how many there are; `miss`: log-likelihood of seeing nothing of an object; a pair that explains
-    less than a miss and a false alarm is left apart.
+    The objects of the mask `first` choose before the others; within each group the sum of worths, all above 0, is the
+    largest possible. `echoes`: how many there are.
     """
-    worth = found.evidence - miss
     chosen = np.zeros(len(worth), bool)
     senior = first[found.objects]
     _choose(found, worth, senior & (worth > 0.0), chosen)

@@ -12,8 +12,9 @@ from ods.geometry import Array
 from ods.tracker.settings import EchoSettings
 
 VISIBLE, SILENT, NOTHING = 0, 1, 2
-YOUNG = 30.0
+YOUNG = 300.0
 """An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
+SMALLEST = 1e-300
 MOST_EVIDENCE = 30.0
 """Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt."""
 
@@ -32,17 +33,24 @@ def established(existence: Array) -> Array:
 def carry_on(probabilities: Array, echoes: NDArray[np.int64], watched: Array, dt: float, echo: EchoSettings) -> Array:
     """Return (3, n) probabilities `dt` seconds later.
 
-    `echoes`: (n,) echoes so far; a young object is more often an error of association, and lost sooner. `watched`:
-    (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come back.
+    `watched`: (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come
+    back. `echoes`: (n,) so far; a young object is more often an error of association, and in view is lost sooner.
     """
     visible, silent, nothing = probabilities
     time = dt * watched
     falls_silent = visible * -np.expm1(-echo.silence_rate * time)
     returns = silent * -np.expm1(-echo.return_rate * time)
-    lost = -np.expm1(-echo.loss_rate * dt * (1.0 + YOUNG / echoes))
+    lost = -np.expm1(-echo.loss_rate * (dt + time * YOUNG / echoes))
     moved = returns - falls_silent
     stay = 1.0 - lost
     return np.array([stay * (visible + moved), stay * (silent - moved), nothing + lost * (visible + silent)])
+
+
+def visibility(probabilities: Array, dt: float, echo: EchoSettings) -> Array:
+    """Return (n,) the probability that an object, if it exists, gives echoes `dt` seconds later."""
+    visible, silent, _ = probabilities
+    exists = np.maximum(visible + silent, SMALLEST)
+    return np.asarray((visible + silent * -np.expm1(-echo.return_rate * dt)) / exists)
 
 
 def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expected: Array) -> Array:

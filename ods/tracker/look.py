@@ -55,20 +55,21 @@ def look(
     belief: Belief,
     estimate: Estimate,
     state: NDArray[np.int64],
+    visibility: Array,
     clutter: ClutterDensity,
     settings: TrackerSettings,
 ) -> Look:
     """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) a state of `life`.
+    `state`: (n,) a state of `life`; `visibility`: (n,) of `existence`.
     """
     sights = _sights(belief, estimate, vehicle)
     sight = sights.take(-1)
     seen = view(sight, scan.sector, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
-    miss = float(np.log1p(-settings.echo.detection_probability))
     found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
-    pairs = association.associate(found, reported, len(scan.echoes), miss)
+    worth = association.worth_of(found, visibility * seen.probability, settings.echo.detection_probability)
+    pairs = association.associate(found, worth, reported, len(scan.echoes))
     shown = _shown(scan.echoes, pairs, sight, estimate, reported, clutter)
 
     hit = np.zeros(len(state), bool)
@@ -76,7 +77,7 @@ def look(
     evidence = np.zeros(len(state))
     evidence[shown.objects] = shown.evidence
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
-    watched = np.where(hit | (merged == 0.0), seen.watched, 0.0)
+    watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside), 0.0)
     drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
     asleep = state == life.HIBERNATED
     return Look(

@@ -16,7 +16,7 @@ APPLICATION_ID = 0x4F44534D
 """`ODSM`: tells this file from other SQLite files."""
 ID_BLOCK = 1000
 """Ids are reserved on disk by so many at a time."""
-LOCK_WAIT_S = 0.2
+LOCK_WAIT_S = 0.05
 """Longest wait for another program that reads or writes the file."""
 
 SCHEMA = f"""

@@ -69,7 +69,7 @@ def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
     whole = Picture(
         tracks.id,
         tracks.state,
-        estimate.position.copy(),
+        estimate.position,
         velocity,
         np.maximum(estimate.radius, 0.0),
         np.sqrt(estimate.variance),
@@ -85,15 +85,14 @@ def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
 
 def picture_of_map(objects: list[MapObject]) -> Picture:
     """Return hibernated objects of the archive."""
-    zeros = np.zeros((3, len(objects)))
     return Picture(
         np.array([o.id for o in objects], np.int64),
         np.full(len(objects), life.HIBERNATED, np.int64),
         np.array([o.position for o in objects], np.float64).reshape(-1, 3).T,
-        zeros,
+        np.zeros((3, len(objects))),
         np.array([o.radius for o in objects], np.float64),
         np.array([o.sigma for o in objects], np.float64).reshape(-1, 3).T,
-        zeros,
+        np.zeros((3, len(objects))),
         np.array([o.sigma_radius for o in objects], np.float64),
         np.array([o.existence for o in objects], np.float64),
         np.array([o.times_seen for o in objects], np.int64),

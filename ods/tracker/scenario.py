@@ -1,6 +1,7 @@
 """`ods track`: runs the tracker over a recorded scenario and writes the tracks. Formats: docs/formats-tracks.md."""
 
 import math
+import struct
 import time
 import zipfile
 import zlib
@@ -21,6 +22,12 @@ from ods.tracker.picture import Picture
 from ods.tracker.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
+
+UNREADABLE = (
+    *(ValueError, TypeError, AttributeError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
+    *(OverflowError, struct.error, zipfile.BadZipFile, zlib.error),
+)
+"""What numpy and zipfile raise on files that are damaged or no .npz files at all."""
 
 
 class ScenarioError(OdsError):
@@ -87,8 +94,8 @@ def load(path: Path) -> Scenario:
         raise ScenarioError(f"{path}: array {error.args[0].split()[0]} is missing") from error
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror or 'not a NumPy .npz file'}") from error
-    except (ValueError, TypeError, EOFError, AttributeError, zipfile.BadZipFile, zlib.error) as error:
-        raise ScenarioError(f"{path}: not a readable .npz file: {error}") from error
+    except UNREADABLE as error:
+        raise ScenarioError(f"{path}: not a readable .npz file: {' '.join(str(error).split())}") from error
     try:
         return _checked(arrays, text)
     except (ValueError, TypeError) as error:

@@ -18,6 +18,9 @@ from ods.tracker.validity import Watch
 FUTURE_NS = clock.NS
 """A ping stamped later than now by more than this has a wrong time."""
 
+MAP_PERIOD_NS = clock.NS
+"""Between two attempts to write the map: a kill loses no more than this, a file that is locked delays no list."""
+
 
 class TrackerWorker(Worker[OnboardConfig]):
     """Runs the tracker over what the bus brings."""
@@ -32,6 +35,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         self._vehicle: Vehicle | None = None
         self._seq = 0
         self._listed_ns = 0
+        self._map_due_ns = 0
         self._tracker: Tracker
         self._watch: Watch
 
@@ -62,7 +66,9 @@ class TrackerWorker(Worker[OnboardConfig]):
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._watch.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
             self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose_known=True)
-        self._map.flush(self._tracker.next_id)
+        if now_ns >= self._map_due_ns:
+            self._map_due_ns = now_ns + MAP_PERIOD_NS
+            self._map.flush(self._tracker.next_id)
 
     def problems(self) -> list[str]:
         """Say what is wrong with the map; all else is in the list's own reasons."""

@@ -78,7 +78,8 @@ class Tracker:
         clutter = ClutterDensity(
             self._clutter.density(scan.echoes, scan.sector), self._clutter.radius_density(scan.echoes)
         )
-        seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, clutter, self.settings)
+        visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
+        seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
         if len(self._tracks):
             self._clutter.count(scan.echoes.take(seen.new), scan.sector)
         self._correct(seen, scan)
