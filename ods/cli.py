@@ -59,25 +59,47 @@ def _parser() -> argparse.ArgumentParser:
     _command(commands, "watch", "live table of obstacles and health", _watch, ONBOARD_CONFIG)
     _command(commands, "doctor", "check configuration, devices, sockets, clock and versions", _doctor, ONBOARD_CONFIG)
 
-    detect = _command(commands, "detect", "detections in recorded sonar images", _detect, None)
+    simulate = _command(commands, "simulate", "sonar images of a scene, with the truth behind them", _simulate)
+    simulate.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
+    simulate.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
+    simulate.add_argument("--out", type=Path, metavar="FILE", help=".npz pings, .s7k, or .png fan images")
+    simulate.add_argument("--pings", type=_positive, metavar="N", help="default: the whole scene; one for .png")
+    simulate.add_argument("--seed", type=int, metavar="N", help="instead of the scene's own")
+    simulate.add_argument("--chart", type=Path, metavar="OUT.png", help="draw error against time, all model levels")
+    simulate.add_argument("--table", action="store_true", help="print the time that each part of an image takes")
+
+    detect = _offline(commands, "detect", "detections in recorded sonar images", _detect)
     detect.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris or Oculus .raw")
     detect.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
     detect.add_argument("--mask", action="store_true", help="with --out: label images too")
     detect.add_argument("--json", action="store_true", help="print one JSON line a ping")
     detect.add_argument("--plot", type=Path, metavar="PICTURE.png", help="draw the images with their detections")
 
-    track = _command(commands, "track", "tracks of a recorded scenario", _track, None)
+    track = _offline(commands, "track", "tracks of a recorded scenario", _track)
     track.add_argument("file", type=Path, metavar="SCENARIO.npz")
     track.add_argument("--out", type=Path, metavar="TRACKS.npz", required=True)
     return parser
 
 
-def _command(commands: Any, name: str, text: str, run: Any, config: Path | None) -> argparse.ArgumentParser:
+def _command(commands: Any, name: str, text: str, run: Any, config: Path | None = None) -> argparse.ArgumentParser:
     parser: argparse.ArgumentParser = commands.add_parser(name, help=text, description=text.capitalize() + ".")
     parser.set_defaults(run=run)
-    parser.add_argument("--config", type=Path, default=config, help=f"default: {config or 'built-in settings'}")
     parser.add_argument("--log-level", choices=LEVELS, default="info")
+    if config is not None:
+        parser.add_argument("--config", type=Path, default=config, help=f"default: {config}")
     return parser
+
+
+def _offline(commands: Any, name: str, text: str, run: Any) -> argparse.ArgumentParser:
+    parser = _command(commands, name, text, run)
+    parser.add_argument("--config", type=Path, help="take the settings from there (default: built-in settings)")
+    return parser
+
+
+def _positive(text: str) -> int:
+    if not text.isdecimal() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number above 0")
+    return int(text)
 
 
 def _named(path: str) -> Any:
@@ -120,6 +142,23 @@ def _doctor(args: argparse.Namespace) -> int:
     from ods import doctor
 
     return doctor.examine(args.config)
+
+
+def _simulate(args: argparse.Namespace) -> None:
+    from ods import simulate
+
+    if not args.chart and not args.table and not (args.scene and args.out):
+        raise OdsError("give SCENE.toml and --out, or --chart, or --table")
+    if args.scene and args.out:
+        simulate.simulate(args.scene, args.sonar, args.out, args.pings, args.seed)
+    if args.table:
+        from ods.simulate_speed import table
+
+        table(simulate.find_sonar(args.sonar))
+    if args.chart:
+        from ods.simulate_chart import chart
+
+        chart(simulate.find_sonar(args.sonar), args.chart)
 
 
 def _detect(args: argparse.Namespace) -> None:

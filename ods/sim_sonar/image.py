@@ -1,173 +1,99 @@
-"""One call renders one image: a scene seen by a sonar at one time."""
-
-import math
+"""One call renders one image: a scene, or arrays of bodies, seen by a sonar at one time."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ods import geometry
-from ods.messages import Ping, TruthObject, Vector3
-from ods.sim_sonar import bodies
-from ods.sim_sonar.fan import add_object
-from ods.sim_sonar.grid import Grid, grid_of
-from ods.sim_sonar.plan import fan_of, rivals_of
+from ods.messages import Ping, TruthObject
+from ods.sim_sonar.bed import Bed
+from ods.sim_sonar.grid import grid_of
+from ods.sim_sonar.imperfection_settings import ImageLevels
+from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.quantize import PingMaker
+from ods.sim_sonar.receiver import Receiver
 from ods.sim_sonar.scene import Scene
-from ods.sim_sonar.scene_settings import SeaBed
-from ods.sim_sonar.sea_bed import FlatBed, add_bed, reflectivity_profile
 from ods.sim_sonar.sonar import SonarModel
-from ods.sim_sonar.speckle import amplitude_table, speckled
+from ods.sim_sonar.truth import truth_of
 
 Array = NDArray[np.float64]
 Image = NDArray[np.float32]
 
-LOG_FACTOR = 40.0
-"""Default factor F of the 8-bit log rule of s7k record 7042."""
 
-
-def mean_area(
-    grid: Grid,
+def render_image(
+    sonar: SonarModel,
     objects: Array,
-    sea_bed: SeaBed | None,
+    sea_bed: Bed | None,
     position_ned: Array,
     attitude: Array,
+    levels: ImageLevels | None = None,
     *,
+    seed: int = 0,
+    ping_number: int = 0,
+    t_s: float = 0.0,
     shadows: bool = True,
-    max_error: float = 0.03,
-) -> Array:
-    """Return the mean image, (beams, samples) float64: the area, m2, that each sample hears, weighted by eq. 5.
+) -> Image:
+    """Return one image from arrays: (beams, samples) float32 amplitude, counts.
 
-    A sample hears the sum of gamma(alpha) S^2(beta) B(bearing) cos(alpha) dA over the lit surfaces in its range bin, B
-    being the beam's horizontal pattern. Spreading and absorption are taken as undone by the sonar's gain. `objects` are
-    (n, bodies.COLUMNS) rows in NED; `attitude` is body to global.
+    `objects`: (n, bodies.COLUMNS) rows in NED; `sea_bed`: of bed.make_bed, or None; `position_ned`: (3,) m; `attitude`:
+    (4,) unit quaternion, body to global; `t_s`: scene time, for other sonars' pulses and the coherence time. Intensity
+    is Gamma distributed about eq. 5's mean [SSIE]. Raises ValueError when `levels` do not fit the sonar. Tables are
+    made anew at each call: for a sequence, keep a Receiver.
     """
-    rotation = geometry.rotation_matrix(attitude)
-    bed = _bed_of(grid, sea_bed, position_ned, rotation)
-    image = np.zeros((len(grid.vertical) * len(grid.bearing_rad), grid.samples))
-    if bed.height_m > 0.0:
-        add_bed(bed, grid, image)
-    seen = bodies.to_sonar_frame(objects, position_ned, rotation)
-    nobody = np.empty(0, np.int64)
-    for which, rivals in enumerate(rivals_of(seen)):
-        fan = fan_of(seen[which], grid, max_error)
-        if len(fan.bearing):
-            hiders = rivals if shadows else nobody
-            add_object(image, seen, which, hiders, fan.bearing, fan.elevation, grid, bed, shadows)
-    return np.maximum(image, 0.0, out=image)
-
-
-def _bed_of(grid: Grid, sea_bed: SeaBed | None, position_ned: Array, rotation: Array) -> FlatBed:
-    down = np.ascontiguousarray(rotation[2])
-    if sea_bed is None:
-        return FlatBed(down, 0.0, np.zeros(grid.samples))
-    height = float(sea_bed.depth_m - position_ned[2])
-    surface = sea_bed.surface
-    gamma = reflectivity_profile(grid, height, surface.cd, surface.cs, math.radians(surface.sigma_deg))
-    return FlatBed(down, height, gamma)
+    chosen = ImageLevels() if levels is None else levels
+    area = mean_area(
+        grid_of(sonar), objects, sea_bed, position_ned, attitude, shadows=shadows, max_error=chosen.max_error
+    )
+    return Receiver(sonar, chosen, seed).receive(area, position_ned, attitude, t_s, ping_number)
 
 
 class ImageSimulator:
     """Renders the images of one scene with one sonar; the same seed gives the same bytes, in any order of calls."""
 
     def __init__(self, sonar: SonarModel, scene: Scene, seed: int | None = None) -> None:
-        """Prepare tables; `seed` replaces the scene's own."""
+        """Prepare tables; `seed` replaces the scene's own. Raises ValueError when the scene does not fit the sonar."""
         self.sonar = sonar
         self.scene = scene
-        self._seed = scene.file.seed if seed is None else seed
+        levels = scene.file.image
+        self.receiver = Receiver(sonar, levels, scene.file.seed if seed is None else seed)
+        self._make_ping = PingMaker(sonar, levels)
         self._grid = grid_of(sonar)
-        self._table = amplitude_table(scene.file.image.looks)
+        self._newest: tuple[float, Array] | None = None
 
-    def mean_intensity(self, t_s: float) -> Array:
-        """Return the mean image at scene time `t_s`: (beams, samples) float64, counts^2, without the noise floor."""
-        file = self.scene.file
-        vehicle = self.scene.vehicle_at(t_s)
-        area = mean_area(
-            self._grid,
-            self.scene.bodies_at(t_s),
-            file.sea_bed,
-            vehicle.position_ned,
-            vehicle.attitude,
-            shadows=file.shadows,
-            max_error=file.image.max_error,
-        )
-        return np.multiply(area, file.image.gain**2, out=area)
+    def mean_area(self, t_s: float) -> Array:
+        """Return the area, m2, (beams, samples) float64, that each sample hears at scene time `t_s`.
 
-    def mean_image(self, t_s: float) -> Image:
+        The newest one is kept, as image and truth both need it: do not write to it.
+        """
+        if self._newest is None or self._newest[0] != t_s:
+            file, vehicle = self.scene.file, self.scene.vehicle_at(t_s)
+            area = mean_area(
+                self._grid,
+                self.scene.bodies_at(t_s),
+                self.scene.sea_bed,
+                vehicle.position_ned,
+                vehicle.attitude,
+                shadows=file.shadows,
+                max_error=file.image.max_error,
+            )
+            self._newest = t_s, area
+        return self._newest[1]
+
+    def mean_image(self, t_s: float, ping_number: int = 0) -> Image:
         """Return the image without speckle: (beams, samples) float32 root mean square amplitude, counts."""
-        return np.sqrt(self.mean_intensity(t_s) + self.scene.file.image.noise_counts**2).astype(np.float32)
+        vehicle = self.scene.vehicle_at(t_s)
+        levels = self.receiver.levels_of(vehicle.position_ned, vehicle.attitude, t_s, ping_number)
+        return self.receiver.mean_image(self.mean_area(t_s), levels)
 
     def render(self, t_s: float, ping_number: int) -> Image:
-        """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, linear counts.
+        """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts."""
+        vehicle = self.scene.vehicle_at(t_s)
+        return self.receiver.receive(self.mean_area(t_s), vehicle.position_ned, vehicle.attitude, t_s, ping_number)
 
-        Intensity is Gamma distributed about the mean with the scene's looks; the noise is that of (seed, ping_number).
-        """
-        if not self.scene.file.image.speckle:
-            return self.mean_image(t_s)
-        rng = np.random.Generator(np.random.SFC64([self._seed, ping_number]))
-        intensity = self.mean_intensity(t_s)
-        image = rng.standard_normal(intensity.shape, np.float32)
-        speckled(intensity, image, self._table, self.scene.file.image.noise_counts**2, image)
-        return image
+    def ping(self, t_s: float, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
+        """Return the image at scene time `t_s` as the sonar sends it, transmitted at `t_ns`."""
+        return self._make_ping(self.render(t_s, ping_number), ping_number, t_ns, utc_ns)
 
-    def truth(self, t_s: float) -> list[TruthObject]:
-        """Return the bounded objects at scene time `t_s`."""
-        states, vehicle = self.scene.objects_at(t_s), self.scene.vehicle_at(t_s)
-        inside = in_sector(self.sonar, states.position_ned, states.radius_m, vehicle.position_ned, vehicle.attitude)
-        return [
-            TruthObject(name, _triple(place), _triple(velocity), float(radius), bool(seen))
-            for name, place, velocity, radius, seen in zip(
-                states.names, states.position_ned, states.velocity_ned, states.radius_m, inside, strict=True
-            )
-        ]
-
-
-def in_sector(
-    sonar: SonarModel, position_ned: Array, radius_m: Array, vehicle_ned: Array, attitude: Array
-) -> NDArray[np.bool_]:
-    """Tell which of (n, 3) objects are in the fan: centre in range and bearing, some of it in a main lobe."""
-    distance, bearing, elevation = geometry.body_to_polar(geometry.global_to_body(position_ned, vehicle_ned, attitude))
-    half_beam = 0.5 * sonar.beam_width_rad
-    reach = np.arcsin(np.clip(radius_m / np.maximum(distance, 1e-9), 0.0, 1.0)) + sonar.half_vertical_rad
-    return np.asarray(
-        (distance >= sonar.range0_m)
-        & (distance <= sonar.range_max_m)
-        & (bearing >= sonar.bearing_rad.min() - half_beam)
-        & (bearing <= sonar.bearing_rad.max() + half_beam)
-        & (elevation <= sonar.elevation_rad.max() + reach)
-        & (elevation >= sonar.elevation_rad.min() - reach)
-    )
-
-
-def quantize_log8(amplitude: Image, factor: float = LOG_FACTOR) -> NDArray[np.uint8]:
-    """Return a = factor * log10(amplitude), rounded, 0 under 1 count, at most 255: record 7042's rule, uint8."""
-    levels = np.log10(np.maximum(amplitude, np.float32(1.0)))
-    levels *= np.float32(factor)
-    return np.minimum(np.rint(levels, out=levels), 255.0, out=levels).astype(np.uint8)
-
-
-def make_ping(image: Image, sonar: SonarModel, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
-    """Return `image`, linear counts (beams, samples), as a ping of 8-bit log samples; t_ns is its transmit time."""
-    return Ping(
-        seq=ping_number,
-        ping_number=ping_number,
-        t_ns=t_ns,
-        t_rx_ns=t_ns,
-        utc_ns=utc_ns,
-        beams=sonar.beams,
-        samples=sonar.samples,
-        dtype="u1",
-        data=quantize_log8(image).tobytes(),
-        bearing_rad=sonar.bearing_rad.tolist(),
-        range0_m=sonar.range0_m,
-        dr_m=sonar.dr_m,
-        sound_speed=sonar.sound_speed,
-        elevation_rad=sonar.elevation_rad.tolist(),
-        beam_width_rad=[sonar.beam_width_rad] * sonar.beams,
-        planes=sonar.planes,
-        frequency_hz=sonar.frequency_hz,
-        scale="log8",
-        scale_factor=LOG_FACTOR,
-    )
-
-
-def _triple(vector: Array) -> Vector3:
-    return float(vector[0]), float(vector[1]), float(vector[2])
+    def truth(self, t_s: float, ping_number: int = 0) -> list[TruthObject]:
+        """Return the bounded objects at scene time `t_s`, with the levels of their echoes in that ping."""
+        vehicle = self.scene.vehicle_at(t_s)
+        levels = self.receiver.levels_of(vehicle.position_ned, vehicle.attitude, t_s, ping_number)
+        return truth_of(self.sonar, self.mean_area(t_s), levels, vehicle, self.scene.objects_at(t_s))

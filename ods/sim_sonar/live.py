@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from ods import clock
 from ods.messages import Truth
-from ods.sim_sonar.image import ImageSimulator, make_ping
+from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.live_settings import FaultSettings, SimSettings
 from ods.sim_sonar.scene import Scene
@@ -101,9 +101,8 @@ class LiveSonar:
 
     def _render(self) -> None:
         seconds = self._mission.seconds(self._transmit_ns)
-        frame = self._images.render(seconds, self._ping_number)
         device_utc_ns = self._transmit_ns + self._mission.utc_offset_ns + self._offset_ns
-        ping = make_ping(frame, self._images.sonar, self._ping_number, self._transmit_ns, device_utc_ns)
+        ping = self._images.ping(seconds, self._ping_number, self._transmit_ns, device_utc_ns)
         self._telegram = s7k.encode_ping(ping)
 
     def _truth(self, sent_ns: int) -> Truth:
@@ -117,7 +116,7 @@ class LiveSonar:
             t_sent_ns=sent_ns,
             position_ned=(north, east, down),
             attitude=(w, x, y, z),
-            objects=self._images.truth(seconds),
+            objects=self._images.truth(seconds, self._ping_number),
         )
 
     def _plug_as_the_faults_say(self, now_ns: int) -> None:

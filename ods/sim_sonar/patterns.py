@@ -26,6 +26,12 @@ def two_way_table(angle_deg: Sequence[float], level_db: Sequence[float], axis_ra
     return np.asarray(10.0 ** (np.interp(off_axis_deg, angle_deg, level_db) / 10.0), np.float64)
 
 
+def aperture_table(wavelengths: float, axis_rad: float) -> Array:
+    """Return the same for an evenly lit aperture `wavelengths` high that sends and receives: sinc^4(L sin(angle))."""
+    elevation = np.arcsin(np.linspace(-1.0, 1.0, ELEVATION_NODES))
+    return np.asarray(np.sinc(wavelengths * np.sin(elevation - axis_rad)) ** 4, np.float64)
+
+
 def horizontal_power(offset: ArrayLike, side_lobe_db: float) -> Array:
     """Return the horizontal intensity pattern at `offset` beam widths off the axis: 1 on it, 0.5 at +-0.5.
 

@@ -24,25 +24,32 @@ class Fan(NamedTuple):
 
     bearing: Array
     elevation: Array
+    farthest_m: float
+    """Range, m, beyond which nothing of the object lies."""
 
 
 def fan_of(body: Array, grid: Grid, max_error: float) -> Fan:
     """Return the fan that holds what the sonar can see of `body`, fine enough for a relative error of `max_error`."""
+    nothing = Fan(np.empty(0), np.empty(0), 0.0)
+    nearest, farthest = _reach(body)
+    if nearest > grid.edge_m + grid.samples * grid.dr_m:
+        return nothing
     low, high, bottom, top = _span(body)
     margin = MARGIN_WIDTHS * grid.beam_width_rad
     low, high = max(low, grid.bearing_rad[0] - margin), min(high, grid.bearing_rad[-1] + margin)
     if low >= high:
-        return Fan(np.empty(0), np.empty(0))
-    finest = 5.0 / math.sqrt(max_error)
-    beam_cells = (high - low) / (grid.beam_width_rad * min(0.5, 2.0 * math.sqrt(max_error)))
+        return nothing
+    finest = 4.0 / math.sqrt(max_error)
+    beam_cells = (high - low) / (grid.beam_width_rad * min(0.5, 3.0 * math.sqrt(max_error)))
     if body[bodies.KIND] == bodies.PLANE:
-        lobes = finest / body[bodies.SURFACE + 2] / math.pi
+        lobes = 1.7 * finest / body[bodies.SURFACE + 2] / math.pi
         across, upward = (high - low) * lobes, (top - bottom) * lobes
     else:
-        across = upward = 0.2 * finest / body[bodies.SURFACE + 2]
+        across = upward = 0.33 * finest / body[bodies.SURFACE + 2]
     return Fan(
-        np.linspace(low, high, _cells(max(finest, beam_cells, across)) + 1),
-        np.linspace(bottom, top, _cells(max(finest, upward)) + 1),
+        _borders(low, high, max(finest, beam_cells, across)),
+        _borders(bottom, top, max(finest, upward)),
+        farthest,
     )
 
 
@@ -60,8 +67,17 @@ def rivals_of(seen: Array) -> list[Indices]:
     return [np.flatnonzero(row) for row in meet & nearer]
 
 
-def _cells(wanted: float) -> int:
-    return min(MAX_CELLS, max(2, math.ceil(wanted)))
+def _reach(body: Array) -> tuple[float, float]:
+    """Return ranges, m, between which all of a body lies."""
+    x, y, z = body[bodies.CENTRE : bodies.AXES]
+    distance, radius = math.sqrt(x * x + y * y + z * z), math.hypot(*body[bodies.HALF : bodies.SURFACE])
+    return distance - radius, distance + radius
+
+
+def _borders(low: float, high: float, wanted: float) -> Array:
+    """Return the borders of about `wanted` even cells."""
+    cells = min(MAX_CELLS, max(2, math.ceil(wanted)))
+    return np.asarray(np.arange(cells + 1) * ((high - low) / cells) + low, np.float64)
 
 
 def _span(body: Array) -> tuple[float, float, float, float]:

@@ -5,7 +5,17 @@
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ods.sim_sonar.jit import compiled
+
+Array = NDArray[np.float64]
+
+MIN_NODES, MAX_NODES = 1024, 65536
+"""Least and greatest number of intervals of a table of reflectivity."""
+NODES_PER_LOBE = 16.0
+"""Intervals of such a table over the 1 - cos(alpha) in which the facets' lobe falls to 1 / e^0.5, twice."""
 
 
 @compiled
@@ -21,3 +31,9 @@ def reflectivity(cos_alpha: float, cd: float, cs: float, sigma_rad: float) -> fl
     alpha = math.acos(cosine)
     facets = math.exp(-0.5 * (alpha / sigma_rad) ** 2)
     return cd * cosine + cs * facets * min(1.0 / cosine, 2.0 * cosine)
+
+
+def reflectivity_table(cd: float, cs: float, sigma_rad: float) -> Array:
+    """Return eqs. 3 and 4 over cos(alpha), even from 0 to 1, fine enough for the facets' Gaussian lobe."""
+    nodes = min(MAX_NODES, max(MIN_NODES, math.ceil(NODES_PER_LOBE / sigma_rad**2))) + 1
+    return np.array([reflectivity(cosine, cd, cs, sigma_rad) for cosine in np.linspace(0.0, 1.0, nodes)])

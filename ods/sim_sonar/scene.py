@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ods import geometry
 from ods.settings_file import ConfigError, load
 from ods.sim_sonar import bodies
+from ods.sim_sonar.bed import bed_of
 from ods.sim_sonar.motion import Motion, VehicleMotion
 from ods.sim_sonar.scene_settings import Cylinder, Plane, SceneFile, Sphere
 
@@ -50,6 +51,7 @@ class Scene:
 
     def __init__(self, file: SceneFile) -> None:
         self.file = file
+        self.sea_bed = bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
         self._vehicle = VehicleMotion(file.vehicle)
         self._paths = [Motion(item) for item in file.objects]
         self._rows = np.array([_row(item) for item in file.objects]).reshape(-1, bodies.COLUMNS)
@@ -86,7 +88,7 @@ class Scene:
         steps = min(MAX_CHECKS, math.ceil(self.file.duration_s / CHECK_STEP_S)) + 1
         for t_s in np.linspace(0.0, self.file.duration_s, steps):
             place = self._vehicle.position(float(t_s))
-            if self.file.sea_bed is not None and place[2] >= self.file.sea_bed.depth_m:
+            if self.sea_bed is not None and not self.sea_bed.is_above(place):
                 raise ValueError(f"sea_bed.depth_m: the vehicle is under the sea-bed at t = {t_s:.2f} s")
             for row, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
                 if bodies.contains(row, place):

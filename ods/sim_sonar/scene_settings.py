@@ -2,11 +2,13 @@
 
 import math
 from itertools import pairwise
+from pathlib import Path as FilePath
 from typing import Annotated
 
 import msgspec
 
 from ods.settings import NonNegative, NonNegativeInt, Positive, Settings
+from ods.sim_sonar.imperfection_settings import ImageLevels
 
 Triple = tuple[float, float, float]
 
@@ -131,28 +133,40 @@ def _refuse_zero(key: str, vector: Triple) -> None:
         raise ValueError(f"{key}: a direction of zero length")
 
 
+class Roughness(Settings, frozen=True, kw_only=True):
+    """Gaussian heights above the sea-bed's plane, with the correlation exp(-r^2 / correlation_m^2)."""
+
+    rms_height_m: NonNegative
+    """Root mean square height, m."""
+    correlation_m: Positive
+    """Correlation length, m; the rms slope is 1.41 rms_height_m / correlation_m in each direction."""
+    seed: NonNegativeInt | None = None
+    """Seed of the heights; the scene's own by default."""
+    facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
+    """Facets along each side of the square after which the heights repeat."""
+    facet_m: Positive | None = None
+    """Side of a facet, m; a quarter of the correlation length by default."""
+
+
 class SeaBed(Settings, frozen=True, kw_only=True):
-    """A flat sea-bed."""
+    """A sea-bed: a plane, level or not, with or without heights above it."""
 
     depth_m: float
-    """Down coordinate of the sea-bed, m."""
+    """Down coordinate of the plane at north 0, east 0, m."""
+    slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=30.0)] = 0.0
+    """Mean slope, degrees."""
+    slope_heading_deg: float = 0.0
+    """Heading towards which the plane falls, degrees."""
+    rough: Roughness | None = None
+    """Random heights."""
+    file: FilePath | None = None
+    """Heights from an .npz file instead, relative to the scene file."""
     surface: Surface = Surface()
     """How it reflects."""
 
-
-class ImageLevels(Settings, frozen=True, kw_only=True):
-    """From reflected intensity to counts."""
-
-    gain: Positive = 20000.0
-    """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
-    noise_counts: NonNegative = 30.0
-    """Root mean square amplitude of the receiver's noise, counts."""
-    looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
-    """Looks of the speckle: intensity is Gamma distributed with this shape."""
-    speckle: bool = True
-    """False: the mean image."""
-    max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
-    """Relative error of an object's mean image that its ray fan may have."""
+    def __post_init__(self) -> None:
+        if self.rough is not None and self.file is not None:
+            raise ValueError("rough: give either rough or file")
 
 
 class SceneFile(Settings, frozen=True, kw_only=True):

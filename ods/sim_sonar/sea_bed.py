@@ -11,9 +11,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.sim_sonar.grid import Grid, beam_share, two_way
+from ods.sim_sonar.bodies import FAR
+from ods.sim_sonar.grid import Grid, two_way
 from ods.sim_sonar.jit import compiled
+from ods.sim_sonar.mixing import mix, pattern_width, shares_of
 from ods.sim_sonar.reflection import reflectivity
+from ods.sim_sonar.shadow import EAST, HIGH, LOW, WEST
 
 Array = NDArray[np.float64]
 
@@ -76,28 +79,90 @@ def _branch(
 
 
 @compiled
-def add_bed(bed: FlatBed, grid: Grid, image: Array) -> None:
-    """Add the sea-bed's mean echo, m2, to `image` (beams, samples); it varies little across a beam."""
-    beams = len(grid.bearing_rad)
-    planes = len(grid.vertical)
-    widest = 0.5 * math.pi / grid.beam_width_rad
-    width = beam_share(grid.horizontal, -widest, widest) * grid.beam_width_rad
-    level = math.hypot(bed.down[0], bed.down[1]) < LEVEL
-    column = np.zeros((planes, grid.samples))
-    for beam in range(beams):
-        if beam == 0 or not level:
-            column[:] = 0.0
-            bed_column(bed, grid, grid.bearing_rad[beam], column)
-        for plane in range(planes):
-            row = image[plane * beams + beam]
-            for j in range(grid.samples):
-                row[j] += width * column[plane, j]
+def bed_columns(bed: FlatBed, grid: Grid, lean: float) -> Array:
+    """Return the echo, m2 per radian of bearing, at bearings evenly from the first to the last beam.
+
+    (planes, bearings, samples); one bearing when the bed is level. From one to the next the elevation of the sea-bed
+    changes by at most `lean` radians, so that what lies between is linear.
+    """
+    tilt = math.hypot(bed.down[0], bed.down[1])
+    span = grid.bearing_rad[-1] - grid.bearing_rad[0]
+    parts = min(math.ceil(tilt * span / lean), 4 * len(grid.bearing_rad)) if tilt > LEVEL else 0
+    out = np.zeros((len(grid.vertical), parts + 1, grid.samples))
+    for k in range(parts + 1):
+        bed_column(bed, grid, grid.bearing_rad[0] + span * k / max(parts, 1), out[:, k])
+    return out
 
 
 @compiled
-def bed_range(bed: FlatBed, x: float, y: float, z: float, far: float) -> float:
-    """Return the range at which the ray along (x, y, z) meets the sea-bed, `far` when it does not."""
-    sinking = bed.down[0] * x + bed.down[1] * y + bed.down[2] * z
-    if bed.height_m <= 0.0 or sinking * far <= bed.height_m:
-        return far
-    return float(bed.height_m / sinking)
+def _blend(columns: Array, plane: int, bearing_rad: float, grid: Grid, first: int, last: int, out: Array) -> None:
+    """Set bins [first, last) of `out` to the echo at one bearing between those of `columns`."""
+    parts = columns.shape[1] - 1
+    span = max(grid.bearing_rad[-1] - grid.bearing_rad[0], 1e-9)
+    place = min(max((bearing_rad - grid.bearing_rad[0]) / span, 0.0), 1.0) * parts
+    k = min(int(place), max(parts - 1, 0))
+    share = place - k
+    low, high = columns[plane, k, first:last], columns[plane, min(k + 1, parts), first:last]
+    target = out[first:last]
+    for j in range(last - first):
+        target[j] = low[j] + share * (high[j] - low[j])
+
+
+@compiled
+def add_bed(image: Array, columns: Array, grid: Grid) -> None:
+    """Add the sea-bed's mean echo, m2, to `image` (beams, samples); it varies little across a beam."""
+    beams = len(grid.bearing_rad)
+    width = pattern_width(grid)
+    column = np.empty(grid.samples)
+    for plane in range(len(columns)):
+        for beam in range(beams):
+            if beam == 0 or columns.shape[1] > 1:
+                _blend(columns, plane, grid.bearing_rad[beam], grid, 0, grid.samples, column)
+            row = image[plane * beams + beam]
+            for j in range(grid.samples):
+                row[j] += width * column[j]
+
+
+@compiled
+def hide_bed(image: Array, bed: FlatBed, columns: Array, grid: Grid, shades: Array, reach: float) -> None:
+    """Take out of `image` (beams, samples) what `shades` (see shadow) hide of the sea-bed."""
+    border = np.empty(2)
+    column = np.empty((len(columns), 1, grid.samples))
+    for row in shades:
+        border[0], border[1] = row[WEST], row[EAST]
+        middle = 0.5 * (row[WEST] + row[EAST])
+        near, far = _meet(bed, middle, row[LOW]), _meet(bed, middle, row[HIGH])
+        begin = max((near - grid.edge_m) / grid.dr_m, 0.0)
+        finish = min((far - grid.edge_m) / grid.dr_m, float(grid.samples))
+        if begin >= finish:
+            continue
+        first, last = int(begin), min(int(finish) + 1, grid.samples)
+        for plane in range(len(columns)):
+            _blend(columns, plane, middle, grid, first, last, column[plane, 0])
+            column[plane, 0, first] *= min(first + 1.0, finish) - begin
+            if last - 1 > first:
+                column[plane, 0, last - 1] *= max(0.0, finish - (last - 1))
+        mix(image, column, first, last, -shares_of(border, grid, reach))
+
+
+@compiled
+def flat_ranges(bed: FlatBed, bearing: Array, elevation: Array) -> Array:
+    """Return the ranges, FAR where there is none, at which the rays through cells of a fan meet the sea-bed.
+
+    `bearing`, `elevation`: the cells' borders; (bearings, elevations).
+    """
+    sines = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
+    out = np.empty((len(bearing) - 1, len(sines)))
+    for a in range(out.shape[0]):
+        for e in range(out.shape[1]):
+            out[a, e] = _meet(bed, 0.5 * (bearing[a] + bearing[a + 1]), sines[e])
+    return out
+
+
+@compiled
+def _meet(bed: FlatBed, bearing_rad: float, sine: float) -> float:
+    """Return the range, FAR where there is none, of the sea-bed at a bearing and the sine of an elevation."""
+    level = math.sqrt(max(0.0, 1.0 - sine * sine))
+    along = bed.down[0] * math.cos(bearing_rad) + bed.down[1] * math.sin(bearing_rad)
+    sinking = along * level - bed.down[2] * sine
+    return float(bed.height_m / sinking) if sinking * FAR > bed.height_m else FAR

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from ods.settings_file import load
 from ods.sim_sonar import patterns
-from ods.sim_sonar.sonar_settings import SonarFile
+from ods.sim_sonar.sonar_settings import SonarFile, VerticalPattern
 
 Array = NDArray[np.float64]
 
@@ -84,8 +84,12 @@ def make_sonar(file: SonarFile) -> SonarModel:
         dr_m=file.dr_m,
         samples=file.samples,
         overhead_s=file.overhead_s,
-        vertical_two_way=np.stack(
-            [patterns.two_way_table(file.vertical.angle_deg, file.vertical.level_db, axis) for axis in axes]
-        ),
+        vertical_two_way=np.stack([_vertical(file.vertical, axis) for axis in axes]),
         horizontal_cumulative=patterns.horizontal_cumulative(file.side_lobe_db, 360.0 / file.beam_width_deg),
     )
+
+
+def _vertical(pattern: VerticalPattern, axis_rad: float) -> Array:
+    if pattern.aperture_wavelengths is not None:
+        return patterns.aperture_table(pattern.aperture_wavelengths, axis_rad)
+    return patterns.two_way_table(pattern.angle_deg, pattern.level_db, axis_rad)

@@ -22,6 +22,8 @@ class VerticalPattern(Settings, frozen=True, kw_only=True):
         default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -38, -30, -25, -26, -29, -33, -40, -55]
     )
     """Two-way level at those angles, dB, 0 at the first; held beyond the last."""
+    aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None
+    """Instead of the table: height, in wavelengths, of an evenly lit aperture that both sends and receives."""
 
     def __post_init__(self) -> None:
         if len(self.angle_deg) != len(self.level_db) or len(self.angle_deg) < 2:

@@ -55,7 +55,7 @@ class LifeSettings(Settings, frozen=True):
     """Echoes before a new object is reported."""
     confirm_existence: Probability = 0.99
     """Existence probability before a new object is reported."""
-    drop_existence: Probability = 0.2
+    drop_existence: Probability = 0.4
     """A reported object below this existence probability is given up."""
     edge_sigmas: NonNegative = 2.0
     """A missed echo counts only where the prediction is inside the sector by so many standard deviations."""

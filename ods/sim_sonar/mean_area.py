@@ -1,0 +1,54 @@
+"""The mean image of a scene seen by a sonar: arrays in, one array out; no noise, no levels."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods import geometry
+from ods.sim_sonar import bodies
+from ods.sim_sonar.bed import Bed
+from ods.sim_sonar.bed_view import view_of
+from ods.sim_sonar.detail import detail_of
+from ods.sim_sonar.fan import add_object
+from ods.sim_sonar.grid import Grid
+from ods.sim_sonar.plan import fan_of, rivals_of
+from ods.sim_sonar.shadow import SHADE_COLUMNS, shades_of
+
+Array = NDArray[np.float64]
+
+
+def mean_area(
+    grid: Grid,
+    objects: Array,
+    sea_bed: Bed | None,
+    position_ned: Array,
+    attitude: Array,
+    *,
+    shadows: bool = True,
+    max_error: float = 0.03,
+) -> Array:
+    """Return the mean image, (beams, samples) float64: the area, m2, that each sample hears, weighted by eq. 5.
+
+    A sample hears the sum of gamma(alpha) S^2(beta) B(bearing) cos(alpha) dA over the lit surfaces in its range bin, B
+    being the beam's horizontal pattern. Spreading and absorption are taken as undone by the sonar's gain. `objects` are
+    (n, bodies.COLUMNS) rows in NED, m; `sea_bed`: see bed.make_bed; `position_ned` (3,), m; `attitude` (4,), body to
+    global. Without `shadows` objects hide nothing; what the sea-bed hides is never seen. `max_error` is the relative
+    rms error that the image may have after a mean over 3 beams x 9 samples; detail.levels() has a ladder of values.
+    """
+    detail = detail_of(max_error)
+    rotation = geometry.rotation_matrix(attitude)
+    image = np.zeros((len(grid.vertical) * len(grid.bearing_rad), grid.samples))
+    view = view_of(sea_bed, grid, position_ned, rotation, detail)
+    seen = bodies.to_sonar_frame(objects, position_ned, rotation)
+    shades = [np.empty((0, SHADE_COLUMNS))]
+    nobody = np.empty(0, np.int64)
+    for which, rivals in enumerate(rivals_of(seen)):
+        fan = fan_of(seen[which], grid, max_error)
+        if len(fan.bearing) == 0:
+            continue
+        limit = view.hides_beyond(fan, grid)
+        hiders = rivals if shadows else nobody
+        ranges = add_object(image, seen, which, hiders, fan.bearing, fan.elevation, limit, grid)
+        if shadows:
+            shades.append(shades_of(ranges, fan.bearing, fan.elevation, which))
+    view.add_to(image, grid, np.concatenate(shades))
+    return np.maximum(image, 0.0, out=image)

@@ -1,0 +1,271 @@
+"""A rough sea-bed's echo: columns of steps over its facets, marched outwards from the sonar.
+
+A column is a thin slice of the fan at one bearing. Going out, each step is a short piece of sea-bed of which the sonar
+sees what rises above all before it (the horizon). The piece returns gamma S^2 R^2 over the elevations that it fills
+(eq. 5; R^2 turns solid angle into area), spread over the ranges that it spans. gamma is that of the facet's own slope.
+Far away, where a column grows wider than the sea-bed's structure, it is split in two, which both inherit its horizon.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.sim_sonar.bodies import FAR
+from ods.sim_sonar.grid import Grid
+from ods.sim_sonar.jit import compiled
+from ods.sim_sonar.shadow import shades_on, visible_share
+from ods.sim_sonar.table import look_up
+
+Array = NDArray[np.float64]
+Nodes = NDArray[np.float32]
+
+STEEPEST = 0.02
+"""Least cosine between a step and the ray that is told apart from 0: there the whole step lies at one range."""
+LEAST_LEAN = 0.02
+"""Least cosine between the sonar's axis and a facet's normal, times the normal's length, at which it is a slope."""
+NEAR, REACH, LOW, HIGH, GAMMA_NEAR, GAMMA, DENSITY_NEAR, DENSITY, SEEN, PIECE_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+"""A visible piece of sea-bed, a row of numbers: ranges of its ends, sines of their elevations, gamma, lit area per
+metre of range (the density), and the share of it that no object hides."""
+
+
+class RoughBed(NamedTuple):
+    """A rough sea-bed as the sonar sees it; its frame is the mean plane's: x, y in the plane, z down."""
+
+    nodes: Nodes
+    """HeightField.nodes, flattened."""
+    rows: int
+    columns: int
+    """Facets of the field in x and in y."""
+    facet_m: float
+    corner_m: tuple[float, float]
+    repeats: bool
+    sonar_m: Array
+    """(3,) the sonar in the sea-bed's frame; z is negative."""
+    turn: Array
+    """(3, 3) from the sonar's frame to the sea-bed's."""
+    gamma: Array
+    """Eq. 3 over cos(alpha), even from 0 to 1."""
+
+
+class Trace(NamedTuple):
+    """The half plane of one bearing, in the sea-bed's frame; places in facets from the field's corner."""
+
+    start: tuple[float, float]
+    """Below the sonar."""
+    ahead: tuple[float, float]
+    """Change of place per metre ahead."""
+    upward: tuple[float, float]
+    """Change of place per metre up the sonar's axis."""
+    toward: tuple[float, float]
+    """Direction ahead, metres in x and y per metre."""
+    across: tuple[float, float, float]
+    """Unit normal."""
+    height: float
+    """Of the sonar above the mean plane, m."""
+    down: float
+    """Fall per metre ahead."""
+    per_side: tuple[float, float]
+    """One over the field's facets in x and in y."""
+    stretch: float
+    """Metres up the sonar's axis per metre of height."""
+
+
+@compiled
+def trace_of(bed: RoughBed, bearing_rad: float) -> Trace:
+    """Return the half plane of a bearing."""
+    c, s, m, unit = math.cos(bearing_rad), math.sin(bearing_rad), bed.turn, 1.0 / bed.facet_m
+    x, y = m[0, 0] * c + m[0, 1] * s, m[1, 0] * c + m[1, 1] * s
+    return Trace(
+        ((bed.sonar_m[0] - bed.corner_m[0]) * unit, (bed.sonar_m[1] - bed.corner_m[1]) * unit),
+        (x * unit, y * unit),
+        (-m[0, 2] * unit, -m[1, 2] * unit),
+        (x, y),
+        (m[0, 1] * c - m[0, 0] * s, m[1, 1] * c - m[1, 0] * s, m[2, 1] * c - m[2, 0] * s),
+        -bed.sonar_m[2],
+        m[2, 0] * c + m[2, 1] * s,
+        (1.0 / bed.rows, 1.0 / bed.columns),
+        1.0 / m[2, 2],
+    )
+
+
+@compiled
+def surface(bed: RoughBed, trace: Trace, ahead: float, up: float) -> tuple[float, float, float]:
+    """Return the sea-bed `ahead` metres along a trace: metres up the sonar's axis, and its slopes in x and y.
+
+    `up` is a guess of the former, right to within the height of a step; it matters only when the vehicle leans.
+    """
+    p = trace.start[0] + ahead * trace.ahead[0] + up * trace.upward[0]
+    q = trace.start[1] + ahead * trace.ahead[1] + up * trace.upward[1]
+    if bed.repeats:
+        p -= bed.rows * math.floor(p * trace.per_side[0])
+        q -= bed.columns * math.floor(q * trace.per_side[1])
+    p, q = min(max(p, 0.0), float(bed.rows)), min(max(q, 0.0), float(bed.columns))
+    i, j = min(int(p), bed.rows - 1), min(int(q), bed.columns - 1)
+    line = 3 * (bed.columns + 1)
+    corner = i * line + 3 * j
+    height = _between(bed.nodes, corner, line, p - i, q - j)
+    slope_x = _between(bed.nodes, corner + 1, line, p - i, q - j)
+    slope_y = _between(bed.nodes, corner + 2, line, p - i, q - j)
+    return (ahead * trace.down - trace.height + height) * trace.stretch, slope_x, slope_y
+
+
+@compiled
+def _between(nodes: Nodes, corner: int, line: int, a: float, b: float) -> float:
+    """Interpolate between the four nodes of a facet."""
+    first = nodes[corner] + a * (nodes[corner + line] - nodes[corner])
+    second = nodes[corner + 3] + a * (nodes[corner + line + 3] - nodes[corner + 3])
+    return float(first + b * (second - first))
+
+
+@compiled
+def _echo(bed: RoughBed, trace: Trace, ahead: float, guess: float) -> tuple[float, float, float, float, float]:
+    """Return what lies `ahead`: range, sine of elevation, gamma, density R^2 d(sine) / dR, metres up."""
+    up, slope_x, slope_y = surface(bed, trace, ahead, guess)
+    reach = max(math.sqrt(ahead * ahead + up * up), 1e-9)
+    lean = 1.0 / trace.stretch + slope_x * bed.turn[0, 2] + slope_y * bed.turn[1, 2]
+    slope = (trace.down + slope_x * trace.toward[0] + slope_y * trace.toward[1]) / max(lean, LEAST_LEAN)
+    facing = ahead * slope - up
+    per_metre = 1.0 / reach
+    if facing <= 0.0:
+        return reach, up * per_metre, 0.0, 0.0, up
+    aside = slope_x * trace.across[0] + slope_y * trace.across[1] + trace.across[2]
+    normal = 1.0 + slope_x * slope_x + slope_y * slope_y
+    upright = max(0.0, normal - aside * aside) / (normal * (1.0 + slope * slope))
+    gamma = look_up(bed.gamma, facing * per_metre * math.sqrt(upright))
+    away = max(abs(ahead + up * slope), STEEPEST * reach)
+    return reach, up * per_metre, gamma, ahead * facing / away, up
+
+
+@compiled
+def march(
+    bed: RoughBed, grid: Grid, bearing: Array, ahead: Array, horizon: Array, shades: Array, out: Array
+) -> tuple[int, int]:
+    """Add the echo of columns, m2 per radian of bearing, to `out` (planes, columns, samples).
+
+    `bearing` (columns + 1) are the columns' borders, `ahead` the ends of the steps, m. `horizon` (columns,) is the sine
+    of the elevation up to which each column is filled, and is moved on. `shades`: see shadow. Returns the first and
+    last+1 sample touched.
+    """
+    pieces = np.empty((len(ahead), PIECE_COLUMNS))
+    nearest, farthest = FAR, 0.0
+    for c in range(len(bearing) - 1):
+        trace = trace_of(bed, 0.5 * (bearing[c] + bearing[c + 1]))
+        count, horizon[c] = _see(bed, trace, ahead, horizon[c], pieces)
+        mine = shades_on(shades, bearing[c], bearing[c + 1])
+        for k in range(count if len(mine) else 0):
+            middle = 0.5 * (pieces[k, NEAR] + pieces[k, REACH])
+            pieces[k, SEEN] = visible_share(mine, pieces[k, LOW], pieces[k, HIGH], middle)
+        for plane in range(len(out)):
+            _fill(out[plane, c], pieces, count, grid.vertical[plane], grid)
+        for k in range(count):
+            nearest = min(nearest, pieces[k, NEAR], pieces[k, REACH])
+            farthest = max(farthest, pieces[k, NEAR], pieces[k, REACH])
+    first = min(max(int((nearest - grid.edge_m) / grid.dr_m), 0), grid.samples)
+    return first, min(max(int((farthest - grid.edge_m) / grid.dr_m) + 1, first), grid.samples)
+
+
+@compiled
+def _see(bed: RoughBed, trace: Trace, ahead: Array, horizon: float, pieces: Array) -> tuple[int, float]:
+    """Set `pieces` to what is seen along a trace; return their number and the new horizon."""
+    count = 0
+    guess = (ahead[0] * trace.down - trace.height) * trace.stretch
+    reach, sine, gamma, density, up = _echo(bed, trace, ahead[0], guess)
+    for k in range(1, len(ahead)):
+        last_reach, last_sine, last_gamma, last_density = reach, sine, gamma, density
+        reach, sine, gamma, density, up = _echo(bed, trace, ahead[k], up)
+        low = max(last_sine, horizon)
+        if sine <= low:
+            continue
+        horizon = sine
+        share = (low - last_sine) / (sine - last_sine)
+        piece = pieces[count]
+        piece[NEAR], piece[REACH] = last_reach + share * (reach - last_reach), reach
+        piece[LOW], piece[HIGH] = low, sine
+        piece[GAMMA_NEAR], piece[GAMMA] = last_gamma + share * (gamma - last_gamma), gamma
+        piece[DENSITY_NEAR], piece[DENSITY] = last_density + share * (density - last_density), density
+        piece[SEEN] = 1.0
+        count += 1
+    return count, horizon
+
+
+@compiled
+def _fill(row: Array, pieces: Array, count: int, vertical: Array, grid: Grid) -> None:
+    """Add the echo of `pieces` as heard by one vertical plane to `row` (samples,)."""
+    per_bin = 1.0 / grid.dr_m
+    for k in range(count):
+        near, reach = pieces[k, NEAR], pieces[k, REACH]
+        low, high = pieces[k, LOW], pieces[k, HIGH]
+        first = pieces[k, GAMMA_NEAR] * look_up(vertical, 0.5 + 0.5 * low)
+        second = pieces[k, GAMMA] * look_up(vertical, 0.5 + 0.5 * high)
+        one, other = pieces[k, DENSITY_NEAR], pieces[k, DENSITY]
+        middle = 0.5 * (near + reach)
+        # gamma and density change linearly: the mean of their product is more than the product of their means
+        power = 0.5 * (first + second) * middle * middle * (high - low)
+        power += (second - first) * (other - one) * (reach - near) / 12.0
+        if power > 0.0:
+            begin, finish = (near - grid.edge_m) * per_bin, (reach - grid.edge_m) * per_bin
+            _ramp(row, pieces[k, SEEN] * power, begin, finish, first * one, second * other)
+
+
+@compiled
+def _ramp(row: Array, power: float, one: float, other: float, at_one: float, at_other: float) -> None:
+    """Spread `power` over the bins from `one` to `other`, in a density that changes linearly as the two given do."""
+    if other < one:
+        one, other, at_one, at_other = other, one, at_other, at_one
+    begin, finish = one, max(other, one + 1e-6)
+    total = at_one + at_other
+    if total <= 0.0:
+        at_one, at_other, total = 1.0, 1.0, 2.0
+    per_bin = 1.0 / (finish - begin)
+    unit = 2.0 * power * per_bin / total
+    rise = (at_other - at_one) * unit * per_bin
+    start = at_one * unit - rise * begin
+    low, high = max(begin, 0.0), min(finish, float(len(row)))
+    if low >= high:
+        return
+    first, last = int(low), min(int(high), len(row) - 1)
+    if first == last:
+        row[first] += (high - low) * (start + rise * 0.5 * (low + high))
+        return
+    row[first] += (first + 1 - low) * (start + rise * 0.5 * (low + first + 1))
+    row[last] += (high - last) * (start + rise * 0.5 * (high + last))
+    for j in range(first + 1, last):
+        row[j] += start + rise * (j + 0.5)
+
+
+@compiled
+def meet_ranges(bed: RoughBed, bearing: Array, elevation: Array, ahead: Array, coarse_rad: float) -> Array:
+    """Return the ranges, FAR where there is none, at which the rays through cells of a fan meet the sea-bed.
+
+    `bearing`, `elevation`: the cells' borders; (bearings, elevations). Rays beyond the last step meet nothing. Cells
+    within `coarse_rad` of bearing share one trace.
+    """
+    out = np.full((len(bearing) - 1, len(elevation) - 1), FAR)
+    aim = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
+    group = max(1, int(coarse_rad / (bearing[1] - bearing[0])))
+    for a in range(0, out.shape[0], group):
+        end = min(a + group, out.shape[0])
+        _meet(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), aim, ahead, out[a])
+        for other in range(a + 1, end):
+            out[other] = out[a]
+    return out
+
+
+@compiled
+def _meet(bed: RoughBed, trace: Trace, aim: Array, ahead: Array, out: Array) -> None:
+    """Set `out` to the ranges at which rays of rising sines of elevation, `aim`, meet the sea-bed."""
+    up = -trace.height * trace.stretch
+    e, past, before = 0, 0.0, -1.0
+    for metres in ahead:
+        up = surface(bed, trace, metres, up)[0]
+        reach = max(math.sqrt(metres * metres + up * up), 1e-9)
+        sine = up / reach
+        while e < len(out) and aim[e] < sine:
+            share = (aim[e] - before) / (sine - before) if aim[e] > before else 0.0
+            out[e] = past + share * (reach - past)
+            e += 1
+        past, before = reach, sine
+        if e == len(out):
+            break
