@@ -58,6 +58,7 @@ def _in_plain_words(text: str) -> str:
     """Turn "Expected `float`, got `str` - at `$.a.b`" into "a.b: expected `float`, got `str`"."""
     match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
     message, key = (match[1], match[2]) if match else (text, "")
+    message = message.replace(" | null", "")  # TOML has no null
     field = re.search(r"(unknown|required) field `([^`]+)`", message)
     if field:
         key = f"{key}.{field[2]}" if key else field[2]

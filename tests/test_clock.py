@@ -23,7 +23,7 @@ def stream(count: int, seed: int, drift_ppm: float = 0.0, least_ns: int = 0) -> 
         yield true_ns, device_ns, true_ns + least_ns + int(delays[number])
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 2**31), drift_ppm=st.floats(-90.0, 90.0))
 def test_offset_is_found_within_the_smallest_delays_and_follows_drift(seed: int, drift_ppm: float) -> None:
     estimator = OffsetEstimator()

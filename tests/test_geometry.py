@@ -2,7 +2,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
@@ -18,7 +18,6 @@ def scipy_rotation(roll: float, pitch: float, yaw: float) -> Rotation:
     return Rotation.from_euler("ZYX", [yaw, pitch, roll])
 
 
-@settings(deadline=None)
 @given(angle, angle, angle)
 def test_quaternion_and_matrix_of_euler_angles_agree_with_scipy(roll: float, pitch: float, yaw: float) -> None:
     q = geometry.quat_from_euler(roll, pitch, yaw)
@@ -27,7 +26,6 @@ def test_quaternion_and_matrix_of_euler_angles_agree_with_scipy(roll: float, pit
     np.testing.assert_allclose(geometry.rotation_matrix(q), expected.as_matrix(), atol=1e-12)
 
 
-@settings(deadline=None)
 @given(angle, pitch_angle, angle)
 def test_euler_angles_come_back(roll: float, pitch: float, yaw: float) -> None:
     back = geometry.euler_from_quat(geometry.quat_from_euler(roll, pitch, yaw))
@@ -35,7 +33,6 @@ def test_euler_angles_come_back(roll: float, pitch: float, yaw: float) -> None:
         assert abs(geometry.wrap_angle(float(found) - wanted)) < 1e-9
 
 
-@settings(deadline=None)
 @given(angle, st.sampled_from([-math.pi / 2, math.pi / 2]), angle)
 def test_looking_straight_up_or_down_keeps_the_attitude(roll: float, pitch: float, yaw: float) -> None:
     q = geometry.quat_from_euler(roll, pitch, yaw)
@@ -69,7 +66,6 @@ def test_arrays_are_handled_row_by_row() -> None:
     np.testing.assert_allclose(quats[3], geometry.quat_from_euler(*rpy[3]), atol=1e-15)
 
 
-@settings(deadline=None)
 @given(vector, vector, angle, pitch_angle, angle)
 def test_eq_1_and_its_inverse(
     body: tuple[float, ...], vehicle: tuple[float, ...], roll: float, pitch: float, yaw: float
@@ -88,14 +84,12 @@ def test_polar_signs_by_hand() -> None:
     assert geometry.polar_to_body(np.ones((4, 1)), np.zeros(3)).shape == (4, 3, 3)
 
 
-@settings(deadline=None)
 @given(st.floats(0.1, 1e3), st.floats(-3.1, 3.1), st.floats(-1.5, 1.5))
 def test_polar_coordinates_come_back(range_m: float, bearing: float, elevation: float) -> None:
     back = geometry.body_to_polar(geometry.polar_to_body(range_m, bearing, elevation))
     np.testing.assert_allclose(back, [range_m, bearing, elevation], rtol=1e-9, atol=1e-12)
 
 
-@settings(deadline=None)
 @given(st.floats(-100.0, 100.0))
 def test_wrapped_angles(value: float) -> None:
     wrapped = float(geometry.wrap_angle(value))
@@ -108,7 +102,6 @@ def test_the_half_turn_belongs_to_the_lower_end() -> None:
     np.testing.assert_array_equal(geometry.wrap_angle([math.pi, -math.pi]), [-math.pi, -math.pi])
 
 
-@settings(deadline=None)
 @given(angle, angle, angle, angle, angle, angle, st.floats(0.0, 1.0))
 def test_slerp_agrees_with_scipy(r0: float, p0: float, y0: float, r1: float, p1: float, y1: float, f: float) -> None:
     first, second = scipy_rotation(r0, p0, y0), scipy_rotation(r1, p1, y1)

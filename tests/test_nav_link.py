@@ -10,7 +10,7 @@ from types import SimpleNamespace
 
 import can
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ods import clock
@@ -201,7 +201,6 @@ def test_lines_that_are_no_frames(line: bytes) -> None:
     assert parse(line) is None
 
 
-@settings(deadline=None)
 @given(st.binary(max_size=40))
 def test_arbitrary_lines_do_no_harm(line: bytes) -> None:
     message = parse(line)

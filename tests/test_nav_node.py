@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from ods import __version__
@@ -100,7 +100,6 @@ def test_it_starts_another_node_when_told() -> None:
     assert bench.sent == [(0x000, b"\x01\x05")]
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.sampled_from([0x000, REQUEST, 0x7E5, 0x185]), st.binary(max_size=8), st.booleans())))
 def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> None:
     bench = Bench()

@@ -132,7 +132,7 @@ def test_no_epoch_is_put_together_from_two_that_look_alike() -> None:
 
 
 @given(st.lists(st.tuples(st.integers(1, 40), st.integers(0, 5)), max_size=150))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_whatever_is_lost_repeated_or_swapped_a_pose_is_never_a_mixture(order: list[tuple[int, int]]) -> None:
     bench = Bench()
     for step, (number, place) in enumerate(order):
@@ -169,7 +169,6 @@ def test_short_and_extended_frames_are_counted_and_dropped() -> None:
     assert len(bench.epoch(2)) == 1
 
 
-@settings(deadline=None)
 @given(st.lists(st.tuples(st.integers(0, 0x7FF) | st.sampled_from(IDS), st.binary(max_size=8), st.booleans())))
 def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> None:
     bench = Bench()

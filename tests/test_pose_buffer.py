@@ -45,7 +45,7 @@ def angle_between(a: np.ndarray | Quaternion, b: np.ndarray | Quaternion) -> flo
 angles = st.floats(-math.pi, math.pi)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(angles, angles, angles, angles, angles, angles, st.integers(0, 10 * MS))
 def test_interpolation_agrees_with_scipy(
     r0: float, p0: float, y0: float, r1: float, p1: float, y1: float, t: int

@@ -74,7 +74,7 @@ steps = st.lists(
 )
 
 
-@settings(deadline=None, max_examples=150)
+@settings(max_examples=150)
 @given(steps, st.floats(0.0, 10.0))
 def test_the_closed_form_equals_the_matrix_form(
     sequence: list[tuple[float, tuple[float, float] | None]], noise: float
@@ -128,7 +128,6 @@ def test_no_time_changes_nothing() -> None:
         np.testing.assert_array_equal(old, new)
 
 
-@settings(deadline=None)
 @given(st.floats(1e-9, 1e5), st.floats(0.0, 1.0), st.floats(1e-6, 1e3))
 def test_two_steps_equal_a_long_one(dt: float, share: float, noise: float) -> None:
     once, twice = axis(1.0, 2.0, 3.0), axis(1.0, 2.0, 3.0)

@@ -101,6 +101,8 @@ def watch() -> Watch:
     made = Watch(0, ("sonar", "pipeline", "nav"))
     for process in ("sonar", "pipeline", "nav"):
         made.health(health(process, 9.5))
+    made.ping(round(8.0 * NS))
+    made.ping(round(8.5 * NS))
     made.ping(round(9.8 * NS))
     made.pose(round(9.99 * NS))
     return made
@@ -108,6 +110,16 @@ def watch() -> Watch:
 
 def test_all_is_well() -> None:
     assert watch().reasons(10 * NS, pose_known=True) == []
+
+
+def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
+    started = watch()
+    started._first_ping_ns = round(9.2 * NS)
+    assert started.reasons(10 * NS, pose_known=True) == [
+        "the tracker has just started: objects are still being confirmed"
+    ]
+    started.ping(round(10.3 * NS))
+    assert started.reasons(round(10.3 * NS), pose_known=True) == []
 
 
 @pytest.mark.parametrize(
@@ -144,6 +156,16 @@ def test_before_anything_came() -> None:
     fresh = Watch(10 * NS, ("sonar",))
     assert fresh.reasons(10 * NS, pose_known=True) == ["no ping yet", "no pose yet"]
     assert fresh.reasons(13 * NS, pose_known=True)[2:] == ["sonar: no sign of life for 3.0 s"]
+
+
+def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
+    fresh = Watch(0, ())
+    told = []
+    for t_s in (1.0, 1.9, 2.1):
+        fresh.ping(round(t_s * NS))
+        fresh.pose(round(t_s * NS))
+        told.append(len(fresh.reasons(round(t_s * NS), pose_known=True)))
+    assert told == [1, 1, 0]
 
 
 def test_an_older_ping_does_not_make_the_newest_one_older() -> None:

@@ -8,6 +8,8 @@ from ods.messages import Health
 
 PING_STALE_S = bus.TOPICS["detections"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
+SETTLE_S = 1.0
+"""From the first ping until every object in view can have been confirmed."""
 
 
 class Watch:
@@ -15,12 +17,14 @@ class Watch:
 
     def __init__(self, started_ns: int, processes: Iterable[str]) -> None:
         self._started_ns = started_ns
+        self._first_ping_ns: int | None = None
         self._ping_ns: int | None = None
         self._pose_ns: int | None = None
         self._health: dict[str, Health | None] = dict.fromkeys(processes)
 
     def ping(self, t_ns: int) -> None:
         """Detections of the ping transmitted at `t_ns` came."""
+        self._first_ping_ns = t_ns if self._first_ping_ns is None else self._first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
@@ -43,6 +47,8 @@ class Watch:
         found = []
         if self.silent(now_ns):
             found.append(_silence("ping", self._ping_ns, now_ns))
+        elif self._settling():
+            found.append("the tracker has just started: objects are still being confirmed")
         if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
             found.append(_silence("pose", self._pose_ns, now_ns))
         elif not pose_known:
@@ -50,6 +56,11 @@ class Watch:
         for process, report in self._health.items():
             found += self._of_process(process, report, now_ns)
         return found
+
+    def _settling(self) -> bool:
+        if self._ping_ns is None or self._first_ping_ns is None:
+            return True
+        return self._ping_ns - self._first_ping_ns < SETTLE_S * NS
 
     def _of_process(self, process: str, report: Health | None, now_ns: int) -> list[str]:
         newest_ns = self._started_ns if report is None else report.t_ns
