@@ -1,6 +1,7 @@
 """Reads TOML files into typed settings; an unknown key or a bad value is one line that names file and key."""
 
 import math
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -34,7 +35,7 @@ def load(path: Path, kind: type[T]) -> T:
 
     def hook(wanted: type, value: Any) -> Any:
         if wanted is Path and isinstance(value, str):
-            return folder / Path(value).expanduser()
+            return Path(os.path.normpath(folder / Path(value).expanduser()))
         raise TypeError(f"Expected `str`, got `{type(value).__name__}`")
 
     try:

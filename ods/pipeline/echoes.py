@@ -63,16 +63,16 @@ def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions
             image, regions.runs, regions.background, fan.bearing_rad, fan.borders_rad, fan.beam_width_rad,
             fan.range0_m, fan.dr_m, table,
         )  # fmt: skip
-        _raw_peaks(frame, first, regions.runs, table[:, -1])
+        _raw_peaks(frame, first, regions.runs, table)
     return table
 
 
 @kernel
-def _raw_peaks(frame: NDArray[np.generic], first: int, runs: Runs, peaks: Row) -> None:
+def _raw_peaks(frame: NDArray[np.generic], first: int, runs: Runs, table: Table) -> None:
     for i in range(runs.shape[0]):
         values = frame[runs[i, 0], first + runs[i, 1] : first + runs[i, 2]]
         for j in range(values.size):
-            peaks[runs[i, 3] - 1] = max(peaks[runs[i, 3] - 1], values[j])
+            table[runs[i, 3] - 1, -1] = max(table[runs[i, 3] - 1, -1], values[j])
 
 
 @kernel

@@ -32,7 +32,7 @@ class PipelineWorker(Worker[OnboardConfig]):
         """Build the chain and compile it."""
         try:
             self._chain = Chain(self.settings.pipeline)
-            warm_up(self._chain)
+            warm_up(self._chain, self.settings.pipeline.min_range_m)
         except StageError as error:
             raise StartError(str(error)) from error
 

@@ -6,7 +6,6 @@ The fan has no resolution in elevation: a measurement is a range and a bearing, 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ods.geometry import Array
 from ods.tracker.scan import Echoes, Vehicle
@@ -56,10 +55,6 @@ class Fix:
     """The object is within this of `position[2]`, m."""
     radius: Array
     radius_variance: Array
-
-    def take(self, rows: NDArray[np.intp]) -> "Fix":
-        """Return the fixes of an index array."""
-        return Fix(*(getattr(self, name)[..., rows] for name in Fix.__slots__))
 
 
 def sight(position: Array, variance: Array, covariance_ne: Array, vehicle: Vehicle) -> Sight:
