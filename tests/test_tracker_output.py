@@ -23,7 +23,7 @@ def picture(*ids: int) -> Picture:
 
 
 def test_an_obstacle_says_all_that_is_known() -> None:
-    (obstacle,) = ObstacleLister(5).obstacles(picture(7))
+    (obstacle,) = ObstacleLister(5, 0.0).obstacles(picture(7))
     assert obstacle == Obstacle(
         id=7,
         state="hibernated",
@@ -41,8 +41,14 @@ def test_an_obstacle_says_all_that_is_known() -> None:
     assert map_objects(picture(7), 300) == [ROCK]
 
 
+def test_what_the_sonar_cannot_see_of_a_shape_stays_uncertain() -> None:
+    (obstacle,) = ObstacleLister(5, 0.2).obstacles(picture(7))
+    assert obstacle.sigma_position == pytest.approx((np.hypot(0.1, 0.3), np.hypot(0.2, 0.3), 3.0))
+    assert obstacle.sigma_radius == pytest.approx(np.hypot(0.2, 0.3))
+
+
 def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
-    lister = ObstacleLister(announce_ended=3)
+    lister = ObstacleLister(announce_ended=3, shape_sigma=0.0)
     lister.end(picture(1, 2))
     lists = [
         lister.obstacles(picture(5)),
@@ -62,7 +68,7 @@ def test_no_number_that_is_not_finite_gets_out() -> None:
     bad = picture(1, 2, 3)
     bad.position[0, 1] = np.nan
     bad.sigma_velocity[1, 2] = np.inf
-    lister = ObstacleLister(5)
+    lister = ObstacleLister(5, 0.0)
     assert [o.id for o in lister.obstacles(bad)] == [1]
     assert lister.counters == {"obstacle_not_finite": 2}
 
@@ -79,7 +85,7 @@ def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
     both = tracker.picture(within=(np.zeros(3), 150.0))
     assert sorted(zip(both.id.tolist(), both.state.tolist(), strict=True)) == [(1, life.HIBERNATED), (10, 1), (11, 1)]
     assert sorted(tracker.picture().id.tolist()) == [1, 2, 10, 11]
-    (obstacle,) = [o for o in ObstacleLister(5).obstacles(both) if o.id == 10]
+    (obstacle,) = [o for o in ObstacleLister(5, 0.0).obstacles(both) if o.id == 10]
     assert obstacle.times_seen == 40
     assert obstacle.first_seen_utc_ns == 0
 

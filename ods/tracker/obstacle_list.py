@@ -23,8 +23,10 @@ class ObstacleLister:
     `counters`: `obstacle_not_finite` (left out: no number that is not finite leaves the tracker).
     """
 
-    def __init__(self, announce_ended: int) -> None:
+    def __init__(self, announce_ended: int, shape_sigma: float) -> None:
+        """`announce_ended`, `shape_sigma`: see `PlannerSettings`."""
         self.counters: Counter[str] = Counter()
+        self._shape_sigma = shape_sigma
         self._announce = announce_ended
         self._ended: dict[int, tuple[Obstacle, int]] = {}
 
@@ -49,15 +51,17 @@ class ObstacleLister:
         if not finite.all():
             self.counters["obstacle_not_finite"] += int(np.count_nonzero(~finite))
             picture = picture.take(finite)
+        shape = self._shape_sigma * picture.radius
+        horizontal = np.hypot(picture.sigma_position[:2], shape)
         columns = (
             picture.id,
             picture.state,
             picture.position.T,
             picture.velocity.T,
             picture.radius,
-            picture.sigma_position.T,
+            np.vstack([horizontal, picture.sigma_position[2:]]).T,
             picture.sigma_velocity.T,
-            picture.sigma_radius,
+            np.hypot(picture.sigma_radius, shape),
             picture.first_seen_utc_ns,
             picture.last_seen_utc_ns,
             picture.times_seen,

@@ -29,7 +29,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         super().__init__(service, settings)
         self._poses = PoseBuffer(settings.tracker.pose.capacity, settings.tracker.pose.max_extrapolation_s)
         self._waiting: deque[Detections] = deque()
-        self._lister = ObstacleLister(settings.tracker.planner.announce_ended)
+        self._lister = ObstacleLister(settings.tracker.planner.announce_ended, settings.tracker.planner.shape_sigma)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.complain_once)
