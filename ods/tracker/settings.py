@@ -84,8 +84,8 @@ class PlannerSettings(Settings, frozen=True):
     announce_ended: PositiveInt = 5
     """Consecutive lists that report an ended object as `terminated`."""
     shape_sigma: NonNegative = 0.2
-    """Standard deviation of an object's horizontal place and radius that no number of echoes takes away, in units of its
-    radius: a sonar sees the near side only, and the object's shape is not known."""
+    """Standard deviation of an object's horizontal place and radius that no number of echoes takes away, in units of
+    its radius: a sonar sees the near side only, and the object's shape is not known."""
     hibernated_within_m: NonNegative = 150.0
     """Hibernated objects are listed up to this distance from the vehicle, m."""
 
