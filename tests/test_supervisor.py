@@ -1,6 +1,7 @@
 """The supervisor with small processes of its own: restarts, hangs, give-up, clean stop."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -8,6 +9,7 @@ import textwrap
 import time
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -129,3 +131,13 @@ def test_deploy_units_name_the_processes_of_the_table() -> None:
     wants = next(line for line in target.splitlines() if line.startswith("Wants="))
     assert wants.removeprefix("Wants=").split() == [f"ods@{process.name}.service" for process in on_board()]
     assert "ExecStart=/opt/ods/bin/ods %i --config" in (DEPLOY / "ods@.service").read_text()
+
+
+@pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="systemd is not installed")
+def test_systemd_takes_the_unit_without_a_word_and_calls_it_hardened(tmp_path: Path) -> None:
+    unit = tmp_path / "ods@nav.service"
+    unit.write_text((DEPLOY / "ods@.service").read_text().replace("/opt/ods/bin/ods", "/bin/true"))
+    verify = ["systemd-analyze", "verify", "--recursive-errors=no", str(unit)]  # it exits with 0 on unknown keys
+    assert subprocess.run(verify, capture_output=True, text=True).stderr == ""
+    security = ["systemd-analyze", "security", "--offline=true", "--threshold=30", str(unit)]
+    assert subprocess.run(security, capture_output=True).returncode == 0

@@ -1,0 +1,55 @@
+"""The planner's examples in the README work as they stand, with only the run folder replaced."""
+
+import re
+import select
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import zmq
+
+from ods import bus
+from ods.messages import Obstacle, ObstacleList
+
+README = Path(__file__).parents[1] / "README.md"
+EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+ROCK = Obstacle(
+    id=7, state="active", position_ned=(31.5, -2.25, 20.0), velocity_ned=(0.0, 0.0, 0.0), radius_m=1.5,
+    sigma_position=(0.1, 0.1, 3.0), sigma_velocity=(0.0, 0.0, 0.0), sigma_radius=0.1, first_seen_utc_ns=0,
+    last_seen_utc_ns=0, times_seen=9, existence=1.0,
+)  # fmt: skip
+
+
+@pytest.fixture
+def run_dir() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="ods-") as folder:  # a socket path must be short
+        yield Path(folder)
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=["client", "plain"])
+def test_planner_example_prints_the_obstacles(example: str, run_dir: Path) -> None:
+    assert "/tmp/ods" in example
+    assert len(example.strip().splitlines()) <= 11
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = bus.Publisher(context, run_dir, "tracker")
+    program = example.replace("/tmp/ods", str(run_dir))
+    planner = subprocess.Popen([sys.executable, "-u", "-c", program], stdout=subprocess.PIPE, text=True)
+    assert planner.stdout is not None
+    try:
+        for seq in range(200):
+            publisher.publish("obstacles", ObstacleList(seq, seq, 0, 0, 0, True, [], [ROCK]))
+            if select.select([planner.stdout], [], [], 0.05)[0]:
+                break
+        assert "31.5, -2.25, 20.0" in planner.stdout.readline()
+    finally:
+        planner.kill()
+        planner.wait()
+        publisher.close()
+        context.term()
+
+
+def test_both_examples_are_there() -> None:
+    assert len(EXAMPLES) == 2
