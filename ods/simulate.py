@@ -14,11 +14,10 @@ from ods.errors import OdsError
 from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene import load_scene
-from ods.sim_sonar.sonar import SonarModel, load_sonar
+from ods.simulate_files import find_sonar
 from ods.sonar_link.ping_file import write_ping_file
 from ods.sonar_link.s7k_file import write_s7k
 
-SONARS = Path("config/sonars")
 START_UTC_NS = 1_577_836_800_000_000_000
 """UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""
 TRUTH_SUFFIX = ".truth.jsonl"
@@ -32,37 +31,33 @@ class Shot(NamedTuple):
 
 
 def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None) -> None:
-    """Write the pings of a scene from its beginning, and `<out>.truth.jsonl` beside them: one Truth a line.
+    """Write the pings of a scene from its beginning.
 
     `sonar` is the name of a file in config/sonars, or a path. The ending of `out` tells what is written: .npz or .s7k,
-    the whole scene where `pings` is not given; .png, one picture a ping, one where it is not given.
-    Raises OdsError: a bad file or option, or a scene that the format cannot carry.
+    the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one picture
+    a ping, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format cannot carry.
     """
     if out.suffix not in WRITERS:
         raise OdsError(f"{out}: the ending must be one of {', '.join(WRITERS)}")
-    model = find_sonar(sonar)
+    if not out.parent.is_dir():
+        raise OdsError(f"{out}: no such folder: {out.parent}")
     loaded = load_scene(scene)
+    model = find_sonar(sonar, scene)
     if out.suffix == ".s7k" and loaded.file.image.samples == "linear8":
         raise OdsError(f"{scene}: image.samples: s7k has no record for linear8")
     whole = 1 if out.suffix == ".png" else int(loaded.file.duration_s / model.ping_period_s) + 1
     try:
         images = ImageSimulator(model, loaded, seed)
         shots = _progress(_shots(images), whole if pings is None else pings, out)
+        if out.suffix == ".png":
+            _write_png(out, shots)
+            return
         with out.with_suffix(TRUTH_SUFFIX).open("wb") as truths:
             WRITERS[out.suffix](out, _noting(shots, truths.write))
     except ValueError as error:
         raise OdsError(f"{scene}: {error}") from error
     except OSError as error:
         raise OdsError(f"{out}: {error.strerror}") from error
-
-
-def find_sonar(name: str) -> SonarModel:
-    """Return the sonar of that name or path. Raises OdsError, which tells the known names."""
-    path = Path(name) if name.endswith(".toml") else SONARS / f"{name}.toml"
-    if not path.is_file() and path.parent == SONARS:
-        known = ", ".join(sorted(item.stem for item in SONARS.glob("*.toml"))) or "none"
-        raise OdsError(f"no sonar {name!r} in {SONARS} (there are: {known})")
-    return load_sonar(path)
 
 
 def _shots(images: ImageSimulator) -> Iterator[Shot]:

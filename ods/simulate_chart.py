@@ -4,6 +4,7 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ods.errors import OdsError
 from ods.fan_plot import INK, PAPER
@@ -16,6 +17,7 @@ SCENES = {
     "figure11": "figure 11",
     "rough_50": "rough sea-bed, 50 objects",
 }
+ENDINGS = (".png", ".svg", ".pdf")
 COLOURS = ("#8b949e", "#39d0ff", "#ffa657", "#ff7b72")
 EXACT, EXACT_DB = 1e-3, 1e-2
 """Where errors below these are drawn: a level that is exact has no place on a logarithmic axis."""
@@ -23,12 +25,16 @@ EXACT, EXACT_DB = 1e-3, 1e-2
 
 def chart(sonar: SonarModel, path: Path) -> None:
     """Measure all model levels on four scenes and draw them. Raises OdsError."""
+    if path.suffix not in ENDINGS:
+        raise OdsError(f"{path}: the ending must be one of {', '.join(ENDINGS)}")
+    if not path.parent.is_dir():
+        raise OdsError(f"{path}: no such folder: {path.parent}")
     curves = [curve_of(sonar, name) for name in SCENES]
     figure = draw(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}: error against time")
     try:
         figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise OdsError(f"{path}: {error}") from error
+    except OSError as error:
+        raise OdsError(f"{path}: {error.strerror}") from error
 
 
 def draw(curves: list[Curve], title: str) -> Figure:
@@ -59,6 +65,9 @@ def _dress(axes: Axes, label: str) -> None:
     axes.set(
         xscale="log", yscale="log", xlabel="CPU time of a whole image, ms", ylabel=f"{label} (lowest: that or less)"
     )
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter(FuncFormatter(lambda ms, _: f"{ms:g}"))
+    axes.xaxis.set_minor_formatter(NullFormatter())
     axes.set_facecolor(PAPER)
     axes.grid(color=INK, alpha=0.15, which="both")
     axes.tick_params(colors=INK, which="both")

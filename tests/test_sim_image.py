@@ -74,7 +74,7 @@ def test_tilted_sea_bed_is_the_sum_over_its_area() -> None:
     short = make_sonar(SonarFile(name="short", frequency_hz=455e3, beams_per_plane=21, beam_spacing_deg=2.0,
                                  beam_width_deg=2.0, range0_m=0.5, dr_m=0.5, samples=70))  # fmt: skip
     image = image_of(bed=SeaBed(depth_m=height, surface=Surface(cd=0.5, cs=0.0)), attitude=attitude, sonar=short)
-    step, turn = 0.01, np.radians(0.1)
+    step, turn = 0.02, np.radians(0.15)
     away, toward = np.meshgrid(np.arange(step / 2, 36.0, step), np.arange(-0.4, 1.4, turn), indexing="ij")
     ground = np.stack([away * np.cos(toward), away * np.sin(toward), np.full_like(away, height)], axis=-1)
     distance, bearing, elevation = geometry.body_to_polar(geometry.global_to_body(ground, ORIGIN, attitude))
@@ -90,10 +90,11 @@ def test_tilted_sea_bed_is_the_sum_over_its_area() -> None:
 def test_figure_10_side_lobe_echoes_then_the_main_lobe() -> None:
     profile = image_of(bed=SeaBed(depth_m=3.1, surface=Surface(cd=0.5, cs=0.2, sigma_deg=20.0)))[30]
     metres = {name: profile[round(a / 0.05) : round(b / 0.05)] for name, a, b in
-              (("side", 4, 8), ("gap", 8, 10), ("main", 17, 60), ("start", 0, 3))}  # fmt: skip
+              (("side", 4, 10), ("gap", 11, 13), ("main", 18, 60), ("start", 0, 3))}  # fmt: skip
     assert metres["start"].max() == 0.0
-    assert 3.0 * metres["gap"].min() < metres["side"].max() < 0.1 * metres["main"].max()
-    assert metres["main"][20] > 0.5 * metres["main"].max()
+    assert metres["gap"].min() < 0.3 * metres["side"].min()
+    assert metres["side"].max() < 0.03 * metres["main"].max()
+    assert metres["main"][0] > 0.5 * metres["main"].max() > 5.0 * profile[round(15 / 0.05)]
 
 
 # --- objects
@@ -187,8 +188,11 @@ def test_energy_does_not_depend_on_the_number_of_cells() -> None:
 def test_near_object_hides_the_far_one() -> None:
     near, far = sphere(20.0, 0.0, 2.0), sphere(60.0, 0.0, 3.0)
     both = np.concatenate([far, near])
-    np.testing.assert_allclose(image_of(both), image_of(near))
-    np.testing.assert_allclose(image_of(both, shadows=False), image_of(near) + image_of(far))
+    seen, alone = image_of(both), image_of(near)
+    assert np.linalg.norm(seen - alone) < 0.02 * np.linalg.norm(alone)
+    assert not seen[:, round(25 / 0.05) :].any()
+    apart = alone + image_of(far)
+    assert np.linalg.norm(image_of(both, shadows=False) - apart) < 0.02 * np.linalg.norm(apart)
 
 
 def test_shadow_lies_behind_the_object_and_only_there() -> None:
@@ -230,7 +234,7 @@ def test_planes_hear_what_is_at_their_elevation() -> None:
     assert (three.beams, three.planes) == (180, 3)
     high = sphere(30.0 * np.cos(0.26), 0.0, 1.0, down=-30.0 * np.sin(0.26))
     energy = image_of(high, sonar=three).reshape(3, 60, 1000).sum(axis=(1, 2))
-    assert energy[2] > 5 * energy[1] > 5 * energy[0]
+    assert energy[2] > 100 * energy[:2].max()
 
 
 def test_uneven_beams() -> None:

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ods import geometry
@@ -126,6 +126,7 @@ finite = st.floats(-50.0, 50.0)
 swings = st.builds(Oscillation, amplitude_deg=st.floats(0.0, 20.0), period_s=st.floats(2.0, 60.0), phase_deg=finite)
 
 
+@settings(max_examples=40)
 @given(
     places=st.lists(st.tuples(finite, finite, finite), min_size=2, max_size=6),
     roll=swings,

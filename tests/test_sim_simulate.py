@@ -103,7 +103,20 @@ def test_pictures(tmp_path: Path, small: str) -> None:
     assert run(SCENE, "--sonar", small, "--out", tmp_path / "many.png", "--pings", 2) == 0
     names = sorted(path.name for path in tmp_path.glob("*.png"))
     assert names == ["many-0000.png", "many-0001.png", "one.png"]
+    assert not list(tmp_path.glob("*.jsonl"))
     assert (tmp_path / "one.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
+
+
+def test_names_are_found_from_any_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "scenes").mkdir()
+    (tmp_path / "sonars").mkdir()
+    (tmp_path / "scenes/mine.toml").write_text((CONFIG / "scenes/empty.toml").read_text())
+    (tmp_path / "sonars/own.toml").write_text(SMALL)
+    (tmp_path / "elsewhere").mkdir()
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    for sonar, beams in (("own", 12), ("seabat6012", 60)):
+        assert run("../scenes/mine.toml", "--sonar", sonar, "--out", "x.npz", "--pings", 1) == 0
+        assert open_pings(Path("x.npz")).pings[0].beams == beams
 
 
 @pytest.mark.parametrize(
@@ -112,8 +125,12 @@ def test_pictures(tmp_path: Path, small: str) -> None:
         ([SCENE], "give SCENE.toml and --out, or --chart, or --table"),
         ([SCENE, "--out", "x.jpg"], "x.jpg: the ending must be one of .npz, .s7k, .png"),
         (["none.toml", "--out", "x.npz"], "none.toml: No such file or directory"),
-        ([SCENE, "--sonar", "sonic", "--out", "x.npz"], "no sonar 'sonic' in config/sonars (there are: "),
-        ([SCENE, "--out", "nowhere/x.npz"], "nowhere/x.npz: No such file or directory"),
+        (
+            [SCENE, "--sonar", "sonic", "--out", "x.npz"],
+            "no sonar 'sonic' (there are: multibeam512, seabat6012, sea",
+        ),
+        (["--chart", "x.html"], "x.html: the ending must be one of .png, .svg, .pdf"),
+        ([SCENE, "--out", "nowhere/x.npz"], "nowhere/x.npz: no such folder: nowhere"),
     ],
 )
 def test_errors_are_one_line(
@@ -166,9 +183,8 @@ def test_errors_of_a_mean_image() -> None:
 
 
 def test_parts_and_curves_are_measured(small: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(simulate_speed, "SCENES", CONFIG / "scenes")
     monkeypatch.setattr(simulate_speed, "SHORTEST_S", 0.0)
-    monkeypatch.setattr(simulate_speed, "LONGEST_S", 0.002)
+    monkeypatch.setattr(simulate_speed, "FEWEST", 1)
     sonar = load_sonar(Path(small))
     parts = simulate_speed.parts_of(sonar, load_scene(SCENE))
     assert list(parts) == list(simulate_speed.TABLE_1)

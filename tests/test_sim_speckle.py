@@ -157,6 +157,15 @@ def test_turning_renews_speckle_by_beam_widths_and_turning_back_restores_it() ->
     np.testing.assert_array_equal(image_of(plain(), yaw=0.3), start)
 
 
+@pytest.mark.parametrize("width_deg", [1.5, 1.7])
+def test_speckle_stays_where_heading_passes_180_degrees(width_deg: float) -> None:
+    sonar = make_sonar(SonarFile(name="small", frequency_hz=455e3, beams_per_plane=20, beam_spacing_deg=2.0,
+                                 beam_width_deg=width_deg, range0_m=0.1, dr_m=0.1, samples=500))  # fmt: skip
+    turn = 0.2 * np.radians(width_deg)
+    before, after = (image_of(plain(), 3.0, 4.0, yaw=np.pi + side * turn / 2, sonar=sonar) for side in (-1, 1))
+    assert correlation(before, after) == pytest.approx(0.8, abs=0.03)
+
+
 def test_coherence_time() -> None:
     levels = plain(coherence_s=2.0)
     start = image_of(levels, t_s=3.1)

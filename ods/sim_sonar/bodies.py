@@ -130,13 +130,15 @@ def _cylinder_circle(radius: float, half: float, upright: float) -> float:
     return math.sqrt((shift + semi * cosine) ** 2 + radius * radius * (1.0 - cosine * cosine))
 
 
-def bounding_radius(bodies: Array) -> Array:
-    """Return the (n,) radii of the bounding spheres of (n, COLUMNS) bodies."""
-    half = bodies[:, HALF:SURFACE]
-    whole = np.sqrt(np.sum(half**2, axis=1))
-    round_ = np.hypot(half[:, 0], half[:, 2])
-    kind = bodies[:, KIND]
-    return np.asarray(np.where(kind == SPHERE, half[:, 0], np.where(kind == CYLINDER, round_, whole)))
+@compiled
+def bounding_radius(body: Array) -> float:
+    """Return the radius of a body's bounding sphere."""
+    across, side, along = body[HALF], body[HALF + 1], body[HALF + 2]
+    if body[KIND] == SPHERE:
+        return float(across)
+    if body[KIND] == CYLINDER:
+        return math.hypot(across, along)
+    return math.hypot(across, side)
 
 
 def to_sonar_frame(bodies: Array, position_ned: Array, rotation: Array) -> Array:

@@ -10,7 +10,7 @@ from ods.sim_sonar.bed_view import view_of
 from ods.sim_sonar.detail import detail_of
 from ods.sim_sonar.fan import add_object
 from ods.sim_sonar.grid import Grid
-from ods.sim_sonar.plan import fan_of, rivals_of
+from ods.sim_sonar.plan import fan_of, rivals_of, shares_of_error
 from ods.sim_sonar.shadow import SHADE_COLUMNS, shades_of
 
 Array = NDArray[np.float64]
@@ -40,13 +40,13 @@ def mean_area(
     view = view_of(sea_bed, grid, position_ned, rotation, detail)
     seen = bodies.to_sonar_frame(objects, position_ned, rotation)
     shades = [np.empty((0, SHADE_COLUMNS))]
-    nobody = np.empty(0, np.int64)
-    for which, rivals in enumerate(rivals_of(seen)):
-        fan = fan_of(seen[which], grid, max_error)
+    rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
+    for which in range(len(seen)):
+        fan = fan_of(seen[which], grid, errors[which])
         if len(fan.bearing) == 0:
             continue
         limit = view.hides_beyond(fan, grid)
-        hiders = rivals if shadows else nobody
+        hiders = np.flatnonzero(rivals[which] & shadows)
         ranges = add_object(image, seen, which, hiders, fan.bearing, fan.elevation, limit, grid)
         if shadows:
             shades.append(shades_of(ranges, fan.bearing, fan.elevation, which))

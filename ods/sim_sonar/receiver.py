@@ -56,8 +56,8 @@ class Receiver:
         self._amplitude = amplitude_table(levels.looks)
         self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
         self._ranges = gain.sample_ranges(sonar)
-        self._echo = levels.gain**2 * _power(gain.echo_gain_db(self._ranges, levels.tvg))
-        self._noise = levels.noise_counts**2 * _power(gain.noise_gain_db(self._ranges, levels.tvg))
+        self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg), levels.gain)
+        self._noise = _power(gain.noise_gain_db(self._ranges, levels.tvg), levels.noise_counts)
         self._belts_db = gain.belts_db(self._ranges, levels.belts)
         self._over_beams = _amplitude(gain.beams_db(sonar, levels, seed))
         self._field = SpeckleField(
@@ -80,8 +80,8 @@ class Receiver:
         arcs: list[Dropout | DropIn] = [*self._levels.dropouts, *self._levels.drop_ins]
         over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, ping_number)
         return Levels(
-            self._echo.astype(np.float32),
-            self._noise.astype(np.float32),
+            self._echo,
+            self._noise,
             heard.astype(np.float32),
             arriving.astype(np.float32),
             _amplitude(over_range),
@@ -115,8 +115,9 @@ class Receiver:
         return field
 
 
-def _power(level_db: Array) -> Array:
-    return np.asarray(10.0 ** (0.1 * level_db))
+def _power(level_db: Array, amplitude: float) -> Normals:
+    """Return the power of `amplitude` raised by a level."""
+    return np.asarray(amplitude**2 * 10.0 ** (0.1 * level_db), np.float32)
 
 
 def _amplitude(level_db: Array) -> Normals:

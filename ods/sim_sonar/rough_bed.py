@@ -25,9 +25,15 @@ STEEPEST = 0.02
 """Least cosine between a step and the ray that is told apart from 0: there the whole step lies at one range."""
 LEAST_LEAN = 0.02
 """Least cosine between the sonar's axis and a facet's normal, times the normal's length, at which it is a slope."""
-NEAR, REACH, LOW, HIGH, GAMMA_NEAR, GAMMA, DENSITY_NEAR, DENSITY, SEEN, PIECE_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-"""A visible piece of sea-bed, a row of numbers: ranges of its ends, sines of their elevations, gamma, lit area per
-metre of range (the density), and the share of it that no object hides."""
+LEANING = 1.0002
+"""One over the cosine of the lean, about one degree, above which a trace is surveyed twice."""
+UP, SLOPE_X, SLOPE_Y, LAND_ROWS = 0, 1, 2, 3
+"""The sea-bed at the steps of a trace: metres up the sonar's axis, slopes in x and y."""
+RANGE, SINE, GAMMA, DENSITY, ECHO_ROWS = 0, 1, 2, 3, 4
+"""Its echo there: range, sine of elevation, gamma, lit area per metre of range (the density)."""
+NEAR, FAR_END, LOW, HIGH, AT_NEAR, AT_FAR, DENSE_NEAR, DENSE_FAR, SEEN, PIECE_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+"""A visible piece of sea-bed, a row of numbers: of its two ends the ranges, sines of elevation, gamma and density; and
+the share of it that no object hides."""
 
 
 class RoughBed(NamedTuple):
@@ -91,51 +97,73 @@ def trace_of(bed: RoughBed, bearing_rad: float) -> Trace:
 
 
 @compiled
-def surface(bed: RoughBed, trace: Trace, ahead: float, up: float) -> tuple[float, float, float]:
-    """Return the sea-bed `ahead` metres along a trace: metres up the sonar's axis, and its slopes in x and y.
+def survey(bed: RoughBed, trace: Trace, ahead: Array, land: Array) -> None:
+    """Set `land` (LAND_ROWS, steps) to the sea-bed at the distances `ahead`, m, along a trace.
 
-    `up` is a guess of the former, right to within the height of a step; it matters only when the vehicle leans.
+    When the vehicle leans, where a point of the sea-bed lies depends on its height: a second look corrects the first.
     """
-    p = trace.start[0] + ahead * trace.ahead[0] + up * trace.upward[0]
-    q = trace.start[1] + ahead * trace.ahead[1] + up * trace.upward[1]
-    if bed.repeats:
-        p -= bed.rows * math.floor(p * trace.per_side[0])
-        q -= bed.columns * math.floor(q * trace.per_side[1])
-    p, q = min(max(p, 0.0), float(bed.rows)), min(max(q, 0.0), float(bed.columns))
-    i, j = min(int(p), bed.rows - 1), min(int(q), bed.columns - 1)
-    line = 3 * (bed.columns + 1)
-    corner = i * line + 3 * j
-    height = _between(bed.nodes, corner, line, p - i, q - j)
-    slope_x = _between(bed.nodes, corner + 1, line, p - i, q - j)
-    slope_y = _between(bed.nodes, corner + 2, line, p - i, q - j)
-    return (ahead * trace.down - trace.height + height) * trace.stretch, slope_x, slope_y
+    up = land[UP]
+    for k in range(len(ahead)):
+        up[k] = (ahead[k] * trace.down - trace.height) * trace.stretch
+    _look(bed, trace, ahead, land)
+    if trace.stretch > LEANING:
+        _look(bed, trace, ahead, land)
 
 
 @compiled
-def _between(nodes: Nodes, corner: int, line: int, a: float, b: float) -> float:
-    """Interpolate between the four nodes of a facet."""
+def _look(bed: RoughBed, trace: Trace, ahead: Array, land: Array) -> None:
+    """Set `land` to the sea-bed under the places that its row UP gives."""
+    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
+    line = np.uint64(3 * (bed.columns + 1))
+    south, east = float(bed.rows), float(bed.columns)
+    for k in range(len(ahead)):
+        p = trace.start[0] + ahead[k] * trace.ahead[0] + up[k] * trace.upward[0]
+        q = trace.start[1] + ahead[k] * trace.ahead[1] + up[k] * trace.upward[1]
+        if bed.repeats:
+            p -= south * math.floor(p * trace.per_side[0])
+            q -= east * math.floor(q * trace.per_side[1])
+        p, q = min(max(p, 0.0), south), min(max(q, 0.0), east)
+        i, j = min(math.floor(p), south - 1.0), min(math.floor(q), east - 1.0)
+        corner = np.uint64(np.int64(i)) * line + np.uint64(3) * np.uint64(np.int64(j))
+        a, b = np.float32(p - i), np.float32(q - j)
+        height = _between(bed.nodes, corner, line, a, b)
+        slope_x[k] = _between(bed.nodes, corner + np.uint64(1), line, a, b)
+        slope_y[k] = _between(bed.nodes, corner + np.uint64(2), line, a, b)
+        up[k] = (ahead[k] * trace.down - trace.height + height) * trace.stretch
+
+
+@compiled
+def _between(nodes: Nodes, corner: np.uint64, line: np.uint64, a: np.float32, b: np.float32) -> np.float32:
+    """Interpolate between the four nodes of a facet; unsigned places, or each load is checked for a negative one."""
+    right = corner + np.uint64(3)
     first = nodes[corner] + a * (nodes[corner + line] - nodes[corner])
-    second = nodes[corner + 3] + a * (nodes[corner + line + 3] - nodes[corner + 3])
-    return float(first + b * (second - first))
+    second = nodes[right] + a * (nodes[right + line] - nodes[right])
+    return np.float32(first + b * (second - first))
 
 
 @compiled
-def _echo(bed: RoughBed, trace: Trace, ahead: float, guess: float) -> tuple[float, float, float, float, float]:
-    """Return what lies `ahead`: range, sine of elevation, gamma, density R^2 d(sine) / dR, metres up."""
-    up, slope_x, slope_y = surface(bed, trace, ahead, guess)
-    reach = max(math.sqrt(ahead * ahead + up * up), 1e-9)
-    lean = 1.0 / trace.stretch + slope_x * bed.turn[0, 2] + slope_y * bed.turn[1, 2]
-    slope = (trace.down + slope_x * trace.toward[0] + slope_y * trace.toward[1]) / max(lean, LEAST_LEAN)
-    facing = ahead * slope - up
-    per_metre = 1.0 / reach
-    if facing <= 0.0:
-        return reach, up * per_metre, 0.0, 0.0, up
-    aside = slope_x * trace.across[0] + slope_y * trace.across[1] + trace.across[2]
-    normal = 1.0 + slope_x * slope_x + slope_y * slope_y
-    upright = max(0.0, normal - aside * aside) / (normal * (1.0 + slope * slope))
-    gamma = look_up(bed.gamma, facing * per_metre * math.sqrt(upright))
-    away = max(abs(ahead + up * slope), STEEPEST * reach)
-    return reach, up * per_metre, gamma, ahead * facing / away, up
+def _reflect(bed: RoughBed, trace: Trace, ahead: Array, land: Array, echo: Array) -> None:
+    """Set `echo` (ECHO_ROWS, steps) from `land`: range, sine of elevation, gamma, density R^2 d(sine) / dR."""
+    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
+    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
+    upright = 1.0 / trace.stretch
+    lean_x, lean_y = bed.turn[0, 2], bed.turn[1, 2]
+    toward_x, toward_y = trace.toward
+    across_x, across_y, across_z = trace.across
+    for k in range(len(ahead)):
+        x, y = slope_x[k], slope_y[k]
+        distance = max(math.sqrt(ahead[k] * ahead[k] + up[k] * up[k]), 1e-9)
+        slope = (trace.down + x * toward_x + y * toward_y) / max(upright + x * lean_x + y * lean_y, LEAST_LEAN)
+        facing = max(ahead[k] * slope - up[k], 0.0)
+        aside = x * across_x + y * across_y + across_z
+        normal = 1.0 + x * x + y * y
+        tilted = max(0.0, normal - aside * aside) / (normal * (1.0 + slope * slope))
+        reach[k] = distance
+        sine[k] = up[k] / distance
+        gamma[k] = facing / distance * math.sqrt(tilted)
+        density[k] = ahead[k] * facing / max(abs(ahead[k] + up[k] * slope), STEEPEST * distance)
+    for k in range(len(ahead)):
+        gamma[k] = look_up(bed.gamma, gamma[k])
 
 
 @compiled
@@ -149,42 +177,42 @@ def march(
     last+1 sample touched.
     """
     pieces = np.empty((len(ahead), PIECE_COLUMNS))
+    land, echo = np.empty((LAND_ROWS, len(ahead))), np.empty((ECHO_ROWS, len(ahead)))
     nearest, farthest = FAR, 0.0
     for c in range(len(bearing) - 1):
         trace = trace_of(bed, 0.5 * (bearing[c] + bearing[c + 1]))
-        count, horizon[c] = _see(bed, trace, ahead, horizon[c], pieces)
+        survey(bed, trace, ahead, land)
+        _reflect(bed, trace, ahead, land, echo)
+        count, horizon[c] = _see(echo, horizon[c], pieces)
         mine = shades_on(shades, bearing[c], bearing[c + 1])
         for k in range(count if len(mine) else 0):
-            middle = 0.5 * (pieces[k, NEAR] + pieces[k, REACH])
+            middle = 0.5 * (pieces[k, NEAR] + pieces[k, FAR_END])
             pieces[k, SEEN] = visible_share(mine, pieces[k, LOW], pieces[k, HIGH], middle)
         for plane in range(len(out)):
             _fill(out[plane, c], pieces, count, grid.vertical[plane], grid)
         for k in range(count):
-            nearest = min(nearest, pieces[k, NEAR], pieces[k, REACH])
-            farthest = max(farthest, pieces[k, NEAR], pieces[k, REACH])
+            nearest = min(nearest, pieces[k, NEAR], pieces[k, FAR_END])
+            farthest = max(farthest, pieces[k, NEAR], pieces[k, FAR_END])
     first = min(max(int((nearest - grid.edge_m) / grid.dr_m), 0), grid.samples)
     return first, min(max(int((farthest - grid.edge_m) / grid.dr_m) + 1, first), grid.samples)
 
 
 @compiled
-def _see(bed: RoughBed, trace: Trace, ahead: Array, horizon: float, pieces: Array) -> tuple[int, float]:
+def _see(echo: Array, horizon: float, pieces: Array) -> tuple[int, float]:
     """Set `pieces` to what is seen along a trace; return their number and the new horizon."""
     count = 0
-    guess = (ahead[0] * trace.down - trace.height) * trace.stretch
-    reach, sine, gamma, density, up = _echo(bed, trace, ahead[0], guess)
-    for k in range(1, len(ahead)):
-        last_reach, last_sine, last_gamma, last_density = reach, sine, gamma, density
-        reach, sine, gamma, density, up = _echo(bed, trace, ahead[k], up)
-        low = max(last_sine, horizon)
-        if sine <= low:
+    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
+    for k in range(1, echo.shape[1]):
+        low = max(sine[k - 1], horizon)
+        if sine[k] <= low:
             continue
-        horizon = sine
-        share = (low - last_sine) / (sine - last_sine)
+        horizon = sine[k]
+        rest = (sine[k] - low) / (sine[k] - sine[k - 1])
         piece = pieces[count]
-        piece[NEAR], piece[REACH] = last_reach + share * (reach - last_reach), reach
-        piece[LOW], piece[HIGH] = low, sine
-        piece[GAMMA_NEAR], piece[GAMMA] = last_gamma + share * (gamma - last_gamma), gamma
-        piece[DENSITY_NEAR], piece[DENSITY] = last_density + share * (density - last_density), density
+        piece[NEAR], piece[FAR_END] = reach[k] - rest * (reach[k] - reach[k - 1]), reach[k]
+        piece[LOW], piece[HIGH] = low, sine[k]
+        piece[AT_NEAR], piece[AT_FAR] = gamma[k] - rest * (gamma[k] - gamma[k - 1]), gamma[k]
+        piece[DENSE_NEAR], piece[DENSE_FAR] = density[k] - rest * (density[k] - density[k - 1]), density[k]
         piece[SEEN] = 1.0
         count += 1
     return count, horizon
@@ -195,11 +223,11 @@ def _fill(row: Array, pieces: Array, count: int, vertical: Array, grid: Grid) ->
     """Add the echo of `pieces` as heard by one vertical plane to `row` (samples,)."""
     per_bin = 1.0 / grid.dr_m
     for k in range(count):
-        near, reach = pieces[k, NEAR], pieces[k, REACH]
+        near, reach = pieces[k, NEAR], pieces[k, FAR_END]
         low, high = pieces[k, LOW], pieces[k, HIGH]
-        first = pieces[k, GAMMA_NEAR] * look_up(vertical, 0.5 + 0.5 * low)
-        second = pieces[k, GAMMA] * look_up(vertical, 0.5 + 0.5 * high)
-        one, other = pieces[k, DENSITY_NEAR], pieces[k, DENSITY]
+        first = pieces[k, AT_NEAR] * look_up(vertical, 0.5 + 0.5 * low)
+        second = pieces[k, AT_FAR] * look_up(vertical, 0.5 + 0.5 * high)
+        one, other = pieces[k, DENSE_NEAR], pieces[k, DENSE_FAR]
         middle = 0.5 * (near + reach)
         # gamma and density change linearly: the mean of their product is more than the product of their means
         power = 0.5 * (first + second) * middle * middle * (high - low)
@@ -245,23 +273,23 @@ def meet_ranges(bed: RoughBed, bearing: Array, elevation: Array, ahead: Array, c
     out = np.full((len(bearing) - 1, len(elevation) - 1), FAR)
     aim = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
     group = max(1, int(coarse_rad / (bearing[1] - bearing[0])))
+    land = np.empty((LAND_ROWS, len(ahead)))
     for a in range(0, out.shape[0], group):
         end = min(a + group, out.shape[0])
-        _meet(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), aim, ahead, out[a])
+        survey(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), ahead, land)
+        _meet(land[UP], aim, ahead, out[a])
         for other in range(a + 1, end):
             out[other] = out[a]
     return out
 
 
 @compiled
-def _meet(bed: RoughBed, trace: Trace, aim: Array, ahead: Array, out: Array) -> None:
+def _meet(up: Array, aim: Array, ahead: Array, out: Array) -> None:
     """Set `out` to the ranges at which rays of rising sines of elevation, `aim`, meet the sea-bed."""
-    up = -trace.height * trace.stretch
     e, past, before = 0, 0.0, -1.0
-    for metres in ahead:
-        up = surface(bed, trace, metres, up)[0]
-        reach = max(math.sqrt(metres * metres + up * up), 1e-9)
-        sine = up / reach
+    for k in range(len(ahead)):
+        reach = max(math.sqrt(ahead[k] * ahead[k] + up[k] * up[k]), 1e-9)
+        sine = up[k] / reach
         while e < len(out) and aim[e] < sine:
             share = (aim[e] - before) / (sine - before) if aim[e] > before else 0.0
             out[e] = past + share * (reach - past)

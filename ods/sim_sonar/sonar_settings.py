@@ -15,11 +15,11 @@ class VerticalPattern(Settings, frozen=True, kw_only=True):
     """S^2 of eq. 5 in dB, emission and reception together, symmetric about the axis; figure 8's shape by default."""
 
     angle_deg: list[float] = msgspec.field(
-        default_factory=lambda: [0, 3, 6, 8, 10, 12, 14, 16, 18, 20, 23, 28, 34, 42, 52, 65, 90]
+        default_factory=lambda: [0, 3, 6, 8, 10, 11, 12, 13, 14, 15.5, 17, 20, 24, 34, 42, 52, 65, 90]
     )
     """Angles off the axis, degrees, strictly increasing from 0."""
     level_db: list[Level] = msgspec.field(
-        default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -38, -30, -25, -26, -29, -33, -40, -55]
+        default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -35, -29, -26, -25, -26, -29, -33, -40, -55]
     )
     """Two-way level at those angles, dB, 0 at the first; held beyond the last."""
     aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None

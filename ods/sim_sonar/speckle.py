@@ -4,9 +4,9 @@ A field of independent normal numbers, one for the scatterers of each cell, is f
 and beams make, and turned into Gamma distributed intensity quantile by quantile, which gives any real number of looks.
 
 The numbers are a function of seed, place in the image and the sonar's pose, which is divided into cells: one range
-sample along a beam, one beam width across it and in heading. Each number has its own borders between them, so that of
-all numbers a share 1 - d is still the same after a motion by d cells: the scatterers that are still in the cell. No
-motion, same speckle; back at the same place, the same speckle again.
+sample along a beam, one beam width across it and in heading, of which a whole number makes a turn. Each number has its
+own borders between them, so that of all numbers a share 1 - d is still the same after a motion by d cells: the
+scatterers that are still in the cell. No motion, same speckle; back at the same place, the same speckle again.
 """
 
 import math
@@ -31,7 +31,7 @@ OFFSETS = 1024
 class Cells(NamedTuple):
     """In which cells of the sonar's pose the rows of the field are, for two headings next to each other."""
 
-    heading: int
+    heading: tuple[int, int]
     heading_share: float
     """Share of the numbers that are in the second heading cell."""
     along: NDArray[np.int64]
@@ -52,6 +52,7 @@ class SpeckleField:
     ) -> None:
         self._sonar = sonar
         self._coherence_s = coherence_s
+        self._headings = max(1, round(2.0 * math.pi / sonar.beam_width_rad))
         self._range_taps = taps(range_correlation).astype(np.float32)
         self._beam_taps = taps(beam_correlation).astype(np.float32)
         margin = len(self._beam_taps) // 2
@@ -72,19 +73,19 @@ class SpeckleField:
         return out
 
     def _cells(self, position_ned: Array, attitude: Array, t_s: float) -> Cells:
-        width = self._sonar.beam_width_rad
+        width, turn = self._sonar.beam_width_rad, 2.0 * math.pi / self._headings
         _, _, yaw = geometry.euler_from_quat(attitude)
-        heading = float(yaw) / width
+        heading = float(yaw) / turn
         cell = math.floor(heading)
         # what goes up and down counts as seen at the border of the main lobe
         rise = position_ned[2] * math.sin(self._sonar.half_vertical_rad)
-        toward = self._bearing[:, None] + width * (cell + np.array([-0.5, 0.5]))
+        toward = self._bearing[:, None] + turn * (cell + np.array([-0.5, 0.5]))
         along = (position_ned[0] * np.cos(toward) + position_ned[1] * np.sin(toward) + rise) / self._sonar.dr_m
         across = (position_ned[1] * np.cos(toward) - position_ned[0] * np.sin(toward)) / width
         whole = np.floor(along)
         age = t_s / self._coherence_s if self._coherence_s else 0.0
         return Cells(
-            heading=cell,
+            heading=(cell % self._headings, (cell + 1) % self._headings),
             heading_share=heading - cell,
             along=whole.astype(np.int64),
             along_share=(along - whole).astype(np.float32),
@@ -132,7 +133,7 @@ def _draw(keys: Keys, cells: Cells, row: int, nearness: Normals, table: Normals,
     """Set `out` to the numbers of one row: each key, with the cells it is in, hashed and looked up."""
     _hash(
         keys, bits, nearness,
-        np.uint32(cells.heading), np.uint32(cells.heading_share * OFFSETS),
+        np.uint32(cells.heading[0]), np.uint32(cells.heading[1]), np.uint32(cells.heading_share * OFFSETS),
         np.uint32(cells.along[row, 0]), np.uint32(cells.along[row, 1]),
         cells.along_share[row, 0], cells.along_share[row, 1],
         cells.across[row, 0], cells.across[row, 1],
@@ -143,7 +144,7 @@ def _draw(keys: Keys, cells: Cells, row: int, nearness: Normals, table: Normals,
 
 @compiled
 def _hash(
-    keys: Keys, bits: Keys, nearness: Normals, heading: np.uint32, turned: np.uint32,
+    keys: Keys, bits: Keys, nearness: Normals, heading: np.uint32, next_heading: np.uint32, turned: np.uint32,
     along_0: np.uint32, along_1: np.uint32, share_0: np.float32, share_1: np.float32,
     across_0: np.float32, across_1: np.float32, time: np.uint32, young: np.uint32,
 ) -> None:  # fmt: skip
@@ -162,7 +163,7 @@ def _hash(
         along = np.uint32((along_1 if second else along_0) + further)
         side = (across_1 if second else across_0) * nearness[j] + own_across
         across = np.uint32(np.int32(np.floor(side)))
-        turn = np.uint32(heading + np.uint32(1)) if second else heading
+        turn = next_heading if second else heading
         age = np.uint32(time + np.uint32(1)) if own_time >= young else time
         cell = np.uint32(np.uint32(along * np.uint32(0x85EBCA6B)) + np.uint32(across * np.uint32(0xC2B2AE35)))
         cell = np.uint32(cell + np.uint32(turn * np.uint32(0x27D4EB2F)))
