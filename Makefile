@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: bench test lint docs clean
+.PHONY: bench test lint docs benchmark clean
 
 bench: $(VENV)/.ready
 	$(BIN)/ods bench --config config/bench.toml
@@ -26,6 +26,9 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 
 docs: $(VENV)/.ready
 	$(BIN)/python -m ods.reference docs
+
+benchmark: $(VENV)/.ready
+	$(BIN)/python -m benchmarks.pipeline
 
 clean:
 	rm -rf $(VENV) out

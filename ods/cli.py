@@ -69,7 +69,8 @@ def _parser() -> argparse.ArgumentParser:
     simulate.add_argument("--table", action="store_true", help="print the time that each part of an image takes")
 
     detect = _offline(commands, "detect", "detections in recorded sonar images", _detect)
-    detect.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris or Oculus .raw")
+    detect.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris, Oculus .raw, .avi")
+    detect.add_argument("--fan", type=Path, metavar="FAN.toml", help="geometry of the fan images of an .avi clip")
     detect.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
     detect.add_argument("--mask", action="store_true", help="with --out: label images too")
     detect.add_argument("--json", action="store_true", help="print one JSON line a ping")
@@ -78,6 +79,11 @@ def _parser() -> argparse.ArgumentParser:
     track = _offline(commands, "track", "tracks of a recorded scenario", _track)
     track.add_argument("file", type=Path, metavar="SCENARIO.npz")
     track.add_argument("--out", type=Path, metavar="TRACKS.npz", required=True)
+
+    assess = _command(commands, "assess", "accuracy and speed of every setting, on one chart", _assess)
+    assess.add_argument("what", choices=("detect",), help="detect: filters, detectors and attention of the pipeline")
+    assess.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    assess.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
     return parser
 
 
@@ -164,10 +170,18 @@ def _simulate(args: argparse.Namespace) -> None:
 def _detect(args: argparse.Namespace) -> None:
     from ods import offline
 
-    offline.detect(args.file, args.config, out=args.out, mask=args.mask, as_json=args.json, plot=args.plot)
+    offline.detect(
+        args.file, args.config, fan=args.fan, out=args.out, mask=args.mask, as_json=args.json, plot=args.plot
+    )
 
 
 def _track(args: argparse.Namespace) -> None:
     from ods import offline
 
     offline.track(args.file, args.config, args.out)
+
+
+def _assess(args: argparse.Namespace) -> None:
+    from ods.assess import detect
+
+    detect.assess(args.out, quick=args.quick)

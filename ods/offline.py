@@ -12,6 +12,7 @@ from ods.errors import OdsError
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.settings_file import load
+from ods.sonar_link.fan_image import FanGeometry
 from ods.sonar_link.files import open_pings
 from ods.tracker import scenario
 from ods.tracker.settings import TrackerSettings
@@ -25,16 +26,20 @@ def detect(
     file: Path,
     config: Path | None,
     *,
+    fan: Path | None = None,
     out: Path | None = None,
     mask: bool = False,
     as_json: bool = False,
     plot: Path | None = None,
 ) -> None:
-    """Run the pipeline over a recording; without `config` with its default chain. Raises OdsError."""
+    """Run the pipeline over a recording; without `config` with its default chain. Raises OdsError.
+
+    fan: TOML file with the geometry of the images of an .avi clip.
+    """
     settings = load(config, OnboardConfig).pipeline if config else PipelineSettings()
     if mask and out is None:
         raise OfflineError("--mask: goes into the file that --out names")
-    recording = open_pings(file)
+    recording = open_pings(file, load(fan, FanGeometry) if fan else None)
     results = list(offline.detect_pings(recording.pings, settings, masks=mask))
     for result in results:
         print(offline.json_line(result) if as_json else _line(result))

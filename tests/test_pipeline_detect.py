@@ -5,9 +5,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from ods.pipeline.detect import find_regions, sorted_runs, two_level
+from ods.pipeline.detect import sorted_runs, two_level
 from ods.pipeline.fan import Fan
-from ods.pipeline.noise import background_and_noise, new_histogram
+from ods.pipeline.grow import find_regions
+from ods.pipeline.noise import NoiseMeter
 from ods.pipeline.params import TwoLevelParams
 from ods.pipeline.regions import Regions, paint
 
@@ -38,19 +39,20 @@ def speckle(seed: int = 0, shape: tuple[int, int] = (60, 1000)) -> Image:
     low=st.floats(0.2, 0.95),
     smallest=st.integers(1, 12),
     largest=st.sampled_from([15, 10**6]),
+    connectivity=st.sampled_from([4, 8]),
     seed=st.integers(0, 10**6),
 )
 def test_regions_agree_with_labelling_by_scipy(
-    beams: int, samples: int, low: float, smallest: int, largest: int, seed: int
+    beams: int, samples: int, low: float, smallest: int, largest: int, connectivity: int, seed: int
 ) -> None:
     image = np.random.default_rng(seed).random((beams, samples)).astype(np.float32)
     level, high = np.float32(low), np.float32(0.97)
     work = np.empty((beams * (samples // 2 + 1), 4), np.int32)
     visited = np.zeros(image.shape, np.bool_)
-    used, count = find_regions(image, level, high, smallest, largest, work, visited)
+    used, count = find_regions(image, level, high, int(connectivity == 8), smallest, largest, work, visited)
     runs = sorted_runs(work[:used])
     assert not visited.any()
-    labels, number = ndimage.label(image > level, np.ones((3, 3)))
+    labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
     sizes = np.bincount(labels.ravel(), minlength=number + 1)
     strong = np.unique(labels[image > high])
     kept = [k for k in strong if k and smallest <= sizes[k] <= largest]
@@ -78,11 +80,11 @@ def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
 def test_background_and_noise_are_the_quantiles() -> None:
     image = speckle()
     quantile = np.quantile(image, [0.5, 0.8413])
-    middle, noise = background_and_noise(image, new_histogram())
+    middle, noise = NoiseMeter().background_and_noise(image)
     assert middle == pytest.approx(quantile[0], rel=0.02)
     assert noise == pytest.approx(quantile[1] - quantile[0], rel=0.08)
     image[10:30, 100:130] = 50.0  # 1 % of the image
-    assert background_and_noise(image, new_histogram())[1] == pytest.approx(1.04 * noise, rel=0.08)
+    assert NoiseMeter().background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
 
 
 def test_levels_adapt_to_the_scale_of_the_image() -> None:

@@ -64,7 +64,7 @@ def test_flat_front_is_not_taken_for_a_round_one() -> None:
 def measured(image: NDArray[np.float32], runs: list[list[int]], bearings: NDArray[np.float64]) -> Detection:
     fan = Fan(bearings, np.full(len(bearings), 0.02), image.shape[1], 10.0, 0.1)
     frame = (10.0 * image).astype(np.uint16)
-    table = measure_echoes(image, frame, 0, Regions(np.array(runs, np.int32), 1, 2.0), fan)
+    table = measure_echoes(image, frame, 0, 1, Regions(np.array(runs, np.int32), 1, 2.0), fan)
     return Detection(**dict(zip(FIELDS, table[0].tolist(), strict=True)))
 
 

@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ods.pipeline.equalize import local, mean_range
+from ods.pipeline.equalize import mean_range
 from ods.pipeline.fan import Fan
+from ods.pipeline.local import local
 from ods.pipeline.params import LocalParams, MeanRangeParams
 
 Image = NDArray[np.float32]

@@ -9,7 +9,8 @@ from scipy import ndimage, signal
 from ods.pipeline.fan import Fan
 from ods.pipeline.median import median
 from ods.pipeline.params import BoxParams, FirParams, MedianParams, WienerParams
-from ods.pipeline.smooth import box, fir, wiener
+from ods.pipeline.smooth import box, fir
+from ods.pipeline.wiener import wiener
 
 Image = NDArray[np.float32]
 

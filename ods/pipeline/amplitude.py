@@ -18,6 +18,8 @@ from ods.pipeline.kernel import kernel
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
+HALF_COUNT = np.float32(0.5)
+
 Frame = NDArray[np.generic]
 Table = NDArray[np.float32]
 
@@ -67,9 +69,28 @@ def _look_up(frame: Frame, first: int, table: Table, out: Image) -> None:
 
 @kernel
 def _cast(frame: Frame, first: int, out: Image) -> None:
-    half = np.float32(0.5)
     for b in range(out.shape[0]):
         source = frame[b, first:]
         target = out[b]
         for j in range(target.size):
-            target[j] = np.float32(source[j]) + half
+            target[j] = np.float32(source[j]) + HALF_COUNT
+
+
+@kernel
+def average_columns(image: Image, stride: int, out: Image) -> None:
+    """Fill out (beams, samples) with the means of `stride` neighbouring columns of image (beams, samples * stride)."""
+    share = np.float32(1.0 / stride)
+    for b in range(out.shape[0]):
+        source, target = image[b], out[b]
+        if stride == 2:
+            for j in range(target.size):
+                target[j] = share * (source[2 * j] + source[2 * j + 1])
+        elif stride == 3:
+            for j in range(target.size):
+                target[j] = share * (source[3 * j] + source[3 * j + 1] + source[3 * j + 2])
+        else:
+            for j in range(target.size):
+                total = np.float32(0.0)
+                for k in range(stride):
+                    total += source[stride * j + k]
+                target[j] = share * total

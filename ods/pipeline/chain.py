@@ -1,30 +1,20 @@
 """The chain of stages: one ping in, its detections out."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, frame_of
-from ods.pipeline import detect, equalize, median, smooth  # noqa: F401  they register the stages that come with ODS
-from ods.pipeline.amplitude import to_amplitude
-from ods.pipeline.echoes import FIELDS, measure_echoes
-from ods.pipeline.fan import Fan
+from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
+from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
-from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan
-from ods.pipeline.regions import paint
-from ods.pipeline.registry import DetectStep, ImageStep, Stage, find_stage, load_plugins, reason
+from ods.pipeline.pings import Look
+from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan
+from ods.pipeline.registry import Stage, find_stage, load_plugins
+from ods.pipeline.ring import Mask, Ring
 from ods.pipeline.settings import PipelineSettings
 from ods.settings import Settings
-
-Mask = NDArray[np.int32]
-"""(beams, samples) number of the detection that a cell belongs to, from 1; 0 for the background."""
-
-
-_CELLS = FIELDS.index("cells")
 
 
 class Chain:
@@ -38,10 +28,13 @@ class Chain:
         self._stages = _configured(settings)
         self._key: tuple[Any, ...] = ()
         self._plan: Plan
-        self._planes: list[_Plane] = []
+        self._rings: list[Ring] = []
+        self._turn = 0
 
-    def process(self, ping: Ping, mask: Mask | None = None) -> Detections:
+    def process(self, ping: Ping, mask: Mask | None = None, pose: Pose | None = None) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
+
+        pose: where the vehicle was at `ping.t_ns`, for the stages that compare pings.
 
         Raises PingError for a ping that makes no sense, StageError for a stage that fails.
         """
@@ -49,13 +42,13 @@ class Chain:
         self._prepare(ping)
         usable = _shows_something(frame[:, self._plan.first :])
         found: list[Detection] = []
+        turn = self._turn % self._plan.turns
         if usable:
-            rows = 0
-            for plane in self._planes:
-                stop = rows + plane.fan.shape[0]
-                part = None if mask is None else mask[rows:stop, self._plan.first :]
-                found += plane.detect(frame[rows:stop], ping, self._plan, part, len(found))
-                rows = stop
+            look = Look(ping.t_ns, pose)
+            for ring in self._rings:
+                if ring.part.turn in (EVERY_TURN, turn):
+                    found += ring.detect(frame, ping, self._plan.table, look, mask, len(found))
+            self._turn += 1
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -66,61 +59,15 @@ class Chain:
             sector=self._plan.sector,
             detections=found,
             usable=usable,
+            looked=self._plan.looked[turn],
         )
 
     def _prepare(self, ping: Ping) -> None:
         key = geometry_key(ping)
         if key != self._key:
             plan = make_plan(ping, self._settings)
-            planes = [_Plane(fan, self._stages) for fan in plan.fans]
-            self._key, self._plan, self._planes = key, plan, planes  # all or, when one fails, none
-
-
-class _Plane:
-    """The stages prepared for one plane of beams, and their buffers."""
-
-    def __init__(self, fan: Fan, stages: list[tuple[str, Stage, Settings]]) -> None:
-        self.fan = fan
-        self._image = np.empty(fan.shape, np.float32)
-        self._spare = np.empty(fan.shape, np.float32)
-        steps = []
-        for label, stage, params in stages:
-            with _blaming(label):
-                steps.append((label, stage.prepare(params, fan)))
-        self._filters: list[tuple[str, ImageStep]] = steps[:-1]
-        self._detect: tuple[str, DetectStep] = steps[-1]
-
-    def detect(
-        self, frame: NDArray[np.generic], ping: Ping, plan: Plan, mask: Mask | None, number: int
-    ) -> list[Detection]:
-        """Return the detections of this plane's rows of the frame; they are numbered after the first `number`."""
-        source, out = self._image, self._spare
-        to_amplitude(frame, plan.first, ping.scale, ping.scale_factor, plan.table, source)
-        for label, filter_step in self._filters:
-            with _blaming(label):
-                filter_step(source, out)
-            source, out = out, source
-        label, detect_step = self._detect
-        with _blaming(label):
-            regions = detect_step(source)
-        table = measure_echoes(source, frame, plan.first, regions, self.fan)
-        if mask is not None:
-            paint(regions.runs, number, mask)
-        return [_detection(row, self.fan.elevation_rad) for row in table.tolist()]
-
-
-@contextmanager
-def _blaming(label: str) -> Iterator[None]:
-    """Turn whatever a stage raises, which may be anybody's code, into a StageError that names the stage."""
-    try:
-        yield
-    except Exception as error:
-        raise StageError(f"{label}: {reason(error)}") from error
-
-
-def _detection(row: list[float], elevation_rad: float) -> Detection:
-    before, (cells, *after) = row[:_CELLS], row[_CELLS:]
-    return Detection(*before, int(cells), *after, elevation_rad)  # type: ignore[call-arg, arg-type]
+            rings = [Ring(part, self._stages) for part in plan.parts]
+            self._key, self._plan, self._rings = key, plan, rings  # all or, when one fails, none
 
 
 def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]:

@@ -51,11 +51,13 @@ _HIDDEN_M = 5.0
 """Standard deviation of the place of an object of which the fan's edge hides a part."""
 
 
-def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions: Regions, fan: Fan) -> Table:
+def measure_echoes(
+    image: Image, frame: NDArray[np.generic], first: int, stride: int, regions: Regions, fan: Fan
+) -> Table:
     """Return the (regions, len(FIELDS)) table of echoes.
 
-    image: (beams, samples) that the regions were found in; frame: the recorded samples, column `first` of which is
-    column 0 of the image.
+    image: (beams, samples) that the regions were found in; frame: the recorded samples, columns `first` to
+    `first + stride - 1` of which are column 0 of the image.
     """
     table = np.zeros((regions.total, len(FIELDS)))
     if regions.total:
@@ -63,14 +65,14 @@ def measure_echoes(image: Image, frame: NDArray[np.generic], first: int, regions
             image, regions.runs, regions.background, fan.bearing_rad, fan.borders_rad, fan.beam_width_rad,
             fan.range0_m, fan.dr_m, table,
         )  # fmt: skip
-        _raw_peaks(frame, first, regions.runs, table)
+        _raw_peaks(frame, first, stride, regions.runs, table)
     return table
 
 
 @kernel
-def _raw_peaks(frame: NDArray[np.generic], first: int, runs: Runs, table: Table) -> None:
+def _raw_peaks(frame: NDArray[np.generic], first: int, stride: int, runs: Runs, table: Table) -> None:
     for i in range(runs.shape[0]):
-        values = frame[runs[i, 0], first + runs[i, 1] : first + runs[i, 2]]
+        values = frame[runs[i, 0], first + stride * runs[i, 1] : first + stride * runs[i, 2]]
         for j in range(values.size):
             table[runs[i, 3] - 1, -1] = max(table[runs[i, 3] - 1, -1], values[j])
 
@@ -267,8 +269,8 @@ def _square_term(x: Row, y: Row) -> float:
 def _spread(blur: float, across: float, middle: float, dr: float, echo: Row) -> None:
     """Fill in the standard deviations, fitted to simulated spheres and discs of 0.5 to 6 m at 10 to 90 m."""
     echo[9] = np.hypot(2.0 * dr, 0.25 * echo[2])
-    echo[10] = np.hypot(0.15 * blur, 0.1 * across)
-    echo[11] = np.hypot(0.15 * blur * middle, 0.15 * echo[2])
+    echo[10] = np.hypot(0.08 * blur, 0.035 * across)
+    echo[11] = np.hypot(0.17 * blur * middle, 0.16 * echo[2])
 
 
 @kernel

@@ -1,56 +1,210 @@
-"""Equalization: the average at each range, or around each place, is brought to 1 [SSIE, Image processing, stage 1]."""
+"""Equalization by range: the average at each range is brought to 1 [SSIE, Image processing, stage 1]."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
-from ods.pipeline.params import LocalParams, MeanRangeParams
-from ods.pipeline.registry import ImageStep, image_stage
+from ods.pipeline.mirror import Row
+from ods.pipeline.params import MeanRangeParams, MedianRangeParams
+from ods.pipeline.registry import image_stage
+from ods.pipeline.samples import Cells, GainStep, Places, Samples, load_row
 
-Row = NDArray[np.float32]
+Columns = NDArray[np.generic]
 
 _BLOCK = 32
 """Columns that share one value of the surroundings' level."""
+_HALVINGS = 10
+"""Steps of the search for the median: it is known to 0.2 % of the mean."""
 
 
 @image_stage("equalize.mean_range", MeanRangeParams)
-def mean_range(params: MeanRangeParams, fan: Fan) -> ImageStep:
+def mean_range(params: MeanRangeParams, fan: Fan) -> GainStep:
     """Divide each range by its mean over the beams, but never by more than `guard` times its surroundings' mean.
 
     The guard is what keeps a wall, which fills the sector at its range, from erasing itself; slow changes, belts wider
     than half the window and drop-outs are levelled in full. Side lobes of a strong echo are levelled out of the other
     beams. A range of zeros stays zero.
     """
-    level = np.empty(fan.samples, np.float32)
-    highest = np.empty(fan.samples, np.float32)
-    blocks = np.empty(-(-fan.samples // _BLOCK), np.float32)
-    reach = max(1, params.window // (2 * _BLOCK))
-    nearby = np.empty(2 * reach + 1, np.float32)
-    guard = np.float32(params.guard)
+    columns = ColumnSums(fan)
+    limiter = Limiter(params, fan)
     side_lobe = np.float32(10.0 ** (-params.side_lobe_db / 20.0))
+    beams = len(fan.bearing_rad)
+    level = np.empty(fan.samples, np.float32)
+    gain = np.empty((1, fan.samples), np.float32)
 
-    def step(source: Image, out: Image) -> None:
-        range_means(source, level)
-        limit_levels(level, guard, blocks, nearby)
-        np.max(source, axis=0, out=highest)
-        np.maximum(level, side_lobe * highest, out=level)
-        divide_columns(source, level, out)
+    def regain(samples: Samples) -> Samples:
+        sums, highest, offset = columns.measure(samples)
+        means_of(sums, beams, offset, level)
+        limiter.limit(level)
+        lobes_to_gain(level, highest, offset, side_lobe, samples.gain[0], gain[0])
+        return samples.with_column_gain(gain)
 
-    return step
+    return GainStep(regain)
+
+
+@image_stage("equalize.median_range", MedianRangeParams)
+def median_range(params: MedianRangeParams, fan: Fan) -> GainStep:
+    """Divide each range by its median over the beams: what fills less than half of the sector does not count.
+
+    The median is brought to the mean that speckle has (1.064 of the median of a Rayleigh distribution).
+    """
+    columns = ColumnSums(fan)
+    limiter = Limiter(params, fan)
+    beams = len(fan.bearing_rad)
+    level = np.empty(fan.samples, np.float32)
+    work = np.empty((4, fan.samples), np.float32)
+    gain = np.empty((1, fan.samples), np.float32)
+
+    def regain(samples: Samples) -> Samples:
+        sums, _, offset = columns.measure(samples)
+        means_of(sums, beams, offset, level)
+        column_medians(*samples.args, level, work)
+        np.multiply(level, np.float32(1.064), out=level)
+        limiter.limit(level)
+        to_gain(level, samples.gain[0], gain[0])
+        return samples.with_column_gain(gain)
+
+    return GainStep(regain)
+
+
+class Limiter:
+    """The guard: levels are limited to a multiple of those around."""
+
+    def __init__(self, params: MeanRangeParams | MedianRangeParams, fan: Fan) -> None:
+        reach = max(1, params.window // (2 * _BLOCK))
+        self._guard = np.float32(params.guard)
+        self._blocks = np.empty(-(-fan.samples // _BLOCK), np.float32)
+        self._nearby = np.empty(2 * reach + 1, np.float32)
+
+    def limit(self, level: Row) -> None:
+        """Limit level (samples,) in place."""
+        limit_levels(level, self._guard, self._blocks, self._nearby)
+
+
+class ColumnSums:
+    """Sum and maximum over the beams; recorded counts are summed as integers, four times as fast as amplitudes."""
+
+    def __init__(self, fan: Fan) -> None:
+        self._fan = fan
+        self._row = np.empty(fan.samples, np.float32)
+        self._total = np.empty(fan.samples, np.float32)
+        self._highest = np.empty(fan.samples, np.float32)
+        self._counts: dict[np.dtype[np.generic], tuple[Columns, Columns]] = {}
+
+    def measure(self, samples: Samples) -> tuple[Columns, Columns, np.float32]:
+        """Return sum and maximum of each column, (samples,), and what is to be added to each cell.
+
+        The arrays are reused by the next call.
+        """
+        cells = samples.cells
+        if samples.plain and cells.dtype.kind == "u":
+            sums, highest = self._buffers(cells.dtype)
+            add_columns(cells, samples.first, sums, highest)
+            return sums, highest, samples.offset
+        bits = np.int32
+        row, highest = self._row, self._highest
+        add_amplitudes(*samples.args, row, row.view(bits), self._total, highest.view(bits))
+        return self._total, highest, np.float32(0.0)
+
+    def _buffers(self, dtype: np.dtype[np.generic]) -> tuple[Columns, Columns]:
+        if dtype not in self._counts:
+            narrow = dtype.itemsize == 1 and self._fan.shape[0] <= 257  # 257 * 255 is the largest uint16
+            sums = np.empty(self._fan.samples, np.uint16 if narrow else np.uint32)
+            self._counts[dtype] = (sums, np.empty(self._fan.samples, dtype))
+        return self._counts[dtype]
 
 
 @kernel
-def range_means(image: Image, means: Row) -> None:
-    """Fill means (samples,) with the mean over the beams of image (beams, samples)."""
-    means[:] = np.float32(0.0)
-    for b in range(image.shape[0]):
-        row = image[b]
-        for j in range(means.size):
-            means[j] += row[j]
-    share = np.float32(1.0 / image.shape[0])
-    for j in range(means.size):
-        means[j] *= share
+def add_columns(cells: Cells, first: int, sums: Columns, highest: Columns) -> None:
+    """Fill sums and highest (samples,) with sum and maximum over the beams of unsigned cells[:, first:]."""
+    sums[:] = 0
+    highest[:] = 0
+    for b in range(cells.shape[0]):
+        row = cells[b, first:]
+        for j in range(sums.size):
+            sums[j] += row[j]
+        for j in range(sums.size):
+            highest[j] = max(highest[j], row[j])
+
+
+@kernel
+def add_amplitudes(
+    cells: Cells,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Places,
+    share: Row,
+    row: Row,
+    row_bits: NDArray[np.int32],
+    total: Row,
+    highest_bits: NDArray[np.int32],
+) -> None:
+    """Fill total and highest (samples,) with sum and maximum over the beams of samples (`Samples.args`).
+
+    row_bits and highest_bits are the bits of row and highest: floats that are not negative are in the order of their
+    bits, and a maximum of integers vectorises.
+    """
+    total[:] = np.float32(0.0)
+    highest_bits[:] = 0
+    for b in range(above.size):
+        load_row(cells, first, offset, gain, above, share, b, row)
+        for j in range(total.size):
+            total[j] += row[j]
+        for j in range(total.size):
+            highest_bits[j] = max(highest_bits[j], row_bits[j])
+
+
+@kernel
+def means_of(sums: Columns, beams: int, offset: np.float32, level: Row) -> None:
+    """Fill level (samples,) with sums / beams + offset."""
+    share = np.float32(1.0 / beams)
+    for j in range(level.size):
+        level[j] = np.float32(sums[j]) * share + offset
+
+
+@kernel
+def lobes_to_gain(
+    level: Row, highest: Columns, offset: np.float32, side_lobe: np.float32, before: Row, gain: Row
+) -> None:
+    """Raise level (samples,) to side_lobe * (highest + offset), in place, and fill gain as `to_gain` does."""
+    for j in range(level.size):
+        lobe = side_lobe * (np.float32(highest[j]) + offset)
+        level[j] = lobe if lobe > level[j] else level[j]
+    to_gain(level, before, gain)
+
+
+@kernel
+def column_medians(
+    cells: Cells,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Places,
+    share: Row,
+    level: Row,
+    work: Image,
+) -> None:
+    """Turn level (samples,), the means, into the medians over the beams of samples (`Samples.args`).
+
+    By halving an interval: the median of what is not negative is at most twice the mean. work: (4, samples).
+    """
+    low, high, count, row = work[0], work[1], work[2], work[3]
+    beams = above.size
+    half = np.float32(0.5 * beams)
+    for j in range(level.size):
+        low[j], high[j] = np.float32(0.0), np.float32(2.0) * level[j]
+    for _ in range(_HALVINGS):
+        for j in range(level.size):
+            level[j] = np.float32(0.5) * (low[j] + high[j])
+            count[j] = np.float32(0.0)
+        for b in range(beams):
+            load_row(cells, first, offset, gain, above, share, b, row)
+            for j in range(level.size):
+                count[j] += np.float32(1.0) if row[j] > level[j] else np.float32(0.0)
+        for j in range(level.size):
+            low[j], high[j] = (level[j], high[j]) if count[j] >= half else (low[j], level[j])
 
 
 @kernel
@@ -90,107 +244,11 @@ def sorted_middle(values: Row, work: Row) -> np.float32:
 
 
 @kernel
-def divide_columns(image: Image, level: Row, out: Image) -> None:
-    """Fill out with image (beams, samples) divided by level (samples,); 0 where the level is 0."""
-    gain = np.empty(level.size, np.float32)
+def to_gain(level: Row, before: Row, gain: Row) -> None:
+    """Fill gain (samples,) with before / level; 0 where the level is 0."""
+    for j in range(level.size):  # three loops, as a division under a condition does not vectorise
+        gain[j] = level[j] if level[j] > np.float32(0.0) else np.float32(1.0)
     for j in range(level.size):
-        gain[j] = np.float32(1.0) / level[j] if level[j] > np.float32(0.0) else np.float32(0.0)
-    for b in range(image.shape[0]):
-        source = image[b]
-        target = out[b]
-        for j in range(gain.size):
-            target[j] = source[j] * gain[j]
-
-
-@image_stage("equalize.local", LocalParams)
-def local(params: LocalParams, fan: Fan) -> ImageStep:
-    """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
-
-    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as within a
-    factor of `guard` of its surroundings along the range, so that an object, however wide, does not erase itself.
-    """
-    beams, samples = fan.shape
-    beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
-    range_edges = np.linspace(0, samples, min(params.range_blocks, samples) + 1).astype(np.int64)
-    means = np.empty((beam_edges.size - 1, range_edges.size - 1), np.float32)
-    gain = np.empty_like(means)
-    rows = np.empty((len(means), samples), np.float32)
-    above, share_of_beam = _between(beam_edges)
-    before, share_of_column = _between(range_edges)
-    guard = np.float32(params.guard)
-
-    def step(source: Image, out: Image) -> None:
-        block_means(source, beam_edges, range_edges, means)
-        block_gains(means, guard, gain)
-        interpolate_columns(gain, before, share_of_column, rows)
-        multiply_interpolated(source, rows, above, share_of_beam, out)
-
-    return step
-
-
-def _between(edges: NDArray[np.int64]) -> tuple[NDArray[np.int64], Row]:
-    """Return, for each cell, the last block whose middle is not behind it and how far it is on the way to the next."""
-    middle = 0.5 * (edges[1:] + edges[:-1] - 1)
-    place = np.interp(np.arange(edges[-1]), middle, np.arange(len(middle)))
-    block = np.minimum(place.astype(np.int64), max(0, len(middle) - 2))
-    return block, (place - block).astype(np.float32)
-
-
-@kernel
-def block_means(image: Image, beam_edges: NDArray[np.int64], range_edges: NDArray[np.int64], means: Image) -> None:
-    """Fill means (beam blocks, range blocks) with the mean of image (beams, samples) over each block."""
-    for p in range(means.shape[0]):
-        means[p, :] = np.float32(0.0)
-        for b in range(beam_edges[p], beam_edges[p + 1]):
-            for q in range(means.shape[1]):
-                part = image[b, range_edges[q] : range_edges[q + 1]]
-                total = np.float32(0.0)
-                for j in range(part.size):
-                    total += part[j]
-                means[p, q] += total
-        for q in range(means.shape[1]):
-            means[p, q] /= np.float32((beam_edges[p + 1] - beam_edges[p]) * (range_edges[q + 1] - range_edges[q]))
-
-
-@kernel
-def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
-    """Fill gain with 1 / means (beam blocks, range blocks), 1 where there is no mean.
-
-    A mean is limited to a factor of guard of the median of five blocks along the range: what lasts there is a beam's
-    gain, what does not is an object, however wide, or the dark that the equalization per range leaves beside it.
-    """
-    work = np.empty(5, np.float32)
-    for p in range(means.shape[0]):
-        for q in range(means.shape[1]):
-            around = sorted_middle(means[p, max(0, q - 2) : q + 3], work)
-            level = min(max(means[p, q], around / guard), around * guard)
-            gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
-
-
-@kernel
-def interpolate_columns(gain: Image, before: NDArray[np.int64], share: Row, rows: Image) -> None:
-    """Fill rows (beam blocks, samples) with gain (beam blocks, range blocks), interpolated along the range."""
-    last = gain.shape[1] - 1
-    begin = 0
-    for q in range(last + 1):
-        end = begin
-        while end < before.size and before[end] == q:
-            end += 1
-        weight = share[begin:end]
-        for p in range(rows.shape[0]):
-            near, step = gain[p, q], gain[p, min(q + 1, last)] - gain[p, q]
-            row = rows[p, begin:end]
-            for j in range(row.size):
-                row[j] = near + weight[j] * step
-        begin = end
-
-
-@kernel
-def multiply_interpolated(image: Image, rows: Image, above: NDArray[np.int64], share: Row, out: Image) -> None:
-    """Fill out with image (beams, samples) times rows (beam blocks, samples), interpolated from beam to beam."""
-    last = rows.shape[0] - 1
-    for b in range(image.shape[0]):
-        source, target = image[b], out[b]
-        near, far, weight = rows[above[b]], rows[min(above[b] + 1, last)], share[b]
-        for j in range(source.size):
-            target[j] = source[j] * (near[j] + weight * (far[j] - near[j]))
+        gain[j] = before[j] / gain[j]
+    for j in range(level.size):
+        gain[j] = gain[j] if level[j] > np.float32(0.0) else np.float32(0.0)

@@ -1,43 +1,76 @@
-"""Median filter along the beam by sorting networks; the image is mirrored at the range ends."""
+"""Median filter along the beam by sorting networks, and across; the image is mirrored at the range ends."""
 
 import numpy as np
 
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
-from ods.pipeline.mirror import Row, mirror_row
+from ods.pipeline.mirror import Row, mirrored
 from ods.pipeline.params import MedianParams
-from ods.pipeline.registry import ImageStep, image_stage
+from ods.pipeline.registry import image_stage
+from ods.pipeline.samples import Cells, Places, Samples, SamplesStep, load_mirrored
 
 
 @image_stage("filter.median", MedianParams)
-def median(params: MedianParams, fan: Fan) -> ImageStep:
-    """Median of a window of range samples: takes out speckle and keeps edges where they are."""
+def median(params: MedianParams, fan: Fan) -> SamplesStep:
+    """Median of a window of range samples: takes out speckle and keeps edges where they are.
+
+    Across the beams, the median of the beams' medians: almost the median of the whole window, at a tenth of its cost.
+    """
     window = params.window
     padded = np.empty(fan.samples + window, np.float32)
     ordered = np.empty((3, fan.samples + window), np.float32)
+    ring = np.empty((params.beams, fan.samples), np.float32)
 
-    def step(source: Image, out: Image) -> None:
-        median_filter(source, window, padded, ordered, out)
+    def run(samples: Samples, out: Image) -> None:
+        median_filter(*samples.args, window, padded, ordered, ring, out)
 
-    return step
+    return SamplesStep(run)
 
 
 @kernel
-def median_filter(image: Image, window: int, padded: Row, ordered: Image, out: Image) -> None:
-    """Fill out with the median of image (beams, samples) over 3, 5, 7 or 9 range samples.
+def median_filter(
+    cells: Cells,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Places,
+    share: Row,
+    window: int,
+    padded: Row,
+    ordered: Image,
+    ring: Image,
+    out: Image,
+) -> None:
+    """Fill out with the median of samples (`Samples.args`) over 3, 5, 7 or 9 range samples and 1, 3 or 5 beams.
 
-    padded (samples + window - 1) and ordered (3, samples + window - 1) are work space.
+    padded (samples + window - 1,), ordered (3, samples + window - 1) and ring (beams of the window, samples) are work
+    space.
     """
-    for b in range(image.shape[0]):
-        mirror_row(image[b], window // 2, padded)
-        if window == 3:
-            _median_of_3(padded, out[b])
-        elif window == 5:
-            _median_of_5(padded, out[b])
-        elif window == 7:
-            _median_of_7(padded, ordered, out[b])
+    beams, samples = out.shape
+    reach = ring.shape[0] // 2
+    for b in range(-reach, beams + reach):
+        load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), window // 2, samples, padded)
+        _median_row(padded, window, ordered, out[b] if reach == 0 else ring[(b + reach) % ring.shape[0]])
+        if b < reach or reach == 0:
+            continue
+        if reach == 1:
+            _median_of_3_rows(ring[0], ring[1], ring[2], out[b - reach])
         else:
-            _median_of_9(padded, ordered, out[b])
+            _median_of_5_rows(ring[0], ring[1], ring[2], ring[3], ring[4], out[b - reach])
+
+
+@kernel
+def _median_row(padded: Row, window: int, ordered: Image, out: Row) -> None:
+    n = out.size
+    if window == 3:
+        _median_of_3_rows(padded[:n], padded[1 : 1 + n], padded[2 : 2 + n], out)
+    elif window == 5:
+        a, b, c, d, e = padded[:n], padded[1 : 1 + n], padded[2 : 2 + n], padded[3 : 3 + n], padded[4 : 4 + n]
+        _median_of_5_rows(a, b, c, d, e, out)
+    elif window == 7:
+        _median_of_7(padded, ordered, out)
+    else:
+        _median_of_9(padded, ordered, out)
 
 
 @kernel
@@ -56,20 +89,15 @@ def _middle(a: np.float32, b: np.float32, c: np.float32) -> np.float32:
 
 
 @kernel
-def _median_of_3(padded: Row, out: Row) -> None:
-    samples = out.size
-    a, b, c = padded[:samples], padded[1 : 1 + samples], padded[2 : 2 + samples]
-    for j in range(samples):
+def _median_of_3_rows(a: Row, b: Row, c: Row, out: Row) -> None:
+    for j in range(out.size):
         out[j] = _middle(a[j], b[j], c[j])
 
 
 @kernel
-def _median_of_5(padded: Row, out: Row) -> None:
+def _median_of_5_rows(a: Row, b: Row, c: Row, d: Row, e: Row, out: Row) -> None:
     """Of two pairs, the lower of the lower ends and the higher of the higher ends cannot be the median."""
-    samples = out.size
-    a, b, c = padded[:samples], padded[1 : 1 + samples], padded[2 : 2 + samples]
-    d, e = padded[3 : 3 + samples], padded[4 : 4 + samples]
-    for j in range(samples):
+    for j in range(out.size):
         low = _high(_low(a[j], b[j]), _low(c[j], d[j]))
         high = _low(_high(a[j], b[j]), _high(c[j], d[j]))
         out[j] = _middle(low, high, e[j])

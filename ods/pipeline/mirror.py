@@ -19,12 +19,8 @@ def mirrored(index: int, samples: int) -> int:
 
 
 @kernel
-def mirror_row(row: Row, half: int, padded: Row) -> None:
-    """Write row (samples,) with `half` mirrored samples at both ends into padded (at least samples + 2 half,)."""
-    samples = row.size
-    middle = padded[half : half + samples]
-    for j in range(samples):
-        middle[j] = row[j]
+def mirror_ends(padded: Row, half: int, samples: int) -> None:
+    """Mirror padded[half : half + samples] into the `half` cells before and after it."""
     for i in range(1, half + 1):
-        padded[half - i] = row[mirrored(i, samples)]
-        padded[half + samples - 1 + i] = row[mirrored(samples - 1 + i, samples)]
+        padded[half - i] = padded[half + mirrored(i, samples)]
+        padded[half + samples - 1 + i] = padded[half + mirrored(samples - 1 + i, samples)]

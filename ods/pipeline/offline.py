@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.messages import Detections, Ping
-from ods.pipeline.chain import Chain, Mask
+from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
+from ods.pipeline.ring import Mask
 from ods.pipeline.settings import PipelineSettings
 
 log = logging.getLogger(__name__)

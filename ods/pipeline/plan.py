@@ -1,8 +1,8 @@
 """What the geometry of a ping decides once, for all pings that share it: planes, sector, amplitude table."""
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,23 +10,49 @@ from numpy.typing import NDArray
 from ods.messages import SAMPLE_DTYPES, Ping, Sector
 from ods.pipeline.amplitude import Table, amplitude_table
 from ods.pipeline.fan import Fan, beam_borders
-from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
 
 MAX_BEARING = math.pi
+MAX_RANGE = 1e6
+"""Stands for 'as far as the image reaches', m."""
 
 
 class PingError(ValueError):
     """A ping cannot be processed: its tables or samples are wrong; the text says why in one line."""
 
 
+EVERY_TURN = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Rows and columns of the frame that are processed together: a plane, or some of its ranges."""
+
+    fan: Fan
+    rows: slice
+    first: int
+    """Samples that lie before the first column of the image."""
+    stride: int = 1
+    """Range samples that make one column."""
+    turn: int = EVERY_TURN
+    """The ping, modulo `Plan.turns`, at which it is processed."""
+    partial: bool = False
+    """It answers only for echoes from `from_m` to `to_m`; the rest is margin."""
+    from_m: float = 0.0
+    to_m: float = math.inf
+
+
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What all pings of one geometry have in common."""
 
-    fans: list[Fan]
-    """One for each plane, rows p * beams_per_plane onwards."""
+    parts: list[Part]
+    turns: int
+    """Pings after which all parts had their turn."""
+    looked: list[list[tuple[float, float]]]
+    """For each turn, the ranges (from, to) that are processed, m; none: all."""
     first: int
-    """Samples that lie before the first column of the image."""
+    """Samples nearer than the least range."""
     sector: Sector
     table: Table | None
     """Linear amplitude of every count, where a table serves."""
@@ -61,12 +87,67 @@ def make_plan(ping: Ping, settings: PipelineSettings) -> Plan:
             Fan(bearing[rows], width, ping.samples - first, ping.range0_m + first * ping.dr_m, ping.dr_m,
                 float(elevation[rows].mean()))
         )  # fmt: skip
+    whole = [
+        Part(fan, slice(plane * per_plane, (plane + 1) * per_plane), first) for plane, fan in enumerate(fans)
+    ]  # fmt: skip
+    zones = zones_of(fans[0], settings.attention)
     return Plan(
-        fans=fans,
+        parts=[cut(part, zone) for part in whole for zone in zones],
+        turns=max(1, 1 + max(zone.turn for zone in zones)),
+        looked=looked(zones),
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),
         table=amplitude_table(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor),
     )
+
+
+class Zone(NamedTuple):
+    """A ring of ranges."""
+
+    from_m: float
+    to_m: float
+    margin_m: float
+    stride: int
+    turn: int
+
+
+def zones_of(fan: Fan, attention: AttentionSettings) -> list[Zone]:
+    """Return the rings that the range is parted into [SSIE, focus of attention]."""
+    end = fan.range0_m + fan.samples * fan.dr_m
+    stride = attention.subsample
+    if not 0.0 < attention.near_m < end or attention.every == 1:
+        return [Zone(0.0, math.inf, 0.0, stride, EVERY_TURN)]
+    borders = np.linspace(attention.near_m, end, attention.every + 1).tolist()
+    near = Zone(0.0, borders[0], attention.margin_m, stride if attention.near_too else 1, EVERY_TURN)
+    far = [
+        Zone(a, b, attention.margin_m, stride, turn)
+        for turn, (a, b) in enumerate(zip(borders[:-1], [*borders[1:-1], math.inf], strict=True))
+    ]
+    return [near, *far]
+
+
+def looked(zones: list[Zone]) -> list[list[tuple[float, float]]]:
+    """Return the ranges that are processed at each turn; nothing when it is all."""
+    if len(zones) == 1:
+        return [[]]
+    return [[(zone.from_m, min(zone.to_m, MAX_RANGE)) for zone in (zones[0], far)] for far in zones[1:]]
+
+
+def cut(part: Part, zone: Zone) -> Part:
+    """Return the columns of a plane that a zone and its margins reach over."""
+    fan = part.fan
+    begin = max(0, math.floor((zone.from_m - zone.margin_m - fan.range0_m) / fan.dr_m))
+    stop = fan.samples
+    if zone.to_m < math.inf:
+        stop = min(stop, math.ceil((zone.to_m + zone.margin_m - fan.range0_m) / fan.dr_m))
+    columns = max(1, (stop - begin) // zone.stride)
+    stride = min(zone.stride, stop - begin)
+    middle = begin + 0.5 * (stride - 1)
+    ring = replace(fan, samples=columns, range0_m=fan.range0_m + middle * fan.dr_m, dr_m=stride * fan.dr_m)
+    return Part(
+        ring, part.rows, part.first + begin, stride, zone.turn, zone.turn != EVERY_TURN or zone.to_m < math.inf,
+        zone.from_m, zone.to_m,
+    )  # fmt: skip
 
 
 def _check_numbers(ping: Ping) -> None:

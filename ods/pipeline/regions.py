@@ -19,7 +19,10 @@ class Regions(NamedTuple):
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""
 
 
-def paint(runs: Runs, before: int, mask: NDArray[np.int32]) -> None:
-    """Write `before` + the region's number into mask (beams, samples) int32; cells of no region stay as they are."""
+def paint(runs: Runs, before: int, mask: NDArray[np.int32], stride: int = 1) -> None:
+    """Write `before` + the region's number into mask (beams, samples) int32; cells of no region stay as they are.
+
+    stride: columns of mask that make one of the image.
+    """
     for beam, first, stop, region in runs.tolist():
-        mask[beam, first:stop] = before + region
+        mask[beam, stride * first : stride * stop] = before + region

@@ -19,6 +19,21 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
 """The chain when the configuration names none."""
 
 
+class AttentionSettings(Settings, frozen=True):
+    """Focus of attention [SSIE]: near ranges at each ping, far ones every n-th."""
+
+    near_m: NonNegative = 0.0
+    """Ranges nearer than this are processed at each ping; 0: all are."""
+    every: Annotated[int, msgspec.Meta(ge=1, le=50)] = 4
+    """The range beyond is parted into so many rings; each ping one of them has its turn."""
+    margin_m: NonNegative = 5.0
+    """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
+    subsample: Annotated[int, msgspec.Meta(ge=1, le=16)] = 1
+    """Range samples that are averaged to one before anything else."""
+    near_too: bool = True
+    """Whether near ranges are subsampled like far ones."""
+
+
 class PipelineSettings(Settings, frozen=True):
     """How pings become detections."""
 
@@ -27,6 +42,8 @@ class PipelineSettings(Settings, frozen=True):
     stage: tuple[StageTable, ...] = ()
     """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range,
     equalize.local, filter.fir and detect.two_level with their defaults."""
+    attention: AttentionSettings = AttentionSettings()
+    """What is processed when, if not all of each ping."""
     min_range_m: NonNegative = 0.1
     """Slant range under which samples are ignored: the transmit pulse's own echo in the transducer."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0)] = 0.0

@@ -1,59 +1,65 @@
-"""Linear and Wiener filters along the beam [SSIE, Image processing, stage 2]; mirrored at the range ends."""
+"""Linear filters along the beam, or along and across the beams [SSIE, Image processing, stage 2].
+
+The image is mirrored at the range ends and at the fan's edges. All filters are symmetric: echoes keep their place.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
-from ods.pipeline.mirror import Row, mirror_row
-from ods.pipeline.params import BoxParams, FirParams, WienerParams
-from ods.pipeline.registry import ImageStep, image_stage
+from ods.pipeline.mirror import Row, mirrored
+from ods.pipeline.params import BoxParams, FirParams, GaussianParams
+from ods.pipeline.registry import image_stage
+from ods.pipeline.samples import Cells, Places, Samples, SamplesStep, load_mirrored
 
 
 @image_stage("filter.fir", FirParams)
-def fir(params: FirParams, fan: Fan) -> ImageStep:
-    """Low-pass filter of odd length and linear phase: echoes keep their range."""
-    weights = lowpass_weights(params.taps, params.cutoff)
-    padded = np.empty(fan.samples + 2 * weights.size, np.float32)
-
-    def step(source: Image, out: Image) -> None:
-        symmetric_filter(source, weights, padded, out)
-
-    return step
+def fir(params: FirParams, fan: Fan) -> SamplesStep:
+    """Low-pass filter of odd length and linear phase; designed from a cut-off or from a minimum object size."""
+    taps, cutoff = params.taps, params.cutoff
+    if params.object_m > 0.0:
+        cutoff = min(fan.dr_m / params.object_m, 0.9)
+        taps = min(2 * round(params.object_m / fan.dr_m) + 1, 99)
+    return separable(lowpass_weights(taps, cutoff), lowpass_weights(params.beams, params.beam_cutoff), fan)
 
 
 @image_stage("filter.box", BoxParams)
-def box(params: BoxParams, fan: Fan) -> ImageStep:
+def box(params: BoxParams, fan: Fan) -> SamplesStep:
     """Moving average: of all filters of its length the one that takes out most of the speckle."""
-    weights = box_weights(params.window)
-    padded = np.empty(fan.samples + 2 * weights.size, np.float32)
-
-    def step(source: Image, out: Image) -> None:
-        symmetric_filter(source, weights, padded, out)
-
-    return step
+    return separable(box_weights(params.window), box_weights(params.beams), fan)
 
 
-@image_stage("filter.wiener", WienerParams)
-def wiener(params: WienerParams, fan: Fan) -> ImageStep:
-    """Lim's adaptive filter: mean + (sample - mean) * max(0, variance - noise) / variance, over the window.
+@image_stage("filter.gaussian", GaussianParams)
+def gaussian(params: GaussianParams, fan: Fan) -> SamplesStep:
+    """Gaussian weights, cut at three standard deviations."""
+    return separable(gaussian_weights(params.sigma), gaussian_weights(params.beam_sigma), fan)
 
-    The noise is the mean of all local variances (J. S. Lim, Two-Dimensional Signal and Image Processing, 1990, ch. 9).
-    """
-    weights = box_weights(params.window)
-    padded = np.empty(fan.samples + 2 * weights.size, np.float32)
-    squares = np.empty(fan.samples, np.float32)
-    variance = np.empty(fan.shape, np.float32)
 
-    def step(source: Image, out: Image) -> None:
-        wiener_filter(source, weights, padded, squares, variance, out)
+def separable(along: Row, across: Row, fan: Fan) -> SamplesStep:
+    """Return the step of a filter with weights `along` the range and `across` the beams, in `lowpass_weights`' form."""
+    padded = np.empty(fan.samples + 2 * along.size, np.float32)
+    ring = np.empty((2 * across.size - 1, fan.samples), np.float32)
 
-    return step
+    def run(samples: Samples, out: Image) -> None:
+        if across.size == 1:
+            filter_rows(*samples.args, along, padded, out)
+        else:
+            filter_plane(*samples.args, along, across, padded, ring, out)
+
+    return SamplesStep(run)
 
 
 def box_weights(window: int) -> NDArray[np.float32]:
     """Return the weights of a moving average, (window // 2 + 1,), in the form of `lowpass_weights`; window odd."""
     return np.full(window // 2 + 1, 1.0 / window, np.float32)
+
+
+def gaussian_weights(sigma: float) -> NDArray[np.float32]:
+    """Return Gaussian weights of standard deviation sigma, cells, in the form of `lowpass_weights`; 0: no filter."""
+    offset = np.arange(int(np.ceil(3.0 * sigma)) + 1)
+    half = np.exp(-0.5 * (offset / max(sigma, 1e-6)) ** 2)
+    return np.asarray(half / (2.0 * half.sum() - half[0]), np.float32)
 
 
 def lowpass_weights(taps: int, cutoff: float) -> NDArray[np.float32]:
@@ -68,15 +74,65 @@ def lowpass_weights(taps: int, cutoff: float) -> NDArray[np.float32]:
 
 
 @kernel
-def symmetric_filter(image: Image, weights: Row, padded: Row, out: Image) -> None:
-    """Fill out with image (beams, samples) convolved along the rows with a symmetric filter.
+def filter_rows(
+    cells: Cells,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Places,
+    share: Row,
+    weights: Row,
+    padded: Row,
+    out: Image,
+) -> None:
+    """Fill out (beams, samples) with samples convolved along the rows with a symmetric filter.
 
-    weights: (half + 1,) from the middle outwards; padded: work space of samples + 2 half.
+    The first six: `Samples.args`; weights: (half + 1,) from the middle outwards; padded: work space.
     """
     half = weights.size - 1
-    for b in range(image.shape[0]):
-        mirror_row(image[b], half, padded)
+    for b in range(out.shape[0]):
+        load_mirrored(cells, first, offset, gain, above, share, b, half, out.shape[1], padded)
         symmetric_row(padded, weights, out[b])
+
+
+@kernel
+def filter_plane(
+    cells: Cells,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Places,
+    share: Row,
+    along: Row,
+    across: Row,
+    padded: Row,
+    ring: Image,
+    out: Image,
+) -> None:
+    """Fill out (beams, samples) with samples convolved with `along` in range and `across` from beam to beam.
+
+    ring: (2 reach + 1, samples) work space, the rows around the present one, filtered in range.
+    """
+    half, reach = along.size - 1, across.size - 1
+    beams, samples = out.shape
+    for b in range(-reach, beams + reach):
+        load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), half, samples, padded)
+        symmetric_row(padded, along, ring[(b + reach) % ring.shape[0]])
+        if b >= reach:
+            weigh_ring(ring, across, b, out[b - reach])
+
+
+@kernel
+def weigh_ring(ring: Image, weights: Row, middle: int, target: Row) -> None:
+    """Fill target with the weighted sum of a ring's rows: weights (reach + 1,) from row `middle` (modulo) outwards."""
+    count = ring.shape[0]
+    weight, row = weights[0], ring[middle % count]
+    for j in range(target.size):
+        target[j] = weight * row[j]
+    for k in range(1, weights.size):
+        weight, left, right = weights[k], ring[(middle + count - k) % count], ring[(middle + k) % count]
+        for j in range(target.size):
+            target[j] += weight * (left[j] + right[j])
 
 
 @kernel
@@ -84,6 +140,9 @@ def symmetric_row(padded: Row, weights: Row, target: Row) -> None:
     """Convolve one mirrored row: padded (samples + 2 half,), weights (half + 1,), target (samples,)."""
     samples = target.size
     half = weights.size - 1
+    if half == 4:
+        _row_of_9(padded, weights, target)
+        return
     weight = weights[0]
     middle = padded[half : half + samples]
     for j in range(samples):
@@ -103,30 +162,11 @@ def symmetric_row(padded: Row, weights: Row, target: Row) -> None:
 
 
 @kernel
-def wiener_filter(image: Image, weights: Row, padded: Row, squares: Row, variance: Image, out: Image) -> None:
-    """Fill out with image (beams, samples) filtered by Lim's rule over the window of a symmetric filter.
-
-    weights: (half + 1,), of sum 1 with their mirror image; padded (samples + 2 half), squares (samples) and variance
-    (beams, samples) are work space.
-    """
-    samples = image.shape[1]
-    half = weights.size - 1
-    noise = 0.0
-    for b in range(image.shape[0]):
-        mean, spread = out[b], variance[b]
-        mirror_row(image[b], half, padded)
-        symmetric_row(padded, weights, mean)
-        for j in range(samples + 2 * half):
-            padded[j] *= padded[j]
-        symmetric_row(padded, weights, squares)
-        total = np.float32(0.0)
-        for j in range(samples):
-            spread[j] = max(squares[j] - mean[j] * mean[j], np.float32(0.0))
-            total += spread[j]
-        noise += float(total)
-    floor = np.float32(noise / image.size)
-    for b in range(image.shape[0]):
-        source, target, spread = image[b], out[b], variance[b]
-        for j in range(samples):
-            share = (spread[j] - floor) / spread[j] if spread[j] > floor else np.float32(0.0)
-            target[j] += share * (source[j] - target[j])
+def _row_of_9(padded: Row, weights: Row, target: Row) -> None:
+    """Do the common length in one pass."""
+    n = target.size
+    w0, w1, w2, w3, w4 = weights[0], weights[1], weights[2], weights[3], weights[4]
+    a, b, c, d, e = padded[:n], padded[1 : 1 + n], padded[2 : 2 + n], padded[3 : 3 + n], padded[4 : 4 + n]
+    f, g, h, i = padded[5 : 5 + n], padded[6 : 6 + n], padded[7 : 7 + n], padded[8 : 8 + n]
+    for j in range(n):
+        target[j] = w0 * e[j] + w1 * (d[j] + f[j]) + w2 * (c[j] + g[j]) + w3 * (b[j] + h[j]) + w4 * (a[j] + i[j])

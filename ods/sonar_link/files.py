@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from ods.sonar_link import aris, drf, oculus
+from ods.sonar_link import aris, avi, drf, oculus
 from ods.sonar_link.aris import read_aris
+from ods.sonar_link.fan_image import FanGeometry, read_fan_clip
 from ods.sonar_link.oculus import read_oculus
 from ods.sonar_link.ping_file import read_ping_file
 from ods.sonar_link.ping_sequence import PingFileError, PingSequence
@@ -24,8 +25,11 @@ BY_SIGNATURE: tuple[tuple[int, bytes, Reader], ...] = (
 BY_SUFFIX: dict[str, Reader] = {".npz": read_ping_file, ".aris": read_aris, ".raw": read_oculus, ".s7k": read_s7k}
 
 
-def open_pings(path: Path) -> PingSequence:
-    """Open a .npz, .s7k, .aris or Oculus .raw recording. Raises PingFileError, whose text is one line."""
+def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
+    """Open a .npz, .s7k, .aris or Oculus .raw recording, or an .avi clip of fan images whose geometry is `fan`.
+
+    Raises PingFileError, whose text is one line.
+    """
     try:
         with path.open("rb") as file:
             start = file.read(16)
@@ -33,10 +37,14 @@ def open_pings(path: Path) -> PingSequence:
         raise PingFileError(f"{path}: {error.strerror}") from error
     if not start:
         raise PingFileError(f"{path}: the file is empty")
+    if avi.is_avi(start):
+        if fan is None:
+            raise PingFileError(f"{path}: a clip of images, whose fan geometry must be given (--fan)")
+        return read_fan_clip(path, fan)
     for offset, signature, reader in BY_SIGNATURE:
         if start[offset:].startswith(signature):
             return reader(path)
     by_suffix = BY_SUFFIX.get(path.suffix.lower())
     if by_suffix is None:
-        raise PingFileError(f"{path}: none of the known formats: .npz, .s7k, .aris, Oculus .raw")
+        raise PingFileError(f"{path}: none of the known formats: .npz, .s7k, .aris, Oculus .raw, .avi")
     return by_suffix(path)

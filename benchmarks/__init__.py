@@ -1,0 +1,1 @@
+"""Development only: speed beside public libraries. Nothing on board imports this."""

@@ -1,0 +1,216 @@
+"""`make benchmark`: milliseconds from recorded samples to detections, ours beside scipy, scikit-image and OpenCV.
+
+All contestants get the same frame and do the same: equalize by range, filter along the beam, two levels, connected
+regions, their boxes. They take turns within one run, so that a machine that slows down slows all of them.
+"""
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage, signal
+from skimage import filters as skimage_filters
+from skimage import measure as skimage_measure
+
+from ods.messages import Ping
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.smooth import lowpass_weights
+
+Image = NDArray[np.float32]
+Filter = Callable[[Any], Any]
+Task = Callable[[], Any]
+ROUNDS = 60
+EQUALIZE = {"use": "equalize.mean_range"}
+DETECT = {"use": "detect.two_level"}
+CHAINS: dict[str, tuple[dict[str, Any], ...]] = {
+    "FIR 9": ({"use": "filter.fir"},),
+    "box 9": ({"use": "filter.box"},),
+    "median 9": ({"use": "filter.median"},),
+    "Wiener 9": ({"use": "filter.wiener"},),
+    "FIR 3x9": ({"use": "filter.fir", "beams": 3},),
+}
+TARGETS_MS = {"FIR 9": 0.08, "box 9": 0.08, "median 9": 0.11, "Wiener 9": 0.15, "FIR 3x9": 0.15}
+TABLE_2 = (("equalization", 1.27, 0.14), ("filtering", 1.76, 1.06), ("detection", 22.5, 0.27), ("total", 25.53, 1.47))
+"""[SSIE] table 2: CPU s an image in MATLAB and in C on a 25 MHz 68040."""
+
+
+def made_up_ping(beams: int, samples: int = 2000) -> Ping:
+    """Return an 8-bit linear ping: speckle and three objects."""
+    rng = np.random.default_rng(0)
+    intensity = np.ones((beams, samples))
+    for beam, column in ((12, 400), (32, 800), (47, 1500)):
+        beam = beam * beams // 60
+        intensity[beam : beam + max(3, beams // 20), column : column + 30] = 100.0
+    amplitude = 10.0 * np.sqrt(intensity * rng.exponential(size=intensity.shape))
+    return Ping(
+        seq=0, ping_number=0, t_ns=0, t_rx_ns=0, utc_ns=0, beams=beams, samples=samples, dtype="u1",
+        data=np.minimum(amplitude, 255.0).astype(np.uint8).tobytes(), range0_m=0.0, dr_m=0.05, sound_speed=1500.0,
+        bearing_rad=np.linspace(-0.78, 0.78, beams).tolist(),
+    )  # fmt: skip
+
+
+def our_chain(name: str, ping: Ping) -> Task:
+    """Return our whole chain, messages included."""
+    chain = Chain(PipelineSettings(stage=(EQUALIZE, *CHAINS[name], DETECT)))
+    return lambda: chain.process(ping)
+
+
+def their_chains(name: str, ping: Ping) -> dict[str, Task]:
+    """Return the same chain by each public library that has the filter."""
+    frame = np.frombuffer(ping.data, np.uint8).reshape(ping.beams, ping.samples)
+    half = lowpass_weights(9, 0.1)
+    fir = np.concatenate((half[:0:-1], half)).astype(np.float32)
+    beams = lowpass_weights(3, 0.4)
+    across = np.concatenate((beams[:0:-1], beams)).astype(np.float32)
+    one = np.ones(1, np.float32)
+    mirror = cv2.BORDER_REFLECT_101
+    by_cv2: dict[str, Filter] = {
+        "FIR 9": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, fir, one, borderType=mirror),
+        "box 9": lambda x: cv2.blur(x, (9, 1), borderType=mirror),
+        "FIR 3x9": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, fir, across, borderType=mirror),
+    }
+    by_scipy: dict[str, Filter] = {
+        "FIR 9": lambda x: ndimage.correlate1d(x, fir, 1, mode="mirror"),
+        "box 9": lambda x: ndimage.uniform_filter1d(x, 9, 1, mode="mirror"),
+        "median 9": lambda x: ndimage.median_filter(x, (1, 9), mode="mirror"),
+        "Wiener 9": lambda x: signal.wiener(x, (1, 9)),
+        "FIR 3x9": lambda x: ndimage.correlate1d(ndimage.correlate1d(x, fir, 1, mode="mirror"), across, 0),
+    }
+    tasks: dict[str, Task] = {"scipy": lambda: label_scipy(by_scipy[name](equalized(frame)))}
+    tasks["scikit-image"] = lambda: label_skimage(by_scipy[name](equalized(frame)))
+    if name == "median 9":
+        tasks["scikit-image"] = lambda: label_skimage(
+            skimage_filters.median(equalized(frame), np.ones((1, 9)), mode="mirror")
+        )
+    if name in by_cv2:
+        tasks["OpenCV"] = lambda: label_cv2(by_cv2[name](equalized(frame)))
+    return tasks
+
+
+def equalized(frame: NDArray[np.uint8]) -> Image:
+    """Return the frame over its mean at each range."""
+    image = frame.astype(np.float32)
+    image /= image.mean(axis=0)
+    return np.asarray(image)
+
+
+def levels(image: Image) -> tuple[float, float]:
+    """Return the low and the high level, of every 29th cell as ours are."""
+    middle, upper = np.quantile(image.ravel()[::29], (0.5, 0.8413))
+    return float(middle + 2.5 * (upper - middle)), float(middle + 6.0 * (upper - middle))
+
+
+def label_scipy(image: Image) -> list[Any]:
+    """Return the boxes of the regions above the low level that reach the high one."""
+    low, high = levels(image)
+    labels, _ = ndimage.label(image > low, np.ones((3, 3)))
+    kept = np.unique(labels[image > high])
+    boxes = ndimage.find_objects(labels)
+    return [boxes[k - 1] for k in kept]
+
+
+def label_skimage(image: Image) -> list[Any]:
+    """Return the region properties, 4-connected, as scikit-image's hysteresis is."""
+    mask = skimage_filters.apply_hysteresis_threshold(image, *levels(image))
+    return [region.bbox for region in skimage_measure.regionprops(skimage_measure.label(mask))]
+
+
+def label_cv2(image: Image) -> list[Any]:
+    """Return the boxes of the regions above the low level that reach the high one."""
+    low, high = levels(image)
+    _, labels, stats, _ = cv2.connectedComponentsWithStats((image > low).astype(np.uint8), connectivity=8)
+    return [stats[k] for k in np.unique(labels[image > high])]
+
+
+def medians_ms(tasks: dict[str, Task], rounds: int) -> dict[str, float]:
+    """Return the median time of each task; they take turns."""
+    spent: dict[str, list[float]] = {name: [] for name in tasks}
+    for task in tasks.values():
+        task()
+    for _ in range(rounds):
+        for name, task in tasks.items():
+            task()  # twice: the first one finds the caches as the others left them
+            began = time.perf_counter()
+            task()
+            spent[name].append(1e3 * (time.perf_counter() - began))
+    return {name: float(np.median(times)) for name, times in spent.items()}
+
+
+def table_of_chains(beams: int, rounds: int) -> None:
+    """Print one line a chain."""
+    ping = made_up_ping(beams)
+    print(f"\nms from {beams} x 2000 uint8 to detections, median of {rounds} interleaved runs, one core")
+    print(f"{'equalize, filter, detect':26}{'target':>8}{'ODS':>8}{'OpenCV':>8}{'scipy':>8}{'scikit-image':>14}")
+    for name in CHAINS:
+        times = medians_ms({"ODS": our_chain(name, ping)} | their_chains(name, ping), rounds)
+        target = {60: TARGETS_MS, 512: {"FIR 9": 0.9}}[beams].get(name)
+        cells = [f"{target:8.2f}" if target else " " * 8, f"{times['ODS']:8.3f}"]
+        cells += [f"{times[other]:8.2f}" if other in times else " " * 8 for other in ("OpenCV", "scipy")]
+        print(f"{name:26}{''.join(cells)}{times['scikit-image']:14.2f}")
+
+
+def table_2() -> None:
+    """Print table 2 of the paper beside ours: stages by how much longer the chain gets with them."""
+    ping = made_up_ping(60)
+    chains = {
+        "detection": Chain(PipelineSettings(stage=(DETECT,))),
+        "filtering": Chain(PipelineSettings(stage=({"use": "filter.fir"}, DETECT))),
+        "total": Chain(PipelineSettings(stage=(EQUALIZE, {"use": "filter.fir"}, DETECT))),
+    }
+    times = medians_ms({name: partial(chain.process, ping) for name, chain in chains.items()}, 2 * ROUNDS)
+    ours = {
+        "detection": times["detection"],
+        "filtering": max(0.0, times["filtering"] - times["detection"]),
+        "equalization": max(0.0, times["total"] - times["filtering"]),
+        "total": times["total"],
+    }
+    print("\n[SSIE] table 2, seconds an image           MATLAB   C, 68040        ODS     C / ODS")
+    for name, matlab, c in TABLE_2:
+        print(f"{name:40}{matlab:9.2f}{c:11.2f}{1e-3 * ours[name]:11.6f}{c / max(1e-3 * ours[name], 1e-9):12,.0f}")
+
+
+def table_of_attention() -> None:
+    """Print what focus of attention saves, as the mean over all turns."""
+    ping = made_up_ping(60)
+    settings = {
+        "all samples": AttentionSettings(),
+        "subsample 2": AttentionSettings(subsample=2),
+        "near 20 m, far every 4th": AttentionSettings(near_m=20.0, every=4, margin_m=2.0),
+        "near 20 m, far every 4th, subsample 2": AttentionSettings(near_m=20.0, every=4, margin_m=2.0, subsample=2),
+    }
+    stages = (EQUALIZE, *CHAINS["FIR 9"], DETECT)
+    tasks = {
+        name: partial(_four_pings, Chain(PipelineSettings(stage=stages, attention=attention)), ping)
+        for name, attention in settings.items()
+    }
+    times = medians_ms(tasks, ROUNDS)
+    print("\nfocus of attention, FIR 9 chain, 60 x 2000       ms    speed-up")
+    for name, spent in times.items():
+        print(f"{name:42}{spent / 4.0:9.3f}{times['all samples'] / spent:10.1f}")
+
+
+def _four_pings(chain: Chain, ping: Ping) -> None:
+    for _ in range(4):
+        chain.process(ping)
+
+
+def main() -> None:
+    """Print all tables."""
+    cv2.setNumThreads(1)
+    table_of_chains(60, ROUNDS)
+    table_of_chains(512, ROUNDS // 6)
+    table_of_attention()
+    table_2()
+
+
+if __name__ == "__main__":
+    main()

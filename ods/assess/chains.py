@@ -1,0 +1,112 @@
+"""The settings that are assessed: every filter with every detector and every attention, one table each.
+
+Add a row when the pipeline gets a stage. Rows whose stages or parameters the pipeline does not know are left out.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import product
+
+from ods.pipeline import chain  # noqa: F401  it registers the stages
+from ods.pipeline.params import StageError, read_params
+from ods.pipeline.registry import find_stage
+from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings, StageTable
+
+DEFAULT = "default"
+"""Name of the chain that a configuration without stages gets."""
+
+EQUALIZERS: tuple[StageTable, ...] = ({"use": "equalize.mean_range"}, {"use": "equalize.local"})
+"""Before every filter."""
+
+FILTERS: Mapping[str, tuple[StageTable, ...]] = {
+    "no filter": (),
+    "FIR 9": ({"use": "filter.fir"},),
+    "FIR 15": ({"use": "filter.fir", "taps": 15, "cutoff": 0.06},),
+    "box 5": ({"use": "filter.box", "window": 5},),
+    "box 9": ({"use": "filter.box"},),
+    "box 15": ({"use": "filter.box", "window": 15},),
+    "median 5": ({"use": "filter.median", "window": 5},),
+    "median 9": ({"use": "filter.median"},),
+    "Wiener 9": ({"use": "filter.wiener"},),
+    "Wiener 9, box 9": ({"use": "filter.wiener"}, {"use": "filter.box"}),
+    "Gaussian 2.5": ({"use": "filter.gaussian"},),
+    "FIR 9 x 3 beams": ({"use": "filter.fir", "beams": 3},),
+    "box 9 x 3 beams": ({"use": "filter.box", "beams": 3},),
+    "median 9 x 3 beams": ({"use": "filter.median", "beams": 3},),
+    "Wiener 9 x 3 beams": ({"use": "filter.wiener", "beams": 3},),
+    "Gaussian 2.5 x 0.7 beams": ({"use": "filter.gaussian", "beam_sigma": 0.7},),
+}
+
+
+@dataclass(frozen=True)
+class Detector:
+    """A detector and the sweep of its threshold."""
+
+    stage: StageTable
+    sweep: tuple[StageTable, ...]
+    """Parameters of each step, from few false alarms to many."""
+
+
+_LEVELS = (30.0, 20.0, 14.0, 11.0, 9.0, 7.5, 6.5, 5.5, 4.5, 3.5)
+_RATES = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_CFAR = tuple({"rate": rate} for rate in _RATES)
+
+DETECTORS: Mapping[str, Detector] = {
+    "two-level": Detector({"use": "detect.two_level"}, tuple({"high": level} for level in _LEVELS)),
+    "one-level": Detector({"use": "detect.one_level"}, tuple({"level": level} for level in _LEVELS)),
+    "CA-CFAR": Detector({"use": "detect.cfar", "method": "ca"}, _CFAR),
+    "GOCA-CFAR": Detector({"use": "detect.cfar", "method": "goca"}, _CFAR),
+    "SOCA-CFAR": Detector({"use": "detect.cfar", "method": "soca"}, _CFAR),
+    "OS-CFAR": Detector({"use": "detect.cfar", "method": "os"}, _CFAR),
+}
+
+ATTENTION: Mapping[str, AttentionSettings] = {
+    "": AttentionSettings(),
+    "every 2nd sample": AttentionSettings(subsample=2),
+    "4 rings": AttentionSettings(near_m=30.0, every=4),
+    "4 rings, every 2nd sample": AttentionSettings(near_m=30.0, every=4, subsample=2),
+}
+"""What is processed when; the first row is all of each ping."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One row of the table that `ods assess detect` prints."""
+
+    name: str
+    settings: tuple[PipelineSettings, ...]
+    """One for each step of the threshold's sweep."""
+    filters: tuple[StageTable, ...]
+    """Equalizers and filters, without the detector."""
+
+
+def all_settings() -> list[Setting]:
+    """Return every combination whose stages are known, the default chain first."""
+    steps = DETECTORS["two-level"].sweep if DEFAULT_STAGES[-1]["use"] == "detect.two_level" else ({},)
+    default = _setting(DEFAULT, DEFAULT_STAGES[:-1], Detector(DEFAULT_STAGES[-1], steps), AttentionSettings())
+    return [default, *_combinations()]
+
+
+def _combinations() -> Iterator[Setting]:
+    for (filter_name, filters), (name, detector), (attention_name, attention) in product(
+        FILTERS.items(), DETECTORS.items(), ATTENTION.items()
+    ):
+        stages = (*EQUALIZERS, *filters, {**detector.stage, **detector.sweep[0]})
+        if all(map(_is_known, stages)):
+            label = f"{filter_name}, {name}" + (f", {attention_name}" if attention_name else "")
+            yield _setting(label, (*EQUALIZERS, *filters), detector, attention)
+
+
+def _is_known(stage: StageTable) -> bool:
+    try:
+        read_params(find_stage(stage["use"]).params, stage)
+    except StageError:
+        return False
+    return True
+
+
+def _setting(name: str, filters: tuple[StageTable, ...], detector: Detector, attention: AttentionSettings) -> Setting:
+    chains = tuple(
+        PipelineSettings(stage=(*filters, {**detector.stage, **step}), attention=attention) for step in detector.sweep
+    )
+    return Setting(name, chains, filters)

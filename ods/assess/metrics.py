@@ -1,0 +1,128 @@
+"""Figures of merit of detections and of filtered images. Pure."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.assess.labelled import Target
+from ods.messages import Detection
+
+Array = NDArray[np.float64]
+Image = NDArray[np.float32]
+
+
+@dataclass
+class Score:
+    """What the detections of some labelled images are worth; add up with `count_image`."""
+
+    images: int = 0
+    targets: int = 0
+    found: int = 0
+    false_alarms: int = 0
+    position_error_m: list[float] = field(default_factory=list)
+    """Distance of centre to true centre, of each found body whose circle is known."""
+    radius_error: list[float] = field(default_factory=list)
+    """Relative error of its radius."""
+
+    @property
+    def detection_probability(self) -> float:
+        """Share of the targets that were found; 0 without targets."""
+        return self.found / max(1, self.targets)
+
+    @property
+    def false_per_image(self) -> float:
+        """Detections an image that lie in no target's box; 0 without images."""
+        return self.false_alarms / max(1, self.images)
+
+    def count_image(self, detections: Sequence[Detection], targets: Sequence[Target]) -> None:
+        """Add one image. A target is found when a detection's centre lies in its box, the nearest one is measured;
+        more detections in a box are neither found targets nor false alarms."""
+        self.images += 1
+        self.false_alarms += sum(not any(_inside(d, t) for t in targets) for d in detections)
+        for target in targets:
+            if not target.counts:
+                continue
+            self.targets += 1
+            inside = [d for d in detections if _inside(d, target)]
+            if not inside:
+                continue
+            self.found += 1
+            if target.circle is not None:
+                self._measure(inside, target.circle)
+
+    def _measure(self, inside: Sequence[Detection], circle: tuple[float, float, float]) -> None:
+        distance, bearing, radius = circle
+        errors = [_distance(d.range_m, d.bearing_rad, distance, bearing) for d in inside]
+        nearest = int(np.argmin(errors))
+        self.position_error_m.append(errors[nearest])
+        self.radius_error.append(inside[nearest].radius_m / radius - 1.0)
+
+
+def _inside(detection: Detection, target: Target) -> bool:
+    return (
+        target.range_m[0] <= detection.range_m <= target.range_m[1]
+        and target.bearing_rad[0] <= detection.bearing_rad <= target.bearing_rad[1]
+    )
+
+
+def _distance(range_a: float, bearing_a: float, range_b: float, bearing_b: float) -> float:
+    """Return the distance of two places in the sonar's plane, by the law of cosines without cancellation."""
+    half = np.sin(0.5 * (bearing_a - bearing_b))
+    return float(np.sqrt((range_a - range_b) ** 2 + 4.0 * range_a * range_b * half**2))
+
+
+def at_false_alarms(scores: Sequence[Score], wanted: float) -> float:
+    """Return the detection probability at `wanted` false alarms an image, from scores of a swept threshold.
+
+    Interpolated over the logarithm of the false alarms; beyond the sweep's ends 0 on the side of fewer false alarms, as
+    the threshold is never that high, and the last value on the side of more.
+    """
+    best: dict[float, float] = {}
+    for score in scores:
+        rate = max(score.false_per_image, 0.5 / max(1, score.images))
+        best[rate] = max(best.get(rate, 0.0), score.detection_probability)
+    rates = sorted(best)
+    if not rates or wanted < rates[0]:
+        return 0.0
+    return float(np.interp(np.log(wanted), np.log(rates), np.maximum.accumulate([best[rate] for rate in rates])))
+
+
+def nearest_score(scores: Sequence[Score], wanted: float) -> int:
+    """Return the index of the score whose false alarms an image are nearest to `wanted`, by their ratio."""
+    rates = np.array([max(score.false_per_image, 0.5 / max(1, score.images)) for score in scores])
+    return int(np.argmin(np.abs(np.log(rates / wanted))))
+
+
+def noise_suppression_db(before: Image, after: Image, quiet: NDArray[np.bool_]) -> float:
+    """Return how far filters lower the fluctuation (standard deviation over mean) where no object is.
+
+    before, after: (beams, samples); quiet: the cells that show background alone.
+    """
+    return float(20.0 * np.log10(_fluctuation(before[quiet]) / max(_fluctuation(after[quiet]), 1e-9)))
+
+
+def _fluctuation(cells: Image) -> float:
+    return float(cells.std() / max(float(cells.mean()), 1e-9))
+
+
+def edge_preservation(before: Image, after: Image) -> float:
+    """Return the correlation of the range differences of two images, 1 for edges that stay as they are.
+
+    That is the edge preservation index of F. Sattar et al. (IEEE Trans. Image Processing 6(6), 1997), with differences
+    along the beam in place of the Laplacian; before: the image without speckle; 0 where one of them has no edge.
+    """
+    a, b = (np.diff(image.astype(np.float64), axis=1) for image in (before, after))
+    a, b = a - a.mean(), b - b.mean()
+    power = float((a**2).sum() * (b**2).sum())
+    return float((a * b).sum() / np.sqrt(power)) if power > 0.0 else 0.0
+
+
+def pareto_front(ms: Sequence[float], accuracy: Sequence[float]) -> list[int]:
+    """Return the indices, fastest first, of the points that no other one beats in both time and accuracy."""
+    front: list[int] = []
+    for index in sorted(range(len(ms)), key=lambda i: (ms[i], -accuracy[i])):
+        if not front or accuracy[index] > accuracy[front[-1]]:
+            front.append(index)
+    return front

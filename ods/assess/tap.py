@@ -1,0 +1,41 @@
+"""What a chain of filters makes of a ping, taken where the detector would get it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ods.messages import Ping
+from ods.pipeline.chain import Chain
+from ods.pipeline.fan import Fan, Image
+from ods.pipeline.regions import Regions
+from ods.pipeline.registry import DetectStep, detect_stage
+from ods.pipeline.settings import PipelineSettings, StageTable
+from ods.settings import Settings
+
+_STAGE = "assess.tap"
+_seen: list[Image] = []
+
+
+class TapParams(Settings, frozen=True):
+    """assess.tap has none."""
+
+
+@detect_stage(_STAGE, TapParams)
+def tap(params: TapParams, fan: Fan) -> DetectStep:
+    """Keep the image and detect nothing."""
+
+    def step(image: Image) -> Regions:
+        _seen.append(np.array(image))
+        return Regions(np.empty((0, 4), np.int32), 0, 1.0)
+
+    return step
+
+
+def filtered(stages: Sequence[StageTable], ping: Ping) -> Image:
+    """Return what image stages make of a ping of one plane: (beams, samples) amplitude, from range 0 on.
+
+    Raises StageError.
+    """
+    _seen.clear()
+    Chain(PipelineSettings(stage=(*stages, {"use": _STAGE}), min_range_m=0.0)).process(ping)
+    return _seen[-1]

@@ -1,0 +1,111 @@
+"""Cell-averaging and order-statistic CFAR along the beam, with the two levels measured instead of assumed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.pipeline.detect import Grouping
+from ods.pipeline.fan import Fan, Image
+from ods.pipeline.kernel import kernel
+from ods.pipeline.mirror import Row, mirrored
+from ods.pipeline.noise import NoiseMeter
+from ods.pipeline.params import CfarParams
+from ods.pipeline.regions import Regions
+from ods.pipeline.registry import DetectStep, detect_stage
+
+_METHODS = ("ca", "goca", "soca", "os")
+_RANK_STEPS = 8
+"""Order statistics are taken of every (2 train / 16)-th sample of the surroundings, at most this many on each side."""
+
+
+@detect_stage("detect.cfar", CfarParams)
+def cfar(params: CfarParams, fan: Fan) -> DetectStep:
+    """Find regions in the image divided by the level of each cell's surroundings.
+
+    CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
+    """
+    meter = NoiseMeter()
+    group = Grouping(params, fan)
+    ratio = np.empty(fan.shape, np.float32)
+    reach = params.guard + params.train
+    sums = np.empty(fan.samples + 2 * reach + 2, np.float64)
+    padded = np.empty(fan.samples + 2 * reach, np.float32)
+    method = _METHODS.index(params.method)
+
+    def step(image: Image) -> Regions:
+        middle, _ = meter.background_and_noise(image)
+        if middle <= 0.0:
+            return group.nothing()
+        floor = np.float32(0.05 * middle)
+        divide_by_surroundings(image, method, params.guard, params.train, params.rank, floor, sums, padded, ratio)
+        background, noise = meter.background_and_noise(ratio)
+        high = meter.level_of_rate(ratio, params.rate)
+        low = min(background + params.low * max(noise, 0.02 * background), high)
+        found = group.regions(ratio, low, high, background)
+        return found._replace(background=middle)
+
+    return step
+
+
+@kernel
+def divide_by_surroundings(
+    image: Image,
+    method: int,
+    guard: int,
+    train: int,
+    rank: float,
+    floor: np.float32,
+    sums: NDArray[np.float64],
+    padded: Row,
+    out: Image,
+) -> None:
+    """Fill out with image (beams, samples) over the level of each cell's surroundings, at least `floor`.
+
+    sums (samples + 2 reach + 1,) and padded (samples + 2 reach,), reach = guard + train, are work space.
+    """
+    samples = image.shape[1]
+    reach = guard + train
+    for b in range(image.shape[0]):
+        for i in range(samples + 2 * reach):
+            padded[i] = image[b, mirrored(i - reach, samples)]
+        if method == 3:
+            _ordered(padded, guard, train, rank, floor, out[b])
+        else:
+            sums[0] = 0.0
+            for i in range(samples + 2 * reach):
+                sums[i + 1] = sums[i] + padded[i]
+            _averaged(sums, method, guard, train, floor, out[b])
+        for j in range(samples):
+            out[b, j] = image[b, j] / out[b, j]
+
+
+@kernel
+def _averaged(sums: NDArray[np.float64], method: int, guard: int, train: int, floor: np.float32, out: Row) -> None:
+    reach = guard + train
+    for j in range(out.size):
+        near = np.float32((sums[j + train] - sums[j]) / train)
+        far = np.float32((sums[j + 2 * reach + 1] - sums[j + reach + guard + 1]) / train)
+        level = np.float32(0.5) * (near + far)
+        if method == 1:
+            level = max(near, far)
+        elif method == 2:
+            level = min(near, far)
+        out[j] = max(level, floor)
+
+
+@kernel
+def _ordered(padded: Row, guard: int, train: int, rank: float, floor: np.float32, out: Row) -> None:
+    stride = max(1, train // _RANK_STEPS)
+    work = np.empty(2 * train + 2, np.float32)
+    reach = guard + train
+    for j in range(out.size):
+        count = 0
+        for k in range(0, train, stride):
+            for side in range(2):
+                value = padded[j + k] if side == 0 else padded[j + 2 * reach - k]
+                place = count
+                while place > 0 and work[place - 1] > value:
+                    work[place] = work[place - 1]
+                    place -= 1
+                work[place] = value
+                count += 1
+        out[j] = max(work[int(rank * (count - 1))], floor)
