@@ -56,7 +56,14 @@ def draw(curves: list[Curve], title: str) -> Figure:
                   ha="right", va="bottom", fontsize=8)  # fmt: skip
     _dress(left, "rms error over rms of the reference")
     _dress(right, "rms error, dB")
-    left.legend(facecolor=PAPER, labelcolor=INK, edgecolor=INK, title="ring: automatic choice", title_fontsize=9)
+    left.legend(
+        loc="lower right",
+        facecolor=PAPER,
+        labelcolor=INK,
+        edgecolor=INK,
+        title="ring: automatic choice",
+        title_fontsize=9,
+    )
     left.get_legend().get_title().set_color(INK)
     return figure
 
