@@ -188,7 +188,7 @@ def table_of_attention() -> None:
         "near 20 m, far every 4th, subsample 2": AttentionSettings(near_m=20.0, every=4, margin_m=2.0, subsample=2),
     }
     stages = (EQUALIZE, *CHAINS["FIR 9"], DETECT)
-    tasks = {
+    tasks: dict[str, Task] = {
         name: partial(_four_pings, Chain(PipelineSettings(stage=stages, attention=attention)), ping)
         for name, attention in settings.items()
     }
