@@ -151,7 +151,7 @@ def _doctor(args: argparse.Namespace) -> int:
 
 
 def _simulate(args: argparse.Namespace) -> None:
-    from ods import simulate
+    from ods import simulate, simulate_files
 
     if not args.chart and not args.table and not (args.scene and args.out):
         raise OdsError("give SCENE.toml and --out, or --chart, or --table")
@@ -160,11 +160,11 @@ def _simulate(args: argparse.Namespace) -> None:
     if args.table:
         from ods.simulate_speed import table
 
-        table(simulate.find_sonar(args.sonar))
+        table(simulate_files.find_sonar(args.sonar))
     if args.chart:
         from ods.simulate_chart import chart
 
-        chart(simulate.find_sonar(args.sonar), args.chart)
+        chart(simulate_files.find_sonar(args.sonar), args.chart)
 
 
 def _detect(args: argparse.Namespace) -> None:
