@@ -13,24 +13,28 @@ class Columns(Generic[Number]):
 
     def __init__(self, rows: int, dtype: type[Number], capacity: int = 64) -> None:
         self._store: NDArray[Number] = np.zeros((rows, capacity), dtype)
-        self.data: NDArray[Number] = self._store[:, :0]
-        """(rows, objects) view; valid until the next `append` or `keep`."""
+        self._count = 0
 
     def __len__(self) -> int:
-        return int(self.data.shape[1])
+        return self._count
+
+    @property
+    def data(self) -> NDArray[Number]:
+        """(rows, objects) view; valid until the next `append` or `keep`."""
+        return self._store[:, : self._count]
 
     def append(self, values: NDArray[Number]) -> None:
         """Add (rows, k) new columns at the end."""
-        old, count = len(self), len(self) + values.shape[1]
+        count = self._count + values.shape[1]
         if count > self._store.shape[1]:
             larger = np.zeros((self._store.shape[0], 2 * count), self._store.dtype)
-            larger[:, :old] = self.data
+            larger[:, : self._count] = self.data
             self._store = larger
-        self._store[:, old:count] = values
-        self.data = self._store[:, :count]
+        self._store[:, self._count : count] = values
+        self._count = count
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the columns where (objects,) `mask` is False; the others keep their order."""
         kept = self.data[:, mask]
-        self.data = self._store[:, : kept.shape[1]]
-        self.data[...] = kept
+        self._count = kept.shape[1]
+        self._store[:, : self._count] = kept

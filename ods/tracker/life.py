@@ -62,8 +62,6 @@ class Evidence:
     """It does not move, at a probability of at least `STATIC`."""
     covered: Mask
     """It lies inside another object that is seen."""
-    stray: Mask
-    """Its echoes may be those of a confirmed object beside it."""
     sigma: Array
     """Standard deviation of its horizontal position, m."""
 
@@ -87,7 +85,7 @@ def next_states(state: NDArray[np.int64], e: Evidence, settings: LifeSettings) -
 
 
 def _proved(e: Evidence, settings: LifeSettings) -> Mask:
-    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence) & ~e.stray
+    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence)
 
 
 def _unproved(e: Evidence) -> Mask:
