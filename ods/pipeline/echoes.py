@@ -176,7 +176,8 @@ def _circle(runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, wid
     radius = max(radius, 0.5 * dr)
     distance = np.hypot(x, y)
     roundness = _roundness(runs, ends, bearing, centre, 0.5 * across * middle) if resolved else 1.0
-    echo[0] = distance + roundness * max(near + radius - distance, 0.0)
+    behind = distance + roundness * max(near + radius - distance, 0.0)
+    echo[0] = min(behind, max(distance, far))  # not behind the echo's end
     echo[1] = np.arctan2(y, x)
     echo[2] = radius
     _spread(blur, across, middle, dr, echo)

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from ods.errors import OdsError
-from ods.settings import NonNegative, NonNegativeInt, OddInt, Positive, PositiveInt, Settings
+from ods.settings import Fraction, NonNegative, NonNegativeInt, OddInt, Positive, PositiveInt, Settings
 
 
 class MeanRangeParams(Settings, frozen=True):
@@ -62,6 +62,9 @@ class FirParams(Settings, frozen=True):
     """Minimum object size, m: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
     beams: OddInt = 1
     """Taps across the beams; 1: along the range only."""
+    round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0)] = 0.0
+    """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but over no more
+    than this standard deviation, beams. Nothing where beams are far apart, the speckle of fine beams otherwise."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
@@ -156,6 +159,9 @@ class GroupParams(Settings, frozen=True):
     """Regions smaller than this, in range and across, m, are dropped."""
     max_extent_m: NonNegative = 0.0
     """Regions larger than this, in range or across, m, are dropped; 0: however large, it stays."""
+    strongest: Fraction = 1.0
+    """Regions must have one of this share of the ping's recorded samples, the strongest ones: equalization lifts what
+    is nearly silent, and noise there is no echo. 1: none is dropped for that."""
     split_db: NonNegative = 0.0
     """Regions are split where a valley this deep under their crest, dB, parts them; 0: never."""
 

@@ -7,7 +7,7 @@ from ods.messages import Detection, Ping
 from ods.pipeline.amplitude import HALF_COUNT, Frame, Table, average_columns, to_amplitude
 from ods.pipeline.echoes import FIELDS, measure_echoes
 from ods.pipeline.fan import Image
-from ods.pipeline.params import StageError
+from ods.pipeline.params import GroupParams, StageError
 from ods.pipeline.pings import Look, PingStep
 from ods.pipeline.plan import Part
 from ods.pipeline.regions import Regions, paint
@@ -19,6 +19,9 @@ Mask = NDArray[np.int32]
 """(beams, samples) number of the detection that a cell belongs to, from 1; 0 for the background."""
 
 _CELLS = FIELDS.index("cells")
+_AMPLITUDE = FIELDS.index("amplitude")
+_LOOKED_AT = 4096
+"""Samples of a frame that its strongest share is measured on."""
 
 
 class Ring:
@@ -28,6 +31,8 @@ class Ring:
         """Prepare the stages. Raises StageError."""
         fan = part.fan
         self.part = part
+        params = stages[-1][2]
+        self._strongest = params.strongest if isinstance(params, GroupParams) else 1.0
         self._images = (np.empty(fan.shape, np.float32), np.empty(fan.shape, np.float32))
         self._whole = tuple(samples_of(image) for image in self._images)
         beams, samples = fan.shape
@@ -60,8 +65,10 @@ class Ring:
         except Exception as error:
             raise _blamed(label, error) from error
         echoes = measure_echoes(image, rows, part.first, part.stride, regions, part.fan)
+        if self._strongest < 1.0:
+            regions, echoes = _selected(regions, echoes, echoes[:, _AMPLITUDE] >= _level_of(rows, self._strongest))
         if part.partial:
-            regions, echoes = _inside(regions, echoes, part)
+            regions, echoes = _selected(regions, echoes, _answered_for(echoes, part))
         if mask is not None:
             paint(regions.runs, number, mask[part.rows, part.first :], part.stride)
         return [_detection(row, part.fan.elevation_rad) for row in echoes.tolist()]
@@ -120,11 +127,26 @@ def _blamed(label: str, error: Exception) -> StageError:
     return StageError(f"{label}: {reason(error)}")
 
 
-def _inside(regions: Regions, echoes: NDArray[np.float64], part: Part) -> tuple[Regions, NDArray[np.float64]]:
-    """Return the echoes whose centre this part answers for; those in its margins are the neighbour's."""
-    if regions.total == 0:
-        return regions, echoes
-    kept = np.flatnonzero((echoes[:, 0] >= part.from_m) & (echoes[:, 0] < part.to_m))
+def _level_of(frame: Frame, strongest: float) -> float:
+    """Return the recorded level that the share `strongest` of the samples of frame (beams, samples) reaches.
+
+    Looked at are some of them, evenly spread, in steps that never fall in with the rows.
+    """
+    cells = frame.reshape(-1) if frame.flags.c_contiguous else frame.ravel()
+    some = np.sort(cells[:: max(1, cells.size // _LOOKED_AT) | 1])
+    return float(some[min(int((1.0 - strongest) * some.size), some.size - 1)])
+
+
+def _answered_for(echoes: NDArray[np.float64], part: Part) -> NDArray[np.bool_]:
+    """Tell the echoes whose centre this part answers for; those in its margins are the neighbour's."""
+    return (echoes[:, 0] >= part.from_m) & (echoes[:, 0] < part.to_m)
+
+
+def _selected(
+    regions: Regions, echoes: NDArray[np.float64], chosen: NDArray[np.bool_]
+) -> tuple[Regions, NDArray[np.float64]]:
+    """Return the chosen regions, numbered anew without a gap, and their echoes."""
+    kept = np.flatnonzero(chosen)
     if len(kept) == regions.total:
         return regions, echoes
     number = np.zeros(regions.total + 1, np.int32)

@@ -13,8 +13,8 @@ StageTable = dict[str, Any]
 DEFAULT_STAGES: tuple[StageTable, ...] = (
     {"use": "equalize.mean_range"},
     {"use": "equalize.local"},
-    {"use": "filter.fir"},
-    {"use": "detect.two_level"},
+    {"use": "filter.fir", "round_beams": 1.0},
+    {"use": "detect.two_level", "strongest": 0.1},
 )
 """The chain when the configuration names none."""
 

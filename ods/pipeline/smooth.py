@@ -13,6 +13,9 @@ from ods.pipeline.params import BoxParams, FirParams, GaussianParams
 from ods.pipeline.registry import image_stage
 from ods.pipeline.samples import Cells, Places, Samples, SamplesStep, load_mirrored
 
+_LEAST_SIGMA = 0.3
+"""Beams; less of it changes nothing that is worth the time."""
+
 
 @image_stage("filter.fir", FirParams)
 def fir(params: FirParams, fan: Fan) -> SamplesStep:
@@ -21,7 +24,8 @@ def fir(params: FirParams, fan: Fan) -> SamplesStep:
     if params.object_m > 0.0:
         cutoff = min(fan.dr_m / params.object_m, 0.9)
         taps = min(2 * round(params.object_m / fan.dr_m) + 1, 99)
-    return separable(lowpass_weights(taps, cutoff), lowpass_weights(params.beams, params.beam_cutoff), fan)
+    along, across = lowpass_weights(taps, cutoff), lowpass_weights(params.beams, params.beam_cutoff)
+    return separable(along, across if params.beams > 1 else round_weights(along, params.round_beams, fan), fan)
 
 
 @image_stage("filter.box", BoxParams)
@@ -42,12 +46,21 @@ def separable(along: Row, across: Row, fan: Fan) -> SamplesStep:
     ring = np.empty((2 * across.size - 1, fan.samples), np.float32)
 
     def run(samples: Samples, out: Image) -> None:
-        if across.size == 1:
-            filter_rows(*samples.args, along, padded, out)
-        else:
-            filter_plane(*samples.args, along, across, padded, ring, out)
+        filter_plane(*samples.args, along, across, padded, ring, out)
 
     return SamplesStep(run)
+
+
+def round_weights(along: Row, limit: float, fan: Fan) -> NDArray[np.float32]:
+    """Return weights across the beams that smooth as far, at half range, as `along` does along them.
+
+    limit: largest standard deviation, beams. A lone weight where that is less than `_LEAST_SIGMA`: no filter.
+    """
+    spread_m = fan.dr_m * float(np.sqrt(2.0 * (along * np.arange(along.size) ** 2).sum()))
+    middle_m = fan.range0_m + 0.5 * fan.samples * fan.dr_m
+    spacing_m = middle_m * float(np.median(np.diff(fan.bearing_rad))) if len(fan.bearing_rad) > 1 else np.inf
+    sigma = min(limit, spread_m / spacing_m)
+    return gaussian_weights(sigma if sigma >= _LEAST_SIGMA else 0.0)
 
 
 def box_weights(window: int) -> NDArray[np.float32]:
@@ -74,28 +87,6 @@ def lowpass_weights(taps: int, cutoff: float) -> NDArray[np.float32]:
 
 
 @kernel
-def filter_rows(
-    cells: Cells,
-    first: int,
-    offset: np.float32,
-    gain: Image,
-    above: Places,
-    share: Row,
-    weights: Row,
-    padded: Row,
-    out: Image,
-) -> None:
-    """Fill out (beams, samples) with samples convolved along the rows with a symmetric filter.
-
-    The first six: `Samples.args`; weights: (half + 1,) from the middle outwards; padded: work space.
-    """
-    half = weights.size - 1
-    for b in range(out.shape[0]):
-        load_mirrored(cells, first, offset, gain, above, share, b, half, out.shape[1], padded)
-        symmetric_row(padded, weights, out[b])
-
-
-@kernel
 def filter_plane(
     cells: Cells,
     first: int,
@@ -111,14 +102,15 @@ def filter_plane(
 ) -> None:
     """Fill out (beams, samples) with samples convolved with `along` in range and `across` from beam to beam.
 
-    ring: (2 reach + 1, samples) work space, the rows around the present one, filtered in range.
+    The first six: `Samples.args`; along, across: weights from the middle outwards; padded: work space; ring: (2 reach +
+    1, samples) work space, the rows around the present one, filtered in range.
     """
     half, reach = along.size - 1, across.size - 1
     beams, samples = out.shape
     for b in range(-reach, beams + reach):
         load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), half, samples, padded)
-        symmetric_row(padded, along, ring[(b + reach) % ring.shape[0]])
-        if b >= reach:
+        symmetric_row(padded, along, ring[(b + reach) % ring.shape[0]] if reach else out[b])
+        if b >= reach > 0:
             weigh_ring(ring, across, b, out[b - reach])
 
 
