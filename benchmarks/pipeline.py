@@ -37,6 +37,14 @@ CHAINS: dict[str, tuple[dict[str, Any], ...]] = {
     "median 9": ({"use": "filter.median"},),
     "Wiener 9": ({"use": "filter.wiener"},),
     "FIR 3x9": ({"use": "filter.fir", "beams": 3},),
+    "box 3x9": ({"use": "filter.box", "beams": 3},),
+    "median 5": ({"use": "filter.median", "window": 5},),
+    "median 3x9": ({"use": "filter.median", "beams": 3},),
+    "Wiener 3x9": ({"use": "filter.wiener", "beams": 3},),
+    "Gaussian 2.5": ({"use": "filter.gaussian"},),
+    "Gaussian 2.5 x 0.7": ({"use": "filter.gaussian", "beam_sigma": 0.7},),
+    "IIR 3": ({"use": "filter.iir"},),
+    "FIR 9, opening 0.45 m": ({"use": "filter.fir"}, {"use": "filter.min_object", "size_m": 0.45}),
 }
 TARGETS_MS = {"FIR 9": 0.08, "box 9": 0.08, "median 9": 0.11, "Wiener 9": 0.15, "FIR 3x9": 0.15}
 TABLE_2 = (("equalization", 1.27, 0.14), ("filtering", 1.76, 1.06), ("detection", 22.5, 0.27), ("total", 25.53, 1.47))
@@ -64,32 +72,66 @@ def our_chain(name: str, ping: Ping) -> Task:
     return lambda: chain.process(ping)
 
 
-def their_chains(name: str, ping: Ping) -> dict[str, Task]:
-    """Return the same chain by each public library that has the filter."""
-    frame = np.frombuffer(ping.data, np.uint8).reshape(ping.beams, ping.samples)
-    half = lowpass_weights(9, 0.1)
-    fir = np.concatenate((half[:0:-1], half)).astype(np.float32)
-    beams = lowpass_weights(3, 0.4)
-    across = np.concatenate((beams[:0:-1], beams)).astype(np.float32)
-    one = np.ones(1, np.float32)
+SKIMAGE_MEDIANS = {"median 9": (1, 9), "median 5": (1, 5), "median 3x9": (3, 9)}
+
+
+def cv2_filters() -> dict[str, Filter]:
+    """Return the filters that OpenCV has, by the name of the chain."""
     mirror = cv2.BORDER_REFLECT_101
-    by_cv2: dict[str, Filter] = {
+    fir, across, one = both_sides(9, 0.1), both_sides(3, 0.4), np.ones(1, np.float32)
+    gauss, gauss_across = (cv2.getGaussianKernel(n, s, cv2.CV_32F) for n, s in ((17, 2.5), (7, 0.7)))
+    disc = np.ones((1, 9), np.uint8)
+    return {
         "FIR 9": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, fir, one, borderType=mirror),
         "box 9": lambda x: cv2.blur(x, (9, 1), borderType=mirror),
         "FIR 3x9": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, fir, across, borderType=mirror),
+        "box 3x9": lambda x: cv2.blur(x, (9, 3), borderType=mirror),
+        "Gaussian 2.5": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, gauss, one, borderType=mirror),
+        "Gaussian 2.5 x 0.7": lambda x: cv2.sepFilter2D(x, cv2.CV_32F, gauss, gauss_across, borderType=mirror),
+        "FIR 9, opening 0.45 m": lambda x: cv2.morphologyEx(
+            cv2.sepFilter2D(x, cv2.CV_32F, fir, one, borderType=mirror), cv2.MORPH_OPEN, disc
+        ),
     }
-    by_scipy: dict[str, Filter] = {
-        "FIR 9": lambda x: ndimage.correlate1d(x, fir, 1, mode="mirror"),
+
+
+def scipy_filters() -> dict[str, Filter]:
+    """Return the filters that scipy has, by the name of the chain."""
+    fir, across = both_sides(9, 0.1), both_sides(3, 0.4)
+    pole = float(np.exp(-1.0 / 3.0))
+    along = partial(ndimage.correlate1d, axis=1, mode="mirror")
+    return {
+        "FIR 9": lambda x: along(x, fir),
         "box 9": lambda x: ndimage.uniform_filter1d(x, 9, 1, mode="mirror"),
         "median 9": lambda x: ndimage.median_filter(x, (1, 9), mode="mirror"),
         "Wiener 9": lambda x: signal.wiener(x, (1, 9)),
-        "FIR 3x9": lambda x: ndimage.correlate1d(ndimage.correlate1d(x, fir, 1, mode="mirror"), across, 0),
+        "FIR 3x9": lambda x: ndimage.correlate1d(along(x, fir), across, 0, mode="mirror"),
+        "box 3x9": lambda x: ndimage.uniform_filter(x, (3, 9), mode="mirror"),
+        "median 5": lambda x: ndimage.median_filter(x, (1, 5), mode="mirror"),
+        "median 3x9": lambda x: ndimage.median_filter(x, (3, 9), mode="mirror"),
+        "Wiener 3x9": lambda x: signal.wiener(x, (3, 9)),
+        "Gaussian 2.5": lambda x: ndimage.gaussian_filter1d(x, 2.5, 1, mode="mirror", truncate=3.2),
+        "Gaussian 2.5 x 0.7": lambda x: ndimage.gaussian_filter(x, (0.7, 2.5), mode="mirror", truncate=3.2),
+        "IIR 3": lambda x: signal.filtfilt([1.0 - pole], [1.0, -pole], x, axis=1),
+        "FIR 9, opening 0.45 m": lambda x: ndimage.grey_opening(along(x, fir), (1, 9)),
     }
+
+
+def both_sides(taps: int, cutoff: float) -> NDArray[np.float32]:
+    """Return all weights of our low-pass, (taps,)."""
+    half = lowpass_weights(taps, cutoff)
+    return np.concatenate((half[:0:-1], half)).astype(np.float32)
+
+
+def their_chains(name: str, ping: Ping) -> dict[str, Task]:
+    """Return the same chain by each public library that has the filter."""
+    frame = np.frombuffer(ping.data, np.uint8).reshape(ping.beams, ping.samples)
+    by_cv2, by_scipy = cv2_filters(), scipy_filters()
     tasks: dict[str, Task] = {"scipy": lambda: label_scipy(by_scipy[name](equalized(frame)))}
     tasks["scikit-image"] = lambda: label_skimage(by_scipy[name](equalized(frame)))
-    if name == "median 9":
+    if name in SKIMAGE_MEDIANS:
+        footprint = np.ones(SKIMAGE_MEDIANS[name])
         tasks["scikit-image"] = lambda: label_skimage(
-            skimage_filters.median(equalized(frame), np.ones((1, 9)), mode="mirror")
+            skimage_filters.median(equalized(frame), footprint, mode="mirror")
         )
     if name in by_cv2:
         tasks["OpenCV"] = lambda: label_cv2(by_cv2[name](equalized(frame)))

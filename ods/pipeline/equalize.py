@@ -35,9 +35,7 @@ def mean_range(params: MeanRangeParams, fan: Fan) -> GainStep:
 
     def regain(samples: Samples) -> Samples:
         sums, highest, offset = columns.measure(samples)
-        means_of(sums, beams, offset, level)
-        limiter.limit(level)
-        lobes_to_gain(level, highest, offset, side_lobe, samples.gain[0], gain[0])
+        means_to_gain(sums, beams, highest, offset, side_lobe, *limiter.args, level, samples.gain[0], gain[0])
         return samples.with_column_gain(gain)
 
     return GainStep(regain)
@@ -61,7 +59,7 @@ def median_range(params: MedianRangeParams, fan: Fan) -> GainStep:
         means_of(sums, beams, offset, level)
         column_medians(*samples.args, level, work)
         np.multiply(level, np.float32(1.064), out=level)
-        limiter.limit(level)
+        limit_levels(level, *limiter.args)
         to_gain(level, samples.gain[0], gain[0])
         return samples.with_column_gain(gain)
 
@@ -77,9 +75,10 @@ class Limiter:
         self._blocks = np.empty(-(-fan.samples // _BLOCK), np.float32)
         self._nearby = np.empty(2 * reach + 1, np.float32)
 
-    def limit(self, level: Row) -> None:
-        """Limit level (samples,) in place."""
-        limit_levels(level, self._guard, self._blocks, self._nearby)
+    @property
+    def args(self) -> tuple[np.float32, Row, Row]:
+        """What `limit_levels` takes behind the level."""
+        return self._guard, self._blocks, self._nearby
 
 
 class ColumnSums:
@@ -165,10 +164,26 @@ def means_of(sums: Columns, beams: int, offset: np.float32, level: Row) -> None:
 
 
 @kernel
-def lobes_to_gain(
-    level: Row, highest: Columns, offset: np.float32, side_lobe: np.float32, before: Row, gain: Row
+def means_to_gain(
+    sums: Columns,
+    beams: int,
+    highest: Columns,
+    offset: np.float32,
+    side_lobe: np.float32,
+    guard: np.float32,
+    blocks: Row,
+    nearby: Row,
+    level: Row,
+    before: Row,
+    gain: Row,
 ) -> None:
-    """Raise level (samples,) to side_lobe * (highest + offset), in place, and fill gain as `to_gain` does."""
+    """Fill gain (samples,) with before / level, the level being the mean, as `limit_levels` limits it.
+
+    Where side_lobe * (highest + offset) is higher, that is the level. level (samples,), blocks and nearby are work
+    space.
+    """
+    means_of(sums, beams, offset, level)
+    limit_levels(level, guard, blocks, nearby)
     for j in range(level.size):
         lobe = side_lobe * (np.float32(highest[j]) + offset)
         level[j] = lobe if lobe > level[j] else level[j]

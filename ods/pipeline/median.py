@@ -136,10 +136,9 @@ def _median_of_9(padded: Row, ordered: Image, out: Row) -> None:
     samples = out.size
     _sort_triples(padded, ordered, samples + 6)
     low, low2, low3 = ordered[0, :samples], ordered[0, 3 : 3 + samples], ordered[0, 6 : 6 + samples]
-    for j in range(samples):
-        out[j] = _high(_high(low[j], low2[j]), low3[j])
     middle, middle2, middle3 = ordered[1, :samples], ordered[1, 3 : 3 + samples], ordered[1, 6 : 6 + samples]
     high, high2, high3 = ordered[2, :samples], ordered[2, 3 : 3 + samples], ordered[2, 6 : 6 + samples]
     for j in range(samples):
+        lowest = _high(_high(low[j], low2[j]), low3[j])
         highest = _low(_low(high[j], high2[j]), high3[j])
-        out[j] = _middle(out[j], _middle(middle[j], middle2[j], middle3[j]), highest)
+        out[j] = _middle(lowest, _middle(middle[j], middle2[j], middle3[j]), highest)

@@ -9,10 +9,11 @@ from ods.pipeline.fan import Image
 from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
 
-_BINS = 1024
-_FINE_BINS = 16384
+_BINS = 16384
 _SPAN = np.float32(8.0)
 """The histogram reaches to this multiple of the mean; all that is higher goes into its last bin."""
+_HALVINGS = 12
+"""Of the same span, in the search for a quantile: it is then known to 0.1 % of the mean."""
 _SAMPLES = 4096
 """Cells looked at: the spread of Rayleigh speckle is then known to about 3 %."""
 _TAIL_SAMPLES = 65536
@@ -31,7 +32,6 @@ class NoiseMeter:
     def __init__(self) -> None:
         self._picked = np.empty(0, np.float32)
         self._histogram = np.empty(_BINS, np.int64)
-        self._fine = np.empty(_FINE_BINS, np.int64)
         normal = NormalDist()
         self._z = np.array([normal.inv_cdf(share) for share in _TAIL])
 
@@ -42,8 +42,7 @@ class NoiseMeter:
         account. Echoes that fill 1 % of the image raise it by 4 %, 5 % by a fifth. Cells at 0 hold no data and do not
         count; (0, 0) when there are no others, or when the mean is not finite.
         """
-        middle, upper = self._quantiles(image, _SAMPLES, self._histogram, (0.5, _UPPER))
-        return middle, upper - middle
+        return middle_and_spread(image, *self._room(image, _SAMPLES))
 
     def level_of_rate(self, image: Image, rate: float) -> float:
         """Return the level that a share `rate` of the cells without echoes exceeds.
@@ -51,23 +50,68 @@ class NoiseMeter:
         Speckle that was filtered, whatever the sonar and the sample type, is brought close to normal by a power; the
         rest of its shape is taken from three quantiles of the image: x^(1/2) = a + b z + c z^2, z the normal deviate.
         """
-        quantiles = np.array(self._quantiles(image, _TAIL_SAMPLES, self._fine, _TAIL)) ** _POWER
+        quantiles = np.array(self._quantiles(image)) ** _POWER
         c, b, a = np.polyfit(self._z, quantiles, 2)
         z = NormalDist().inv_cdf(1.0 - rate)
         if c < 0.0:
             z = min(z, -0.5 * b / c)  # the parabola's vertex: beyond, it would fall
         return float(max(a + b * z + c * z * z, quantiles[-1]) ** (1.0 / _POWER))
 
-    def _quantiles(
-        self, image: Image, most: int, histogram: NDArray[np.int64], shares: tuple[float, ...]
-    ) -> tuple[float, ...]:
-        stride = max(1, image.size // most) | 1  # odd: else it could fall in step with the rows
-        if self._picked.size < -(-image.size // stride):
-            self._picked = np.empty(-(-image.size // stride), np.float32)
-        count, scale = fill_histogram(image, stride, self._picked, histogram)
+    def _quantiles(self, image: Image) -> tuple[float, ...]:
+        stride, picked = self._room(image, _TAIL_SAMPLES)
+        count, scale = fill_histogram(image, stride, picked, self._histogram)
         if count == 0:
-            return (0.0,) * len(shares)
-        return tuple(quantile(histogram, share * count) / scale for share in shares)
+            return (0.0,) * len(_TAIL)
+        return tuple(quantile(self._histogram, share * count) / scale for share in _TAIL)
+
+    def _room(self, image: Image, most: int) -> tuple[int, Row]:
+        """Return the stride at which at most about `most` cells are looked at, and room for them."""
+        stride = max(1, image.size // most) | 1  # odd: else it could fall in step with the rows
+        count = -(-image.size // stride)
+        if self._picked.size < count:
+            self._picked = np.empty(count, np.float32)
+        return stride, self._picked[:count]
+
+
+@kernel
+def middle_and_spread(image: Image, stride: int, picked: Row) -> tuple[float, float]:
+    """Return the median of every stride-th cell above 0 and how far the 84 % quantile is from it.
+
+    (0, 0) when there are none, or when their mean is not finite. picked: room for the cells.
+    """
+    cells = image.reshape(image.size)
+    for i in range(picked.size):
+        picked[i] = cells[i * stride]
+    total = np.float32(0.0)
+    for i in range(picked.size):
+        total += picked[i] if picked[i] > np.float32(0.0) else np.float32(0.0)
+    count = _number_above(picked, np.float32(0.0))
+    if count == np.float32(0.0) or not np.isfinite(total):
+        return 0.0, 0.0
+    highest = _SPAN * (total / count)
+    middle = level_exceeded_by(picked, np.float32(0.5) * count, np.float32(0.0), highest)
+    upper = level_exceeded_by(picked, np.float32(1.0 - _UPPER) * count, middle, highest)
+    return float(middle), float(upper - middle)
+
+
+@kernel
+def level_exceeded_by(cells: Row, number: np.float32, low: np.float32, high: np.float32) -> np.float32:
+    """Return the level between low and high that `number` of the cells exceed, by halving the interval."""
+    for _ in range(_HALVINGS):
+        middle = np.float32(0.5) * (low + high)
+        if _number_above(cells, middle) > number:
+            low = middle
+        else:
+            high = middle
+    return np.float32(0.5) * (low + high)
+
+
+@kernel
+def _number_above(cells: Row, level: np.float32) -> np.float32:
+    count = np.float32(0.0)  # a float, as counting in integers does not vectorise as well
+    for i in range(cells.size):
+        count += np.float32(1.0) if cells[i] > level else np.float32(0.0)
+    return count
 
 
 @kernel

@@ -42,11 +42,11 @@ def gaussian(params: GaussianParams, fan: Fan) -> SamplesStep:
 
 def separable(along: Row, across: Row, fan: Fan) -> SamplesStep:
     """Return the step of a filter with weights `along` the range and `across` the beams, in `lowpass_weights`' form."""
-    padded = np.empty(fan.samples + 2 * along.size, np.float32)
+    padded = np.empty((2, fan.samples + 2 * along.size), np.float32)
     ring = np.empty((2 * across.size - 1, fan.samples), np.float32)
 
     def run(samples: Samples, out: Image) -> None:
-        filter_plane(*samples.args, along, across, padded, ring, out)
+        filter_plane(*samples.args, along, across, padded[0], padded[1], ring, out)
 
     return SamplesStep(run)
 
@@ -97,19 +97,20 @@ def filter_plane(
     along: Row,
     across: Row,
     padded: Row,
+    sums: Row,
     ring: Image,
     out: Image,
 ) -> None:
     """Fill out (beams, samples) with samples convolved with `along` in range and `across` from beam to beam.
 
-    The first six: `Samples.args`; along, across: weights from the middle outwards; padded: work space; ring: (2 reach +
-    1, samples) work space, the rows around the present one, filtered in range.
+    The first six: `Samples.args`; along, across: weights from the middle outwards; the others are work space: padded
+    and sums (samples + 2 half,), and ring (2 reach + 1, samples), the rows around the present one, filtered in range.
     """
     half, reach = along.size - 1, across.size - 1
     beams, samples = out.shape
     for b in range(-reach, beams + reach):
         load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), half, samples, padded)
-        symmetric_row(padded, along, ring[(b + reach) % ring.shape[0]] if reach else out[b])
+        symmetric_row(padded, along, sums, ring[(b + reach) % ring.shape[0]] if reach else out[b])
         if b >= reach > 0:
             weigh_ring(ring, across, b, out[b - reach])
 
@@ -128,10 +129,16 @@ def weigh_ring(ring: Image, weights: Row, middle: int, target: Row) -> None:
 
 
 @kernel
-def symmetric_row(padded: Row, weights: Row, target: Row) -> None:
-    """Convolve one mirrored row: padded (samples + 2 half,), weights (half + 1,), target (samples,)."""
+def symmetric_row(padded: Row, weights: Row, sums: Row, target: Row) -> None:
+    """Convolve one mirrored row: padded (samples + 2 half,), weights (half + 1,), target (samples,).
+
+    sums: work space as large as padded.
+    """
     samples = target.size
     half = weights.size - 1
+    if half == 4 and weights[0] == weights[4]:
+        _mean_of_9(padded, sums, target)
+        return
     if half == 4:
         _row_of_9(padded, weights, target)
         return
@@ -162,3 +169,15 @@ def _row_of_9(padded: Row, weights: Row, target: Row) -> None:
     f, g, h, i = padded[5 : 5 + n], padded[6 : 6 + n], padded[7 : 7 + n], padded[8 : 8 + n]
     for j in range(n):
         target[j] = w0 * e[j] + w1 * (d[j] + f[j]) + w2 * (c[j] + g[j]) + w3 * (b[j] + h[j]) + w4 * (a[j] + i[j])
+
+
+@kernel
+def _mean_of_9(padded: Row, sums: Row, target: Row) -> None:
+    """Add up sums of three: six loads a sample where weights of their own take nine."""
+    n = target.size
+    a, b, c, triple = padded[: n + 6], padded[1 : n + 7], padded[2 : n + 8], sums[: n + 6]
+    for j in range(triple.size):
+        triple[j] = a[j] + b[j] + c[j]
+    d, e, f = triple[:n], triple[3 : n + 3], triple[6 : n + 6]
+    for j in range(n):
+        target[j] = np.float32(1.0 / 9.0) * (d[j] + e[j] + f[j])

@@ -19,12 +19,12 @@ def wiener(params: WienerParams, fan: Fan) -> SamplesStep:
     """
     along, across = box_weights(params.window), box_weights(params.beams)
     rows = 2 * across.size - 1
-    padded = np.empty(fan.samples + 2 * along.size, np.float32)
+    padded = np.empty((2, fan.samples + 2 * along.size), np.float32)
     rings = np.empty((2, rows, fan.samples), np.float32)
     variance = np.empty(fan.shape, np.float32)
 
     def run(samples: Samples, out: Image) -> None:
-        wiener_filter(*samples.args, along, across, padded, rings[0], rings[1], variance, out)
+        wiener_filter(*samples.args, along, across, padded[0], padded[1], rings[0], rings[1], variance, out)
 
     return SamplesStep(run)
 
@@ -40,6 +40,7 @@ def wiener_filter(
     along: Row,
     across: Row,
     padded: Row,
+    sums: Row,
     means: Image,
     squares: Image,
     variance: Image,
@@ -48,7 +49,7 @@ def wiener_filter(
     """Fill out with samples (`Samples.args`) filtered by Lim's rule over the window of a symmetric filter.
 
     along, across: weights from the middle outwards, of sum 1 with their mirror image; the others are work space: padded
-    (samples + 2 half,), means and squares, rings of (2 reach + 1, samples), and variance (beams, samples).
+    and sums (samples + 2 half,), means and squares, rings of (2 reach + 1, samples), and variance (beams, samples).
     """
     beams, samples = out.shape
     half, reach = along.size - 1, across.size - 1
@@ -59,10 +60,10 @@ def wiener_filter(
         mean = means[slot] if reach else out[b]
         square = squares[slot] if reach else variance[b]
         load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), half, samples, padded)
-        symmetric_row(padded, along, mean)
+        symmetric_row(padded, along, sums, mean)
         for j in range(samples + 2 * half):
             padded[j] *= padded[j]
-        symmetric_row(padded, along, square)
+        symmetric_row(padded, along, sums, square)
         if reach and row >= 0:
             weigh_ring(means, across, b, out[row])
             weigh_ring(squares, across, b, variance[row])
