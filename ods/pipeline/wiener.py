@@ -82,9 +82,9 @@ def _to_variance(mean: Row, square: Row) -> float:
     total = np.float32(0.0)
     for j in range(mean.size):
         spread = square[j] - mean[j] * mean[j]
-        square[j] = spread if spread > np.float32(0.0) else np.float32(0.0)
-    for j in range(mean.size):
-        total += square[j]
+        spread = spread if spread > np.float32(0.0) else np.float32(0.0)
+        total += spread
+        square[j] = spread
     return float(total)
 
 
