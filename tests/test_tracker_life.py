@@ -18,10 +18,11 @@ LIFE, ECHO = LifeSettings(), EchoSettings()
 
 def evidence(seed: int, count: int) -> Evidence:
     rng = np.random.default_rng(seed)
-    flags = rng.random((4, count)) < 0.5
+    flags = rng.random((5, count)) < 0.5
     return Evidence(
         hit=flags[0],
         inside=flags[1],
+        skipped=flags[4] & flags[1],
         echoes=rng.integers(1, 10, count),
         unseen_s=rng.exponential(5.0, count),
         existence=rng.random(count),

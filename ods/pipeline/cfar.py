@@ -1,5 +1,8 @@
 """Cell-averaging and order-statistic CFAR along the beam, with the two levels measured instead of assumed."""
 
+from collections.abc import Iterable
+from itertools import islice
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,7 +10,7 @@ from ods.pipeline.detect import Grouping
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row, mirrored
-from ods.pipeline.noise import NoiseMeter
+from ods.pipeline.noise import Learner, NoiseMeter
 from ods.pipeline.params import CfarParams
 from ods.pipeline.regions import Regions
 from ods.pipeline.registry import DetectStep, detect_stage
@@ -31,19 +34,27 @@ def cfar(params: CfarParams, fan: Fan) -> DetectStep:
     padded = np.empty(fan.samples + 2 * reach, np.float32)
     method = _METHODS.index(params.method)
 
+    def divided(image: Image, middle: float) -> Image:
+        floor = np.float32(0.05 * middle)
+        divide_by_surroundings(image, method, params.guard, params.train, params.rank, floor, sums, padded, ratio)
+        return ratio
+
+    def learn(images: Iterable[Image]) -> None:
+        some = islice(images, 0, None, 4) if params.method == "os" else images  # ordering takes ten times as long
+        meter.learn(divided(image, meter.background_and_noise(image)[0]) for image in some)
+
     def step(image: Image) -> Regions:
         middle, _ = meter.background_and_noise(image)
         if middle <= 0.0:
             return group.nothing()
-        floor = np.float32(0.05 * middle)
-        divide_by_surroundings(image, method, params.guard, params.train, params.rank, floor, sums, padded, ratio)
+        divided(image, middle)
         background, noise = meter.background_and_noise(ratio)
         high = meter.level_of_rate(ratio, params.rate)
         low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, low, high, background)
         return found._replace(background=middle)
 
-    return step
+    return Learner(step, learn)
 
 
 @kernel

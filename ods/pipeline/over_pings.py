@@ -8,10 +8,10 @@ from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
 from ods.pipeline.params import BackgroundParams, PingIirParams, PingMedianParams
 from ods.pipeline.pings import Look, PingStep, Turner
-from ods.pipeline.registry import image_stage
+from ods.pipeline.registry import ping_stage
 
 
-@image_stage("filter.ping_iir", PingIirParams)
+@ping_stage("filter.ping_iir", PingIirParams)
 def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
     """Recursive mean over pings, motion-compensated by the pose where it is given: out = old + weight (new - old)."""
     turner = Turner(fan)
@@ -32,7 +32,7 @@ def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
     return PingStep(run)
 
 
-@image_stage("filter.ping_median", PingMedianParams)
+@ping_stage("filter.ping_median", PingMedianParams)
 def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     """Median over pings, motion-compensated by the pose where it is given: takes out what shows in single pings."""
     turner = Turner(fan)
@@ -53,7 +53,7 @@ def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     return PingStep(run)
 
 
-@image_stage("equalize.background", BackgroundParams)
+@ping_stage("equalize.background", BackgroundParams)
 def background(params: BackgroundParams, fan: Fan) -> PingStep:
     """Divide each cell by its mean over pings: what stays in its place in the image, whatever the vehicle does.
 

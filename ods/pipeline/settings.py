@@ -30,8 +30,6 @@ class AttentionSettings(Settings, frozen=True):
     """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
     subsample: Annotated[int, msgspec.Meta(ge=1, le=16)] = 1
     """Range samples that are averaged to one before anything else."""
-    near_too: bool = True
-    """Whether near ranges are subsampled like far ones."""
 
 
 class PipelineSettings(Settings, frozen=True):

@@ -1,5 +1,7 @@
 """What false alarms look like: how many an image has, at which ranges and with which radii, counted as they come."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -35,11 +37,15 @@ class Clutter:
         """False alarms expected in a scan."""
         return max(float(self._by_range.sum()), FEWEST)
 
-    def count(self, unexplained: Echoes, sector: Sector) -> None:
-        """Take in the echoes of a scan that belong to no object, confirmed or not."""
+    def count(self, unexplained: Echoes, sector: Sector, looked: Sequence[tuple[float, float]]) -> None:
+        """Take in the echoes of a scan that belong to no object, confirmed or not.
+
+        looked: ranges (from, to) that were processed; empty: all. What is counted is what a look at all of them has.
+        """
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
-        self._by_range += weight * (np.bincount(_range_class(unexplained, sector), minlength=RANGES) - self._by_range)
+        found = np.bincount(_range_class(unexplained, sector), minlength=RANGES)
+        self._by_range += weight * (found - _share_looked(sector, looked) * self._by_range)
         self._by_radius += weight * (np.bincount(_radius_class(unexplained), minlength=RADII) - self._by_radius)
 
     def density(self, echoes: Echoes, sector: Sector) -> Array:
@@ -61,6 +67,15 @@ class Clutter:
 def _range_class(echoes: Echoes, sector: Sector) -> NDArray[np.intp]:
     fraction = (echoes.range_m - sector.range_min_m) / (sector.range_max_m - sector.range_min_m)
     return np.clip(fraction * RANGES, 0, RANGES - 1).astype(np.intp)
+
+
+def _share_looked(sector: Sector, looked: Sequence[tuple[float, float]]) -> Array:
+    """Return (RANGES,) the share of each class of range that was processed."""
+    if not looked:
+        return np.ones(RANGES)
+    edges = np.linspace(sector.range_min_m, sector.range_max_m, RANGES + 1)
+    covered = sum(np.diff(np.clip(edges, begin, stop)) for begin, stop in looked)
+    return np.asarray(covered / np.diff(edges))
 
 
 def _radius_class(echoes: Echoes) -> NDArray[np.intp]:

@@ -47,7 +47,9 @@ class Evidence:
 
     hit: Mask
     inside: Mask
-    """The predicted place is in the sonar's view."""
+    """The predicted place is in the sonar's view,"""
+    skipped: Mask
+    """but at a range that was not processed in this image."""
     echoes: NDArray[np.int64]
     """Echoes so far."""
     unseen_s: Array
@@ -70,11 +72,12 @@ def next_states(state: NDArray[np.int64], e: Evidence, settings: LifeSettings) -
     """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
     doubted = e.existence < settings.drop_existence
     outside = ~e.inside
+    silent = ~e.skipped & (e.unseen_s > settings.silent_s)
     tentative, stand_by, hibernated = state == TENTATIVE, state == STAND_BY, state == HIBERNATED
     after = state.copy()
-    after[tentative & ~e.hit & _unproved(e)] = TERMINATED
+    after[tentative & ~e.hit & ~e.skipped & _unproved(e)] = TERMINATED
     after[tentative & e.hit & _proved(e, settings)] = ACTIVE
-    after[(state == ACTIVE) & ~e.hit & (outside | doubted | (e.unseen_s > settings.silent_s))] = STAND_BY
+    after[(state == ACTIVE) & ~e.hit & (outside | doubted | silent)] = STAND_BY
     after[hibernated & doubted] = TERMINATED
     if stand_by.any():
         overdue = stand_by & ((outside & (e.unseen_s > settings.stand_by_s)) | (e.sigma > settings.lost_sigma_m))

@@ -42,7 +42,9 @@ class Look:
     evidence: Array
     """(n,) log-likelihood ratio of the echo: object against false alarm; 0 where not hit."""
     inside: Mask
-    """(n,) the predicted place is in the sonar's view."""
+    """(n,) the predicted place is in the sonar's view,"""
+    skipped: Mask
+    """(n,) but at a range that was not processed in this image."""
     near: Mask
     """(n,) it is in view or, for hibernated objects, not far from it."""
     new: Rows
@@ -65,7 +67,7 @@ def look(
     """
     sights = _sights(belief, estimate, vehicle)
     sight = sights.take(-1)
-    seen = view(sight, scan.sector, settings.life.edge_sigmas)
+    seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
     found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
     worth = association.worth_of(found, visibility * seen.probability, settings.echo.detection_probability)
@@ -77,7 +79,7 @@ def look(
     evidence = np.zeros(len(state))
     evidence[shown.objects] = shown.evidence
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
-    watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside), 0.0)
+    watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside & ~seen.skipped), 0.0)
     drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
     asleep = state == life.HIBERNATED
     return Look(
@@ -88,6 +90,7 @@ def look(
         watched=watched,
         expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
         inside=seen.inside,
+        skipped=seen.skipped,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
         new=shown.loose,
     )

@@ -89,7 +89,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         if pose is not None:
             vehicle = vehicle_at(pose.position_ned, pose.attitude, pose.sigma_position, pose.sigma_attitude)
         echoes, dropped = echoes_of(table_of(message.detections))
-        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable)
+        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable, message.looked)
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")

@@ -81,7 +81,7 @@ class Tracker:
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
         seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
         if len(self._tracks):
-            self._clutter.count(scan.echoes.take(seen.new), scan.sector)
+            self._clutter.count(scan.echoes.take(seen.new), scan.sector, scan.looked)
         self._correct(seen, scan)
         after = self._judge(seen, estimate, scan.t_ns)
         self._change(after, seen, scan, outcome)
@@ -145,6 +145,7 @@ class Tracker:
         evidence = life.Evidence(
             hit=seen.hit,
             inside=seen.inside,
+            skipped=seen.skipped,
             echoes=tracks.echoes,
             unseen_s=(t_ns - tracks.last) / NS,
             existence=tracks.existence,

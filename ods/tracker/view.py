@@ -1,5 +1,6 @@
 """Is an object expected in this image, at the edge of the sector, or not at all?"""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,16 +23,20 @@ class View:
     inside: NDArray[np.bool_]
     """The predicted place is inside the sector."""
     probability: Array
-    """That the object is inside the sector."""
+    """That the object is inside the sector, at a range that was processed."""
+    skipped: NDArray[np.bool_]
+    """The predicted place is inside the sector, at a range that was more likely left out than processed."""
     watched: Array
     """Probability that the sonar looks at the object: 0 unless it is so far inside that a missing echo says something,
-    then the share of its vertical interval that the fan covers."""
+    then the share of its vertical interval that the fan covers, times the probability that its range was
+    processed."""
 
 
-def view(sight: Sight, sector: Sector, edge_sigmas: float) -> View:
+def view(sight: Sight, sector: Sector, looked: Sequence[tuple[float, float]], edge_sigmas: float) -> View:
     """Compare predictions with the sector; an object is watched that is at least `edge_sigmas` inside its edges.
 
-    Vertically an object is anywhere in an interval as wide as its variance allows.
+    looked: ranges (from, to) that were processed; empty: all. Vertically an object is anywhere in an interval as wide
+    as its variance allows.
     """
     sigma_range = np.sqrt(sight.along) + LEAST_SIGMA
     sigma_bearing = np.sqrt(sight.across) / sight.horizontal + LEAST_SIGMA
@@ -40,10 +45,17 @@ def view(sight: Sight, sector: Sector, edge_sigmas: float) -> View:
         np.minimum(sight.bearing - sector.bearing_min_rad, sector.bearing_max_rad - sight.bearing) / sigma_bearing,
     )
     covered = _covered(sight, sector.half_vertical_rad)
+    inside = (to_edge >= 0.0) & (covered > 0.0)
+    processed = np.ones_like(to_edge)
+    if looked:
+        borders = np.array(looked)[:, :, None]
+        below = ndtr((borders - sight.range_m) / sigma_range)
+        processed = (below[:, 1] - below[:, 0]).sum(axis=0)
     return View(
-        inside=(to_edge >= 0.0) & (covered > 0.0),
-        probability=ndtr(to_edge),
-        watched=np.where(to_edge >= edge_sigmas, covered, 0.0),
+        inside=inside,
+        probability=ndtr(to_edge) * processed,
+        skipped=inside & (processed < 0.5),
+        watched=np.where(to_edge >= edge_sigmas, covered * processed, 0.0),
     )
 
 
