@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.pipeline.border import drop_weak_at_border
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.grow import find_regions
 from ods.pipeline.kernel import kernel
@@ -85,6 +86,8 @@ class Grouping:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = chosen(runs, self._wanted)
+        if params.border > 1.0 and count:
+            count = drop_weak_at_border(image, runs, count, high, background + params.border * (high - background))
         return Regions(sorted_runs(runs), count, background)
 
 
