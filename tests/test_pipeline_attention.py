@@ -7,7 +7,7 @@ from pipeline_pings import body_echo, fan_bearings, make_ping, speckle
 
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import EVERY_TURN, make_plan
-from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 
 BODIES = ((15.0, 0.2), (40.0, -0.3), (70.0, 0.1), (92.0, 0.4))
 
@@ -20,8 +20,12 @@ def frame() -> NDArray[np.uint8]:
     return np.rint(40.0 * np.log10(1.0 + 8.0 * speckle(np.random.default_rng(5), intensity))).astype(np.uint8)
 
 
+STAGES = (*DEFAULT_STAGES[:-1], {"use": "detect.two_level", "high": 8.0})
+"""High enough that no speckle is found: what is compared is where the bodies are."""
+
+
 def attentive(**values: object) -> Chain:
-    return Chain(PipelineSettings(attention=AttentionSettings(**values)))  # type: ignore[arg-type]
+    return Chain(PipelineSettings(stage=STAGES, attention=AttentionSettings(**values)))  # type: ignore[arg-type]
 
 
 def found(chain: Chain) -> list[tuple[float, float]]:

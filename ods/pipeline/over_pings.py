@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.pipeline.equalize import Limiter
+from ods.pipeline.equalize import Limiter, limit_levels
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
@@ -76,7 +76,7 @@ def background(params: BackgroundParams, fan: Fan) -> PingStep:
         count += 1
         weight = max(params.weight, 1.0 / count)
         update_background(source, np.float32(weight), level, state)
-        limiter.limit(level)
+        limit_levels(level, *limiter.args)
         divide_by_background(source, guard, level, state, out)
         former = look
 
