@@ -195,8 +195,9 @@ def _level_of(frame: Frame, strongest: float) -> float:
     Looked at are some of them, evenly spread, in steps that never fall in with the rows.
     """
     cells = frame.reshape(-1) if frame.flags.c_contiguous else frame.ravel()
-    some = np.sort(cells[:: max(1, cells.size // _LOOKED_AT) | 1])
-    return float(some[min(int((1.0 - strongest) * some.size), some.size - 1)])
+    some = cells[:: max(1, cells.size // _LOOKED_AT) | 1]
+    rank = min(int((1.0 - strongest) * some.size), some.size - 1)
+    return float(np.partition(some, rank)[rank])
 
 
 def _detection(row: list[float], elevation_rad: float) -> Detection:
