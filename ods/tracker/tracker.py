@@ -52,8 +52,7 @@ class Tracker:
         self.settings = settings
         self.next_id = first_id
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
-        self._archive = Archive()
-        self._archive.put(known or [])
+        self._archive = Archive(known or [])
         self._awake: dict[int, MapObject] = {}
         self._clutter = Clutter(settings.echo.clutter_per_scan)
         self._t_ns: int | None = None
