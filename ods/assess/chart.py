@@ -21,8 +21,9 @@ OTHER = "#8b949e"
 
 def save_chart(path: Path, rows: Sequence["Row"], front: Sequence[int]) -> None:
     """Draw all settings. Raises OdsError when the picture cannot be written."""
-    figure = Figure(figsize=(12.0, 6.5), dpi=110, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(13.0, 8.5), dpi=100, facecolor=PAPER)
     left, right = figure.subplots(1, 2, sharex=True)
+    figure.subplots_adjust(left=0.06, right=0.98, top=0.95, bottom=0.36, wspace=0.14)  # names stand below
     ms = [row.ms for row in rows]
     tank = [row.tank.detection_probability for row in rows]
     _draw(
@@ -46,13 +47,15 @@ def _draw(axes: Axes, rows: Sequence["Row"], accuracy: Sequence[float], front: S
         colour = MARK if chosen else FRONT if index in front else OTHER
         axes.plot(row.ms, share, "*" if chosen else "o", color=colour, ms=13 if chosen else 6 if index in front else 3)
         if index in named:
-            at = (row.ms, share)
-            axes.annotate(str(index), at, xytext=(6, 4), textcoords="offset points", color=colour, fontsize=8)
+            up = 4 if named.index(index) % 2 else -10
+            axes.annotate(
+                str(index), (row.ms, share), xytext=(6, up), textcoords="offset points", color=colour, fontsize=8
+            )
     axes.plot([rows[i].ms for i in front], [accuracy[i] for i in front], color=FRONT, lw=1.0, drawstyle="steps-post")
-    for place, index in enumerate(reversed(named)):
+    for place, index in enumerate(named):
         axes.annotate(
             f"{index}  {rows[index].name}",
-            (0.55, 0.03 + 0.04 * place),
+            (0.0, -0.16 - 0.038 * place),
             xycoords="axes fraction",
             color=MARK if rows[index].name == DEFAULT else FRONT,
             fontsize=9,
