@@ -132,7 +132,8 @@ def test_parts_are_found_inside_the_circle_only() -> None:
     wholes, parts = parts_inside(predicted, np.array([6.0]), seen, np.array([0]), np.arange(3))
     assert wholes.tolist() == [0, 0]
     assert parts.tolist() == [0, 1]
-    together = put_together(wholes, parts, seen, np.array([6.0]))
+    together = put_together(Candidates(wholes, parts, np.array([1.0, 3.0])), seen, np.array([6.0]))
+    assert together.evidence.tolist() == [3.0]
     assert together.objects.tolist() == [0]
     assert together.echoes.range_m.tolist() == [52.5]
     assert together.echoes.bearing[0] == pytest.approx(0.04)

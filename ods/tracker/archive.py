@@ -76,6 +76,8 @@ class Archive:
             self._near_centre = centre.copy()
             self._near_reach = distance + SKIN_M
             self._near = np.flatnonzero(np.hypot(*(self._places.data - centre[:, None])) <= self._near_reach)
+        if not len(self._near):
+            return np.zeros(0, np.int64), np.zeros((2, 0))
         places = self._places.data[:, self._near]
         close = np.hypot(*(places - centre[:, None])) <= distance
         return self._ids.data[0, self._near[close]], places[:, close]

@@ -47,6 +47,14 @@ class Candidates:
         """Return the pairs of a mask."""
         return Candidates(self.objects[chosen], self.echoes[chosen], self.evidence[chosen])
 
+    def joined(self, other: "Candidates") -> "Candidates":
+        """Return the pairs of both."""
+        return Candidates(
+            np.concatenate([self.objects, other.objects]),
+            np.concatenate([self.echoes, other.echoes]),
+            np.concatenate([self.evidence, other.evidence]),
+        )
+
 
 def candidates(
     sights: Sight, belief: Belief, echoes: Echoes, clutter: ClutterDensity, settings: EchoSettings
@@ -56,12 +64,11 @@ def candidates(
     `sights`: what the sonar should see, (h, n) arrays, by the h hypotheses of n objects.
     """
     objects, columns = _near_in_range(sights, echoes, settings.gate_sigmas)
-    echo = echoes.take(columns)
     horizontal = sights.horizontal[:, objects]
-    along = echo.range_m - sights.range_m[:, objects]
-    across = wrap_angle(echo.bearing - sights.bearing[:, objects]) * horizontal
-    s_along = sights.along[:, objects] + echo.sigma_range**2
-    s_across = sights.across[:, objects] + (horizontal * echo.sigma_bearing) ** 2
+    along = echoes.range_m[columns] - sights.range_m[:, objects]
+    across = wrap_angle(echoes.bearing[columns] - sights.bearing[:, objects]) * horizontal
+    s_along = sights.along[:, objects] + echoes.sigma_range[columns] ** 2
+    s_across = sights.across[:, objects] + (horizontal * echoes.sigma_bearing[columns]) ** 2
     s_mixed = sights.mixed[:, objects]
     determinant = s_along * s_across - s_mixed**2
     distance = (s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2) / determinant

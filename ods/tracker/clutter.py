@@ -60,8 +60,8 @@ class Clutter:
 
 def _range_class(echoes: Echoes, sector: Sector) -> NDArray[np.intp]:
     fraction = (echoes.range_m - sector.range_min_m) / (sector.range_max_m - sector.range_min_m)
-    return np.clip(fraction * RANGES, 0, RANGES - 1).astype(np.intp)
+    return np.minimum(np.maximum(fraction * RANGES, 0), RANGES - 1).astype(np.intp)
 
 
 def _radius_class(echoes: Echoes) -> NDArray[np.intp]:
-    return np.clip(echoes.radius / RADIUS_STEP_M, 0, RADII - 1).astype(np.intp)
+    return np.minimum(echoes.radius / RADIUS_STEP_M, RADII - 1).astype(np.intp)

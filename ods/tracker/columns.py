@@ -13,28 +13,24 @@ class Columns(Generic[Number]):
 
     def __init__(self, rows: int, dtype: type[Number], capacity: int = 64) -> None:
         self._store: NDArray[Number] = np.zeros((rows, capacity), dtype)
-        self._count = 0
+        self.data: NDArray[Number] = self._store[:, :0]
+        """(rows, objects) view; valid until the next `append` or `keep`."""
 
     def __len__(self) -> int:
-        return self._count
-
-    @property
-    def data(self) -> NDArray[Number]:
-        """(rows, objects) view; valid until the next `append` or `keep`."""
-        return self._store[:, : self._count]
+        return int(self.data.shape[1])
 
     def append(self, values: NDArray[Number]) -> None:
         """Add (rows, k) new columns at the end."""
-        count = self._count + values.shape[1]
+        old, count = len(self), len(self) + values.shape[1]
         if count > self._store.shape[1]:
             larger = np.zeros((self._store.shape[0], 2 * count), self._store.dtype)
-            larger[:, : self._count] = self.data
+            larger[:, :old] = self.data
             self._store = larger
-        self._store[:, self._count : count] = values
-        self._count = count
+        self._store[:, old:count] = values
+        self.data = self._store[:, :count]
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the columns where (objects,) `mask` is False; the others keep their order."""
         kept = self.data[:, mask]
-        self._count = kept.shape[1]
-        self._store[:, : self._count] = kept
+        self.data = self._store[:, : kept.shape[1]]
+        self.data[...] = kept

@@ -57,10 +57,10 @@ def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expecte
     """Return (3, n) probabilities after an image.
 
     `evidence`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
-    `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not.
+    `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not. To a silent
+    object an echo is a false alarm, as it is where there is nothing.
     """
     weighted = probabilities.copy()
     weighted[VISIBLE] *= np.where(hit, np.exp(np.minimum(evidence, MOST_EVIDENCE)), 1.0 - expected)
-    weighted[SILENT] *= ~hit
     weighted /= weighted.sum(axis=0)
     return weighted

@@ -11,6 +11,7 @@ from ods.geometry import Array
 from ods.tracker import kalman
 from ods.tracker.belief import Belief
 from ods.tracker.columns import Columns
+from ods.tracker.life import STATIC
 from ods.tracker.measurement import Fix
 from ods.tracker.settings import MotionSettings
 
@@ -37,6 +38,10 @@ PROVED = 8.0
 """Largest log-odds, so that an object that starts to move is believed in time."""
 REOPENED = 3.0
 """Log-odds, in favour of what was settled, when an object is seen again."""
+ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
+"""Log-odds, either way, from which there is no doubt whether an object moves;"""
+KNOWN_SPEED = 0.4
+"""nor is there when its velocity, if it moves, is known to this share of what a new object's is."""
 LEAST_VARIANCE = 1e-12
 
 
@@ -117,9 +122,13 @@ class IndependentObserver:
         self._columns.data[:, rows] = s
 
     def settle(self, rows: Rows) -> None:
-        """Decide for good whether each object moves: the static ones stay where they are from now on."""
-        odds = self._columns.data[ODDS]
-        odds[rows] = np.where(odds[rows] >= 0.0, np.inf, -np.inf)
+        """Decide for good whether each object moves, where that is established; in doubt both remain possible."""
+        s = self._columns.data[:, rows]
+        odds = s[ODDS]
+        speed_variance = kalman.velocity_variance(s[VARIANCE], s[SLOPE], s[RESIDUAL])[:2].max(axis=0)
+        known = speed_variance <= (KNOWN_SPEED * self._settings.velocity_sigma) ** 2
+        decided = (np.abs(odds) >= ESTABLISHED) | known
+        self._columns.data[ODDS, rows] = np.where(decided, np.copysign(np.inf, odds), odds)
 
     def reopen(self, rows: Rows) -> None:
         """Take the decision of `settle` back: the hypothesis given up starts anew from the other one."""

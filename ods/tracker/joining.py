@@ -38,6 +38,21 @@ def successors(tracks: Tracks, estimate: Estimate, young: Rows, old: Rows, gate_
     return young[rows[real]], old[columns[real]]
 
 
+def strays(tracks: Tracks, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
+    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`: objects not seen in this image.
+
+    Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
+    until an image shows both, they are one.
+    """
+    result = np.zeros(len(young), bool)
+    new, old = young.nonzero()[0], missed.nonzero()[0]
+    if len(new) and len(old):
+        offset = estimate.position[:2, new][:, :, None] - estimate.position[:2, old][:, None, :]
+        touching = np.hypot(offset[0], offset[1]) < estimate.radius[new][:, None] + estimate.radius[old]
+        result[new] = (touching & (tracks.last[old] >= tracks.born[new][:, None])).any(axis=1)
+    return result
+
+
 def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
     """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
     result = np.zeros(len(silent), bool)

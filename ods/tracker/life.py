@@ -62,6 +62,8 @@ class Evidence:
     """It does not move, at a probability of at least `STATIC`."""
     covered: Mask
     """It lies inside another object that is seen."""
+    stray: Mask
+    """Its echoes may be those of a confirmed object beside it."""
     sigma: Array
     """Standard deviation of its horizontal position, m."""
 
@@ -85,7 +87,7 @@ def next_states(state: NDArray[np.int64], e: Evidence, settings: LifeSettings) -
 
 
 def _proved(e: Evidence, settings: LifeSettings) -> Mask:
-    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence)
+    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence) & ~e.stray
 
 
 def _unproved(e: Evidence) -> Mask:

@@ -68,14 +68,13 @@ def look(
     seen = view(sight, scan.sector, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
     found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
-    worth = association.worth_of(found, visibility * seen.probability, settings.echo.detection_probability)
-    pairs = association.associate(found, worth, reported, len(scan.echoes))
-    shown = _shown(scan.echoes, pairs, sight, estimate, reported, clutter)
-
+    visible = visibility * seen.probability
+    detected = settings.echo.detection_probability
+    pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
+    parts, loose = _parts(scan.echoes, pairs, sight, estimate.radius, reported)
+    shown = _shown(scan.echoes, pairs, _likely(parts, estimate.radius, clutter, visible, detected), estimate.radius)
     hit = np.zeros(len(state), bool)
     hit[shown.objects] = True
-    evidence = np.zeros(len(state))
-    evidence[shown.objects] = shown.evidence
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
     watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside), 0.0)
     drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
@@ -84,58 +83,66 @@ def look(
         objects=shown.objects,
         fix=_fix(scan, vehicle, sight, shown, shown.off_centre + merged[shown.objects]),
         hit=hit,
-        evidence=evidence,
+        evidence=np.asarray(np.bincount(shown.objects, shown.evidence, len(state)), np.float64),
         watched=watched,
-        expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
+        expected=watched * (0.0 if drop_out else detected),
         inside=seen.inside,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
-        new=shown.loose,
+        new=loose,
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """Objects and their echoes, (k,) each, and the echoes left over."""
+    """Objects and their echoes, (k,) each."""
 
     objects: Rows
     echoes: Echoes
     evidence: Array
     off_centre: Array
     """Variance by which an echo may lie off its object's centre, m^2."""
-    loose: Rows
 
 
-def _shown(
-    echoes: Echoes, pairs: Candidates, sight: Sight, estimate: Estimate, reported: Mask, clutter: ClutterDensity
-) -> _Shown:
-    """Return the pairs, and besides them reported objects of which only parts are seen."""
+def _parts(
+    echoes: Echoes, pairs: Candidates, sight: Sight, radius: Array, reported: Mask
+) -> tuple[tuple[Rows, Rows], Rows]:
+    """Return the echoes inside the circle of an object, as (objects, echoes), and the rest; those in `pairs` apart."""
     loose = np.ones(len(echoes), bool)
     loose[pairs.echoes] = False
-    wholes, parts = splits.parts_inside(sight, estimate.radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
-    if not len(parts):
-        return _Shown(
-            pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)), loose.nonzero()[0]
-        )
+    wholes, parts = splits.parts_inside(sight, radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
     loose[parts] = False
-    in_parts = np.zeros(len(reported), bool)
-    in_parts[wholes] = True
-    smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < estimate.radius[pairs.objects]
+    return (wholes, parts), loose.nonzero()[0]
+
+
+def _likely(
+    parts: tuple[Rows, Rows], radius: Array, clutter: ClutterDensity, visible: Array, detection_probability: float
+) -> Candidates:
+    """Return those `parts` (objects, echoes) that are not more likely false alarms inside a silent object's circle."""
+    objects, echoes = parts
+    if not len(echoes):
+        return Candidates(objects, echoes, np.zeros(0))
+    by_chance = np.minimum(clutter.per_m2[echoes] * np.pi * radius[objects] ** 2, 1.0)
+    found = Candidates(objects, echoes, -np.log(by_chance))
+    return found.take(association.worth_of(found, visible, detection_probability) > 0.0)
+
+
+def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) -> _Shown:
+    """Return the pairs, and besides them the objects of which only `parts` are seen."""
+    if not len(parts.objects):
+        return _Shown(pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)))
+    in_parts = np.zeros(len(radius), bool)
+    in_parts[parts.objects] = True
+    smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < radius[pairs.objects]
     also_part = in_parts[pairs.objects] & smaller
     whole = pairs.take(~also_part)
     in_parts[whole.objects] = False
-    rest = splits.put_together(
-        np.concatenate([pairs.objects[also_part], wholes[in_parts[wholes]]]),
-        np.concatenate([pairs.echoes[also_part], parts[in_parts[wholes]]]),
-        echoes,
-        estimate.radius,
-    )
-    by_chance = np.minimum(clutter.per_m2[rest.first] * np.pi * estimate.radius[rest.objects] ** 2, 1.0)
+    split = parts.take(in_parts[parts.objects])
+    rest = splits.put_together(pairs.take(also_part).joined(split), echoes, radius)
     return _Shown(
         np.concatenate([whole.objects, rest.objects]),
         echoes.take(whole.echoes).joined(rest.echoes),
-        np.concatenate([whole.evidence, -np.log(by_chance)]),
+        np.concatenate([whole.evidence, rest.evidence]),
         np.concatenate([np.zeros(len(whole.objects)), rest.variance]),
-        loose.nonzero()[0],
     )
 
 

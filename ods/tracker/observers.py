@@ -39,7 +39,7 @@ class Observer(Protocol):
         """Take one fix an object, `since_s` after its last one."""
 
     def settle(self, rows: NDArray[np.intp]) -> None:
-        """Decide for good whether each object moves: the static ones stay where they are from now on."""
+        """Decide for good whether each object moves, where that is established: the static ones stay where they are."""
 
     def reopen(self, rows: NDArray[np.intp]) -> None:
         """Take the decision of `settle` back: the object is seen again."""

@@ -38,6 +38,8 @@ class EchoSettings(Settings, frozen=True):
     """False alarms expected in a scan at the start; the tracker then counts them itself."""
     births_per_scan: Positive = 0.03
     """New objects expected in a scan; against `clutter_per_scan` it says how much proof a new object needs."""
+    births_at_start: Positive = 0.3
+    """The same in the very first images, where every object is new."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 4.0
     """Largest distance of a detection from the object's predicted place, standard deviations."""
     silence_rate: Positive = 0.02

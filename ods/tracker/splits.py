@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array, wrap_angle
+from ods.tracker.association import Candidates
 from ods.tracker.belief import Estimate
 from ods.tracker.measurement import Sight
 from ods.tracker.scan import Echoes
@@ -24,10 +25,10 @@ class Parts:
     """Objects of which only parts were seen: (k,) each."""
 
     objects: Rows
-    first: Rows
-    """One echo of each,"""
+    evidence: Array
+    """Of the strongest of its echoes."""
     echoes: Echoes
-    """and the middle of all its echoes."""
+    """The middle of all its echoes."""
     variance: Array
     """Of the distance between that middle and the object's centre, m^2."""
 
@@ -49,16 +50,18 @@ def parts_inside(sight: Sight, radius: Array, echoes: Echoes, objects: Rows, loo
     return objects[deepest[inside]], loose[inside]
 
 
-def put_together(objects: Rows, parts: Rows, echoes: Echoes, radius: Array) -> Parts:
-    """Put the echoes `parts` of each of `objects` (pairs) together."""
-    wholes, first, group = np.unique(objects, return_index=True, return_inverse=True)
+def put_together(pairs: Candidates, echoes: Echoes, radius: Array) -> Parts:
+    """Put the echoes of each object of `pairs` together; `radius`: of all objects."""
+    wholes, first, group = np.unique(pairs.objects, return_index=True, return_inverse=True)
     count = np.bincount(group)
     middle = replace(
-        echoes.take(parts[first]),
-        range_m=np.bincount(group, echoes.range_m[parts]) / count,
-        bearing=np.bincount(group, echoes.bearing[parts]) / count,
+        echoes.take(pairs.echoes[first]),
+        range_m=np.bincount(group, echoes.range_m[pairs.echoes]) / count,
+        bearing=np.bincount(group, echoes.bearing[pairs.echoes]) / count,
     )
-    return Parts(wholes, parts[first], middle, (PART_SHARE * radius[wholes]) ** 2)
+    evidence = np.full(len(wholes), -np.inf)
+    np.maximum.at(evidence, group, pairs.evidence)
+    return Parts(wholes, evidence, middle, (PART_SHARE * radius[wholes]) ** 2)
 
 
 def merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:

@@ -28,6 +28,9 @@ Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 States = NDArray[np.int64]
 
+FIRST_LOOKS = 2
+"""In so many images after the start all objects are new: one that is there may be missed in the very first."""
+
 
 @dataclass(slots=True)
 class Outcome:
@@ -58,6 +61,7 @@ class Tracker:
         self._clutter = Clutter(settings.echo.clutter_per_scan)
         self._t_ns: int | None = None
         self._since_judged = 0.0
+        self._looks = 0
 
     @property
     def t_ns(self) -> int | None:
@@ -72,6 +76,7 @@ class Tracker:
         outcome = Outcome()
         if scan.vehicle is None or not scan.usable:
             return outcome
+        self._looks += 1
         self._wake(scan, scan.vehicle)
         belief = self._tracks.observer.belief()
         estimate = mixture(belief)
@@ -138,6 +143,7 @@ class Tracker:
     def _judge(self, seen: Look, estimate: Estimate, t_ns: int) -> States:
         """Judge existence by the image; return each object's next state."""
         tracks, settings = self._tracks, self.settings
+        tentative = tracks.state == life.TENTATIVE
         probabilities = tracks.probabilities
         carried = existence.carry_on(probabilities, tracks.echoes, seen.watched, self._since_judged, settings.echo)
         probabilities[...] = existence.judge(carried, seen.hit, seen.evidence, seen.expected)
@@ -152,6 +158,7 @@ class Tracker:
             first_visible=tracks.first_visible,
             static=estimate.static >= life.STATIC,
             covered=joining.covered(estimate, tracks.state == life.STAND_BY, seen.hit & (tracks.state == life.ACTIVE)),
+            stray=joining.strays(tracks, estimate, tentative & seen.hit, ~tentative & ~seen.hit),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
         )
         return life.next_states(tracks.state, evidence, settings.life)
@@ -213,5 +220,6 @@ class Tracker:
         """Start a tentative object from each echo that belongs to none."""
         if len(seen.new):
             fix = measurement.fix(scan.echoes.take(seen.new), vehicle, scan.sector.half_vertical_rad)
-            births = self.settings.echo.births_per_scan
+            echo = self.settings.echo
+            births = echo.births_at_start if self._looks <= FIRST_LOOKS else echo.births_per_scan
             self._tracks.start(fix, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
