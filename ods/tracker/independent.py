@@ -147,6 +147,17 @@ class IndependentObserver:
         s[ODDS] = np.where(static, REOPENED, -REOPENED)
         self._columns.data[:, rows] = s
 
+    def inherit(self, heirs: Rows, old: Rows) -> None:
+        """Let `heirs` go on with what is settled of `old`, the same objects: those that rest do so where they did."""
+        s, before = self._columns.data[:, heirs], self._columns.data[:, old]
+        rests = before[ODDS] == np.inf
+        for axis in (0, 1):
+            place, variance = s[axis].copy(), s[6 + axis].copy()
+            kalman.update_constant(place, variance, before[axis] - place, before[6 + axis])
+            s[axis], s[6 + axis] = np.where(rests, place, s[axis]), np.where(rests, variance, s[6 + axis])
+        s[ODDS] = np.where(rests, np.minimum(s[ODDS] + REOPENED, PROVED), s[ODDS])
+        self._columns.data[:, heirs] = s
+
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the objects where `mask` is False."""
         self._columns.keep(mask)

@@ -44,6 +44,9 @@ class Observer(Protocol):
     def reopen(self, rows: NDArray[np.intp]) -> None:
         """Take the decision of `settle` back: the object is seen again."""
 
+    def inherit(self, heirs: NDArray[np.intp], old: NDArray[np.intp]) -> None:
+        """Let `heirs` go on with what is settled of `old`: they are the same objects, seen again."""
+
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the objects where `mask` is False."""
 
