@@ -1,18 +1,19 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker import association, life, measurement, splits
 from ods.tracker.association import Candidates, ClutterDensity
 from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Echoes, Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.view import near_sector, view
+from ods.tracker.view import View, near_sector, view
 
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -63,11 +64,11 @@ def look(
 
     `state`: (n,) a state of `life`; `visibility`: (n,) of `existence`.
     """
-    sights = _sights(belief, estimate, vehicle)
-    sight = sights.take(-1)
+    sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
+    sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = view(sight, scan.sector, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
-    found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
+    found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
     visible = visibility * seen.probability
     detected = settings.echo.detection_probability
     pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
@@ -76,8 +77,7 @@ def look(
     hit = np.zeros(len(state), bool)
     hit[shown.objects] = True
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
-    watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside), 0.0)
-    drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    watched, drop_out = _watched(seen, reported, hit, merged)
     asleep = state == life.HIBERNATED
     return Look(
         objects=shown.objects,
@@ -146,14 +146,20 @@ def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) 
     )
 
 
-def _sights(belief: Belief, estimate: Estimate, vehicle: Vehicle) -> Sight:
-    """Return what the sonar should see, (h + 1, n): by each hypothesis, and last by the mixture."""
-    return measurement.sight(
-        np.concatenate([belief.position, estimate.position[:, None]], axis=1),
-        np.concatenate([belief.variance, estimate.variance[:, None]], axis=1),
-        np.concatenate([belief.covariance_ne, estimate.covariance_ne[None]]),
-        vehicle,
-    )
+@kernel
+def _watched(seen: View, reported: Mask, hit: Mask, merged: Array) -> tuple[Array, bool]:
+    """Return (n,) the `watched` of `Look`, and whether the image is a drop-out.
+
+    `merged`: (n,) of `splits`: above 0, a missing echo may be in that of a neighbour.
+    """
+    watched, expected, found = np.zeros(len(hit)), 0.0, False
+    for i in range(len(hit)):
+        if hit[i] or merged[i] == 0.0:
+            watched[i] = seen.watched[i] if reported[i] else 1.0 * seen.inside[i]
+        if reported[i]:
+            expected += seen.watched[i]
+            found |= hit[i]
+    return watched, expected >= DROP_OUT_EXPECTED and not found
 
 
 def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: Array) -> Fix:
@@ -164,8 +170,7 @@ def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: 
     fix = measurement.fix(shown.echoes, vehicle, half_vertical, elevation)
     if not off_centre.any():
         return fix
-    return replace(
-        fix,
+    return fix._replace(
         north=fix.north + off_centre,
         east=fix.east + off_centre,
         radius_variance=np.where(off_centre > 0.0, NO_RADIUS, fix.radius_variance),

@@ -4,6 +4,7 @@ A step carries the objects on to the ping, compares the image with what the sona
 states with the echoes given to them, judges whether they exist, and leads each through its life [SSIE figure 5].
 """
 
+import math
 from dataclasses import dataclass, field
 
 import msgspec
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from ods.clock import NS
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker import existence, joining, life, measurement
 from ods.tracker.archive import Archive, MapObject
-from ods.tracker.association import ClutterDensity
 from ods.tracker.belief import Estimate, mixture
 from ods.tracker.clutter import Clutter
 from ods.tracker.look import WAKE_MARGIN_M, Look, look
@@ -80,9 +81,7 @@ class Tracker:
         self._wake(scan, scan.vehicle)
         belief = self._tracks.observer.belief()
         estimate = mixture(belief)
-        clutter = ClutterDensity(
-            self._clutter.density(scan.echoes, scan.sector), self._clutter.radius_density(scan.echoes)
-        )
+        clutter = self._clutter.density(scan.echoes, scan.sector)
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
         seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
         if len(self._tracks):
@@ -122,11 +121,8 @@ class Tracker:
         ids, places = self._archive.places(vehicle.position[:2], sector.range_max_m + WAKE_MARGIN_M)
         if not len(ids):
             return
-        north, east = places - vehicle.position[:2, None]
-        ahead, side = vehicle.rotation[:2, 0], vehicle.rotation[:2, 1]
-        bearing = np.arctan2(side[0] * north + side[1] * east, ahead[0] * north + ahead[1] * east)
-        margin = WAKE_MARGIN_M / np.maximum(np.hypot(north, east), WAKE_MARGIN_M)
-        inside = (bearing + margin >= sector.bearing_min_rad) & (bearing - margin <= sector.bearing_max_rad)
+        edges = sector.bearing_min_rad, sector.bearing_max_rad
+        inside = _in_opening(np.ascontiguousarray(places), vehicle, *edges, WAKE_MARGIN_M)
         if inside.any():
             woken = self._archive.remove(ids[inside].tolist())
             self._awake |= {o.id: o for o in woken}
@@ -168,9 +164,8 @@ class Tracker:
         tracks = self._tracks
         before = tracks.state.copy()
         tracks.state[:] = after
-        if (after >= life.STAND_BY).any():
-            tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
-        elif (after == before).all():
+        tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
+        if (after == before).all() and not (after == life.HIBERNATED).any():
             return
         joined = self._name(((before == life.TENTATIVE) & (after == life.ACTIVE)).nonzero()[0])
         ended = (after == life.TERMINATED) & (before != life.TENTATIVE) & ~joined
@@ -223,3 +218,17 @@ class Tracker:
             echo = self.settings.echo
             births = echo.births_at_start if self._looks <= FIRST_LOOKS else echo.births_per_scan
             self._tracks.start(fix, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
+
+
+@kernel
+def _in_opening(places: Array, vehicle: Vehicle, port: float, starboard: float, margin_m: float) -> Mask:
+    """Tell which of the (2, k) north-east places are between two bearings, or not farther off than `margin_m`."""
+    inside = np.empty(places.shape[1], np.bool_)
+    for i in range(len(inside)):
+        north, east = places[0, i] - vehicle.position[0], places[1, i] - vehicle.position[1]
+        ahead = vehicle.rotation[0, 0] * north + vehicle.rotation[1, 0] * east
+        side = vehicle.rotation[0, 1] * north + vehicle.rotation[1, 1] * east
+        bearing = math.atan2(side, ahead)
+        margin = margin_m / max(math.hypot(north, east), margin_m)
+        inside[i] = bearing + margin >= port and bearing - margin <= starboard
+    return inside

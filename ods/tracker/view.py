@@ -1,22 +1,23 @@
 """Is an object expected in this image, at the edge of the sector, or not at all?"""
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import ndtr
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.messages import Sector
 from ods.tracker.measurement import Sight
 
+ROOT2 = 2.0**0.5
 ROOT3 = 3.0**0.5
 LEAST_SIGMA = 1e-6
 """Keeps the distance to the edge, in standard deviations, finite."""
 
 
-@dataclass(frozen=True, slots=True)
-class View:
+class View(NamedTuple):
     """(n,) arrays."""
 
     inside: NDArray[np.bool_]
@@ -33,37 +34,58 @@ def view(sight: Sight, sector: Sector, edge_sigmas: float) -> View:
 
     Vertically an object is anywhere in an interval as wide as its variance allows.
     """
-    sigma_range = np.sqrt(sight.along) + LEAST_SIGMA
-    sigma_bearing = np.sqrt(sight.across) / sight.horizontal + LEAST_SIGMA
-    to_edge = np.minimum(
-        np.minimum(sight.range_m - sector.range_min_m, sector.range_max_m - sight.range_m) / sigma_range,
-        np.minimum(sight.bearing - sector.bearing_min_rad, sector.bearing_max_rad - sight.bearing) / sigma_bearing,
-    )
-    covered = _covered(sight, sector.half_vertical_rad)
-    return View(
-        inside=(to_edge >= 0.0) & (covered > 0.0),
-        probability=ndtr(to_edge),
-        watched=np.where(to_edge >= edge_sigmas, covered, 0.0),
-    )
+    inside, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, edge_sigmas)
+    return View(inside, shares[0], shares[1])
+
+
+@kernel
+def _view(
+    sight: Sight, nearest: float, farthest: float, port: float, starboard: float, half_vertical: float, margin: float
+) -> tuple[NDArray[np.bool_], Array]:
+    """Return the fields of `View`, the shares as (2, n)."""
+    n = len(sight.range_m)
+    inside, shares = np.empty(n, np.bool_), np.empty((2, n))
+    for i in range(n):
+        sigma_range = math.sqrt(sight.along[i]) + LEAST_SIGMA
+        sigma_bearing = math.sqrt(sight.across[i]) / sight.horizontal[i] + LEAST_SIGMA
+        to_edge = min(
+            min(sight.range_m[i] - nearest, farthest - sight.range_m[i]) / sigma_range,
+            min(sight.bearing[i] - port, starboard - sight.bearing[i]) / sigma_bearing,
+        )
+        covered = _covered(sight.range_m[i], sight.elevation[i], sight.vertical[i], half_vertical)
+        inside[i] = to_edge >= 0.0 and covered > 0.0
+        shares[0, i] = 0.5 * math.erfc(-to_edge / ROOT2)
+        shares[1, i] = covered if to_edge >= margin else 0.0
+    return inside, shares
+
+
+@kernel
+def _covered(distance: float, elevation: float, variance: float, half_vertical: float) -> float:
+    """Return the share of an object's vertical interval that the fan covers."""
+    half_fan = distance * math.sin(half_vertical)
+    half_object = ROOT3 * math.sqrt(variance) + LEAST_SIGMA
+    middle = distance * math.sin(elevation)
+    shared = min(half_fan, middle + half_object) - max(-half_fan, middle - half_object)
+    return max(shared, 0.0) / (2.0 * half_object)
 
 
 def near_sector(sight: Sight, sector: Sector, margin_m: float) -> NDArray[np.bool_]:
     """Tell (n,) which predicted places are inside the sector or nearer to it than about `margin_m`."""
-    turn = margin_m / sight.horizontal
-    near: NDArray[np.bool_] = (
-        (sight.range_m >= sector.range_min_m - margin_m)
-        & (sight.range_m <= sector.range_max_m + margin_m)
-        & (sight.bearing >= sector.bearing_min_rad - turn)
-        & (sight.bearing <= sector.bearing_max_rad + turn)
-    )
+    return _near(sight, *_edges(sector), margin_m)
+
+
+@kernel
+def _near(
+    sight: Sight, nearest: float, farthest: float, port: float, starboard: float, margin_m: float
+) -> NDArray[np.bool_]:
+    near = np.empty(len(sight.range_m), np.bool_)
+    for i in range(len(near)):
+        turn = margin_m / sight.horizontal[i]
+        near[i] = (nearest - margin_m <= sight.range_m[i] <= farthest + margin_m) and (
+            port - turn <= sight.bearing[i] <= starboard + turn
+        )
     return near
 
 
-def _covered(sight: Sight, half_vertical: float) -> Array:
-    """Return (n,) the share of each object's vertical interval that the fan covers."""
-    half_fan = sight.range_m * np.sin(half_vertical)
-    half_object = ROOT3 * np.sqrt(sight.vertical) + LEAST_SIGMA
-    middle = sight.range_m * np.sin(sight.elevation)
-    shared = np.minimum(half_fan, middle + half_object) - np.maximum(-half_fan, middle - half_object)
-    share: Array = np.maximum(shared, 0.0) / (2.0 * half_object)
-    return share
+def _edges(sector: Sector) -> tuple[float, float, float, float]:
+    return sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
