@@ -8,8 +8,10 @@ import os
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import subprocess
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -46,19 +48,41 @@ CHAINS: dict[str, tuple[dict[str, Any], ...]] = {
     "IIR 3": ({"use": "filter.iir"},),
     "FIR 9, opening 0.45 m": ({"use": "filter.fir"}, {"use": "filter.min_object", "size_m": 0.45}),
 }
+PAPER: dict[str, Any] = {"near_m": 20.0, "every": 4, "margin_m": 2.0}
+ATTENTION = {
+    "all": AttentionSettings(),
+    "2 to 1": AttentionSettings(subsample=2),
+    "rings": AttentionSettings(**PAPER),
+    "both": AttentionSettings(subsample=2, **PAPER),
+}
+ATTENTION_CHAINS: dict[str, tuple[dict[str, Any], ...]] = {
+    "FIR 9": (EQUALIZE, *CHAINS["FIR 9"], DETECT),
+    "default": (),
+    "FIR of 0.5 m": (EQUALIZE, {"use": "filter.fir", "object_m": 0.5}, DETECT),
+    "Wiener 9": (EQUALIZE, *CHAINS["Wiener 9"], DETECT),
+    "median 3x9, CFAR": (EQUALIZE, {"use": "filter.median", "beams": 3}, {"use": "detect.cfar"}),
+}
+OBJECT_INTENSITY = 3.0
+"""Of the weak objects: 5 dB over the speckle."""
 TARGETS_MS = {"FIR 9": 0.08, "box 9": 0.08, "median 9": 0.11, "Wiener 9": 0.15, "FIR 3x9": 0.15}
 TABLE_2 = (("equalization", 1.27, 0.14), ("filtering", 1.76, 1.06), ("detection", 22.5, 0.27), ("total", 25.53, 1.47))
 """[SSIE] table 2: CPU s an image in MATLAB and in C on a 25 MHz 68040."""
 
 
-def made_up_ping(beams: int, samples: int = 2000) -> Ping:
-    """Return an 8-bit linear ping: speckle and three objects."""
-    rng = np.random.default_rng(0)
-    intensity = np.ones((beams, samples))
-    for beam, column in ((12, 400), (32, 800), (47, 1500)):
-        beam = beam * beams // 60
-        intensity[beam : beam + max(3, beams // 20), column : column + 30] = 100.0
-    amplitude = 10.0 * np.sqrt(intensity * rng.exponential(size=intensity.shape))
+def made_up_ping(
+    beams: int,
+    samples: int = 2000,
+    seed: int = 0,
+    objects: Sequence[tuple[int, float]] = ((12, 20.0), (32, 40.0), (47, 75.0)),
+    intensity: float = 100.0,
+) -> Ping:
+    """Return an 8-bit linear ping: speckle of intensity 1, and objects at (beam of 60, range of the near side, m)."""
+    rng = np.random.default_rng(seed)
+    mean = np.ones((beams, samples))
+    for beam, range_m in objects:
+        beam, column = beam * beams // 60, round(range_m / 0.05)
+        mean[beam : beam + max(3, beams // 20), column : column + 30] = intensity
+    amplitude = 10.0 * np.sqrt(mean * rng.exponential(size=mean.shape))
     return Ping(
         seq=0, ping_number=0, t_ns=0, t_rx_ns=0, utc_ns=0, beams=beams, samples=samples, dtype="u1",
         data=np.minimum(amplitude, 255.0).astype(np.uint8).tobytes(), range0_m=0.0, dr_m=0.05, sound_speed=1500.0,
@@ -220,24 +244,19 @@ def table_2() -> None:
         print(f"{name:40}{matlab:9.2f}{c:11.2f}{1e-3 * ours[name]:11.6f}{c / max(1e-3 * ours[name], 1e-9):12,.0f}")
 
 
-def table_of_attention() -> None:
-    """Print what focus of attention saves, as the mean over all turns."""
-    ping = made_up_ping(60)
-    settings = {
-        "all samples": AttentionSettings(),
-        "subsample 2": AttentionSettings(subsample=2),
-        "near 20 m, far every 4th": AttentionSettings(near_m=20.0, every=4, margin_m=2.0),
-        "near 20 m, far every 4th, subsample 2": AttentionSettings(near_m=20.0, every=4, margin_m=2.0, subsample=2),
-    }
-    stages = (EQUALIZE, *CHAINS["FIR 9"], DETECT)
-    tasks: dict[str, Task] = {
-        name: partial(_four_pings, Chain(PipelineSettings(stage=stages, attention=attention)), ping)
-        for name, attention in settings.items()
-    }
-    times = medians_ms(tasks, ROUNDS)
-    print("\nfocus of attention, FIR 9 chain, 60 x 2000       ms    speed-up")
-    for name, spent in times.items():
-        print(f"{name:42}{spent / 4.0:9.3f}{times['all samples'] / spent:10.1f}")
+def table_of_attention(beams: int, rounds: int) -> None:
+    """Print what focus of attention saves, as the mean over all turns, and what a look at an object then finds."""
+    ping = made_up_ping(beams)
+    print(
+        f"\nfocus of attention, {beams} x 2000: near {PAPER['near_m']:.0f} m always, far every 4th, 2 samples to 1; ms"
+    )
+    print(f"{'chain':18}{'all':>8}{'2 to 1':>8}{'rings':>8}{'both':>8}{'speed-up':>10}  found, range rms: all, both")
+    for name, stages in ATTENTION_CHAINS.items():
+        chains = {name: Chain(PipelineSettings(stage=stages, attention=how)) for name, how in ATTENTION.items()}
+        times = medians_ms({name: partial(_four_pings, chain, ping) for name, chain in chains.items()}, rounds)
+        cells = "".join(f"{times[name] / 4.0:8.3f}" for name in ATTENTION)
+        scores = [f"{share:4.0%} {1e3 * rms:4.0f} mm" for share, rms in map(_looks, (chains["all"], chains["both"]))]
+        print(f"{name:18}{cells}{times['all'] / times['both']:10.1f}  {', '.join(scores) if beams == 60 else ''}")
 
 
 def _four_pings(chain: Chain, ping: Ping) -> None:
@@ -245,12 +264,60 @@ def _four_pings(chain: Chain, ping: Ping) -> None:
         chain.process(ping)
 
 
+def _looks(chain: Chain) -> tuple[float, float]:
+    """Return the share of weak objects found, of those looked at, and the standard deviation of their range, m."""
+    places = [(12, 8.0), (30, 16.0), (45, 31.0), (20, 52.0), (50, 68.0), (35, 90.0)]
+    looked, errors = 0, []
+    for number in range(200):
+        result = chain.process(made_up_ping(60, seed=number, objects=places, intensity=OBJECT_INTENSITY))
+        for beam, range_m in places:
+            if result.looked and not any(begin <= range_m < stop for begin, stop in result.looked):
+                continue
+            looked += 1
+            away = [
+                d.range_m - range_m
+                for d in result.detections
+                if abs(d.range_m - range_m) < 2.0 and abs(d.bearing_rad / 1.56 * 59 + 29.5 - beam - 1) < 3.0
+            ]
+            errors += [min(away, key=abs)] if away else []
+    return len(errors) / looked, float(np.std(errors))
+
+
+START = """
+import time
+began = time.perf_counter()
+import ods.pipeline.service
+imported = time.perf_counter()
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.warm_up import made_up_ping, warm_up
+warm_up(PipelineSettings())
+Chain(PipelineSettings()).process(made_up_ping("u1", "linear", 0.0, 0.05))
+print(imported - began, time.perf_counter() - began)
+"""
+
+
+def table_of_start(rounds: int) -> None:
+    """Print how long the pipeline process takes to import, and to its first ping, when the cache is warm."""
+    spent = []
+    for _ in range(rounds + 1):
+        began = time.perf_counter()
+        done = subprocess.run([sys.executable, "-c", START], capture_output=True, text=True, check=True)
+        spent.append([*map(float, done.stdout.split()), time.perf_counter() - began])
+    imported, first, whole = np.median(spent[1:], axis=0)  # the first one fills the cache
+    print("\nstart of the pipeline process, default chain, cache warm, s")
+    print(f"import {imported:.2f} (target 0.6); to the first ping's detections {first:.2f} (target 1),", end=" ")
+    print(f"with the interpreter's own start {whole:.2f}")
+
+
 def main() -> None:
     """Print all tables."""
     cv2.setNumThreads(1)
     table_of_chains(60, ROUNDS)
     table_of_chains(512, ROUNDS // 6)
-    table_of_attention()
+    table_of_attention(60, ROUNDS)
+    table_of_attention(512, ROUNDS // 6)
+    table_of_start(5)
     table_2()
 
 

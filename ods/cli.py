@@ -80,6 +80,8 @@ def _parser() -> argparse.ArgumentParser:
     track.add_argument("file", type=Path, metavar="SCENARIO.npz")
     track.add_argument("--out", type=Path, metavar="TRACKS.npz", required=True)
 
+    _map_commands(commands)
+
     assess = _command(commands, "assess", "accuracy and speed of every setting, on one chart", _assess)
     assess.add_argument("what", choices=("detect",), help="detect: filters, detectors and attention of the pipeline")
     assess.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
@@ -100,6 +102,31 @@ def _offline(commands: Any, name: str, text: str, run: Any) -> argparse.Argument
     parser = _command(commands, name, text, run)
     parser.add_argument("--config", type=Path, help="take the settings from there (default: built-in settings)")
     return parser
+
+
+def _map_commands(commands: Any) -> None:
+    parser = commands.add_parser("map", help="the map of objects at rest: list, export, merge, prune")
+    actions = parser.add_subparsers(dest="action", required=True, metavar="ACTION", parser_class=_Parser)
+    area: dict[str, Any] = {"type": float, "nargs": 3, "metavar": ("NORTH", "EAST", "METRES")}
+
+    show = _command(actions, "list", "table of the objects", _map_list, ONBOARD_CONFIG)
+    export = _command(actions, "export", "the objects as geographic data", _map_export, ONBOARD_CONFIG)
+    prune = _command(actions, "prune", "remove objects; any one criterion is enough", _map_prune, ONBOARD_CONFIG)
+    for action in (show, export, prune):
+        action.add_argument("file", type=Path, metavar="MAP", nargs="?", help="default: the configuration's")
+    for action in (show, export):
+        action.add_argument("--within", **area, help="only objects not farther from a place than this")
+    export.add_argument("--out", type=Path, metavar="FILE", required=True, help=".geojson or .gpkg (GeoPackage)")
+    prune.add_argument("--existence-below", type=float, metavar="P", help="existence probability")
+    prune.add_argument("--older-than", type=float, metavar="DAYS", help="days since last seen")
+    prune.add_argument("--seen-fewer", type=_positive, metavar="N", help="times seen")
+    prune.add_argument("--outside", **area, help="farther from a place than this")
+    prune.add_argument("--dry-run", action="store_true", help="only say what would be removed")
+
+    merge = _offline(actions, "merge", "two missions' maps as one", _map_merge)
+    merge.add_argument("first", type=Path, metavar="FIRST", help="its origin and its ids are kept")
+    merge.add_argument("second", type=Path, metavar="SECOND")
+    merge.add_argument("--out", type=Path, metavar="MAP", required=True, help="a new file")
 
 
 def _positive(text: str) -> int:
@@ -179,6 +206,32 @@ def _track(args: argparse.Namespace) -> None:
     from ods import offline
 
     offline.track(args.file, args.config, args.out)
+
+
+def _map_list(args: argparse.Namespace) -> None:
+    from ods import map_command
+
+    map_command.list_objects(args.file, args.config, args.within)
+
+
+def _map_export(args: argparse.Namespace) -> None:
+    from ods import map_command
+
+    map_command.export(args.file, args.config, args.out, args.within)
+
+
+def _map_merge(args: argparse.Namespace) -> None:
+    from ods import map_command
+
+    map_command.merge_maps(args.first, args.second, args.out, args.config)
+
+
+def _map_prune(args: argparse.Namespace) -> None:
+    from ods import map_command
+    from ods.tracker.map_prune import Criteria
+
+    criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
+    map_command.prune(args.file, args.config, criteria, dry_run=args.dry_run)
 
 
 def _assess(args: argparse.Namespace) -> None:

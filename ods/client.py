@@ -16,7 +16,9 @@ import msgspec
 import zmq
 
 from ods import bus, clock
-from ods.messages import ObstacleList
+from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction
+
+__all__ = ["ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction"]
 
 
 class Obstacles:

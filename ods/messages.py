@@ -145,6 +145,33 @@ class Pose(msgspec.Struct, frozen=True):
 TrackState = Literal["active", "stand_by", "hibernated", "terminated"]
 
 
+class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
+    """How near an obstacle comes if it and the vehicle go on as they do now.
+
+    In the horizontal plane, and to the obstacle's edge: its depth is hardly observed, so it stands for a vertical
+    cylinder. The vehicle is a point, its origin.
+    """
+
+    time_s: float
+    """From the list's `t_ns`, within [0, `tracker.planner.approach_horizon_s`]. 0: it is nearest now, because it gets
+    farther away, or because the distance does not change (parallel courses, both at rest)."""
+    distance_m: float
+    """Between the vehicle's origin and the obstacle's edge at that time; below 0: inside it."""
+    sigma_m: float
+    """Standard deviation of `distance_m`: the obstacle's place at that time, and its radius."""
+
+
+class Prediction(msgspec.Struct, frozen=True, gc=False):
+    """Where an obstacle will be if it keeps its velocity."""
+
+    lead_s: float
+    """Time from the list's `t_ns`."""
+    position_ned: Vector3
+    sigma_position: Vector3
+    """Standard deviations, m, north east down: they grow with the uncertainty of its velocity and by what manoeuvres
+    may add."""
+
+
 class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
@@ -163,6 +190,12 @@ class Obstacle(msgspec.Struct, frozen=True):
     times_seen: Count
     existence: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
     """Probability that the object exists."""
+    covariance_ne: float = 0.0
+    """Covariance of north and east position, m^2: with `sigma_position` the error ellipse."""
+    cpa: ClosestApproach | None = None
+    """Closest point of approach; none when the vehicle's pose is not known at `t_ns`, and for terminated objects."""
+    predicted: list[Prediction] = []
+    """At each of `tracker.planner.lead_times_s`; empty for terminated objects."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):

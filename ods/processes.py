@@ -30,7 +30,7 @@ PROCESSES: dict[str, Process] = {
         Process("nav", "ods.nav_bridge.service:NavWorker", _ONBOARD, (), ("pose",), "CAN frames to poses"),
         Process("tracker", "ods.tracker.service:TrackerWorker", _ONBOARD, ("detections", "pose"), ("obstacles",),
                 "detections and pose to obstacles", watches=("sonar", "pipeline", "nav")),
-        Process("pipeline", "ods.pipeline.service:PipelineWorker", _ONBOARD, ("ping",), ("detections",),
+        Process("pipeline", "ods.pipeline.service:PipelineWorker", _ONBOARD, ("ping", "pose"), ("detections",),
                 "pings to detections"),
         Process("sonar", "ods.sonar_link.service:SonarWorker", _ONBOARD, (), ("ping",), "sonar bytes to pings"),
         Process("sim", "ods.sim_sonar.service:SimWorker", "ods.bench.settings:BenchConfig", (), ("truth",),

@@ -15,7 +15,7 @@ from ods.assess.tank import BEAMS, SAMPLES, tank_images
 from ods.messages import frame_of
 from ods.pipeline.chain import Chain
 
-TINY = Effort(sea=2, tank=2, filtered=1, rounds=1, settings=2)
+TINY = Effort(sea=2, tank=2, checked=1, filtered=1, rounds=1, settings=2)
 
 
 def test_every_setting_can_be_built_and_has_its_own_name() -> None:

@@ -5,12 +5,13 @@ import pytest
 from numpy.typing import NDArray
 
 from ods.messages import Scale
-from ods.pipeline.amplitude import MAX_AMPLITUDE, amplitude_table, to_amplitude
+from ods.pipeline.amplitude import MAX_AMPLITUDE, amplitude_table, average_counts, mean_offset, to_amplitude
 
 
 def linear(frame: NDArray[Any], scale: Scale, factor: float = 1.0, first: int = 0) -> NDArray[np.float32]:
     out = np.empty((frame.shape[0], frame.shape[1] - first), np.float32)
-    to_amplitude(frame, first, scale, factor, amplitude_table(frame.dtype, scale, factor), out)
+    table = amplitude_table(frame.dtype, scale, factor)
+    to_amplitude(frame, first, 1, scale, factor, table, out, slice(0, out.shape[1]))
     return out
 
 
@@ -25,10 +26,27 @@ def test_log8_undoes_the_rule_of_record_7042() -> None:
     np.testing.assert_allclose(linear(counts, "log8", 40.0), amplitude, rtol=0.03)  # half a count is 2.9 %
 
 
+@pytest.mark.parametrize("stride", [1, 2, 3, 5])
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
-def test_linear_counts_stand_for_the_middle_of_their_step(dtype: type) -> None:
-    frame: NDArray[Any] = np.array([[0, 1, 200], [7, 8, 9]], dtype)
-    np.testing.assert_array_equal(linear(frame, "linear", first=1), [[1.5, 200.5], [8.5, 9.5]])
+def test_averaged_counts_are_means_rounded_down(dtype: type, stride: int) -> None:
+    highest = np.iinfo(dtype).max
+    frame = np.random.default_rng(0).integers(0, highest, (2, 61), dtype, endpoint=True)
+    frame[0, 1:] = highest
+    out: NDArray[Any] = np.zeros((2, 14), dtype)
+    average_counts(frame, 1, stride, out, 2, 14)
+    assert (out[0, 2:] == highest).all()
+    assert (out[:, :2] == 0).all()
+    exact = frame[:, 1 : 1 + 12 * stride].astype(int).reshape(2, 12, stride).sum(axis=2) // stride
+    np.testing.assert_array_equal(out[:, 2:], exact)
+
+
+def test_offset_makes_the_average_of_counts_that_of_amplitudes() -> None:
+    """A count stands for the middle of its step."""
+    counts = np.random.default_rng(0).integers(0, 256, (400, 900), np.uint8)
+    for stride in (1, 2, 3):
+        out = np.zeros((400, 900 // stride), np.uint8)
+        average_counts(counts, 0, stride, out, 0, 900 // stride)
+        assert out.mean() + mean_offset(stride) == pytest.approx(counts.mean() + 0.5, abs=2e-3)
 
 
 def test_sixteen_bit_logarithms_stay_finite() -> None:

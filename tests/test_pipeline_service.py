@@ -6,6 +6,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,10 @@ import msgspec
 import numpy as np
 import pytest
 import zmq
-from pipeline_pings import make_ping
+from pipeline_pings import body_echo, fan_bearings, make_ping, speckle
 
 from ods import bus
-from ods.messages import Detections, Health, Ping
+from ods.messages import Detections, Health, Ping, Pose
 
 PROGRAM = """
 import sys
@@ -26,9 +27,11 @@ from ods import service
 from ods.pipeline.service import PipelineWorker
 from ods.pipeline.settings import PipelineSettings
 from ods.processes import PROCESSES
+from ods.tracker.settings import PoseSettings
 
 settings = PipelineSettings(stage=tuple({"use": name} for name in sys.argv[2:]))
-config = SimpleNamespace(bus=SimpleNamespace(run_dir=Path(sys.argv[1])), pipeline=settings)
+poses = SimpleNamespace(pose=PoseSettings())
+config = SimpleNamespace(bus=SimpleNamespace(run_dir=Path(sys.argv[1])), pipeline=settings, tracker=poses)
 try:
     service.run(PipelineWorker, PROCESSES["pipeline"], config)
 except service.StartError as error:
@@ -41,13 +44,14 @@ PATIENCE_S = 60.0
 class Process:
     """A running pipeline process between a sonar and a tracker."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *stages: str) -> None:
         self.found: list[Detections] = []
         self.health: Health | None = None
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self.sonar = bus.Publisher(self._context, folder, "sonar")
+        self.nav = bus.Publisher(self._context, folder, "nav")
         self._subscriber = bus.Subscriber(self._context, folder, ["detections"], ["pipeline"])
-        self._process = subprocess.Popen([sys.executable, "-c", PROGRAM, str(folder)])
+        self._process = subprocess.Popen([sys.executable, "-c", PROGRAM, str(folder), *stages])
 
     def wait(self, wanted: Callable[[], Any], ping: Ping | None = None) -> None:
         """Take messages until `wanted` holds, sending `ping` again and again."""
@@ -56,11 +60,15 @@ class Process:
             assert time.monotonic() < deadline, (self.health, len(self.found))
             if ping is not None:
                 self.sonar.publish("ping", ping)
-            for topic, message in self._subscriber.receive(0.05)[0]:
-                if topic == "detections":
-                    self.found.append(message)
-                else:
-                    self.health = message
+            self.receive()
+
+    def receive(self) -> None:
+        """Take the messages that come within 50 ms."""
+        for topic, message in self._subscriber.receive(0.05)[0]:
+            if topic == "detections":
+                self.found.append(message)
+            else:
+                self.health = message
 
     def counter(self, name: str) -> int:
         return self.health.counters.get(name, 0) if self.health else 0
@@ -73,16 +81,25 @@ class Process:
         self._process.kill()
         self._process.wait()
         self.sonar.close()
+        self.nav.close()
         self._subscriber.close()
         self._context.term()
 
 
+@contextmanager
+def running(*stages: str) -> Iterator[Process]:
+    with tempfile.TemporaryDirectory(prefix="ods") as folder:  # its path is short enough for sockets
+        process = Process(Path(folder), *stages)
+        try:
+            yield process
+        finally:
+            process.close()
+
+
 @pytest.fixture
 def process() -> Iterator[Process]:
-    with tempfile.TemporaryDirectory(prefix="ods") as folder:  # its path is short enough for sockets
-        running = Process(Path(folder))
-        yield running
-        running.close()
+    with running() as process:
+        yield process
 
 
 def test_pings_become_detections_and_bad_ones_are_counted(process: Process) -> None:
@@ -105,6 +122,27 @@ def test_pings_become_detections_and_bad_ones_are_counted(process: Process) -> N
     before = len(process.found)
     process.wait(lambda: len(process.found) > before + 3, good)
     assert process.stop() == 0
+
+
+def test_filter_over_pings_follows_the_pose() -> None:
+    """The vehicle drives at a body, 1 m a ping: only where its own motion is known is it in the same place twice."""
+    rng = np.random.default_rng(0)
+    zero = (0.0, 0.0, 0.0)
+    with running("equalize.mean_range", "filter.fir", "filter.ping_median", "detect.two_level") as process:
+        deadline = time.monotonic() + PATIENCE_S
+        number = 0
+        while not any(found.detections for found in process.found):
+            assert time.monotonic() < deadline, (process.health, len(process.found))
+            driven = float(number % 25)
+            intensity = 1.0 + 200.0 * body_echo("half", 0.4, 45.0 - driven, 0.0, fan_bearings(60), 1000)
+            frame = np.minimum(15.0 * speckle(rng, intensity), 255.0).astype(np.uint8)
+            t_ns = number * 100_000_000
+            process.nav.publish("pose", Pose(number, t_ns, 0, (driven, 0.0, 0.0), (1.0, *zero), zero, zero, zero))
+            process.receive()
+            process.sonar.publish("ping", make_ping(frame, seq=number, ping_number=number, t_ns=t_ns))
+            number += 1
+        found = next(found for found in process.found if found.detections)
+        assert found.detections[0].range_m == pytest.approx(45.0 - found.ping_number % 25, abs=1.0)
 
 
 def test_wrong_chain_ends_the_process_with_one_line(tmp_path: Path) -> None:

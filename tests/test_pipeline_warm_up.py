@@ -9,8 +9,11 @@ import pytest
 from pipeline_pings import body_echo, fan_bearings, make_ping, speckle
 
 import ods.pipeline
+from ods.messages import Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.params import BUILT_IN
+from ods.pipeline.registry import find_stage
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
 from ods.pipeline.warm_up import warm_up
 
 
@@ -33,7 +36,7 @@ def compiled() -> set[tuple[str, str]]:
 )
 def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int) -> None:
     chain = Chain(PipelineSettings())
-    warm_up(chain, PipelineSettings().min_range_m)
+    warm_up(PipelineSettings())
     before = compiled()
     beams = fan_bearings(60)
     intensity = np.ones((60, 2000))
@@ -45,3 +48,23 @@ def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int
     found = chain.process(make_ping(counts.astype(dtype), scale=scale, scale_factor=factor))
     assert len(found.detections) >= bodies
     assert compiled() == before
+
+
+@pytest.mark.parametrize("attention", [AttentionSettings(), AttentionSettings(near_m=30.0, every=2, subsample=2)])
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_warm_up_covers_every_stage(name: str, attention: AttentionSettings) -> None:
+    detector = {"use": name} if find_stage(name).kind == "detect" else {"use": "detect.two_level", "split_db": 6.0}
+    before = [{"use": "equalize.mean_range"}] + ([{"use": name}] if find_stage(name).kind != "detect" else [])
+    settings = PipelineSettings(stage=(*before, detector), attention=attention)
+    chain = Chain(settings, learnt_cells=200_000)
+    warm_up(settings)
+    known = compiled()
+    intensity = np.ones((60, 2000))
+    for range_m, bearing in ((15.0, -0.3), (40.0, 0.0), (41.5, 0.06), (80.0, 0.3)):
+        intensity += 400.0 * body_echo("half", 1.5, range_m, bearing, fan_bearings(60), 2000)
+    rng = np.random.default_rng(4)
+    for number in range(3):
+        frame = np.minimum(10.0 * speckle(rng, intensity), 255.0).astype(np.uint8)
+        pose = Pose(number, number, number, (0.2 * number, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+        assert chain.process(make_ping(frame, t_ns=number * 10**8), pose=pose).detections
+    assert compiled() == known

@@ -12,14 +12,14 @@ import pytest
 import zmq
 
 from ods import bus
-from ods.messages import Obstacle, ObstacleList
+from ods.messages import ClosestApproach, Obstacle, ObstacleList
 
 README = Path(__file__).parents[1] / "README.md"
 EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
 ROCK = Obstacle(
     id=7, state="active", position_ned=(31.5, -2.25, 20.0), velocity_ned=(0.0, 0.0, 0.0), radius_m=1.5,
     sigma_position=(0.1, 0.1, 3.0), sigma_velocity=(0.0, 0.0, 0.0), sigma_radius=0.1, first_seen_utc_ns=0,
-    last_seen_utc_ns=0, times_seen=9, existence=1.0,
+    last_seen_utc_ns=0, times_seen=9, existence=1.0, cpa=ClosestApproach(time_s=15.0, distance_m=5.5, sigma_m=0.5),
 )  # fmt: skip
 
 
@@ -44,6 +44,8 @@ def test_planner_example_prints_the_obstacles(example: str, run_dir: Path) -> No
             if select.select([planner.stdout], [], [], 0.05)[0]:
                 break
         assert "31.5, -2.25, 20.0" in planner.stdout.readline()
+        if "cpa" in example:
+            assert planner.stdout.readline() == "may come within 5 m in 15 s\n"
     finally:
         planner.kill()
         planner.wait()

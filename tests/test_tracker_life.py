@@ -22,6 +22,7 @@ def evidence(seed: int, count: int) -> Evidence:
     return Evidence(
         hit=flags[0],
         inside=flags[1],
+        skipped=flags[4] & flags[1],
         echoes=rng.integers(1, 10, count),
         unseen_s=rng.exponential(5.0, count),
         existence=rng.random(count),

@@ -1,5 +1,7 @@
 """What the planner gets: the full picture, what ended, and plain reasons when it is not to be relied on."""
 
+from dataclasses import replace
+
 import msgspec
 import numpy as np
 import pytest
@@ -11,11 +13,17 @@ from ods.tracker import life
 from ods.tracker.archive import MapObject
 from ods.tracker.obstacle_list import ObstacleLister
 from ods.tracker.picture import Picture, map_objects, picture_of_map
-from ods.tracker.settings import TrackerSettings
+from ods.tracker.settings import MotionSettings, PlannerSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 from ods.tracker.validity import Watch
 
+MOTION = MotionSettings()
 ROCK = MapObject(7, (50.0, 1.0, 4.0), (0.1, 0.2, 3.0), 1.5, 0.2, 0.9, 12, 100, 200, 300)
+
+
+def lister(announce_ended: int = 5, shape_sigma: float = 0.0, lead_times_s: tuple[float, ...] = ()) -> ObstacleLister:
+    settings = PlannerSettings(announce_ended=announce_ended, shape_sigma=shape_sigma, lead_times_s=lead_times_s)
+    return ObstacleLister(settings, MOTION)
 
 
 def picture(*ids: int) -> Picture:
@@ -23,7 +31,7 @@ def picture(*ids: int) -> Picture:
 
 
 def test_an_obstacle_says_all_that_is_known() -> None:
-    (obstacle,) = ObstacleLister(5, 0.0).obstacles(picture(7))
+    (obstacle,) = lister().obstacles(picture(7))
     assert obstacle == Obstacle(
         id=7,
         state="hibernated",
@@ -42,21 +50,21 @@ def test_an_obstacle_says_all_that_is_known() -> None:
 
 
 def test_what_the_sonar_cannot_see_of_a_shape_stays_uncertain() -> None:
-    (obstacle,) = ObstacleLister(5, 0.2).obstacles(picture(7))
+    (obstacle,) = lister(shape_sigma=0.2).obstacles(picture(7))
     assert obstacle.sigma_position == pytest.approx((np.hypot(0.1, 0.3), np.hypot(0.2, 0.3), 3.0))
     assert obstacle.sigma_radius == pytest.approx(np.hypot(0.2, 0.3))
 
 
 def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
-    lister = ObstacleLister(announce_ended=3, shape_sigma=0.0)
-    lister.end(picture(1, 2))
+    told = lister(announce_ended=3)
+    told.end(picture(1, 2))
     lists = [
-        lister.obstacles(picture(5)),
-        lister.obstacles(picture(2, 5)),
-        *(lister.obstacles(picture(5)) for _ in "ab"),
+        told.obstacles(picture(5)),
+        told.obstacles(picture(2, 5)),
+        *(told.obstacles(picture(5)) for _ in "ab"),
     ]
-    told = [[(o.id, o.state) for o in one if o.id != 5] for one in lists]
-    assert told == [
+    states = [[(o.id, o.state) for o in one if o.id != 5] for one in lists]
+    assert states == [
         [(1, "terminated"), (2, "terminated")],
         [(2, "hibernated"), (1, "terminated")],
         [(1, "terminated")],
@@ -68,9 +76,9 @@ def test_no_number_that_is_not_finite_gets_out() -> None:
     bad = picture(1, 2, 3)
     bad.position[0, 1] = np.nan
     bad.sigma_velocity[1, 2] = np.inf
-    lister = ObstacleLister(5, 0.0)
-    assert [o.id for o in lister.obstacles(bad)] == [1]
-    assert lister.counters == {"obstacle_not_finite": 2}
+    told = lister()
+    assert [o.id for o in told.obstacles(bad)] == [1]
+    assert told.counters == {"obstacle_not_finite": 2}
 
 
 def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
@@ -85,18 +93,19 @@ def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
     both = tracker.picture(within=(np.zeros(3), 150.0))
     assert sorted(zip(both.id.tolist(), both.state.tolist(), strict=True)) == [(1, life.HIBERNATED), (10, 1), (11, 1)]
     assert sorted(tracker.picture().id.tolist()) == [1, 2, 10, 11]
-    (obstacle,) = [o for o in ObstacleLister(5, 0.0).obstacles(both) if o.id == 10]
+    (obstacle,) = [o for o in lister().obstacles(both) if o.id == 10]
     assert obstacle.times_seen == 40
     assert obstacle.first_seen_utc_ns == 0
 
 
 def test_a_picture_is_carried_on_in_time() -> None:
-    now = picture(1)
+    now = replace(picture(1), static=np.array([0.25]))
     now.velocity[:, 0] = [1.0, -2.0, 0.0]
     now.sigma_velocity[:, 0] = [0.1, 0.0, 0.2]
-    later = now.carried_on(2.0)
+    later = now.carried_on(2.0, MOTION)
     np.testing.assert_allclose(later.position[:, 0], [52.0, -3.0, 4.0])
-    np.testing.assert_allclose(later.sigma_position[:, 0], [np.hypot(0.1, 0.2), 0.2, np.hypot(3.0, 0.4)])
+    more = 0.75 * MOTION.acceleration_noise * 2.0**3 / 3.0 + 0.25 * MOTION.static_noise * 2.0
+    np.testing.assert_allclose(later.sigma_position[:, 0] ** 2 - more, [0.3**2, 0.2**2, 3.4**2])
 
 
 def health(process: str, t_s: float, *problems: str, ready: bool = True) -> Health:

@@ -15,7 +15,7 @@ from tracker_samples import SECTOR
 
 from ods import bus, clock
 from ods.messages import Detection, Detections, Health, ObstacleList, Pose
-from ods.tracker.map_store import MapStore
+from ods.tracker.map_store import open_map
 
 PROGRAM = """
 import sys
@@ -134,6 +134,9 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     assert message.t_rx_ns == message.t_ns + 2 * MS
     assert {o.state for o in message.obstacles} == {"active"}
     assert message.obstacles[0].position_ned == pytest.approx((40.0, 0.0, 4.0), abs=0.5)
+    approach = message.obstacles[0].cpa
+    assert approach is not None
+    assert approach.distance_m == pytest.approx(40.0 - message.obstacles[0].radius_m, abs=0.5)
 
     chain.pings = False
     silent = chain.until(says("no ping for 1."))
@@ -148,6 +151,7 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     chain.poses = False
     blind = chain.until(says("no pose for 0."))
     assert blind.ping_number >= 0
+    assert [o.cpa for o in blind.obstacles] == [None, None]
     chain.poses = True
     chain.until(good)
 
@@ -179,7 +183,7 @@ def test_the_map_outlives_the_process_and_ids_are_not_used_again(chain: Chain) -
     ids = {o.id for o in chain.until(lambda m: good(m) and min(o.times_seen for o in m.obstacles) > 30).obstacles}
     chain.process.send_signal(signal.SIGTERM)
     assert chain.process.wait(10) == 0
-    store = MapStore(chain.folder / "map.sqlite", 57.0, 10.0)
+    store = open_map(chain.folder / "map.sqlite", 57.0, 10.0)
     assert {o.id for o in store.load()} == ids
     store.close()
 

@@ -1,6 +1,7 @@
 """Scenarios for the tracker's tests: paths of vehicle and objects to detections, with the truth beside them."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,6 +24,8 @@ SIGMA_RADIUS = 0.3
 SECTOR = Sector(0.0, RANGE_MAX_M, -HALF_FOV, HALF_FOV, HALF_VERTICAL)
 NO_SIGMA = np.zeros(3)
 
+Rings = Sequence[tuple[float, float]]
+
 
 def echoes(rows: list[tuple[float, float, float]]) -> Echoes:
     """Return echoes of (range, bearing, radius) rows."""
@@ -32,11 +35,18 @@ def echoes(rows: list[tuple[float, float, float]]) -> Echoes:
     return echoes_of(table.reshape(-1, 7))[0]
 
 
-def scan(t_s: float, position: Array, yaw: float, rows: list[tuple[float, float, float]], usable: bool = True) -> Scan:
+def scan(
+    t_s: float,
+    position: Array,
+    yaw: float,
+    rows: list[tuple[float, float, float]],
+    usable: bool = True,
+    looked: Rings = (),
+) -> Scan:
     """Return the scan of a vehicle at `position` (3,) that looks along `yaw`."""
     t_ns = round(t_s * NS)
     attitude = quat_from_euler(0.0, 0.0, yaw)
-    return Scan(t_ns, t_ns, vehicle_at(position, attitude, NO_SIGMA, NO_SIGMA), SECTOR, echoes(rows), usable)
+    return Scan(t_ns, t_ns, vehicle_at(position, attitude, NO_SIGMA, NO_SIGMA), SECTOR, echoes(rows), usable, looked)
 
 
 @dataclass
@@ -102,8 +112,12 @@ def run(
     detection_probability: float = 0.9,
     clutter: float = 0.0,
     silent: tuple[float, float] | None = None,
+    turns: Sequence[Rings] = ((),),
 ) -> Run:
-    """Take the tracker through a course; `silent`: from when to when no object gives an echo."""
+    """Take the tracker through a course; `silent`: from when to when no object gives an echo.
+
+    turns: the ranges that are processed, in turn; empty: all.
+    """
     rng = np.random.default_rng(seed)
     pictures, ended = [], []
     for k, t in enumerate(path.t.tolist()):
@@ -123,7 +137,9 @@ def run(
             (RANGE_MAX_M * math.sqrt(rng.random()), rng.uniform(-HALF_FOV, HALF_FOV), rng.uniform(0.3, 3.0))
             for _ in range(rng.poisson(clutter))
         ]
-        outcome = tracker.step(scan(t, path.position[k], float(path.yaw[k]), rows))
+        looked = turns[k % len(turns)]
+        rows = [row for row in rows if not looked or any(begin <= row[0] < stop for begin, stop in looked)]
+        outcome = tracker.step(scan(t, path.position[k], float(path.yaw[k]), rows, looked=looked))
         if outcome.ended is not None:
             ended += [(k, i) for i in outcome.ended.id.tolist()]
         pictures.append(tracker.picture())

@@ -47,8 +47,10 @@ class Detector:
     """Parameters of each step, from few false alarms to many."""
 
 
-_LEVELS = (30.0, 20.0, 14.0, 11.0, 9.0, 7.5, 6.5, 5.5, 4.5, 3.5)
-_RATES = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+_LEVELS = (30.0, 18.0, 12.0, 9.0, 7.0, 5.5, 4.5, 3.5)
+_RATES = (1e-8, 1e-6, 1e-5, 1e-4, 1e-3)
+_FEW_RATES = (1e-6, 1e-5, 1e-4)
+"""For the order statistic, which takes tens of times as long as the others."""
 _CFAR = tuple({"rate": rate} for rate in _RATES)
 
 DETECTORS: Mapping[str, Detector] = {
@@ -57,7 +59,7 @@ DETECTORS: Mapping[str, Detector] = {
     "CA-CFAR": Detector({"use": "detect.cfar", "method": "ca"}, _CFAR),
     "GOCA-CFAR": Detector({"use": "detect.cfar", "method": "goca"}, _CFAR),
     "SOCA-CFAR": Detector({"use": "detect.cfar", "method": "soca"}, _CFAR),
-    "OS-CFAR": Detector({"use": "detect.cfar", "method": "os"}, _CFAR),
+    "OS-CFAR": Detector({"use": "detect.cfar", "method": "os"}, tuple({"rate": rate} for rate in _FEW_RATES)),
 }
 
 ATTENTION: Mapping[str, AttentionSettings] = {

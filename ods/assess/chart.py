@@ -44,8 +44,10 @@ def _draw(axes: Axes, rows: Sequence["Row"], accuracy: Sequence[float], front: S
     for index, (row, share) in enumerate(zip(rows, accuracy, strict=True)):
         chosen = row.name == DEFAULT
         colour = MARK if chosen else FRONT if index in front else OTHER
-        axes.plot(row.ms, share, "*" if chosen else "o", color=colour, ms=13 if chosen else 6)
-        axes.annotate(str(index), (row.ms, share), xytext=(6, 4), textcoords="offset points", color=colour, fontsize=8)
+        axes.plot(row.ms, share, "*" if chosen else "o", color=colour, ms=13 if chosen else 6 if index in front else 3)
+        if index in named:
+            at = (row.ms, share)
+            axes.annotate(str(index), at, xytext=(6, 4), textcoords="offset points", color=colour, fontsize=8)
     axes.plot([rows[i].ms for i in front], [accuracy[i] for i in front], color=FRONT, lw=1.0, drawstyle="steps-post")
     for place, index in enumerate(reversed(named)):
         axes.annotate(
@@ -60,6 +62,7 @@ def _draw(axes: Axes, rows: Sequence["Row"], accuracy: Sequence[float], front: S
 
 def _dress(axes: Axes, title: str) -> None:
     axes.set_facecolor(PAPER)
+    axes.set_xscale("log")
     axes.set_title(title, color=INK)
     axes.set_xlabel("ms an image of 60 x 2000, everything included, one core", color=INK)
     axes.set_ylabel("detection probability", color=INK)

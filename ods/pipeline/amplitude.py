@@ -18,8 +18,6 @@ from ods.pipeline.kernel import kernel
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
-HALF_COUNT = np.float32(0.5)
-
 Frame = NDArray[np.generic]
 Table = NDArray[np.float32]
 
@@ -27,7 +25,7 @@ Table = NDArray[np.float32]
 def amplitude_table(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> Table | None:
     """Return the linear amplitude of every count, (256,) or (65536,) float32; None where no table serves.
 
-    That is float samples, and linear counts, which are cast faster than looked up.
+    That is float samples, and linear counts, which need none.
     """
     if dtype.kind == "f" or scale == "linear":
         return None
@@ -35,21 +33,23 @@ def amplitude_table(dtype: np.dtype[np.generic], scale: Scale, factor: float) ->
     return _from_log(counts, scale, factor).astype(np.float32)
 
 
-def to_amplitude(frame: Frame, first: int, scale: Scale, factor: float, table: Table | None, out: Image) -> None:
-    """Fill out (beams, samples) with the linear amplitude of frame[:, first : first + samples].
+def to_amplitude(
+    frame: Frame, first: int, stride: int, scale: Scale, factor: float, table: Table | None, out: Image, columns: slice
+) -> None:
+    """Fill out[:, columns] with the linear amplitude of frame, each column the mean of `stride` of the frame's.
 
-    frame: (beams, >= first + samples) uint8, uint16 or float32, finite; table: of `amplitude_table`. Negative float
-    amplitudes become 0. scale `linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor
-    log10 amplitude, the rule of s7k record 7042).
+    frame: (beams, samples) of finite float32, or of counts whose amplitudes `table` has, as `amplitude_table` makes it;
+    columns `first` to `first + stride - 1` make the first one of `columns`. Negative float amplitudes become 0. scale
+    `linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor log10 amplitude, the rule of
+    s7k record 7042).
     """
     if table is not None:
-        _look_up(frame, first, table, out)
-    elif frame.dtype.kind != "f":
-        _cast(frame, first, out)
+        _look_up(frame, first, stride, table, out, columns.start, columns.stop)
     else:
-        values = frame[:, first : first + out.shape[1]].astype(np.float64)
-        linear = values if scale == "linear" else _from_log(values, scale, factor)
-        np.clip(linear, 0.0, MAX_AMPLITUDE, out=out, casting="same_kind")
+        count = columns.stop - columns.start
+        values = frame[:, first : first + count * stride].astype(np.float64)
+        linear = np.clip(values if scale == "linear" else _from_log(values, scale, factor), 0.0, MAX_AMPLITUDE)
+        out[:, columns] = linear.reshape(len(out), count, stride).mean(axis=2)
 
 
 def _from_log(values: NDArray[np.float64], scale: Scale, factor: float) -> NDArray[np.float64]:
@@ -59,38 +59,47 @@ def _from_log(values: NDArray[np.float64], scale: Scale, factor: float) -> NDArr
 
 
 @kernel
-def _look_up(frame: Frame, first: int, table: Table, out: Image) -> None:
-    for b in range(out.shape[0]):
-        source = frame[b, first:]
-        target = out[b]
-        for j in range(target.size):
-            target[j] = table[source[j]]
-
-
-@kernel
-def _cast(frame: Frame, first: int, out: Image) -> None:
-    for b in range(out.shape[0]):
-        source = frame[b, first:]
-        target = out[b]
-        for j in range(target.size):
-            target[j] = np.float32(source[j]) + HALF_COUNT
-
-
-@kernel
-def average_columns(image: Image, stride: int, out: Image) -> None:
-    """Fill out (beams, samples) with the means of `stride` neighbouring columns of image (beams, samples * stride)."""
+def _look_up(frame: Frame, first: int, stride: int, table: Table, out: Image, begin: int, stop: int) -> None:
     share = np.float32(1.0 / stride)
     for b in range(out.shape[0]):
-        source, target = image[b], out[b]
-        if stride == 2:
+        source, target = frame[b, first:], out[b, begin:stop]
+        if stride == 1:
             for j in range(target.size):
-                target[j] = share * (source[2 * j] + source[2 * j + 1])
-        elif stride == 3:
+                target[j] = table[source[j]]
+        elif stride == 2:
             for j in range(target.size):
-                target[j] = share * (source[3 * j] + source[3 * j + 1] + source[3 * j + 2])
+                target[j] = share * (table[source[2 * j]] + table[source[2 * j + 1]])
         else:
             for j in range(target.size):
                 total = np.float32(0.0)
                 for k in range(stride):
-                    total += source[stride * j + k]
+                    total += table[source[stride * j + k]]
                 target[j] = share * total
+
+
+@kernel
+def average_counts(frame: Frame, first: int, stride: int, out: Frame, begin: int, stop: int) -> None:
+    """Fill out[:, begin:stop] with the means of `stride` neighbouring counts of frame, rounded down; both unsigned.
+
+    Column `first` of frame is the first that counts. `mean_offset` is what is to be added.
+    """
+    share = np.float32(1.0 / stride)
+    for b in range(out.shape[0]):
+        source, target = frame[b, first:], out[b, begin:stop]
+        if stride == 1:
+            for j in range(target.size):
+                target[j] = source[j]
+        elif stride == 2:  # by itself, as a fixed stride vectorises
+            for j in range(target.size):
+                target[j] = (np.uint32(source[2 * j]) + np.uint32(source[2 * j + 1])) >> np.uint32(1)
+        else:
+            for j in range(target.size):
+                total = np.float32(0.5)  # clear of whole numbers: rounding never takes it below one
+                for k in range(stride):
+                    total += np.float32(source[stride * j + k])
+                target[j] = np.uint32(total * share)
+
+
+def mean_offset(stride: int) -> np.float32:
+    """Return what makes amplitudes of `average_counts`: half a count, and what rounding down takes on average."""
+    return np.float32(0.5 + 0.5 * (stride - 1) / stride)

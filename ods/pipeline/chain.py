@@ -7,13 +7,15 @@ from numpy.typing import NDArray
 
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
+from ods.pipeline.amplitude import Table
 from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
 from ods.pipeline.pings import Look
-from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan
+from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan, table_for
 from ods.pipeline.registry import Stage, find_stage, load_plugins
-from ods.pipeline.ring import Mask, Ring
+from ods.pipeline.ring import LEARNT_CELLS, Mask, Ring
 from ods.pipeline.settings import PipelineSettings
+from ods.pose_buffer import PoseEstimate
 from ods.settings import Settings
 
 
@@ -21,17 +23,25 @@ class Chain:
     """Turns pings into detections by the configured stages. Keeps buffers and prepared stages for the geometry of the
     last ping, so that a stream of like pings costs no more than the work on their samples."""
 
-    def __init__(self, settings: PipelineSettings) -> None:
-        """Find the stages and check their parameters. Raises StageError."""
+    def __init__(self, settings: PipelineSettings, *, learnt_cells: int = LEARNT_CELLS) -> None:
+        """Find the stages and check their parameters. Raises StageError.
+
+        learnt_cells: of speckle, from which detectors learn, at the first ping of a geometry, what rate a level has.
+        """
         load_plugins(settings.plugins)
         self._settings = settings
+        self._learnt_cells = learnt_cells
         self._stages = _configured(settings)
-        self._key: tuple[Any, ...] = ()
+        self.over_pings = any(stage.kind == "ping" for _, stage, _ in self._stages)
+        """A stage compares pings, so the pose is of use."""
+        self._geometry: tuple[Any, ...] = ()
+        self._samples: tuple[Any, ...] = ()
+        self._table: Table | None = None
         self._plan: Plan
         self._rings: list[Ring] = []
         self._turn = 0
 
-    def process(self, ping: Ping, mask: Mask | None = None, pose: Pose | None = None) -> Detections:
+    def process(self, ping: Ping, mask: Mask | None = None, pose: Pose | PoseEstimate | None = None) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
 
         pose: where the vehicle was at `ping.t_ns`, for the stages that compare pings.
@@ -46,8 +56,8 @@ class Chain:
         if usable:
             look = Look(ping.t_ns, pose)
             for ring in self._rings:
-                if ring.part.turn in (EVERY_TURN, turn):
-                    found += ring.detect(frame, ping, self._plan.table, look, mask, len(found))
+                if ring.turn in (EVERY_TURN, turn):
+                    found += ring.detect(frame, ping, self._table, look, mask, len(found))
             self._turn += 1
         return Detections(
             seq=ping.seq,
@@ -63,11 +73,15 @@ class Chain:
         )
 
     def _prepare(self, ping: Ping) -> None:
-        key = geometry_key(ping)
-        if key != self._key:
-            plan = make_plan(ping, self._settings)
-            rings = [Ring(part, self._stages) for part in plan.parts]
-            self._key, self._plan, self._rings = key, plan, rings  # all or, when one fails, none
+        samples = (ping.dtype, ping.scale, ping.scale_factor)
+        if samples != self._samples:
+            self._table = table_for(ping)
+            self._samples = samples
+        geometry = geometry_key(ping)
+        if geometry != self._geometry:
+            plan = make_plan(ping, self._settings, over_pings=self.over_pings)
+            rings = [Ring(image, self._stages, self._learnt_cells) for image in plan.images]
+            self._geometry, self._plan, self._rings = geometry, plan, rings  # all or, when one fails, none
 
 
 def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]:
@@ -80,7 +94,7 @@ def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]
             stages.append((label, stage, read_params(stage.params, entry)))
         except StageError as error:
             raise StageError(f"{label}: {error}") from error
-    if [stage.kind for _, stage, _ in stages] != ["image"] * (len(stages) - 1) + ["detect"]:
+    if [stage.kind == "detect" for _, stage, _ in stages] != [False] * (len(stages) - 1) + [True]:
         raise StageError("pipeline.stage: the last stage, and no other, must be one that detects")
     return stages
 

@@ -5,10 +5,11 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.pipeline.border import drop_weak_at_border
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.grow import find_regions
 from ods.pipeline.kernel import kernel
-from ods.pipeline.noise import NoiseMeter
+from ods.pipeline.noise import Learner, NoiseMeter
 from ods.pipeline.params import GroupParams, OneLevelParams, TwoLevelParams
 from ods.pipeline.regions import Regions, Runs
 from ods.pipeline.registry import DetectStep, detect_stage
@@ -45,7 +46,7 @@ def level_step(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float, hi
             below = above if low == high else min(below, above)
         return group.regions(image, below, above, background)
 
-    return step
+    return Learner(step, meter.learn) if params.levels == "false_alarm" else step
 
 
 def levels(unit: str, low: float, high: float, background: float, noise: float) -> tuple[float, float]:
@@ -85,6 +86,8 @@ class Grouping:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = chosen(runs, self._wanted)
+        if params.border > 1.0 and count:
+            count = drop_weak_at_border(image, runs, count, high, background + params.border * (high - background))
         return Regions(sorted_runs(runs), count, background)
 
 
@@ -96,7 +99,7 @@ def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:
     def wanted(runs: Runs) -> bool:
         first, stop = int(runs[:, 1].min()), int(runs[:, 2].max())
         across = fan.borders_rad[runs[:, 0].max() + 1] - fan.borders_rad[runs[:, 0].min()]
-        middle = fan.range0_m + 0.5 * (first + stop - 1) * fan.dr_m
+        middle = 0.5 * float(fan.range_m[first] + fan.range_m[stop - 1])
         extent = max((stop - first) * fan.dr_m, middle * float(across))
         return params.min_extent_m <= extent and (not params.max_extent_m or extent <= params.max_extent_m)
 

@@ -180,7 +180,7 @@ def _circle(runs: Runs, ends: Points, beam: Row, bearing: Row, borders: Row, wid
     echo[0] = min(behind, max(distance, far))  # not behind the echo's end
     echo[1] = np.arctan2(y, x)
     echo[2] = radius
-    _spread(blur, across, middle, dr, echo)
+    _spread(blur, across, middle, echo)
     if low == 0 or high == bearing.size - 1:
         _cut_off(echo)
 
@@ -267,11 +267,15 @@ def _square_term(x: Row, y: Row) -> float:
 
 
 @kernel
-def _spread(blur: float, across: float, middle: float, dr: float, echo: Row) -> None:
-    """Fill in the standard deviations, fitted to simulated spheres and discs of 0.5 to 6 m at 10 to 90 m."""
-    echo[9] = np.hypot(2.0 * dr, 0.25 * echo[2])
-    echo[10] = np.hypot(0.08 * blur, 0.035 * across)
-    echo[11] = np.hypot(0.17 * blur * middle, 0.16 * echo[2])
+def _spread(blur: float, across: float, middle: float, echo: Row) -> None:
+    """Fill in the standard deviations, of the whole body and not of what shines of it.
+
+    Fitted, half and half, to ideal bodies that shine all over and to the simulator's spheres, of which weak ones show
+    no more than a highlight: there the body goes on by an unknown length behind the echo and beside it.
+    """
+    echo[9] = np.hypot(0.5 * blur * middle, 0.41 * echo[2])
+    echo[10] = np.hypot(0.18 * blur, 0.035 * across)
+    echo[11] = np.hypot(0.51 * blur * middle, 0.15 * echo[2])
 
 
 @kernel

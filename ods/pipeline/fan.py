@@ -1,4 +1,4 @@
-"""The geometry of one plane of beams, as stages see it."""
+"""The geometry of an image of one plane of beams, as stages see it."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ Image = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Fan:
-    """Where the cells of an image lie: row b is at bearing_rad[b], column j at range0_m + j * dr_m."""
+    """Where the cells of an image lie: row b is at bearing_rad[b], column j at range_m[j]."""
 
     bearing_rad: NDArray[np.float64]
     """(beams,) strictly increasing, starboard positive."""
@@ -25,11 +25,22 @@ class Fan:
     """Column spacing in slant range."""
     elevation_rad: float = 0.0
     """Elevation of the plane, up positive."""
+    seam: int | None = None
+    """Column before which ranges are left out, where an image shows two rings of ranges side by side,"""
+    skipped_m: float = 0.0
+    """and how much is left out there."""
 
     @property
     def shape(self) -> tuple[int, int]:
         """Return (beams, samples)."""
         return len(self.bearing_rad), self.samples
+
+    @cached_property
+    def range_m(self) -> NDArray[np.float64]:
+        """Return the (samples,) slant ranges of the columns' centres."""
+        ranges: NDArray[np.float64] = self.range0_m + self.dr_m * np.arange(self.samples, dtype=np.float64)
+        ranges[self.seam or self.samples :] += self.skipped_m
+        return ranges
 
     @cached_property
     def borders_rad(self) -> NDArray[np.float64]:

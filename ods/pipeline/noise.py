@@ -1,39 +1,40 @@
 """What an image looks like where nothing is: its background level, how much that fluctuates, and how high it peaks."""
 
-from statistics import NormalDist
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.pipeline.fan import Image
 from ods.pipeline.kernel import kernel
-from ods.pipeline.mirror import Row
+from ods.pipeline.regions import Regions
 
-_BINS = 16384
+Histogram = NDArray[np.int64]
+
+_BINS = 1024
+_FINE_BINS = 16384
 _SPAN = np.float32(8.0)
 """The histogram reaches to this multiple of the mean; all that is higher goes into its last bin."""
-_HALVINGS = 12
-"""Of the same span, in the search for a quantile: it is then known to 0.1 % of the mean."""
 _SAMPLES = 4096
 """Cells looked at: the spread of Rayleigh speckle is then known to about 3 %."""
-_TAIL_SAMPLES = 65536
-_UPPER = 0.8413
-"""Quantile one standard deviation above the middle of a normal distribution."""
-_TAIL = (0.5, 0.9, 0.99)
-"""Quantiles from which the tail is extrapolated: echoes may fill some tenths of a per cent of an image."""
-_POWER = 0.5
-"""Amplitudes to this power are close to normal. 2/3 would do for speckle as it is (E. B. Wilson, M. M. Hilferty, PNAS
-17, 1931); a little less fits the tail of filtered speckle better."""
+_FEWER = 8
+"""The mean, which only sets the width of the bins, is taken of every so many-th of them."""
+_BULK = np.array([0.5, 0.9, 0.99])
+"""Quantiles by which an image is compared with speckle: echoes may fill some tenths of a per cent of it."""
+_NORMAL = np.array([0.5, 0.8413])
+"""Quantiles that are one standard deviation apart in a normal distribution."""
+_TAIL = np.array([0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5])
+"""Shares of the cells of speckle that its tail is fitted at, each weighted by the fourth root of the share."""
 
 
 class NoiseMeter:
     """Measures images of one size; has their work space."""
 
     def __init__(self) -> None:
-        self._picked = np.empty(0, np.float32)
         self._histogram = np.empty(_BINS, np.int64)
-        normal = NormalDist()
-        self._z = np.array([normal.inv_cdf(share) for share in _TAIL])
+        self._fine = np.empty(_FINE_BINS, np.int64)
+        self._of_speckle = np.log(np.sqrt(-2.0 * np.log(1.0 - _BULK)))
+        self._tail = np.array([0.0, 0.5, 0.5 * np.log(2.0)])
 
     def background_and_noise(self, image: Image) -> tuple[float, float]:
         """Return the median of image (beams, samples) and the distance from there to its 84 % quantile.
@@ -42,103 +43,101 @@ class NoiseMeter:
         account. Echoes that fill 1 % of the image raise it by 4 %, 5 % by a fifth. Cells at 0 hold no data and do not
         count; (0, 0) when there are no others, or when the mean is not finite.
         """
-        return middle_and_spread(image, *self._room(image, _SAMPLES))
+        stride = max(1, image.size // _SAMPLES) | 1  # odd: else it could fall in step with the rows
+        middle, upper = quantiles(image, stride, _NORMAL, self._histogram)
+        return float(middle), float(upper - middle)
+
+    def learn(self, images: Iterable[Image]) -> None:
+        """Take in the shape of the upper tail of images without echoes, all from the same chain.
+
+        What is not known of it before is that of speckle as it is: Rayleigh.
+        """
+        total = np.zeros(_FINE_BINS, np.int64)
+        unit = 0.0
+        for image in images:
+            unit = unit or bins_in_unit(image, 1, total)
+            fill_histogram(image, 1, unit, self._fine)
+            total += self._fine
+        if not unit:
+            return
+        ranks = np.concatenate([1.0 - _TAIL, _BULK]) * total.sum()
+        at = np.log([quantile(total, rank) for rank in ranks])
+        self._of_speckle = at[len(_TAIL) :]
+        self._tail = np.polyfit(np.log(-np.log(_TAIL)), at[: len(_TAIL)], 2, w=_TAIL**0.25)
 
     def level_of_rate(self, image: Image, rate: float) -> float:
         """Return the level that a share `rate` of the cells without echoes exceeds.
 
-        Speckle that was filtered, whatever the sonar and the sample type, is brought close to normal by a power; the
-        rest of its shape is taken from three quantiles of the image: x^(1/2) = a + b z + c z^2, z the normal deviate.
+        The image is taken for speckle of the shape learnt, raised to a power and times a factor, both fitted to its own
+        quantiles; the tail of the speckle is x = exp(a + b w + c w^2), w = log(-log(share)), which for Rayleigh
+        distributed amplitudes holds with b = 1/2 and c = 0.
         """
-        quantiles = np.array(self._quantiles(image)) ** _POWER
-        c, b, a = np.polyfit(self._z, quantiles, 2)
-        z = NormalDist().inv_cdf(1.0 - rate)
-        if c < 0.0:
-            z = min(z, -0.5 * b / c)  # the parabola's vertex: beyond, it would fall
-        return float(max(a + b * z + c * z * z, quantiles[-1]) ** (1.0 / _POWER))
+        own = np.log(quantiles(image, 1, _BULK, self._fine))
+        power, factor = np.polyfit(self._of_speckle, own, 1)
+        level = np.exp(factor + power * np.polyval(self._tail, np.log(-np.log(rate))))
+        return float(max(level, np.exp(own[-1])))
 
-    def _quantiles(self, image: Image) -> tuple[float, ...]:
-        stride, picked = self._room(image, _TAIL_SAMPLES)
-        count, scale = fill_histogram(image, stride, picked, self._histogram)
-        if count == 0:
-            return (0.0,) * len(_TAIL)
-        return tuple(quantile(self._histogram, share * count) / scale for share in _TAIL)
 
-    def _room(self, image: Image, most: int) -> tuple[int, Row]:
-        """Return the stride at which at most about `most` cells are looked at, and room for them."""
-        stride = max(1, image.size // most) | 1  # odd: else it could fall in step with the rows
-        count = -(-image.size // stride)
-        if self._picked.size < count:
-            self._picked = np.empty(count, np.float32)
-        return stride, self._picked[:count]
+class Learner:
+    """A detect step that is shown images of speckle, as the stages before it leave them, before the first real one."""
+
+    def __init__(self, step: Callable[[Image], Regions], learn: Callable[[Iterable[Image]], None]) -> None:
+        self._step = step
+        self.learn = learn
+
+    def __call__(self, image: Image) -> Regions:
+        """Return the connected regions of image (beams, samples)."""
+        return self._step(image)
 
 
 @kernel
-def middle_and_spread(image: Image, stride: int, picked: Row) -> tuple[float, float]:
-    """Return the median of every stride-th cell above 0 and how far the 84 % quantile is from it.
+def quantiles(image: Image, stride: int, shares: NDArray[np.float64], histogram: Histogram) -> NDArray[np.float64]:
+    """Return quantiles (shares,) of every stride-th cell of image that is above 0; zeros when there is none.
 
-    (0, 0) when there are none, or when their mean is not finite. picked: room for the cells.
+    histogram: work space.
     """
+    out = np.zeros(shares.size)
+    unit = bins_in_unit(image, stride, histogram)
+    if unit > 0.0:
+        count = fill_histogram(image, stride, unit, histogram)
+        for i in range(shares.size):
+            out[i] = quantile(histogram, shares[i] * count) / unit
+    return out
+
+
+@kernel
+def bins_in_unit(image: Image, stride: int, histogram: Histogram) -> float:
+    """Return the bins that an amplitude of 1 is worth, by the mean of some cells above 0; 0 where it is not finite."""
     cells = image.reshape(image.size)
-    for i in range(picked.size):
-        picked[i] = cells[i * stride]
-    total = np.float32(0.0)
-    for i in range(picked.size):
-        total += picked[i] if picked[i] > np.float32(0.0) else np.float32(0.0)
-    count = _number_above(picked, np.float32(0.0))
-    if count == np.float32(0.0) or not np.isfinite(total):
-        return 0.0, 0.0
-    highest = _SPAN * (total / count)
-    middle = level_exceeded_by(picked, np.float32(0.5) * count, np.float32(0.0), highest)
-    upper = level_exceeded_by(picked, np.float32(1.0 - _UPPER) * count, middle, highest)
-    return float(middle), float(upper - middle)
+    for step in (_FEWER * stride, stride):
+        total, count = np.float32(0.0), np.float32(0.0)
+        for i in range(0, cells.size, step):
+            positive = cells[i] > np.float32(0.0)
+            total += cells[i] if positive else np.float32(0.0)
+            count += np.float32(1.0) if positive else np.float32(0.0)
+        if count > np.float32(0.0):
+            mean = float(total / count)
+            return histogram.size / (float(_SPAN) * mean) if np.isfinite(mean) else 0.0
+    return 0.0
 
 
 @kernel
-def level_exceeded_by(cells: Row, number: np.float32, low: np.float32, high: np.float32) -> np.float32:
-    """Return the level between low and high that `number` of the cells exceed, by halving the interval."""
-    for _ in range(_HALVINGS):
-        middle = np.float32(0.5) * (low + high)
-        if _number_above(cells, middle) > number:
-            low = middle
-        else:
-            high = middle
-    return np.float32(0.5) * (low + high)
-
-
-@kernel
-def _number_above(cells: Row, level: np.float32) -> np.float32:
-    count = np.float32(0.0)  # a float, as counting in integers does not vectorise as well
-    for i in range(cells.size):
-        count += np.float32(1.0) if cells[i] > level else np.float32(0.0)
+def fill_histogram(image: Image, stride: int, unit: float, histogram: Histogram) -> int:
+    """Count every stride-th cell above 0 into a histogram of bins of 1 / unit; return how many there are."""
+    cells = image.reshape(image.size)
+    histogram[:] = 0
+    scale, last = np.float32(unit), np.float32(histogram.size - 1)
+    count = 0
+    for i in range(0, cells.size, stride):
+        place = cells[i] * scale
+        positive = 1 if place > np.float32(0.0) else 0  # 0 for NaN
+        histogram[np.int32(place if place < last else last)] += positive
+        count += positive
     return count
 
 
 @kernel
-def fill_histogram(image: Image, stride: int, picked: Row, histogram: NDArray[np.int64]) -> tuple[int, float]:
-    """Count every stride-th cell above 0 into a histogram; return how many they are and the bins in a unit.
-
-    (0, 0) when there are none, or when their mean is not finite. picked: work space for the cells.
-    """
-    cells = image.reshape(image.size)
-    total, count = 0.0, 0
-    for i in range(0, cells.size, stride):
-        picked[count] = cells[i]
-        if cells[i] > np.float32(0.0):
-            total += cells[i]
-            count += 1
-    if count == 0 or not np.isfinite(total):
-        return 0, 0.0
-    scale = np.float32(histogram.size / (_SPAN * (total / count)))
-    histogram[:] = 0
-    last = np.float32(histogram.size - 1)
-    for i in range(count):
-        histogram[np.int32(min(last, picked[i] * scale))] += 1
-    return count, float(scale)
-
-
-@kernel
-def quantile(histogram: NDArray[np.int64], rank: float) -> float:
+def quantile(histogram: Histogram, rank: float) -> float:
     """Return where the running sum of the histogram reaches `rank`, in bins, interpolated."""
     below = 0
     for k in range(histogram.size):

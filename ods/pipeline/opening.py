@@ -36,7 +36,7 @@ def min_object(params: MinObjectParams, fan: Fan) -> ImageStep:
 def reaches(size_m: float, fan: Fan) -> NDArray[np.int64]:
     """Return, for k = 1, 2, ..., the column up to which a window of size_m reaches k beams to either side."""
     spacing = float(np.diff(fan.borders_rad).mean())
-    distance = np.maximum(fan.range0_m + fan.dr_m * np.arange(fan.samples), fan.dr_m)
+    distance = np.maximum(fan.range_m, fan.dr_m)
     reach = np.floor(0.5 * (size_m / (distance * spacing) - 1.0))
     stops = [int(np.count_nonzero(reach >= k)) for k in range(1, _MOST_BEAMS + 1)]
     return np.array([stop for stop in stops if stop], np.int64)

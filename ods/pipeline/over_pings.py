@@ -3,15 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.pipeline.equalize import Limiter, limit_levels
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
-from ods.pipeline.params import BackgroundParams, PingIirParams, PingMedianParams
+from ods.pipeline.params import BackgroundParams, MeanRangeParams, PingIirParams, PingMedianParams
 from ods.pipeline.pings import Look, PingStep, Turner
-from ods.pipeline.registry import image_stage
+from ods.pipeline.registry import ping_stage
 
 
-@image_stage("filter.ping_iir", PingIirParams)
+@ping_stage("filter.ping_iir", PingIirParams)
 def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
     """Recursive mean over pings, motion-compensated by the pose where it is given: out = old + weight (new - old)."""
     turner = Turner(fan)
@@ -32,7 +33,7 @@ def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
     return PingStep(run)
 
 
-@image_stage("filter.ping_median", PingMedianParams)
+@ping_stage("filter.ping_median", PingMedianParams)
 def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     """Median over pings, motion-compensated by the pose where it is given: takes out what shows in single pings."""
     turner = Turner(fan)
@@ -53,15 +54,18 @@ def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     return PingStep(run)
 
 
-@image_stage("equalize.background", BackgroundParams)
+@ping_stage("equalize.background", BackgroundParams)
 def background(params: BackgroundParams, fan: Fan) -> PingStep:
     """Divide each cell by its mean over pings: what stays in its place in the image, whatever the vehicle does.
 
     That is the sonar's own: gain of beams and ranges, interference, the glow of a level bottom. The mean is limited to
-    `guard` times the mean of its own range, so that an object the vehicle stands before, or a wall, does not vanish.
+    `guard` times the mean of its own range, and that one to `guard` times the level of the ranges around, so that an
+    object the vehicle stands before, or a wall across the sector, does not vanish.
     """
     state = np.ones(fan.shape, np.float32)
     level = np.empty(fan.samples, np.float32)
+    limiter = Limiter(MeanRangeParams(guard=params.guard), fan)
+    guard = np.float32(params.guard)
     former = Look(0, None)
     count = 0
 
@@ -71,7 +75,9 @@ def background(params: BackgroundParams, fan: Fan) -> PingStep:
             count = 0
         count += 1
         weight = max(params.weight, 1.0 / count)
-        divide_by_background(source, np.float32(weight), np.float32(params.guard), level, state, out)
+        update_background(source, np.float32(weight), level, state)
+        limit_levels(level, *limiter.args)
+        divide_by_background(source, guard, level, state, out)
         former = look
 
     return PingStep(run)
@@ -113,10 +119,8 @@ def median_of_images(stack: Image, count: int, out: Image) -> None:
 
 
 @kernel
-def divide_by_background(
-    source: Image, weight: np.float32, guard: np.float32, level: Row, state: Image, out: Image
-) -> None:
-    """Update state, the mean over pings, and fill out with source over it; all (beams, samples), level (samples,)."""
+def update_background(source: Image, weight: np.float32, level: Row, state: Image) -> None:
+    """Update state (beams, samples), the mean over pings, and fill level (samples,) with its mean over the beams."""
     beams = source.shape[0]
     level[:] = np.float32(0.0)
     for b in range(beams):
@@ -125,11 +129,17 @@ def divide_by_background(
             mean[j] += weight * (new[j] - mean[j])
         for j in range(level.size):
             level[j] += mean[j]
-    share = guard / np.float32(beams)
-    for b in range(beams):
+    for j in range(level.size):
+        level[j] /= np.float32(beams)
+
+
+@kernel
+def divide_by_background(source: Image, guard: np.float32, level: Row, state: Image, out: Image) -> None:
+    """Fill out with source over state, which counts as within a factor of guard of level (samples,)."""
+    for b in range(source.shape[0]):
         new, mean, target = source[b], state[b], out[b]
         for j in range(level.size):
-            limit = min(max(mean[j], level[j] * share / (guard * guard)), level[j] * share)
+            limit = min(max(mean[j], level[j] / guard), level[j] * guard)
             target[j] = limit if limit > np.float32(0.0) else np.float32(1.0)
         for j in range(level.size):
             target[j] = new[j] / target[j]

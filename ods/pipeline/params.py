@@ -162,6 +162,9 @@ class GroupParams(Settings, frozen=True):
     strongest: Fraction = 1.0
     """Regions must have one of this share of the ping's recorded samples, the strongest ones: equalization lifts what
     is nearly silent, and noise there is no echo. 1: none is dropped for that."""
+    border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 1.0
+    """How many times as high over the background an echo has to reach that lies within 2 beams or 4 range samples of
+    the image's border: filters mirror the image there, which doubles the power of its noise. 1: like all others."""
     split_db: NonNegative = 0.0
     """Regions are split where a valley this deep under their crest, dB, parts them; 0: never."""
 

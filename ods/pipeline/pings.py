@@ -10,6 +10,7 @@ from ods.geometry import rotation_matrix
 from ods.messages import Pose
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.kernel import kernel
+from ods.pose_buffer import PoseEstimate
 
 _KNOT = 32
 """Columns between two places whose way is computed exactly."""
@@ -21,7 +22,7 @@ class Look(NamedTuple):
     """When and from where a ping was taken."""
 
     t_ns: int
-    pose: Pose | None
+    pose: Pose | PoseEstimate | None
     """None where it is not known: the vehicle then counts as standing still."""
 
 
@@ -48,7 +49,9 @@ class Turner:
         self._points = np.stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros_like(distance * angle)])
         self._number = np.arange(len(fan.bearing_rad), dtype=np.float64)
 
-    def turn(self, image: Image, before: Pose | None, now: Pose | None, out: Image) -> None:
+    def turn(
+        self, image: Image, before: Pose | PoseEstimate | None, now: Pose | PoseEstimate | None, out: Image
+    ) -> None:
         """Fill out with image, taken at pose `before`, as seen from pose `now`; `Unknown` where it does not reach.
 
         All in the fan's plane, and of objects that stand still [SSIE eq. 1].

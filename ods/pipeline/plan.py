@@ -1,7 +1,8 @@
-"""What the geometry of a ping decides once, for all pings that share it: planes, sector, amplitude table."""
+"""What the geometry of a ping decides once, for all pings that share it: planes, rings of attention, sector."""
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,48 +27,67 @@ EVERY_TURN = -1
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """Rows and columns of the frame that are processed together: a plane, or some of its ranges."""
+    """Ranges that fill some columns of an image. Places are told as if the image went on like this to both sides."""
+
+    columns: slice
+    fan: Fan
+    """Where the image's cells would lie."""
+    first: int
+    """Samples of the frame before column 0 of the image; negative where other ranges take those columns."""
+    from_m: float
+    """It answers for echoes from here"""
+    to_m: float
+    """to here; the rest is margin."""
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """What an image shows: rows and columns of the frame that are processed together."""
 
     fan: Fan
     rows: slice
-    first: int
-    """Samples that lie before the first column of the image."""
-    stride: int = 1
+    stride: int
     """Range samples that make one column."""
-    turn: int = EVERY_TURN
+    parts: list[Part]
+    """One, or two rings of ranges side by side."""
+    turn: int
     """The ping, modulo `Plan.turns`, at which it is processed."""
-    partial: bool = False
-    """It answers only for echoes from `from_m` to `to_m`; the rest is margin."""
-    from_m: float = 0.0
-    to_m: float = math.inf
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What all pings of one geometry have in common."""
 
-    parts: list[Part]
+    images: list[Layout]
     turns: int
-    """Pings after which all parts had their turn."""
+    """Pings after which all images had their turn."""
     looked: list[list[tuple[float, float]]]
     """For each turn, the ranges (from, to) that are processed, m; none: all."""
     first: int
     """Samples nearer than the least range."""
     sector: Sector
-    table: Table | None
-    """Linear amplitude of every count, where a table serves."""
 
 
 def geometry_key(ping: Ping) -> tuple[Any, ...]:
     """Return what a plan depends on; pings with equal keys share a plan."""
     return (
-        ping.beams, ping.samples, ping.dtype, ping.planes, ping.range0_m, ping.dr_m, ping.scale, ping.scale_factor,
+        ping.beams, ping.samples, ping.planes, ping.range0_m, ping.dr_m,
         ping.bearing_rad, ping.elevation_rad, ping.beam_width_rad,
     )  # fmt: skip
 
 
-def make_plan(ping: Ping, settings: PipelineSettings) -> Plan:
-    """Check the ping's tables and lay the plan out. Raises PingError."""
+def table_for(ping: Ping) -> Table | None:
+    """Return the linear amplitude of every count, where a table serves. Raises PingError."""
+    if ping.scale != "linear" and not (math.isfinite(ping.scale_factor) and ping.scale_factor > 0.0):
+        raise PingError(f"scale_factor: {ping.scale_factor} does not fit scale {ping.scale}")
+    return amplitude_table(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor)
+
+
+def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = False) -> Plan:
+    """Check the ping's tables and lay the plan out. Raises PingError.
+
+    over_pings: a stage remembers former images, so near ranges need an image of their own, which comes at each ping.
+    """
     _check_numbers(ping)
     per_plane, rest = divmod(ping.beams, ping.planes)
     if rest:
@@ -87,67 +107,75 @@ def make_plan(ping: Ping, settings: PipelineSettings) -> Plan:
             Fan(bearing[rows], width, ping.samples - first, ping.range0_m + first * ping.dr_m, ping.dr_m,
                 float(elevation[rows].mean()))
         )  # fmt: skip
-    whole = [
-        Part(fan, slice(plane * per_plane, (plane + 1) * per_plane), first) for plane, fan in enumerate(fans)
-    ]  # fmt: skip
-    zones = zones_of(fans[0], settings.attention)
+    attention = settings.attention
+    turns = rings_of(fans[0], attention)
+    images = [
+        layout(fan, slice(plane * per_plane, (plane + 1) * per_plane), first, rings, attention, turn)
+        for plane, fan in enumerate(fans)
+        for rings, turn in scheduled(turns, apart=over_pings)
+    ]
     return Plan(
-        parts=[cut(part, zone) for part in whole for zone in zones],
-        turns=max(1, 1 + max(zone.turn for zone in zones)),
-        looked=looked(zones),
+        images=images,
+        turns=len(turns),
+        looked=[[] if turns == [[ALL]] else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
+                for rings in turns],
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),
-        table=amplitude_table(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor),
-    )
+    )  # fmt: skip
 
 
-class Zone(NamedTuple):
-    """A ring of ranges."""
+class Extent(NamedTuple):
+    """A ring of ranges, m."""
 
     from_m: float
     to_m: float
-    margin_m: float
-    stride: int
-    turn: int
 
 
-def zones_of(fan: Fan, attention: AttentionSettings) -> list[Zone]:
-    """Return the rings that the range is parted into [SSIE, focus of attention]."""
+ALL = Extent(0.0, math.inf)
+
+
+def rings_of(fan: Fan, attention: AttentionSettings) -> list[list[Extent]]:
+    """Return, for each turn, the rings that are processed, near first [SSIE, focus of attention]."""
     end = fan.range0_m + fan.samples * fan.dr_m
-    stride = attention.subsample
-    if not 0.0 < attention.near_m < end or attention.every == 1:
-        return [Zone(0.0, math.inf, 0.0, stride, EVERY_TURN)]
-    borders = np.linspace(attention.near_m, end, attention.every + 1).tolist()
-    near = Zone(0.0, borders[0], attention.margin_m, stride if attention.near_too else 1, EVERY_TURN)
-    far = [
-        Zone(a, b, attention.margin_m, stride, turn)
-        for turn, (a, b) in enumerate(zip(borders[:-1], [*borders[1:-1], math.inf], strict=True))
-    ]
-    return [near, *far]
+    if not max(0.0, fan.range0_m) < attention.near_m < end or attention.every == 1:
+        return [[ALL]]
+    borders = [*np.linspace(attention.near_m, end, attention.every + 1)[:-1].tolist(), math.inf]
+    near = Extent(0.0, attention.near_m)
+    return [[near, Extent(begin, stop)] for begin, stop in pairwise(borders)]
 
 
-def looked(zones: list[Zone]) -> list[list[tuple[float, float]]]:
-    """Return the ranges that are processed at each turn; nothing when it is all."""
-    if len(zones) == 1:
-        return [[]]
-    return [[(zone.from_m, min(zone.to_m, MAX_RANGE)) for zone in (zones[0], far)] for far in zones[1:]]
+def scheduled(turns: list[list[Extent]], *, apart: bool) -> list[tuple[list[Extent], int]]:
+    """Return the rings that share an image, and the image's turn; rings that touch are one."""
+    if len(turns) == 1:
+        return [(turns[0], EVERY_TURN)]
+    if apart:
+        return [(turns[0][:1], EVERY_TURN), *(([far], turn) for turn, (_, far) in enumerate(turns))]
+    near, far = turns[0]
+    return [([Extent(near.from_m, far.to_m)], 0), *((rings, turn) for turn, rings in enumerate(turns) if turn)]
 
 
-def cut(part: Part, zone: Zone) -> Part:
-    """Return the columns of a plane that a zone and its margins reach over."""
-    fan = part.fan
-    begin = max(0, math.floor((zone.from_m - zone.margin_m - fan.range0_m) / fan.dr_m))
-    stop = fan.samples
-    if zone.to_m < math.inf:
-        stop = min(stop, math.ceil((zone.to_m + zone.margin_m - fan.range0_m) / fan.dr_m))
-    columns = max(1, (stop - begin) // zone.stride)
-    stride = min(zone.stride, stop - begin)
-    middle = begin + 0.5 * (stride - 1)
-    ring = replace(fan, samples=columns, range0_m=fan.range0_m + middle * fan.dr_m, dr_m=stride * fan.dr_m)
-    return Part(
-        ring, part.rows, part.first + begin, stride, zone.turn, zone.turn != EVERY_TURN or zone.to_m < math.inf,
-        zone.from_m, zone.to_m,
-    )  # fmt: skip
+def layout(fan: Fan, rows: slice, first: int, rings: list[Extent], attention: AttentionSettings, turn: int) -> Layout:
+    """Lay rings and their margins side by side. fan, first: of the whole plane."""
+    stride = min(attention.subsample, fan.samples)
+    margin = attention.margin_m
+    dr = stride * fan.dr_m
+    parts: list[Part] = []
+    filled = 0
+    for ring in rings:
+        begin = max(0, math.floor((ring.from_m - margin - fan.range0_m) / fan.dr_m))
+        stop = min(fan.samples, math.ceil(min((ring.to_m + margin - fan.range0_m) / fan.dr_m, MAX_RANGE)))
+        count = max(1, (stop - begin) // stride)
+        before = min(begin, fan.samples - count * stride) - filled * stride
+        range0 = fan.range0_m + (before + 0.5 * (stride - 1)) * fan.dr_m
+        columns = slice(filled, filled + count)
+        parts.append(Part(columns, replace(fan, samples=filled + count, range0_m=range0, dr_m=dr),
+                          first + before, ring.from_m, ring.to_m))  # fmt: skip
+        filled += count
+    whole = replace(parts[0].fan, samples=filled)
+    if len(parts) > 1:
+        skipped = parts[1].fan.range0_m - parts[0].fan.range0_m
+        whole = replace(whole, seam=parts[1].columns.start, skipped_m=skipped)
+    return Layout(whole, rows, stride, parts, turn)
 
 
 def _check_numbers(ping: Ping) -> None:
@@ -155,8 +183,6 @@ def _check_numbers(ping: Ping) -> None:
         raise PingError(f"dr_m: {ping.dr_m} is not a sample spacing")
     if not math.isfinite(ping.range0_m):
         raise PingError(f"range0_m: {ping.range0_m} is not a range")
-    if ping.scale != "linear" and not (math.isfinite(ping.scale_factor) and ping.scale_factor > 0.0):
-        raise PingError(f"scale_factor: {ping.scale_factor} does not fit scale {ping.scale}")
 
 
 def _beam_table(values: list[float], beams: int, name: str) -> NDArray[np.float64]:

@@ -26,6 +26,7 @@ from typing import Any, Literal, TypeVar
 
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.params import StageError
+from ods.pipeline.pings import PingStep
 from ods.pipeline.regions import Regions
 from ods.settings import Settings
 
@@ -39,6 +40,7 @@ DetectStep = Callable[[Image], Regions]
 
 ParamsT = TypeVar("ParamsT", bound=Settings)
 PrepareImage = Callable[[ParamsT, Fan], ImageStep]
+PreparePing = Callable[[ParamsT, Fan], PingStep]
 PrepareDetect = Callable[[ParamsT, Fan], DetectStep]
 
 
@@ -47,7 +49,7 @@ class Stage:
     """One registered stage."""
 
     name: str
-    kind: Literal["image", "detect"]
+    kind: Literal["image", "ping", "detect"]
     params: type[Settings]
     prepare: Callable[[Any, Fan], Any]
 
@@ -60,6 +62,16 @@ def image_stage(name: str, params: type[ParamsT]) -> Callable[[PrepareImage[Para
 
     def register(prepare: PrepareImage[ParamsT]) -> PrepareImage[ParamsT]:
         _register(Stage(name, "image", params, prepare))
+        return prepare
+
+    return register
+
+
+def ping_stage(name: str, params: type[ParamsT]) -> Callable[[PreparePing[ParamsT]], PreparePing[ParamsT]]:
+    """Register the decorated function as a stage that turns an image into an image by what earlier pings showed."""
+
+    def register(prepare: PreparePing[ParamsT]) -> PreparePing[ParamsT]:
+        _register(Stage(name, "ping", params, prepare))
         return prepare
 
     return register

@@ -1,16 +1,21 @@
-"""The chain of stages on one plane of beams, or on a part of its ranges."""
+"""The chain of stages on one plane of beams, or on some of its ranges."""
+
+from collections.abc import Iterator
+from itertools import compress
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.messages import Detection, Ping
-from ods.pipeline.amplitude import HALF_COUNT, Frame, Table, average_columns, to_amplitude
+from ods.pipeline.amplitude import Frame, Table, average_counts, mean_offset, to_amplitude
 from ods.pipeline.echoes import FIELDS, measure_echoes
-from ods.pipeline.fan import Image
+from ods.pipeline.fan import Fan, Image
+from ods.pipeline.noise import Learner
 from ods.pipeline.params import GroupParams, StageError
 from ods.pipeline.pings import Look, PingStep
-from ods.pipeline.plan import Part
-from ods.pipeline.regions import Regions, paint
+from ods.pipeline.plan import Layout, Part
+from ods.pipeline.regions import Regions, chosen, paint, shared_at
 from ods.pipeline.registry import DetectStep, ImageStep, Stage, reason
 from ods.pipeline.samples import GainStep, Samples, SamplesStep, samples_of, write_image
 from ods.settings import Settings
@@ -20,62 +25,101 @@ Mask = NDArray[np.int32]
 
 _CELLS = FIELDS.index("cells")
 _AMPLITUDE = FIELDS.index("amplitude")
+LEARNT_CELLS = 30_000_000
+"""Cells of speckle from which a detector learns its tail, if it has to,"""
+_LEARNT_IMAGES = 4
+"""and the least number of images,"""
+_LEARNT_STEP_NS = 100_000_000
+"""so much time apart."""
 _LOOKED_AT = 4096
 """Samples of a frame that its strongest share is measured on."""
 
 
 class Ring:
-    """The stages prepared for one plane of beams, or for a part of its ranges, and their buffers."""
+    """The stages prepared for one plane of beams, or for some of its ranges, and their buffers."""
 
-    def __init__(self, part: Part, stages: list[tuple[str, Stage, Settings]]) -> None:
+    def __init__(self, layout: Layout, stages: list[tuple[str, Stage, Settings]], learnt_cells: int) -> None:
         """Prepare the stages. Raises StageError."""
-        fan = part.fan
-        self.part = part
+        fan = layout.fan
+        self.turn = layout.turn
+        self._layout = layout
         params = stages[-1][2]
         self._strongest = params.strongest if isinstance(params, GroupParams) else 1.0
         self._images = (np.empty(fan.shape, np.float32), np.empty(fan.shape, np.float32))
+        self._counts: dict[np.dtype[np.generic], Frame] = {}
         self._whole = tuple(samples_of(image) for image in self._images)
-        beams, samples = fan.shape
-        self._fine = np.empty((beams, samples * part.stride if part.stride > 1 else 0), np.float32)
-        steps = []
-        for label, stage, params in stages:
-            try:
-                steps.append((label, stage.prepare(params, fan)))
-            except Exception as error:
-                raise _blamed(label, error) from error
-        self._filters: list[tuple[str, ImageStep]] = steps[:-1]
-        self._detect: tuple[str, DetectStep] = steps[-1]
+        self._detect: tuple[str, DetectStep] = _prepared(stages[-1:], fan)[0]
+        if isinstance(self._detect[1], Learner):
+            self._use(stages[:-1])
+            self._detect[1].learn(self._speckle(learnt_cells))
+        self._use(stages[:-1])
+
+    def _use(self, stages: list[tuple[str, Stage, Settings]]) -> None:
+        """Prepare the stages before the last one, which may remember images, anew."""
+        self._filters: list[tuple[str, ImageStep]] = _prepared(stages, self._layout.fan)
         self._ping_steps = [step for _, step in self._filters if isinstance(step, PingStep)]
+
+    def _speckle(self, cells: int) -> Iterator[Image]:
+        """Yield what the stages before the last one make of images of nothing but speckle, no two alike."""
+        rng = np.random.Generator(np.random.SFC64(0))
+        source = self._images[0]
+        for number in range(_LEARNT_IMAGES + cells // source.size):
+            for step in self._ping_steps:
+                step.look = Look(number * _LEARNT_STEP_NS, None)
+            rng.standard_exponential(out=source, dtype=np.float32)
+            np.sqrt(source, out=source)
+            yield self._through(self._whole[0])
 
     def detect(
         self, frame: Frame, ping: Ping, table: Table | None, look: Look, mask: Mask | None, number: int
     ) -> list[Detection]:
-        """Return the detections of this part of the frame; they are numbered after the first `number`.
+        """Return the detections of these rows and ranges of the frame; they are numbered after the first `number`.
 
         frame, mask: (all beams, all samples); table: of `amplitude_table`.
         """
-        part = self.part
-        rows = frame[part.rows]
+        rows = frame[self._layout.rows]
         for step in self._ping_steps:
             step.look = look
         image = self._filtered(rows, ping, table)
+        if self._layout.fan.seam is not None:
+            image[:, self._layout.fan.seam] = 0.0  # no data: nothing reaches across
         label, detect_step = self._detect
         try:
             regions = detect_step(image)
         except Exception as error:
             raise _blamed(label, error) from error
-        echoes = measure_echoes(image, rows, part.first, part.stride, regions, part.fan)
-        if self._strongest < 1.0:
-            regions, echoes = _selected(regions, echoes, echoes[:, _AMPLITUDE] >= _level_of(rows, self._strongest))
-        if part.partial:
-            regions, echoes = _selected(regions, echoes, _answered_for(echoes, part))
+        level = _level_of(rows, self._strongest) if self._strongest < 1.0 and regions.total else 0.0
+        found: list[Detection] = []
+        for part, inside in self._shared_out(regions):
+            found += self._measured(image, rows, part, inside, level, mask, number + len(found))
+        return found
+
+    def _shared_out(self, regions: Regions) -> list[tuple[Part, Regions]]:
+        """Return the regions in the columns of each part that has any."""
+        parts = self._layout.parts
+        if len(parts) == 1 or not regions.total:
+            return [(part, regions) for part in parts[: regions.total]]
+        shares = shared_at(regions, parts[1].columns.start)
+        return [(part, share) for part, share in zip(parts, shares, strict=True) if share.total]
+
+    def _measured(
+        self, image: Image, rows: Frame, part: Part, regions: Regions, level: float, mask: Mask | None, number: int
+    ) -> list[Detection]:
+        """Return the detections of the regions in one part, those as strong as `level` that it answers for."""
+        stride = self._layout.stride
+        echoes = measure_echoes(image, rows, part.first, stride, regions, part.fan).tolist()
+        near, far = part.from_m, part.to_m
+        kept = [near <= echo[0] < far and echo[_AMPLITUDE] >= level for echo in echoes]
         if mask is not None:
-            paint(regions.runs, number, mask[part.rows, part.first :], part.stride)
-        return [_detection(row, part.fan.elevation_rad) for row in echoes.tolist()]
+            runs = chosen(regions, np.array(kept, np.bool_)).runs
+            paint(runs, number, mask[self._layout.rows], part.first, stride)
+        return [_detection(echo, part.fan.elevation_rad) for echo in compress(echoes, kept)]
 
     def _filtered(self, frame: Frame, ping: Ping, table: Table | None) -> Image:
         """Return the image after all stages but the last."""
-        samples = self._recorded(frame, ping, table)
+        return self._through(self._recorded(frame, ping, table))
+
+    def _through(self, samples: Samples) -> Image:
         for label, step in self._filters:
             try:
                 samples = self._apply(step, samples)
@@ -85,14 +129,22 @@ class Ring:
 
     def _recorded(self, frame: Frame, ping: Ping, table: Table | None) -> Samples:
         """Return the samples as the first stage gets them: linear counts as they are, all others as amplitudes."""
-        part, whole, image = self.part, self._whole[0], self._images[0]
-        if part.stride == 1 and ping.scale == "linear" and frame.dtype.kind == "u":
-            return whole._replace(cells=frame, first=part.first, offset=HALF_COUNT)
-        if part.stride == 1:
-            to_amplitude(frame, part.first, ping.scale, ping.scale_factor, table, image)
-        else:
-            to_amplitude(frame, part.first, ping.scale, ping.scale_factor, table, self._fine)
-            average_columns(self._fine, part.stride, image)
+        stride, parts = self._layout.stride, self._layout.parts
+        whole, image = self._whole[0], self._images[0]
+        counts = ping.scale == "linear" and frame.dtype.kind == "u"
+        if counts and stride == len(parts) == 1:
+            return whole._replace(cells=frame, first=parts[0].first, offset=mean_offset(1))
+        if counts:
+            if frame.dtype not in self._counts:
+                self._counts[frame.dtype] = np.empty(image.shape, frame.dtype)
+            averaged = self._counts[frame.dtype]
+            whole = whole._replace(cells=averaged, offset=mean_offset(stride))
+        for part in parts:
+            first, columns = part.first + stride * part.columns.start, part.columns
+            if counts:
+                average_counts(frame, first, stride, averaged, columns.start, columns.stop)
+            else:
+                to_amplitude(frame, first, stride, ping.scale, ping.scale_factor, table, image, columns)
         return whole
 
     def _apply(self, step: ImageStep, samples: Samples) -> Samples:
@@ -122,6 +174,16 @@ class Ring:
         return out
 
 
+def _prepared(stages: list[tuple[str, Stage, Settings]], fan: Fan) -> list[tuple[str, Any]]:
+    steps = []
+    for label, stage, params in stages:
+        try:
+            steps.append((label, stage.prepare(params, fan)))
+        except Exception as error:
+            raise _blamed(label, error) from error
+    return steps
+
+
 def _blamed(label: str, error: Exception) -> StageError:
     """Return the complaint about whatever a stage raised, which may be anybody's code."""
     return StageError(f"{label}: {reason(error)}")
@@ -133,27 +195,9 @@ def _level_of(frame: Frame, strongest: float) -> float:
     Looked at are some of them, evenly spread, in steps that never fall in with the rows.
     """
     cells = frame.reshape(-1) if frame.flags.c_contiguous else frame.ravel()
-    some = np.sort(cells[:: max(1, cells.size // _LOOKED_AT) | 1])
-    return float(some[min(int((1.0 - strongest) * some.size), some.size - 1)])
-
-
-def _answered_for(echoes: NDArray[np.float64], part: Part) -> NDArray[np.bool_]:
-    """Tell the echoes whose centre this part answers for; those in its margins are the neighbour's."""
-    return (echoes[:, 0] >= part.from_m) & (echoes[:, 0] < part.to_m)
-
-
-def _selected(
-    regions: Regions, echoes: NDArray[np.float64], chosen: NDArray[np.bool_]
-) -> tuple[Regions, NDArray[np.float64]]:
-    """Return the chosen regions, numbered anew without a gap, and their echoes."""
-    kept = np.flatnonzero(chosen)
-    if len(kept) == regions.total:
-        return regions, echoes
-    number = np.zeros(regions.total + 1, np.int32)
-    number[kept + 1] = np.arange(1, len(kept) + 1)
-    runs = regions.runs.copy()
-    runs[:, 3] = number[runs[:, 3]]
-    return Regions(runs[runs[:, 3] > 0], len(kept), regions.background), echoes[kept]
+    some = cells[:: max(1, cells.size // _LOOKED_AT) | 1]
+    rank = min(int((1.0 - strongest) * some.size), some.size - 1)
+    return float(np.partition(some, rank)[rank])
 
 
 def _detection(row: list[float], elevation_rad: float) -> Detection:

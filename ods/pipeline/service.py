@@ -1,5 +1,8 @@
 """The `pipeline` process: detections for every ping."""
 
+from collections import deque
+from typing import Any
+
 from ods import clock
 from ods.config import OnboardConfig
 from ods.messages import Ping
@@ -7,6 +10,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.params import StageError
 from ods.pipeline.plan import PingError
 from ods.pipeline.warm_up import warm_up
+from ods.pose_buffer import PoseBuffer
 from ods.service import Service, StartError, Worker
 
 _SMOOTHING = 0.1
@@ -14,15 +18,20 @@ _SMOOTHING = 0.1
 
 
 class PipelineWorker(Worker[OnboardConfig]):
-    """Publishes `detections` for each `ping`.
+    """Publishes `detections` for each `ping`; reads `pose` for the stages that compare pings.
 
-    Counters: bad_ping, failed_stage, drop_out_image, detections, process_mean_us, process_max_us; what a lagging
-    subscription drops is counted there (dropped_ping).
+    Counters: bad_ping, failed_stage, drop_out_image, detections, process_mean_us, process_max_us and, where a stage
+    compares pings, pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there
+    (dropped_ping).
     """
 
     def __init__(self, service: Service, settings: OnboardConfig) -> None:
         super().__init__(service, settings)
         self._chain: Chain
+        poses = settings.tracker.pose
+        self._poses = PoseBuffer(poses.capacity, poses.max_extrapolation_s)
+        self._poses.counters = service.counters
+        self._waiting: deque[Ping] = deque()
         self._mean_ns = 0.0
         self._interval_ns = 0.0
         self._last_t_ns = 0
@@ -32,15 +41,28 @@ class PipelineWorker(Worker[OnboardConfig]):
         """Build the chain and compile it."""
         try:
             self._chain = Chain(self.settings.pipeline)
-            warm_up(self._chain, self.settings.pipeline.min_range_m)
+            warm_up(self.settings.pipeline)
         except StageError as error:
             raise StartError(str(error)) from error
 
-    def handle(self, topic: str, message: Ping) -> None:
-        """Process one ping."""
+    def handle(self, topic: str, message: Any) -> None:
+        """Take one message; pings wait for the end of the round, when all poses are in."""
+        if topic == "ping":
+            self._waiting.append(message)
+        elif self._chain.over_pings:
+            self._poses.insert(message)
+
+    def tick(self) -> None:
+        """Process the pings that came."""
+        while self._waiting:
+            self._process(self._waiting.popleft())
+
+    def _process(self, message: Ping) -> None:
         began = clock.monotonic_ns()
+        pose = self._poses.at(message.t_ns) if self._chain.over_pings else None
+        self.service.counters["pings_without_pose"] += self._chain.over_pings and pose is None
         try:
-            result = self._chain.process(message)
+            result = self._chain.process(message, pose=pose)
         except PingError as error:
             self.service.complain_once("bad_ping", f"dropped ping {message.ping_number}: {error}")
             return

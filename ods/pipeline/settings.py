@@ -14,7 +14,7 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
     {"use": "equalize.mean_range"},
     {"use": "equalize.local"},
     {"use": "filter.fir", "round_beams": 1.0},
-    {"use": "detect.two_level", "strongest": 0.1},
+    {"use": "detect.two_level", "high": 5.5, "strongest": 0.12, "border": 1.4},
 )
 """The chain when the configuration names none."""
 
@@ -30,8 +30,6 @@ class AttentionSettings(Settings, frozen=True):
     """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
     subsample: Annotated[int, msgspec.Meta(ge=1, le=16)] = 1
     """Range samples that are averaged to one before anything else."""
-    near_too: bool = True
-    """Whether near ranges are subsampled like far ones."""
 
 
 class PipelineSettings(Settings, frozen=True):
@@ -40,8 +38,8 @@ class PipelineSettings(Settings, frozen=True):
     plugins: tuple[Path, ...] = ()
     """Python files that register stages of the user's own."""
     stage: tuple[StageTable, ...] = ()
-    """The chain: tables of `use`, the stage's name, and its parameters. Empty: equalize.mean_range,
-    equalize.local, filter.fir and detect.two_level with their defaults."""
+    """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, which docs/pipeline.md
+    shows."""
     attention: AttentionSettings = AttentionSettings()
     """What is processed when, if not all of each ping."""
     min_range_m: NonNegative = 0.1

@@ -57,7 +57,7 @@ def round_weights(along: Row, limit: float, fan: Fan) -> NDArray[np.float32]:
     limit: largest standard deviation, beams. A lone weight where that is less than `_LEAST_SIGMA`: no filter.
     """
     spread_m = fan.dr_m * float(np.sqrt(2.0 * (along * np.arange(along.size) ** 2).sum()))
-    middle_m = fan.range0_m + 0.5 * fan.samples * fan.dr_m
+    middle_m = 0.5 * (float(fan.range_m[-1]) + fan.dr_m + fan.range0_m)
     spacing_m = middle_m * float(np.median(np.diff(fan.bearing_rad))) if len(fan.bearing_rad) > 1 else np.inf
     sigma = min(limit, spread_m / spacing_m)
     return gaussian_weights(sigma if sigma >= _LEAST_SIGMA else 0.0)

@@ -50,11 +50,11 @@ def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[
 def _shared_out(runs: Runs, cores: list[tuple[float, float]], fan: Fan) -> list[Runs]:
     """Return the runs of each core: each cell goes to the nearest one."""
     number = np.arange(len(fan.bearing_rad))
-    at_range = [fan.range0_m + column * fan.dr_m for _, column in cores]
+    at_range = [float(np.interp(column, np.arange(fan.samples), fan.range_m)) for _, column in cores]
     at_bearing = [float(np.interp(beam, number, fan.bearing_rad)) for beam, _ in cores]
     pieces: list[list[tuple[int, int, int, int]]] = [[] for _ in cores]
     for b, first, stop, _ in runs.tolist():
-        away = fan.range0_m + np.arange(first, stop) * fan.dr_m
+        away = fan.range_m[first:stop]
         distance = [np.hypot(away - r, r * (fan.bearing_rad[b] - a)) for r, a in zip(at_range, at_bearing, strict=True)]
         owner = np.argmin(distance, axis=0)
         borders = [0, *(np.flatnonzero(np.diff(owner)) + 1).tolist(), stop - first]

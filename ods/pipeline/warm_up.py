@@ -5,24 +5,38 @@ from typing import get_args
 
 import numpy as np
 
-from ods.messages import SAMPLE_DTYPES, Ping, SampleType, Scale
+from ods.messages import SAMPLE_DTYPES, Ping, Pose, SampleType, Scale
 from ods.pipeline.chain import Chain
+from ods.pipeline.settings import PipelineSettings
 
 _BEAMS, _SAMPLES = 64, 512
+_PINGS = 3
+"""So many, at least, to stages that compare pings."""
+_LEARNT_CELLS = 200_000
 
 
-def warm_up(chain: Chain, min_range_m: float) -> None:
-    """Process one small made-up ping, with an echo in it, of every sample type, scale and border. Raises StageError.
+def warm_up(settings: PipelineSettings) -> None:
+    """Let the chain of these settings process small made-up pings of every sample type, scale and border.
 
-    Half of the pings begin before `min_range_m`, so that their near end is cut off: other memory layouts, other code.
+    Raises StageError.
+    Half of the pings begin before the least range, so that their near end is cut off: other memory layouts, other code.
+    Of each geometry there are enough for all turns of attention and for stages that compare pings.
     """
-    for dtype, scale, range0_m in product(get_args(SampleType), get_args(Scale), (min_range_m, min_range_m + 1.0)):
-        chain.process(_made_up_ping(dtype, scale, range0_m - 0.5))
+    dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
+    turns = settings.attention.every if settings.attention.near_m > 0.0 else 1
+    chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
+    kinds = list(product(get_args(SampleType), get_args(Scale)))
+    for range0_m in (settings.min_range_m - 0.5, settings.min_range_m + 0.5):
+        for number, (dtype, scale) in enumerate(kinds):
+            for turn in range(turns if number else max(turns, _PINGS)):
+                pose = Pose(turn, turn, turn, (0.1 * turn, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+                chain.process(made_up_ping(dtype, scale, range0_m, dr_m), pose=pose)
 
 
-def _made_up_ping(dtype: SampleType, scale: Scale, range0_m: float) -> Ping:
+def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float) -> Ping:
+    """Return a small ping of speckle and some echoes."""
     frame = np.random.default_rng(0).rayleigh(10.0, (_BEAMS, _SAMPLES))
-    frame[30:34, 200:212] = 200.0
+    frame[30:34, 100::100] = 200.0
     return Ping(
         seq=0,
         ping_number=0,
@@ -35,7 +49,7 @@ def _made_up_ping(dtype: SampleType, scale: Scale, range0_m: float) -> Ping:
         data=np.minimum(frame, 255.0).astype(SAMPLE_DTYPES[dtype]).tobytes(),
         bearing_rad=np.linspace(-0.2, 0.2, _BEAMS).tolist(),
         range0_m=range0_m,
-        dr_m=0.05,
+        dr_m=dr_m,
         sound_speed=1500.0,
         scale=scale,
         scale_factor=40.0 if scale == "log8" else 0.3,

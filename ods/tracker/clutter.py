@@ -1,5 +1,7 @@
 """What false alarms look like: how many an image has, at which ranges and with which radii, counted as they come."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ods.geometry import Array
@@ -21,7 +23,8 @@ FEWEST = 0.1
 PRIOR_SHARE = 0.25
 """Share of an even distribution in what was counted, so that nothing is impossible."""
 LEAST_MEAN = 1e-9
-"""Keeps shares of a mean that has fallen to nothing finite."""
+"""Keeps shares of a sum that has fallen to nothing finite."""
+ALL_LOOKED = np.ones(RANGES)
 NEAREST_M = 0.1
 
 
@@ -39,12 +42,16 @@ class Clutter:
         """False alarms expected in a scan."""
         return max(self._mean, FEWEST)
 
-    def count(self, unexplained: Echoes, sector: Sector) -> None:
-        """Take in the echoes of a scan that belong to no object, confirmed or not."""
+    def count(self, unexplained: Echoes, sector: Sector, looked: Sequence[tuple[float, float]]) -> None:
+        """Take in the echoes of a scan that belong to no object, confirmed or not.
+
+        looked: ranges (from, to) that were processed; empty: all. What is counted is what a look at all of them has.
+        """
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
-        self._mean += weight * (len(unexplained) - self._mean)
-        _count(unexplained.table, sector.range_min_m, sector.range_max_m, weight, self._by_range, self._by_radius)
+        share = _share_looked(sector, looked)
+        edges = sector.range_min_m, sector.range_max_m
+        self._mean = _count(unexplained.table, *edges, weight, share, self._by_range, self._by_radius)
 
     def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
         """Return false alarms at each echo; within a range class all samples are as likely to give one."""
@@ -55,20 +62,27 @@ class Clutter:
 
 
 @kernel
-def _count(echoes: Array, nearest: float, farthest: float, weight: float, by_range: Array, by_radius: Array) -> None:
-    """Move the running means by `weight` towards the counts of this scan, in place."""
-    by_range *= 1.0 - weight
+def _count(
+    echoes: Array, nearest: float, farthest: float, weight: float, looked: Array, by_range: Array, by_radius: Array
+) -> float:
+    """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_range`.
+
+    looked: (RANGES,) share of each class of range that was processed: what was not stays as it is.
+    """
+    by_range *= 1.0 - weight * looked
     by_radius *= 1.0 - weight
     for j in range(echoes.shape[1]):
         by_range[_range_class(echoes[RANGE, j], nearest, farthest)] += weight
         by_radius[_radius_class(echoes[RADIUS, j])] += weight
+    return float(by_range.sum())
 
 
 @kernel
 def _density(
     echoes: Array, nearest: float, farthest: float, opening: float, mean: float, by_range: Array, by_radius: Array
 ) -> Array:
-    """Return the (2, m) fields of `ClutterDensity`; `mean`: the sum of `by_range`, and of `by_radius`."""
+    """Return the (2, m) fields of `ClutterDensity`; `mean`: the sum of `by_range`."""
+    radii = max(by_radius.sum(), LEAST_MEAN)
     area = (farthest - nearest) / RANGES * opening
     density = np.empty((2, echoes.shape[1]))
     for j in range(echoes.shape[1]):
@@ -76,7 +90,7 @@ def _density(
         counted = by_range[_range_class(distance, nearest, farthest)]
         in_class = PRIOR_SHARE * max(mean, FEWEST) / RANGES + (1.0 - PRIOR_SHARE) * counted
         density[0, j] = max(in_class, FEWEST / RANGES) / (area * max(distance, NEAREST_M))
-        share = by_radius[_radius_class(echoes[RADIUS, j])] / max(mean, LEAST_MEAN)
+        share = by_radius[_radius_class(echoes[RADIUS, j])] / radii
         density[1, j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
     return density
 
@@ -90,3 +104,12 @@ def _range_class(distance: float, nearest: float, farthest: float) -> int:
 @kernel
 def _radius_class(radius: float) -> int:
     return int(min(radius / RADIUS_STEP_M, RADII - 1.0)) if radius > 0.0 else 0
+
+
+def _share_looked(sector: Sector, looked: Sequence[tuple[float, float]]) -> Array:
+    """Return (RANGES,) the share of each class of range that was processed."""
+    if not looked:
+        return ALL_LOOKED
+    edges = np.linspace(sector.range_min_m, sector.range_max_m, RANGES + 1)
+    covered = sum(np.diff(np.clip(edges, begin, stop)) for begin, stop in looked)
+    return np.asarray(covered / np.diff(edges))

@@ -47,7 +47,9 @@ class Evidence(NamedTuple):
 
     hit: Mask
     inside: Mask
-    """The predicted place is in the sonar's view."""
+    """The predicted place is in the sonar's view,"""
+    skipped: Mask
+    """but at a range that was not processed in this image."""
     echoes: NDArray[np.int64]
     """Echoes so far."""
     unseen_s: Array
@@ -99,7 +101,7 @@ def _next_states(
         if state[i] == TENTATIVE:
             after[i] = _proved_or_not(e, i, confirm_echoes, confirm_existence)
         elif state[i] == ACTIVE:
-            if not e.hit[i] and (not e.inside[i] or doubted or e.unseen_s[i] > silent_s):
+            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > silent_s and not e.skipped[i])):
                 after[i] = STAND_BY
         elif state[i] == STAND_BY or state[i] == HIBERNATED:
             overdue = (not e.inside[i] and e.unseen_s[i] > stand_by_s) or e.sigma[i] > lost_sigma_m
@@ -118,5 +120,7 @@ def _proved_or_not(e: Evidence, i: int, confirm_echoes: int, confirm_existence: 
     if e.hit[i]:
         proved = e.echoes[i] >= confirm_echoes and e.existence[i] >= confirm_existence and not e.stray[i]
         return ACTIVE if proved else TENTATIVE
+    if e.skipped[i]:
+        return TENTATIVE
     unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.unseen_s[i] > TENTATIVE_SILENT_S
     return TERMINATED if unproved else TENTATIVE

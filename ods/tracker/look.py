@@ -43,7 +43,9 @@ class Look:
     evidence: Array
     """(n,) log-likelihood ratio of the echo: object against false alarm; 0 where not hit."""
     inside: Mask
-    """(n,) the predicted place is in the sonar's view."""
+    """(n,) the predicted place is in the sonar's view,"""
+    skipped: Mask
+    """(n,) but at a range that was not processed in this image."""
     near: Mask
     """(n,) it is in view or, for hibernated objects, not far from it."""
     new: Rows
@@ -66,7 +68,7 @@ def look(
     """
     sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
     sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
-    seen = view(sight, scan.sector, settings.life.edge_sigmas)
+    seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
     found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
     visible = visibility * seen.probability
@@ -87,6 +89,7 @@ def look(
         watched=watched,
         expected=watched * (0.0 if drop_out else detected),
         inside=seen.inside,
+        skipped=seen.skipped,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
         new=loose,
     )
@@ -155,7 +158,7 @@ def _watched(seen: View, reported: Mask, hit: Mask, merged: Array) -> tuple[Arra
     watched, expected, found = np.zeros(len(hit)), 0.0, False
     for i in range(len(hit)):
         if hit[i] or merged[i] == 0.0:
-            watched[i] = seen.watched[i] if reported[i] else 1.0 * seen.inside[i]
+            watched[i] = seen.watched[i] if reported[i] else 1.0 * (seen.inside[i] and not seen.skipped[i])
         if reported[i]:
             expected += seen.watched[i]
             found |= hit[i]

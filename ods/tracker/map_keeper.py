@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 import msgspec
 
 from ods.tracker.archive import MapObject
-from ods.tracker.map_store import ID_BLOCK, MapError, MapStore
+from ods.tracker.map_store import ID_BLOCK, MapError, MapStore, open_map
 from ods.tracker.settings import MapSettings
 
 
@@ -32,7 +32,7 @@ class MapKeeper:
         if self._settings.path is None:
             return [], 1
         try:
-            store = MapStore(self._settings.path, *self._origin_deg)
+            store = open_map(self._settings.path, *self._origin_deg)
             known, first_id = store.load(), store.first_free_id()
         except MapError as error:
             self._failed("map_unusable", error)
@@ -50,7 +50,9 @@ class MapKeeper:
     def note(self, hibernated: Iterable[MapObject], gone: Iterable[int]) -> None:
         """Take in what a step changed."""
         for o in hibernated:
-            if o.times_seen >= self._settings.minimum_times_seen:
+            if not math.isfinite(sum((*o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.covariance_ne))):
+                self._complain("map_not_finite", f"object {o.id} is not finite and stays out of the map")
+            elif o.times_seen >= self._settings.minimum_times_seen:
                 self._put[o.id] = o
                 self._remove.discard(o.id)
         for object_id in gone:

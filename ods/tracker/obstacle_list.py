@@ -1,13 +1,18 @@
 """The planner's obstacle list: the full picture each time, and what ended, said several times over."""
 
 from collections import Counter
+from collections.abc import Iterable
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 
-from ods.messages import Obstacle, TrackState
+from ods.geometry import Array
+from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
 from ods.tracker import life
+from ods.tracker.approach import Course, closest_approach
 from ods.tracker.picture import Picture
+from ods.tracker.settings import MotionSettings, PlannerSettings
 
 NAMES: dict[int, TrackState] = {
     life.ACTIVE: "active",
@@ -23,53 +28,93 @@ class ObstacleLister:
     `counters`: `obstacle_not_finite` (left out: no number that is not finite leaves the tracker).
     """
 
-    def __init__(self, announce_ended: int, shape_sigma: float) -> None:
-        """`announce_ended`, `shape_sigma`: see `PlannerSettings`."""
+    def __init__(self, settings: PlannerSettings, motion: MotionSettings) -> None:
         self.counters: Counter[str] = Counter()
-        self._shape_sigma = shape_sigma
-        self._announce = announce_ended
+        self._settings = settings
+        self._motion = motion
         self._ended: dict[int, tuple[Obstacle, int]] = {}
 
     def end(self, picture: Picture) -> None:
         """Announce the objects of `picture` as terminated in the next lists."""
-        for obstacle in self._obstacles(picture):
-            self._ended[obstacle.id] = (msgspec.structs.replace(obstacle, state="terminated"), self._announce)
+        picture = self._fit(picture)
+        alone: list[list[Prediction]] = [[]] * len(picture)
+        for obstacle in _obstacles(picture, [None] * len(picture), alone):
+            ended = msgspec.structs.replace(obstacle, state="terminated")
+            self._ended[obstacle.id] = (ended, self._settings.announce_ended)
 
-    def obstacles(self, picture: Picture) -> list[Obstacle]:
-        """Return the next list: all objects of `picture`, then those that ended."""
-        present = self._obstacles(picture)
+    def obstacles(self, picture: Picture, course: Course | None = None) -> list[Obstacle]:
+        """Return the next list: all objects of `picture`, then those that ended.
+
+        course: the vehicle's at the same time, if known.
+        """
+        picture = self._fit(picture)
+        present = _obstacles(picture, self._approaches(picture, course), self._predictions(picture))
         for obstacle in present:
             self._ended.pop(obstacle.id, None)
         ended = [obstacle for obstacle, _ in self._ended.values()]
         self._ended = {i: (obstacle, left - 1) for i, (obstacle, left) in self._ended.items() if left > 1}
         return present + ended
 
-    def _obstacles(self, picture: Picture) -> list[Obstacle]:
+    def _fit(self, picture: Picture) -> Picture:
+        """Return the objects fit to be told, with the uncertainty of what a sonar cannot see of a shape."""
         numbers = (picture.position, picture.velocity, picture.sigma_position, picture.sigma_velocity)
         total = sum(a.sum(axis=0) for a in numbers) + picture.radius + picture.sigma_radius + picture.existence
-        finite = np.isfinite(total)
+        finite = np.isfinite(total + picture.covariance_ne)
         if not finite.all():
             self.counters["obstacle_not_finite"] += int(np.count_nonzero(~finite))
             picture = picture.take(finite)
-        shape = self._shape_sigma * picture.radius
+        shape = self._settings.shape_sigma * picture.radius
         horizontal = np.hypot(picture.sigma_position[:2], shape)
-        columns = (
-            picture.id,
-            picture.state,
-            picture.position.T,
-            picture.velocity.T,
-            picture.radius,
-            np.vstack([horizontal, picture.sigma_position[2:]]).T,
-            picture.sigma_velocity.T,
-            np.hypot(picture.sigma_radius, shape),
-            picture.first_seen_utc_ns,
-            picture.last_seen_utc_ns,
-            picture.times_seen,
-            np.clip(picture.existence, 0.0, 1.0),
+        return replace(
+            picture,
+            sigma_position=np.vstack([horizontal, picture.sigma_position[2:]]),
+            sigma_radius=np.hypot(picture.sigma_radius, shape),
         )
-        return [
-            Obstacle(i, NAMES[state], tuple(p), tuple(v), radius, tuple(sp), tuple(sv), sr, first, last, seen, e)
-            for i, state, p, v, radius, sp, sv, sr, first, last, seen, e in zip(
-                *(column.tolist() for column in columns), strict=True
-            )
+
+    def _approaches(self, picture: Picture, course: Course | None) -> Iterable[ClosestApproach | None]:
+        if course is None:
+            return [None] * len(picture)
+        nearest = closest_approach(picture, course, self._motion, self._settings.approach_horizon_s)
+        return map(ClosestApproach, *(a.tolist() for a in (nearest.time_s, nearest.distance_m, nearest.sigma_m)))
+
+    def _predictions(self, picture: Picture) -> Iterable[list[Prediction]]:
+        leads = self._settings.lead_times_s
+        later = [picture.carried_on(lead, self._motion) for lead in leads]
+        each = [
+            [
+                Prediction(lead, p, s)
+                for p, s in zip(_vectors(then.position), _vectors(then.sigma_position), strict=True)
+            ]
+            for lead, then in zip(leads, later, strict=True)
         ]
+        return map(list, zip(*each, strict=True)) if each else [[]] * len(picture)
+
+
+def _obstacles(
+    picture: Picture, approaches: Iterable[ClosestApproach | None], predictions: Iterable[list[Prediction]]
+) -> list[Obstacle]:
+    return list(
+        map(
+            Obstacle,
+            picture.id.tolist(),
+            [NAMES[state] for state in picture.state.tolist()],
+            _vectors(picture.position),
+            _vectors(picture.velocity),
+            picture.radius.tolist(),
+            _vectors(picture.sigma_position),
+            _vectors(picture.sigma_velocity),
+            picture.sigma_radius.tolist(),
+            picture.first_seen_utc_ns.tolist(),
+            picture.last_seen_utc_ns.tolist(),
+            picture.times_seen.tolist(),
+            np.clip(picture.existence, 0.0, 1.0).tolist(),
+            picture.covariance_ne.tolist(),
+            approaches,
+            predictions,
+        )
+    )
+
+
+def _vectors(columns: Array) -> list[tuple[float, float, float]]:
+    """Return the columns of a (3, n) array."""
+    return list(zip(*columns.tolist(), strict=True))

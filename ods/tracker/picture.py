@@ -1,6 +1,6 @@
 """The confirmed objects at one instant, as arrays: what the planner's list and the offline tracks are made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from ods.geometry import Array
 from ods.tracker import life
 from ods.tracker.archive import MapObject
 from ods.tracker.belief import Estimate
+from ods.tracker.settings import MotionSettings
 from ods.tracker.tracks import Tracks
 
 Ints = NDArray[np.int64]
@@ -25,9 +26,13 @@ class Picture:
     velocity: Array
     radius: Array
     sigma_position: Array
+    covariance_ne: Array
+    """(n,) of north and east position, m^2."""
     sigma_velocity: Array
     sigma_radius: Array
     existence: Array
+    static: Array
+    """(n,) probability that the object does not move."""
     times_seen: Ints
     first_seen_utc_ns: Ints
     last_seen_utc_ns: Ints
@@ -45,22 +50,16 @@ class Picture:
             *(np.concatenate([getattr(self, name), getattr(other, name)], axis=-1) for name in Picture.__slots__)
         )
 
-    def carried_on(self, dt: float) -> "Picture":
-        """Return the same objects `dt` >= 0 seconds later, each at its velocity."""
-        return Picture(
-            self.id,
-            self.state,
-            self.position + self.velocity * dt,
-            self.velocity,
-            self.radius,
-            np.hypot(self.sigma_position, self.sigma_velocity * dt),
-            self.sigma_velocity,
-            self.sigma_radius,
-            self.existence,
-            self.times_seen,
-            self.first_seen_utc_ns,
-            self.last_seen_utc_ns,
-        )
+    def carried_on(self, dt: float | Array, motion: MotionSettings) -> "Picture":
+        """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
+
+        Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation
+        is never smaller than the filter's own prediction. To it comes what manoeuvres may add (`motion`).
+        """
+        manoeuvres = (1.0 - self.static) * motion.acceleration_noise * dt**3 / 3.0
+        drift = self.static * motion.static_noise * dt
+        grown = (self.sigma_position + self.sigma_velocity * dt) ** 2 + manoeuvres + drift
+        return replace(self, position=self.position + self.velocity * dt, sigma_position=np.sqrt(grown))
 
 
 def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
@@ -73,9 +72,11 @@ def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
         velocity,
         np.maximum(estimate.radius, 0.0),
         np.sqrt(estimate.variance),
+        estimate.covariance_ne,
         np.sqrt(np.maximum(velocity_variance, 0.0)),
         np.sqrt(estimate.radius_variance),
         tracks.existence,
+        estimate.static,
         tracks.echoes,
         tracks.first_utc,
         tracks.last_utc,
@@ -92,9 +93,11 @@ def picture_of_map(objects: list[MapObject]) -> Picture:
         np.zeros((3, len(objects))),
         np.array([o.radius for o in objects], np.float64),
         np.array([o.sigma for o in objects], np.float64).reshape(-1, 3).T,
+        np.array([o.covariance_ne for o in objects], np.float64),
         np.zeros((3, len(objects))),
         np.array([o.sigma_radius for o in objects], np.float64),
         np.array([o.existence for o in objects], np.float64),
+        np.ones(len(objects)),
         np.array([o.times_seen for o in objects], np.int64),
         np.array([o.first_seen_utc_ns for o in objects], np.int64),
         np.array([o.last_seen_utc_ns for o in objects], np.int64),
@@ -116,6 +119,7 @@ def map_objects(picture: Picture, utc_ns: int) -> list[MapObject]:
             first_seen_utc_ns=int(picture.first_seen_utc_ns[i]),
             last_seen_utc_ns=int(picture.last_seen_utc_ns[i]),
             hibernated_utc_ns=utc_ns,
+            covariance_ne=float(picture.covariance_ne[i]),
         )
         for i in range(len(picture))
     ]

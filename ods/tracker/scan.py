@@ -1,5 +1,6 @@
 """What one ping gives the tracker: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -132,3 +133,5 @@ class Scan:
     echoes: Echoes
     usable: bool = True
     """False when the whole image shows nothing: then a missing echo says nothing."""
+    looked: Sequence[tuple[float, float]] = ()
+    """Ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""

@@ -6,8 +6,9 @@ from typing import Any
 from ods import clock
 from ods.config import OnboardConfig
 from ods.messages import Detections, ObstacleList
-from ods.pose_buffer import PoseBuffer
+from ods.pose_buffer import PoseBuffer, PoseEstimate
 from ods.service import Service, StartError, Worker
+from ods.tracker.approach import Course
 from ods.tracker.map_keeper import MapKeeper
 from ods.tracker.obstacle_list import ObstacleLister
 from ods.tracker.picture import Picture
@@ -30,7 +31,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         super().__init__(service, settings)
         self._poses = PoseBuffer(settings.tracker.pose.capacity, settings.tracker.pose.max_extrapolation_s)
         self._waiting: deque[Detections] = deque()
-        self._lister = ObstacleLister(settings.tracker.planner.announce_ended, settings.tracker.planner.shape_sigma)
+        self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.complain_once)
@@ -68,7 +69,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._watch.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
-            self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose_known=True)
+            self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
         if now_ns >= self._map_due_ns:
             self._map_due_ns = now_ns + MAP_PERIOD_NS
             self._map.flush(self._tracker.next_id)
@@ -91,7 +92,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         if pose is not None:
             vehicle = vehicle_at(pose.position_ned, pose.attitude, pose.sigma_position, pose.sigma_attitude)
         echoes, dropped = echoes_of(table_of(message.detections))
-        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable)
+        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable, message.looked)
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
@@ -102,14 +103,15 @@ class TrackerWorker(Worker[OnboardConfig]):
         self.service.counters["pings_without_pose"] += vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
-        self._list(message.t_ns, message.utc_ns, message.ping_number, message.t_rx_ns, vehicle is not None)
+        self._list(message.t_ns, message.utc_ns, message.ping_number, message.t_rx_ns, pose)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
 
-    def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose_known: bool) -> None:
-        """Publish the obstacle list for the instant `t_ns`."""
+    def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
+        """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""
         now_ns = clock.monotonic_ns()
-        reasons = self._watch.reasons(now_ns, pose_known)
-        obstacles = self._lister.obstacles(self._picture(t_ns))
+        reasons = self._watch.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
+        course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
+        obstacles = self._lister.obstacles(self._picture(t_ns), course)
         message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, not reasons, reasons, obstacles)
         self.service.publish("obstacles", message)
         self._seq += 1
@@ -121,4 +123,6 @@ class TrackerWorker(Worker[OnboardConfig]):
             within = (self._vehicle.position, self.settings.tracker.planner.hibernated_within_m)
         picture = self._tracker.picture(within)
         newest_ns = self._tracker.t_ns
-        return picture if newest_ns is None else picture.carried_on(max(0, t_ns - newest_ns) / clock.NS)
+        if newest_ns is None:
+            return picture
+        return picture.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.tracker.motion)

@@ -90,6 +90,10 @@ class PlannerSettings(Settings, frozen=True):
     its radius: a sonar sees the near side only, and the object's shape is not known."""
     hibernated_within_m: NonNegative = 150.0
     """Hibernated objects are listed up to this distance from the vehicle, m."""
+    lead_times_s: Annotated[tuple[NonNegative, ...], msgspec.Meta(max_length=20)] = (5.0, 10.0, 20.0)
+    """Each obstacle's position is predicted so far ahead, s."""
+    approach_horizon_s: Positive = 300.0
+    """The closest approach is looked for up to so far ahead, s."""
 
 
 class MapSettings(Settings, frozen=True):

@@ -56,8 +56,7 @@ class Tracker:
         self.settings = settings
         self.next_id = first_id
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
-        self._archive = Archive()
-        self._archive.put(known or [])
+        self._archive = Archive(known or [])
         self._awake: dict[int, MapObject] = {}
         self._clutter = Clutter(settings.echo.clutter_per_scan)
         self._t_ns: int | None = None
@@ -85,7 +84,7 @@ class Tracker:
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
         seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
         if len(self._tracks):
-            self._clutter.count(scan.echoes.take(seen.new), scan.sector)
+            self._clutter.count(scan.echoes.take(seen.new), scan.sector, scan.looked)
         self._correct(seen, scan)
         after = self._judge(seen, estimate, scan.t_ns)
         self._change(after, seen, scan, outcome)
@@ -147,6 +146,7 @@ class Tracker:
         evidence = life.Evidence(
             hit=seen.hit,
             inside=seen.inside,
+            skipped=seen.skipped,
             echoes=tracks.echoes,
             unseen_s=(t_ns - tracks.last) / NS,
             existence=tracks.existence,

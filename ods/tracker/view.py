@@ -1,6 +1,7 @@
 """Is an object expected in this image, at the edge of the sector, or not at all?"""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -23,28 +24,40 @@ class View(NamedTuple):
     inside: NDArray[np.bool_]
     """The predicted place is inside the sector."""
     probability: Array
-    """That the object is inside the sector."""
+    """That the object is inside the sector, at a range that was processed."""
+    skipped: NDArray[np.bool_]
+    """The predicted place is inside the sector, at a range that was more likely left out than processed."""
     watched: Array
     """Probability that the sonar looks at the object: 0 unless it is so far inside that a missing echo says something,
-    then the share of its vertical interval that the fan covers."""
+    then the share of its vertical interval that the fan covers, times the probability that its range was
+    processed."""
 
 
-def view(sight: Sight, sector: Sector, edge_sigmas: float) -> View:
+def view(sight: Sight, sector: Sector, looked: Sequence[tuple[float, float]], edge_sigmas: float) -> View:
     """Compare predictions with the sector; an object is watched that is at least `edge_sigmas` inside its edges.
 
-    Vertically an object is anywhere in an interval as wide as its variance allows.
+    looked: ranges (from, to) that were processed; empty: all. Vertically an object is anywhere in an interval as wide
+    as its variance allows.
     """
-    inside, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, edge_sigmas)
-    return View(inside, shares[0], shares[1])
+    ranges = np.array(looked, np.float64).reshape(-1, 2)
+    flags, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, edge_sigmas, ranges)
+    return View(flags[0], shares[0], flags[1], shares[1])
 
 
 @kernel
 def _view(
-    sight: Sight, nearest: float, farthest: float, port: float, starboard: float, half_vertical: float, margin: float
+    sight: Sight,
+    nearest: float,
+    farthest: float,
+    port: float,
+    starboard: float,
+    half_vertical: float,
+    margin: float,
+    looked: Array,
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Return the fields of `View`, the shares as (2, n)."""
+    """Return the fields of `View`: (2, n) inside and skipped, (2, n) probability and watched."""
     n = len(sight.range_m)
-    inside, shares = np.empty(n, np.bool_), np.empty((2, n))
+    flags, shares = np.empty((2, n), np.bool_), np.empty((2, n))
     for i in range(n):
         sigma_range = math.sqrt(sight.along[i]) + LEAST_SIGMA
         sigma_bearing = math.sqrt(sight.across[i]) / sight.horizontal[i] + LEAST_SIGMA
@@ -53,10 +66,29 @@ def _view(
             min(sight.bearing[i] - port, starboard - sight.bearing[i]) / sigma_bearing,
         )
         covered = _covered(sight.range_m[i], sight.elevation[i], sight.vertical[i], half_vertical)
-        inside[i] = to_edge >= 0.0 and covered > 0.0
-        shares[0, i] = 0.5 * math.erfc(-to_edge / ROOT2)
-        shares[1, i] = covered if to_edge >= margin else 0.0
-    return inside, shares
+        processed = _processed(sight.range_m[i], sigma_range, looked)
+        flags[0, i] = to_edge >= 0.0 and covered > 0.0
+        flags[1, i] = flags[0, i] and processed < 0.5
+        shares[0, i] = _normal(to_edge) * processed
+        shares[1, i] = covered * processed if to_edge >= margin else 0.0
+    return flags, shares
+
+
+@kernel
+def _processed(distance: float, sigma: float, looked: Array) -> float:
+    """Return the probability that the range of an object is one of `looked`, (k, 2); 1 when there are none."""
+    if len(looked) == 0:
+        return 1.0
+    total = 0.0
+    for begin, stop in looked:
+        total += _normal((stop - distance) / sigma) - _normal((begin - distance) / sigma)
+    return total
+
+
+@kernel
+def _normal(deviate: float) -> float:
+    """Return the standard normal distribution function."""
+    return 0.5 * math.erfc(-deviate / ROOT2)
 
 
 @kernel
