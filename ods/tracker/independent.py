@@ -31,7 +31,7 @@ DISPROVED = -5.0
 """Log-odds at which the static hypothesis starts anew from where the moving one is now."""
 PROVED = 8.0
 """Largest log-odds, so that an object that starts to move is believed in time."""
-REOPENED = 3.0
+REOPENED = 4.0
 """Log-odds, in favour of what was settled, when an object is seen again."""
 ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
 """Log-odds, either way, from which there is no doubt whether an object moves;"""

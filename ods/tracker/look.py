@@ -1,5 +1,6 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,13 +14,19 @@ from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Echoes, Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.view import View, near_sector, view
+from ods.tracker.view import View, hidden, near_sector, view
 
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-DROP_OUT_EXPECTED = 3
-"""So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
+DROP_OUT_EXPECTED = 3.0
+"""So many confirmed objects expected,"""
+DROP_OUT_SHARE = 0.25
+"""and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
+DROP_OUT_DETECTION = 0.005
+"""and in which an object has an echo with this probability: what is found is more likely a false alarm."""
+HIDDEN_AFTER_S = 0.5
+"""An object behind another one that was seen more recently than this is seen over it or beside it."""
 WAKE_MARGIN_M = 5.0
 """Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
@@ -58,28 +65,36 @@ def look(
     belief: Belief,
     estimate: Estimate,
     state: NDArray[np.int64],
+    unseen_s: Array,
     visibility: Array,
     clutter: ClutterDensity,
     settings: TrackerSettings,
 ) -> Look:
     """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) a state of `life`; `visibility`: (n,) of `existence`.
+    `state`: (n,) a state of `life`; `unseen_s`: (n,) time since the last echo; `visibility`: (n,) of `existence`.
     """
     sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
     sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
+    silent = reported & (unseen_s > HIDDEN_AFTER_S)
+    seen.watched[silent & hidden(sight, estimate.radius, state == life.ACTIVE)] = 0.0
     found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
     visible = visibility * seen.probability
     detected = settings.echo.detection_probability
     pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
+    drop_out = _is_drop_out(seen, reported, pairs)
+    if drop_out:
+        found = found._replace(evidence=found.evidence + math.log(DROP_OUT_DETECTION / detected))
+        detected = DROP_OUT_DETECTION
+        pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
     parts, loose = _parts(scan.echoes, pairs, sight, estimate.radius, reported)
     shown = _shown(scan.echoes, pairs, _likely(parts, estimate.radius, clutter, visible, detected), estimate.radius)
     hit = np.zeros(len(state), bool)
     hit[shown.objects] = True
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
-    watched, drop_out = _watched(seen, reported, hit, merged)
+    watched = _watched(seen, reported, hit, merged)
     asleep = state == life.HIBERNATED
     return Look(
         objects=shown.objects,
@@ -149,20 +164,24 @@ def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) 
     )
 
 
+def _is_drop_out(seen: View, reported: Mask, pairs: Candidates) -> bool:
+    """Tell whether far fewer of the confirmed objects have an echo than are in view."""
+    expected = float(seen.watched[reported].sum())
+    found = np.count_nonzero(reported[pairs.objects] & (seen.watched[pairs.objects] > 0.0))
+    return expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected
+
+
 @kernel
-def _watched(seen: View, reported: Mask, hit: Mask, merged: Array) -> tuple[Array, bool]:
-    """Return (n,) the `watched` of `Look`, and whether the image is a drop-out.
+def _watched(seen: View, reported: Mask, hit: Mask, merged: Array) -> Array:
+    """Return (n,) the `watched` of `Look`.
 
     `merged`: (n,) of `splits`: above 0, a missing echo may be in that of a neighbour.
     """
-    watched, expected, found = np.zeros(len(hit)), 0.0, False
+    watched = np.zeros(len(hit))
     for i in range(len(hit)):
         if hit[i] or merged[i] == 0.0:
             watched[i] = seen.watched[i] if reported[i] else 1.0 * (seen.inside[i] and not seen.skipped[i])
-        if reported[i]:
-            expected += seen.watched[i]
-            found |= hit[i]
-    return watched, expected >= DROP_OUT_EXPECTED and not found
+    return watched
 
 
 def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: Array) -> Fix:

@@ -82,7 +82,9 @@ class Tracker:
         estimate = mixture(belief)
         clutter = self._clutter.density(scan.echoes, scan.sector)
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
-        seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
+        unseen_s = (scan.t_ns - self._tracks.last) / NS
+        state = self._tracks.state
+        seen = look(scan, scan.vehicle, belief, estimate, state, unseen_s, visibility, clutter, self.settings)
         if len(self._tracks):
             self._clutter.count(scan.echoes.take(seen.new), scan.sector, scan.looked)
         self._correct(seen, scan)

@@ -121,3 +121,23 @@ def _near(
 
 def _edges(sector: Sector) -> tuple[float, float, float, float]:
     return sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
+
+
+@kernel
+def hidden(sight: Sight, radius: Array, hiding: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Tell (n,) whose predicted place is behind a nearer object, one of `hiding`, as seen from the sonar.
+
+    `radius`: (n,) m. The shadow is as wide as the object in front, and the standard deviation of the bearing wider.
+    """
+    n = len(sight.range_m)
+    behind = np.zeros(n, np.bool_)
+    for front in range(n):
+        if not hiding[front]:
+            continue
+        half_width = math.asin(min(radius[front] / sight.range_m[front], 1.0))
+        beyond = sight.range_m[front] + radius[front]
+        for i in range(n):
+            if sight.range_m[i] > beyond:
+                sigma = math.sqrt(sight.across[i]) / sight.horizontal[i]
+                behind[i] |= abs(sight.bearing[i] - sight.bearing[front]) <= half_width + sigma
+    return behind

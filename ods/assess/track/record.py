@@ -37,5 +37,5 @@ def follow(case: Scenario, settings: TrackerSettings) -> Record:
         picture = tracker.picture()
         rows.append(scenario.rows_of(k, picture))
         variance = picture.sigma_position[:2] ** 2
-        spreads.append(np.column_stack([*variance, np.zeros(len(picture))]))
+        spreads.append(np.column_stack([*variance, picture.covariance_ne]))
     return Record(np.concatenate(rows), np.concatenate(spreads), np.array(cpu_ms))
