@@ -25,8 +25,11 @@ DROP_OUT_SHARE = 0.25
 """and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
 DROP_OUT_DETECTION = 0.005
 """and in which an object has an echo with this probability: what is found is more likely a false alarm."""
-HIDDEN_AFTER_S = 0.5
-"""An object behind another one that was seen more recently than this is seen over it or beside it."""
+SILENT_S = 0.5
+"""An object seen more recently than this is not silent; one behind another is then seen over it or beside it."""
+VAGUE_M = 1.0
+"""An object silent for so long that its place is less certain than this takes no single echo, which may be a false
+alarm: it is found again by a new object that is confirmed there."""
 WAKE_MARGIN_M = 5.0
 """Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
@@ -78,9 +81,11 @@ def look(
     sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
-    silent = reported & (unseen_s > HIDDEN_AFTER_S)
+    silent = reported & (unseen_s > SILENT_S)
     seen.watched[silent & hidden(sight, estimate.radius, state == life.ACTIVE)] = 0.0
     found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
+    vague = silent & (np.maximum(sight.along, sight.across) > VAGUE_M**2)
+    found = found.take(~vague[found.objects])
     visible = visibility * seen.probability
     detected = settings.echo.detection_probability
     pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
