@@ -102,6 +102,10 @@ class IndependentObserver:
         """Decide for good whether each object moves, where that is established; in doubt both remain possible."""
         _settle(self._columns.data, rows, (KNOWN_SPEED * self._settings.velocity_sigma) ** 2)
 
+    def rest(self, rows: Rows) -> None:
+        """Decide for good that objects do not move: they are where they were when seen."""
+        self._columns.data[ODDS, rows] = math.inf
+
     def reopen(self, rows: Rows) -> None:
         """Take the decision of `settle` back: the hypothesis given up starts anew from the other one."""
         _reopen(self._columns.data, rows, self._new_velocity_variance)

@@ -34,6 +34,8 @@ TRANSITIONS: dict[int, tuple[int, ...]] = {
 }
 """The only changes there are."""
 
+REST = 0.5
+"""An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
 STATIC = 0.95
 """An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
 TENTATIVE_SILENT_S = 1.0

@@ -41,6 +41,9 @@ class Observer(Protocol):
     def settle(self, rows: NDArray[np.intp]) -> None:
         """Decide for good whether each object moves, where that is established: the static ones stay where they are."""
 
+    def rest(self, rows: NDArray[np.intp]) -> None:
+        """Decide for good that objects do not move: they are where they were when seen."""
+
     def reopen(self, rows: NDArray[np.intp]) -> None:
         """Take the decision of `settle` back: the object is seen again."""
 

@@ -154,7 +154,7 @@ class Tracker:
             existence=tracks.existence,
             visible=probabilities[existence.VISIBLE],
             first_visible=tracks.first_visible,
-            static=estimate.static >= life.STATIC,
+            static=estimate.static >= life.REST,
             covered=joining.covered(estimate, tracks.state == life.STAND_BY, seen.hit & (tracks.state == life.ACTIVE)),
             stray=joining.strays(tracks, estimate, tentative & seen.hit, ~tentative & ~seen.hit),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
@@ -173,6 +173,7 @@ class Tracker:
         ended = (after == life.TERMINATED) & (before != life.TENTATIVE) & ~joined
         stored = (after == life.HIBERNATED) & (before != life.HIBERNATED) & ~joined
         asleep = (after == life.HIBERNATED) & ~seen.near & ~joined
+        tracks.observer.rest(stored.nonzero()[0])
         if (ended | stored | asleep).any():
             self._report(ended, stored, asleep, scan.utc_ns, outcome)
         leaving = (after == life.TERMINATED) | joined | asleep
