@@ -19,13 +19,13 @@ class MotionSettings(Settings, frozen=True):
     """The same, down, m/s."""
     acceleration_noise: NonNegative = 0.01
     """Spectral density of a moving object's acceleration, m^2/s^3."""
-    static_noise: NonNegative = 1e-5
+    static_noise: NonNegative = 2e-6
     """Spectral density of a static object's drift (it stands for drift of the pose), m^2/s."""
     radius_noise: NonNegative = 1e-3
     """Spectral density of changes of the radius, which depends on the aspect, m^2/s."""
     static_prior: Probability = 0.7
     """Share of static ones among new objects."""
-    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.01
+    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.001
     """How often an object starts or stops moving, 1/s."""
 
 
