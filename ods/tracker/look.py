@@ -173,7 +173,7 @@ def _is_drop_out(seen: View, reported: Mask, pairs: Candidates) -> bool:
     """Tell whether far fewer of the confirmed objects have an echo than are in view."""
     expected = float(seen.watched[reported].sum())
     found = np.count_nonzero(reported[pairs.objects] & (seen.watched[pairs.objects] > 0.0))
-    return expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected
+    return bool(expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected)
 
 
 @kernel
