@@ -29,6 +29,7 @@ docs: $(VENV)/.ready
 
 benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.pipeline
+	$(BIN)/python -m benchmarks.tracker
 
 clean:
 	rm -rf $(VENV) out

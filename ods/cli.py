@@ -82,11 +82,24 @@ def _parser() -> argparse.ArgumentParser:
 
     _map_commands(commands)
 
-    assess = _command(commands, "assess", "accuracy and speed of every setting, on one chart", _assess)
-    assess.add_argument("what", choices=("detect",), help="detect: filters, detectors and attention of the pipeline")
-    assess.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
-    assess.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
+    assess = commands.add_parser("assess", help="accuracy and speed of every setting, on one chart")
+    _add_assessments(assess.add_subparsers(dest="what", required=True, metavar="WHAT", parser_class=_Parser))
     return parser
+
+
+def _add_assessments(commands: Any) -> None:
+    detect = _command(commands, "detect", "filters, detectors and attention of the pipeline", _assess_detect)
+    detect.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    detect.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
+
+    track = _command(commands, "track", "observers of the tracker", _assess_track)
+    track.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    track.add_argument("--seeds", type=_positive, metavar="N", help="runs of each scenario (default: 5)")
+    track.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
+    track.add_argument("--quick", action="store_true", help="a few scenarios, to see that it works")
+    track.add_argument("--figures", type=Path, metavar="OUT.png", help="draw figures 6 and 7 of [SSIE] instead")
+    track.add_argument("--forms", type=Path, metavar="OUT.png", help="draw where covariance updates break instead")
+    track.add_argument("--save", type=Path, metavar="FOLDER", help="write the scenarios for `ods track` instead")
 
 
 def _command(commands: Any, name: str, text: str, run: Any, config: Path | None = None) -> argparse.ArgumentParser:
@@ -234,7 +247,20 @@ def _map_prune(args: argparse.Namespace) -> None:
     map_command.prune(args.file, args.config, criteria, dry_run=args.dry_run)
 
 
-def _assess(args: argparse.Namespace) -> None:
+def _assess_detect(args: argparse.Namespace) -> None:
     from ods.assess import detect
 
     detect.assess(args.out, quick=args.quick)
+
+
+def _assess_track(args: argparse.Namespace) -> None:
+    from ods.assess.track import command
+
+    if args.figures:
+        command.draw_paper(args.figures)
+    if args.forms:
+        command.draw_forms(args.forms, quick=args.quick)
+    if args.save:
+        command.save_scenarios(args.save)
+    if not (args.figures or args.forms or args.save):
+        command.assess(args.out, seeds=args.seeds, with_peers=args.peers, quick=args.quick)

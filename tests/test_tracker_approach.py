@@ -111,14 +111,13 @@ def test_the_uncertainty_of_the_distance_is_what_sampling_shows() -> None:
 def test_a_prediction_is_never_surer_than_the_filter(
     slope: float, variance: float, residual: float, noise: float, dt: float
 ) -> None:
-    place, speed, grown, turn, rest = (np.array([value]) for value in (0.0, 1.0, variance, slope, residual))
     now = objects([[0.0, 0.0, 0.0]], [[1.0, 1.0, 1.0]])
-    speed_sigma = np.sqrt(kalman.velocity_variance(grown, turn, rest))
-    now = replace(now, sigma_position=np.full((3, 1), variance**0.5), sigma_velocity=np.tile(speed_sigma, (3, 1)))
-    kalman.predict(place, speed, grown, turn, rest, dt, noise)
+    speed_sigma = np.full((3, 1), kalman.velocity_variance(variance, slope, residual) ** 0.5)
+    now = replace(now, sigma_position=np.full((3, 1), variance**0.5), sigma_velocity=speed_sigma)
+    place, grown, _, _ = kalman.predict(0.0, 1.0, variance, slope, residual, dt, noise)
     later = now.carried_on(dt, MotionSettings(acceleration_noise=noise))
     assert (later.sigma_position[:, 0] >= np.sqrt(grown) * (1.0 - 1e-9)).all()
-    np.testing.assert_allclose(later.position[:, 0], place[0], atol=1e-9)
+    np.testing.assert_allclose(later.position[:, 0], place, atol=1e-9)
 
 
 def test_the_list_tells_approach_and_predictions() -> None:

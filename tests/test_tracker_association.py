@@ -25,8 +25,9 @@ VEHICLE = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_S
 
 def belief(positions: Array, variances: Array, weights: Array, radius: Array) -> Belief:
     """(h, n, 2) positions and variances, (h, n) weights."""
-    position, variance = np.zeros((3, *weights.shape)), np.full((3, *weights.shape), 1e-9)
-    position[:2], variance[:2] = np.moveaxis(positions, -1, 0), np.moveaxis(variances, -1, 0)
+    shape = len(weights), 3, len(radius)
+    position, variance = np.zeros(shape), np.full(shape, 1e-9)
+    position[:, :2], variance[:, :2] = np.swapaxes(positions, 1, 2), np.swapaxes(variances, 1, 2)
     static = weights[0]
     return Belief(weights, position, variance, np.zeros(weights.shape), radius, np.full(len(radius), 0.04), static)
 
@@ -53,10 +54,10 @@ def test_candidates_are_those_of_the_plain_formula() -> None:
     for i, j in itertools.product(range(n), range(m)):
         distances, density = [], 0.0
         for h in range(2):
-            north, east = believed.position[:2, h, i]
+            north, east = believed.position[h, :2, i]
             horizontal, bearing = math.hypot(north, east), math.atan2(east, north)
             turn = np.array([[math.cos(bearing), math.sin(bearing)], [-math.sin(bearing), math.cos(bearing)]])
-            s = turn @ np.diag(believed.variance[:2, h, i]) @ turn.T
+            s = turn @ np.diag(believed.variance[h, :2, i]) @ turn.T
             s += np.diag([seen.sigma_range[j] ** 2, (horizontal * seen.sigma_bearing[j]) ** 2])
             innovation = np.array([seen.range_m[j] - horizontal, (seen.bearing[j] - bearing) * horizontal])
             distances.append(innovation @ np.linalg.inv(s) @ innovation)
@@ -132,7 +133,8 @@ def test_parts_are_found_inside_the_circle_only() -> None:
     wholes, parts = parts_inside(predicted, np.array([6.0]), seen, np.array([0]), np.arange(3))
     assert wholes.tolist() == [0, 0]
     assert parts.tolist() == [0, 1]
-    together = put_together(wholes, parts, seen, np.array([6.0]))
+    together = put_together(Candidates(wholes, parts, np.array([1.0, 3.0])), seen, np.array([6.0]))
+    assert together.evidence.tolist() == [3.0]
     assert together.objects.tolist() == [0]
     assert together.echoes.range_m.tolist() == [52.5]
     assert together.echoes.bearing[0] == pytest.approx(0.04)

@@ -30,6 +30,7 @@ def evidence(seed: int, count: int) -> Evidence:
         first_visible=rng.random(count),
         static=flags[2],
         covered=flags[3],
+        stray=flags[4],
         sigma=rng.exponential(3.0, count),
     )
 
@@ -84,10 +85,13 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
 
 
 def test_bayes_by_hand() -> None:
-    """Prior 0.2 visible, 0.3 silent, 0.5 nothing; an echo 9 times as likely from the object: 1.8 against 0.5."""
+    """Prior 0.2 visible, 0.3 silent, 0.5 nothing; an echo 9 times as likely from the object: 1.8 : 0.3 : 0.5.
+
+    To the silent object the echo is a false alarm: it is no proof against it.
+    """
     start = np.array([[0.2], [0.3], [0.5]])
     hit = existence.judge(start, np.array([True]), np.log([9.0]), np.array([0.9]))
-    np.testing.assert_allclose(hit[:, 0], [1.8 / 2.3, 0.0, 0.5 / 2.3])
+    np.testing.assert_allclose(hit[:, 0], [1.8 / 2.6, 0.3 / 2.6, 0.5 / 2.6])
     missed = existence.judge(start, np.array([False]), np.zeros(1), np.array([0.9]))
     np.testing.assert_allclose(missed[:, 0], [0.02 / 0.82, 0.3 / 0.82, 0.5 / 0.82])
 

@@ -102,7 +102,7 @@ def test_the_predicted_covariance_is_turned_to_the_line_of_sight() -> None:
 
 def test_an_object_at_the_vehicles_own_place_is_no_trouble() -> None:
     seen = sight(np.zeros((3, 1)), np.ones((3, 1)), np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
-    for name in type(seen).__slots__:
+    for name in seen._fields:
         assert np.isfinite(getattr(seen, name)).all(), name
 
 

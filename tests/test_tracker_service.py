@@ -36,7 +36,8 @@ settings = SimpleNamespace(
 )
 service.run(TrackerWorker, PROCESSES["tracker"], settings)
 """
-PATIENCE_S = 20.0
+PATIENCE_S = 60.0
+"""The very first start on a machine compiles."""
 MS = 1_000_000
 
 

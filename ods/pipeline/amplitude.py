@@ -11,9 +11,9 @@ then a flat row, and one stray count in it is not infinitely above its surroundi
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.messages import Scale
 from ods.pipeline.fan import Image
-from ods.pipeline.kernel import kernel
 
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""

@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from ods.kernel import kernel
 from ods.pipeline.equalize import sorted_middle
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
 from ods.pipeline.params import BeamGainParams
 from ods.pipeline.registry import ImageStep, image_stage

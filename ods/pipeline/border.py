@@ -6,8 +6,8 @@ has elsewhere; the equalizers, too, know only one side.
 
 import numpy as np
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.regions import Runs
 
 _BEAMS, _SAMPLES = 2, 4

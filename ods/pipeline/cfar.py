@@ -6,9 +6,9 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.detect import Grouping
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row, mirrored
 from ods.pipeline.noise import Learner, NoiseMeter
 from ods.pipeline.params import CfarParams

@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.amplitude import Table
-from ods.pipeline.kernel import kernel
 from ods.pipeline.params import StageError, read_params, stage_label
 from ods.pipeline.pings import Look
 from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan, table_for

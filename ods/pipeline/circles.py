@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.pipeline.kernel import kernel
+from ods.kernel import kernel
 
 Points = NDArray[np.float64]
 """(n, 2) Cartesian coordinates, m."""

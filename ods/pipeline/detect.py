@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.border import drop_weak_at_border
 from ods.pipeline.fan import Fan, Image
 from ods.pipeline.grow import find_regions
-from ods.pipeline.kernel import kernel
 from ods.pipeline.noise import Learner, NoiseMeter
 from ods.pipeline.params import GroupParams, OneLevelParams, TwoLevelParams
 from ods.pipeline.regions import Regions, Runs

@@ -10,9 +10,9 @@ so the level of that beam tells where the edge is.
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.circles import Points, smallest_circle
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.regions import Regions, Runs
 
 FIELDS = (

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
 from ods.pipeline.params import MeanRangeParams, MedianRangeParams
 from ods.pipeline.registry import image_stage

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.regions import Regions
 
 Histogram = NDArray[np.int64]

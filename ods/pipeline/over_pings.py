@@ -3,9 +3,9 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.equalize import Limiter, limit_levels
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row
 from ods.pipeline.params import BackgroundParams, MeanRangeParams, PingIirParams, PingMedianParams
 from ods.pipeline.pings import Look, PingStep, Turner

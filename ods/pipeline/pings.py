@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import rotation_matrix
+from ods.kernel import kernel
 from ods.messages import Pose
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pose_buffer import PoseEstimate
 
 _KNOT = 32

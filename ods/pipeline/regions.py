@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.pipeline.kernel import kernel
+from ods.kernel import kernel
 
 Runs = NDArray[np.int32]
 """(runs, 4) beam, first column, column after the last, region from 1; sorted by region, then beam, then column."""

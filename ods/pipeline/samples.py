@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row, mirror_ends
 
 Cells = NDArray[np.generic]

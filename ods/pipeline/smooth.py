@@ -6,8 +6,8 @@ The image is mirrored at the range ends and at the fan's edges. All filters are 
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row, mirrored
 from ods.pipeline.params import BoxParams, FirParams, GaussianParams
 from ods.pipeline.registry import image_stage

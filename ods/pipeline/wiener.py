@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ods.kernel import kernel
 from ods.pipeline.fan import Fan, Image
-from ods.pipeline.kernel import kernel
 from ods.pipeline.mirror import Row, mirrored
 from ods.pipeline.params import WienerParams
 from ods.pipeline.registry import image_stage

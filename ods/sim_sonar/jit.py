@@ -1,9 +1,9 @@
-"""The typed doorway to numba: functions compiled at first use and cached beside their source."""
+"""Compilation of the simulator's functions."""
 
 from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
 
-import numba
+from ods import kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -13,5 +13,4 @@ def compiled(function: F) -> F:
 
     IEEE rules are kept but for the order of sums: the same machine gives the same bytes. Division by zero gives inf.
     """
-    rules = {"reassoc", "contract", "nsz"}
-    return cast(F, numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=rules)(function))
+    return kernel.compiled(function, nogil=True, fastmath={"reassoc", "contract", "nsz"})

@@ -4,19 +4,22 @@ Everything is compared in the sonar's own coordinates, along and across the line
 noise keep their shape; the uncertainty of prediction and pose is part of it.
 """
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from ods.geometry import Array, wrap_angle
+from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker.belief import Belief
-from ods.tracker.measurement import Sight
-from ods.tracker.scan import Echoes
+from ods.tracker.measurement import Sight, wrapped
+from ods.tracker.scan import BEARING, RADIUS, RANGE, SIGMA_BEARING, SIGMA_RADIUS, SIGMA_RANGE, Echoes
 from ods.tracker.settings import EchoSettings
 
 Rows = NDArray[np.intp]
+Mask = NDArray[np.bool_]
 
 IMPOSSIBLE = 1e-300
 """Keeps the logarithm of a likelihood that is too small for a number finite."""
@@ -24,8 +27,7 @@ LEAST_RADIUS_EVIDENCE = -4.5
 """A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change."""
 
 
-@dataclass(frozen=True, slots=True)
-class ClutterDensity:
+class ClutterDensity(NamedTuple):
     """False alarms at the place of each of m echoes."""
 
     per_m2: Array
@@ -34,8 +36,7 @@ class ClutterDensity:
     """(m,) probability density of the echo's radius among them, 1/m."""
 
 
-@dataclass(frozen=True, slots=True)
-class Candidates:
+class Candidates(NamedTuple):
     """All pairs of an object and an echo inside its gate: (p,) each."""
 
     objects: Rows
@@ -43,9 +44,17 @@ class Candidates:
     evidence: Array
     """Log of the likelihood of the echo from this object over that of a false alarm."""
 
-    def take(self, chosen: NDArray[np.bool_]) -> "Candidates":
+    def take(self, chosen: Mask) -> "Candidates":
         """Return the pairs of a mask."""
         return Candidates(self.objects[chosen], self.echoes[chosen], self.evidence[chosen])
+
+    def joined(self, other: "Candidates") -> "Candidates":
+        """Return the pairs of both."""
+        return Candidates(
+            np.concatenate([self.objects, other.objects]),
+            np.concatenate([self.echoes, other.echoes]),
+            np.concatenate([self.evidence, other.evidence]),
+        )
 
 
 def candidates(
@@ -55,45 +64,102 @@ def candidates(
 
     `sights`: what the sonar should see, (h, n) arrays, by the h hypotheses of n objects.
     """
-    objects, columns = _near_in_range(sights, echoes, settings.gate_sigmas)
-    echo = echoes.take(columns)
-    horizontal = sights.horizontal[:, objects]
-    along = echo.range_m - sights.range_m[:, objects]
-    across = wrap_angle(echo.bearing - sights.bearing[:, objects]) * horizontal
-    s_along = sights.along[:, objects] + echo.sigma_range**2
-    s_across = sights.across[:, objects] + (horizontal * echo.sigma_bearing) ** 2
-    s_mixed = sights.mixed[:, objects]
-    determinant = s_along * s_across - s_mixed**2
-    distance = (s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2) / determinant
-    gated = np.flatnonzero((distance <= settings.gate_sigmas**2).any(axis=0))
-    objects, columns = objects[gated], columns[gated]
-    density = belief.weight[:, objects] * np.exp(-0.5 * distance[:, gated]) / np.sqrt(determinant[:, gated])
-    total = density.sum(axis=0) * settings.detection_probability / (2.0 * np.pi * clutter.per_m2[columns])
-    evidence = np.log(np.maximum(total, IMPOSSIBLE)) + _radius_evidence(belief, echoes, clutter, objects, columns)
-    return Candidates(objects, columns, evidence)
-
-
-def _near_in_range(sights: Sight, echoes: Echoes, gate_sigmas: float) -> tuple[Rows, Rows]:
-    """Return the pairs whose ranges agree; echoes are sorted by range, so that no pair far apart is looked at."""
-    if not len(echoes) or not sights.range_m.size:
-        return np.zeros(0, np.intp), np.zeros(0, np.intp)
-    order = np.argsort(echoes.range_m)
+    order = echoes.range_m.argsort()
     in_order = echoes.range_m[order]
-    width = gate_sigmas * np.sqrt(sights.along + echoes.sigma_range.max() ** 2)
-    # The gate is an ellipse: nothing inside it is farther along the line of sight than `width`.
-    first = np.searchsorted(in_order, (sights.range_m - width).min(axis=0))
-    count = np.searchsorted(in_order, (sights.range_m + width).max(axis=0), side="right") - first
-    objects = np.repeat(np.arange(len(first)), count)
-    within = np.arange(len(objects)) - np.repeat(np.cumsum(count) - count, count)
-    return objects, order[np.repeat(first, count) + within]
+    reach = _reach(sights, echoes.table, settings.gate_sigmas)
+    first, last = in_order.searchsorted(reach[0]), in_order.searchsorted(reach[1], side="right")
+    detected = settings.detection_probability
+    return Candidates(
+        *_candidates(sights, belief, echoes.table, order, first, last, clutter, settings.gate_sigmas, detected)
+    )
 
 
-def _radius_evidence(belief: Belief, echoes: Echoes, clutter: ClutterDensity, objects: Rows, columns: Rows) -> Array:
-    """Return (p,) log-likelihood ratios of the radii: this object's against a false alarm's."""
-    variance = belief.radius_variance[objects] + echoes.sigma_radius[columns] ** 2
-    difference = echoes.radius[columns] - belief.radius[objects]
-    ratio = -0.5 * (difference**2 / variance + np.log(2.0 * np.pi * variance)) - np.log(clutter.radius[columns])
-    return np.maximum(ratio, LEAST_RADIUS_EVIDENCE)
+@kernel
+def _reach(sights: Sight, echoes: Array, gate: float) -> Array:
+    """Return (2, n) the smallest and the largest range at which an echo may be inside the gate of each object."""
+    largest = 0.0
+    for j in range(echoes.shape[1]):
+        largest = max(largest, echoes[SIGMA_RANGE, j])
+    hypotheses, n = sights.range_m.shape
+    reach = np.empty((2, n))
+    for i in range(n):
+        low, high = math.inf, -math.inf
+        for h in range(hypotheses):
+            # The gate is an ellipse: nothing inside it is farther along the line of sight than `width`.
+            width = gate * math.sqrt(sights.along[h, i] + largest**2)
+            low, high = min(low, sights.range_m[h, i] - width), max(high, sights.range_m[h, i] + width)
+        reach[0, i], reach[1, i] = low, high
+    return reach
+
+
+@kernel
+def _candidates(
+    sights: Sight,
+    belief: Belief,
+    echoes: Array,
+    order: Rows,
+    first: Rows,
+    last: Rows,
+    clutter: ClutterDensity,
+    gate: float,
+    detection_probability: float,
+) -> tuple[Rows, Rows, Array]:
+    """Return the fields of `Candidates`. Only the echoes `order[first[i]:last[i]]` may be near object i."""
+    most = 0
+    for i in range(len(first)):
+        most += max(last[i] - first[i], 0)
+    objects, columns, evidence = np.empty(most, np.intp), np.empty(most, np.intp), np.empty(most)
+    pairs = 0
+    for i in range(len(first)):
+        for j in order[first[i] : last[i]]:
+            if _nearest(sights, echoes, i, j) <= gate**2:
+                density = _density(sights, belief.weight, echoes, i, j)
+                chance = density * detection_probability / clutter.per_m2[j]
+                difference = echoes[RADIUS, j] - belief.radius[i]
+                variance = belief.radius_variance[i] + echoes[SIGMA_RADIUS, j] ** 2
+                alike = -0.5 * (difference**2 / variance + math.log(2.0 * math.pi * variance))
+                objects[pairs], columns[pairs] = i, j
+                evidence[pairs] = math.log(max(chance, IMPOSSIBLE)) + max(
+                    alike - math.log(clutter.radius[j]), LEAST_RADIUS_EVIDENCE
+                )
+                pairs += 1
+    return objects[:pairs], columns[:pairs], evidence[:pairs]
+
+
+@kernel
+def _nearest(sights: Sight, echoes: Array, i: int, j: int) -> float:
+    """Return the smallest squared distance, in standard deviations, of echo j from a hypothesis of object i."""
+    nearest = math.inf
+    for h in range(len(sights.range_m)):
+        nearest = min(nearest, _distance(sights, echoes, h, i, j)[0])
+    return nearest
+
+
+@kernel
+def _density(sights: Sight, weight: Array, echoes: Array, i: int, j: int) -> float:
+    """Return the probability density, 1/m^2, of the place of echo j if it is of object i."""
+    density = 0.0
+    for h in range(len(weight)):
+        distance, determinant = _distance(sights, echoes, h, i, j)
+        density += weight[h, i] * math.exp(-0.5 * distance) / math.sqrt(determinant)
+    return density / (2.0 * math.pi)
+
+
+@kernel
+def _distance(sights: Sight, echoes: Array, h: int, i: int, j: int) -> tuple[float, float]:
+    """Return the squared distance, in standard deviations, of echo j from hypothesis h of object i.
+
+    And the determinant, m^4, of the covariance that it is told by.
+    """
+    horizontal = sights.horizontal[h, i]
+    along = echoes[RANGE, j] - sights.range_m[h, i]
+    across = wrapped(echoes[BEARING, j] - sights.bearing[h, i]) * horizontal
+    s_along = sights.along[h, i] + echoes[SIGMA_RANGE, j] ** 2
+    s_across = sights.across[h, i] + (horizontal * echoes[SIGMA_BEARING, j]) ** 2
+    s_mixed = sights.mixed[h, i]
+    determinant = s_along * s_across - s_mixed**2
+    square = s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2
+    return square / determinant, determinant
 
 
 def worth_of(found: Candidates, visibility: Array, detection_probability: float) -> Array:
@@ -101,41 +167,80 @@ def worth_of(found: Candidates, visibility: Array, detection_probability: float)
 
     `visibility`: (n,) probability that the object, if it exists, is in view and gives echoes at all just now.
     """
-    visible = np.maximum(visibility[found.objects], IMPOSSIBLE)
-    return np.asarray(found.evidence + np.log(visible) - np.log1p(-detection_probability * visible))
+    return _worth(found.objects, found.evidence, visibility, detection_probability)
 
 
-def associate(found: Candidates, worth: Array, first: NDArray[np.bool_], echoes: int) -> Candidates:
+@kernel
+def _worth(objects: Rows, evidence: Array, visibility: Array, detection_probability: float) -> Array:
+    worth = np.empty(len(objects))
+    for k in range(len(objects)):
+        visible = max(visibility[objects[k]], IMPOSSIBLE)
+        worth[k] = evidence[k] + math.log(visible) - math.log1p(-detection_probability * visible)
+    return worth
+
+
+def associate(found: Candidates, worth: Array, first: Mask, echoes: int) -> Candidates:
     """Give each object at most one echo and each echo to at most one object; return the pairs.
 
     The objects of the mask `first` choose before the others; within each group the sum of worths, all above 0, is the
     largest possible. `echoes`: how many there are.
     """
-    chosen = np.zeros(len(worth), bool)
-    senior = first[found.objects]
-    _choose(found, worth, senior & (worth > 0.0), chosen)
-    taken = np.zeros(echoes, bool)
-    taken[found.echoes[chosen]] = True
-    _choose(found, worth, ~senior & (worth > 0.0) & ~taken[found.echoes], chosen)
+    chosen, taken = np.zeros(len(worth), bool), np.zeros(echoes, bool)
+    for senior in (True, False):
+        disputed = _undisputed(found.objects, found.echoes, worth, first, senior, taken, chosen)
+        if len(disputed):
+            matrix, rows, columns = _matrix(found.objects, found.echoes, worth, disputed, len(first), echoes)
+            column_of = np.full(len(matrix), -1)
+            best_rows, best_columns = linear_sum_assignment(matrix, maximize=True)
+            column_of[best_rows] = best_columns
+            chosen[disputed] = column_of[rows] == columns
+        taken[found.echoes[chosen]] = True
     return found.take(chosen)
 
 
-def _choose(found: Candidates, worth: Array, group: NDArray[np.bool_], chosen: NDArray[np.bool_]) -> None:
-    """Mark those pairs of the mask `group` that make the assignment with the largest sum of worths, all above 0."""
-    pairs = group.nonzero()[0]
-    if not len(pairs):
-        return
-    objects, echoes = found.objects[pairs], found.echoes[pairs]
-    rivals = np.bincount(objects)[objects] + np.bincount(echoes)[echoes]
-    chosen[pairs[rivals == 2]] = True
-    disputed = rivals > 2
-    if not disputed.any():
-        return
-    pairs = pairs[disputed]
-    objects, rows = np.unique(objects[disputed], return_inverse=True)
-    echoes, columns = np.unique(echoes[disputed], return_inverse=True)
-    matrix = np.zeros((len(objects), len(echoes)))
-    matrix[rows, columns] = worth[pairs]
-    best = np.zeros(matrix.shape, bool)
-    best[linear_sum_assignment(matrix, maximize=True)] = True
-    chosen[pairs[best[rows, columns]]] = True
+@kernel
+def _undisputed(
+    objects: Rows, echoes: Rows, worth: Array, first: Mask, senior: bool, taken: Mask, chosen: Mask
+) -> Rows:
+    """Mark in `chosen` the pairs of the group that have no rival; return those that have.
+
+    The group: objects whose `first` is `senior`, echoes not `taken`, worth above 0.
+    """
+    of_object, of_echo = np.zeros(len(first), np.intp), np.zeros(len(taken), np.intp)
+    group, members = np.empty(len(worth), np.intp), 0
+    for k in range(len(worth)):
+        if worth[k] > 0.0 and first[objects[k]] == senior and not taken[echoes[k]]:
+            of_object[objects[k]] += 1
+            of_echo[echoes[k]] += 1
+            group[members] = k
+            members += 1
+    disputed, count = np.empty(members, np.intp), 0
+    for k in group[:members]:
+        if of_object[objects[k]] == 1 and of_echo[echoes[k]] == 1:
+            chosen[k] = True
+        else:
+            disputed[count] = k
+            count += 1
+    return disputed[:count]
+
+
+@kernel
+def _matrix(
+    objects: Rows, echoes: Rows, worth: Array, pairs: Rows, all_objects: int, all_echoes: int
+) -> tuple[Array, Rows, Rows]:
+    """Return a matrix with the worths of `pairs`, 0 elsewhere, and in which row and column of it each of them is."""
+    row_of, column_of = np.full(all_objects, -1), np.full(all_echoes, -1)
+    rows, columns = np.empty(len(pairs), np.intp), np.empty(len(pairs), np.intp)
+    height = width = 0
+    for p, k in enumerate(pairs):
+        if row_of[objects[k]] < 0:
+            row_of[objects[k]] = height
+            height += 1
+        if column_of[echoes[k]] < 0:
+            column_of[echoes[k]] = width
+            width += 1
+        rows[p], columns[p] = row_of[objects[k]], column_of[echoes[k]]
+    matrix = np.zeros((height, width))
+    for p, k in enumerate(pairs):
+        matrix[rows[p], columns[p]] = worth[k]
+    return matrix, rows, columns

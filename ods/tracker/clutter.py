@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.messages import Sector
-from ods.tracker.scan import Echoes
+from ods.tracker.association import ClutterDensity
+from ods.tracker.scan import RADIUS, RANGE, Echoes
 
 RANGES = 10
 """Parts of the sonar's range that are counted apart."""
@@ -21,6 +22,9 @@ FEWEST = 0.1
 """False alarms a scan are never taken to be rarer than this."""
 PRIOR_SHARE = 0.25
 """Share of an even distribution in what was counted, so that nothing is impossible."""
+LEAST_MEAN = 1e-9
+"""Keeps shares of a sum that has fallen to nothing finite."""
+ALL_LOOKED = np.ones(RANGES)
 NEAREST_M = 0.1
 
 
@@ -29,13 +33,14 @@ class Clutter:
 
     def __init__(self, per_scan: float) -> None:
         self._scans = 1
+        self._mean = per_scan
         self._by_range = np.full(RANGES, per_scan / RANGES)
         self._by_radius = np.full(RADII, per_scan / RADII)
 
     @property
     def per_scan(self) -> float:
         """False alarms expected in a scan."""
-        return max(float(self._by_range.sum()), FEWEST)
+        return max(self._mean, FEWEST)
 
     def count(self, unexplained: Echoes, sector: Sector, looked: Sequence[tuple[float, float]]) -> None:
         """Take in the echoes of a scan that belong to no object, confirmed or not.
@@ -44,39 +49,67 @@ class Clutter:
         """
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
-        found = np.bincount(_range_class(unexplained, sector), minlength=RANGES)
-        self._by_range += weight * (found - _share_looked(sector, looked) * self._by_range)
-        self._by_radius += weight * (np.bincount(_radius_class(unexplained), minlength=RADII) - self._by_radius)
+        share = _share_looked(sector, looked)
+        edges = sector.range_min_m, sector.range_max_m
+        self._mean = _count(unexplained.table, *edges, weight, share, self._by_range, self._by_radius)
 
-    def density(self, echoes: Echoes, sector: Sector) -> Array:
-        """Return (m,) false alarms per m^2 at each echo; within a range class all samples are as likely to give one."""
-        even = self.per_scan / RANGES
-        in_class = PRIOR_SHARE * even + (1.0 - PRIOR_SHARE) * self._by_range
-        span_m = (sector.range_max_m - sector.range_min_m) / RANGES
+    def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
+        """Return false alarms at each echo; within a range class all samples are as likely to give one."""
+        edges = sector.range_min_m, sector.range_max_m
         opening = sector.bearing_max_rad - sector.bearing_min_rad
-        per_m_rad = np.maximum(in_class, FEWEST / RANGES)[_range_class(echoes, sector)] / (span_m * opening)
-        return np.asarray(per_m_rad / np.maximum(echoes.range_m, NEAREST_M))
-
-    def radius_density(self, echoes: Echoes) -> Array:
-        """Return (m,) probability density, 1/m, of each echo's radius among false alarms."""
-        share = self._by_radius / max(float(self._by_radius.sum()), 1e-9)
-        mixed = PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share
-        return np.asarray(mixed[_radius_class(echoes)] / RADIUS_STEP_M)
+        density = _density(echoes.table, *edges, opening, self._mean, self._by_range, self._by_radius)
+        return ClutterDensity(density[0], density[1])
 
 
-def _range_class(echoes: Echoes, sector: Sector) -> NDArray[np.intp]:
-    fraction = (echoes.range_m - sector.range_min_m) / (sector.range_max_m - sector.range_min_m)
-    return np.clip(fraction * RANGES, 0, RANGES - 1).astype(np.intp)
+@kernel
+def _count(
+    echoes: Array, nearest: float, farthest: float, weight: float, looked: Array, by_range: Array, by_radius: Array
+) -> float:
+    """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_range`.
+
+    looked: (RANGES,) share of each class of range that was processed: what was not stays as it is.
+    """
+    by_range *= 1.0 - weight * looked
+    by_radius *= 1.0 - weight
+    for j in range(echoes.shape[1]):
+        by_range[_range_class(echoes[RANGE, j], nearest, farthest)] += weight
+        by_radius[_radius_class(echoes[RADIUS, j])] += weight
+    return float(by_range.sum())
+
+
+@kernel
+def _density(
+    echoes: Array, nearest: float, farthest: float, opening: float, mean: float, by_range: Array, by_radius: Array
+) -> Array:
+    """Return the (2, m) fields of `ClutterDensity`; `mean`: the sum of `by_range`."""
+    radii = max(by_radius.sum(), LEAST_MEAN)
+    area = (farthest - nearest) / RANGES * opening
+    density = np.empty((2, echoes.shape[1]))
+    for j in range(echoes.shape[1]):
+        distance = echoes[RANGE, j]
+        counted = by_range[_range_class(distance, nearest, farthest)]
+        in_class = PRIOR_SHARE * max(mean, FEWEST) / RANGES + (1.0 - PRIOR_SHARE) * counted
+        density[0, j] = max(in_class, FEWEST / RANGES) / (area * max(distance, NEAREST_M))
+        share = by_radius[_radius_class(echoes[RADIUS, j])] / radii
+        density[1, j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
+    return density
+
+
+@kernel
+def _range_class(distance: float, nearest: float, farthest: float) -> int:
+    fraction = (distance - nearest) / (farthest - nearest)
+    return int(min(fraction * RANGES, RANGES - 1.0)) if fraction > 0.0 else 0
+
+
+@kernel
+def _radius_class(radius: float) -> int:
+    return int(min(radius / RADIUS_STEP_M, RADII - 1.0)) if radius > 0.0 else 0
 
 
 def _share_looked(sector: Sector, looked: Sequence[tuple[float, float]]) -> Array:
     """Return (RANGES,) the share of each class of range that was processed."""
     if not looked:
-        return np.ones(RANGES)
+        return ALL_LOOKED
     edges = np.linspace(sector.range_min_m, sector.range_max_m, RANGES + 1)
     covered = sum(np.diff(np.clip(edges, begin, stop)) for begin, stop in looked)
     return np.asarray(covered / np.diff(edges))
-
-
-def _radius_class(echoes: Echoes) -> NDArray[np.intp]:
-    return np.clip(echoes.radius / RADIUS_STEP_M, 0, RADII - 1).astype(np.intp)

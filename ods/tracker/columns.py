@@ -9,32 +9,23 @@ Number = TypeVar("Number", np.float64, np.int64)
 
 
 class Columns(Generic[Number]):
-    """A (rows, objects) table that objects are appended to and removed from, without a copy for each of them."""
+    """A (rows, objects) table to append objects to and remove them from; always C-contiguous, as kernels want it."""
 
-    def __init__(self, rows: int, dtype: type[Number], capacity: int = 64) -> None:
-        self._store: NDArray[Number] = np.zeros((rows, capacity), dtype)
-        self._count = 0
+    def __init__(self, rows: int, dtype: type[Number]) -> None:
+        self.data: NDArray[Number] = np.zeros((rows, 0), dtype)
+        """(rows, objects); another array after each `append` or `keep`."""
 
     def __len__(self) -> int:
-        return self._count
-
-    @property
-    def data(self) -> NDArray[Number]:
-        """(rows, objects) view; valid until the next `append` or `keep`."""
-        return self._store[:, : self._count]
+        return int(self.data.shape[1])
 
     def append(self, values: NDArray[Number]) -> None:
         """Add (rows, k) new columns at the end."""
-        count = self._count + values.shape[1]
-        if count > self._store.shape[1]:
-            larger = np.zeros((self._store.shape[0], 2 * count), self._store.dtype)
-            larger[:, : self._count] = self.data
-            self._store = larger
-        self._store[:, self._count : count] = values
-        self._count = count
+        old = len(self)
+        larger = np.empty((len(self.data), old + values.shape[1]), self.data.dtype)
+        larger[:, :old] = self.data
+        larger[:, old:] = values
+        self.data = larger
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the columns where (objects,) `mask` is False; the others keep their order."""
-        kept = self.data[:, mask]
-        self._count = kept.shape[1]
-        self._store[:, : self._count] = kept
+        self.data = self.data.compress(mask, axis=1)

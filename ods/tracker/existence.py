@@ -5,10 +5,13 @@ NOTHING (a false track, or the object is gone). Missing an object in some images
 keeps a well-established object alive through a silence that would end a young one.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker.settings import EchoSettings
 
 VISIBLE, SILENT, NOTHING = 0, 1, 2
@@ -21,8 +24,10 @@ MOST_EVIDENCE = 30.0
 
 def start(count: int, births: float, clutter: float) -> Array:
     """Return (3, count) probabilities of objects with one echo, given births and false alarms a scan."""
-    column = np.array([births, 0.0, clutter]) / (births + clutter)
-    return np.repeat(column[:, None], count, axis=1)
+    probabilities = np.zeros((3, count))
+    probabilities[VISIBLE] = births / (births + clutter)
+    probabilities[NOTHING] = clutter / (births + clutter)
+    return probabilities
 
 
 def established(existence: Array) -> Array:
@@ -36,31 +41,60 @@ def carry_on(probabilities: Array, echoes: NDArray[np.int64], watched: Array, dt
     `watched`: (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come
     back. `echoes`: (n,) so far; a young object is more often an error of association, and in view is lost sooner.
     """
-    visible, silent, nothing = probabilities
-    time = dt * watched
-    falls_silent = visible * -np.expm1(-echo.silence_rate * time)
-    returns = silent * -np.expm1(-echo.return_rate * time)
-    lost = -np.expm1(-echo.loss_rate * (dt + time * YOUNG / echoes))
-    moved = returns - falls_silent
-    stay = 1.0 - lost
-    return np.array([stay * (visible + moved), stay * (silent - moved), nothing + lost * (visible + silent)])
+    return _carry_on(probabilities, echoes, watched, dt, echo.silence_rate, echo.return_rate, echo.loss_rate)
+
+
+@kernel
+def _carry_on(
+    probabilities: Array,
+    echoes: NDArray[np.int64],
+    watched: Array,
+    dt: float,
+    silence_rate: float,
+    return_rate: float,
+    loss_rate: float,
+) -> Array:
+    carried = np.empty_like(probabilities)
+    for i in range(len(echoes)):
+        visible, silent, nothing = probabilities[VISIBLE, i], probabilities[SILENT, i], probabilities[NOTHING, i]
+        time = dt * watched[i]
+        falls_silent = visible * -math.expm1(-silence_rate * time)
+        returns = silent * -math.expm1(-return_rate * time)
+        lost = -math.expm1(-loss_rate * (dt + time * YOUNG / echoes[i]))
+        moved = returns - falls_silent
+        carried[VISIBLE, i] = (1.0 - lost) * (visible + moved)
+        carried[SILENT, i] = (1.0 - lost) * (silent - moved)
+        carried[NOTHING, i] = nothing + lost * (visible + silent)
+    return carried
 
 
 def visibility(probabilities: Array, dt: float, echo: EchoSettings) -> Array:
     """Return (n,) the probability that an object, if it exists, gives echoes `dt` seconds later."""
-    visible, silent, _ = probabilities
-    exists = np.maximum(visible + silent, SMALLEST)
-    return np.asarray((visible + silent * -np.expm1(-echo.return_rate * dt)) / exists)
+    return _visibility(probabilities, -math.expm1(-echo.return_rate * dt))
 
 
+@kernel
+def _visibility(probabilities: Array, returned: float) -> Array:
+    visibility = np.empty(probabilities.shape[1])
+    for i in range(len(visibility)):
+        visible, silent = probabilities[VISIBLE, i], probabilities[SILENT, i]
+        visibility[i] = (visible + silent * returned) / max(visible + silent, SMALLEST)
+    return visibility
+
+
+@kernel
 def judge(probabilities: Array, hit: NDArray[np.bool_], evidence: Array, expected: Array) -> Array:
     """Return (3, n) probabilities after an image.
 
     `evidence`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
-    `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not.
+    `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not. To a silent
+    object an echo is a false alarm, as it is where there is nothing.
     """
-    weighted = probabilities.copy()
-    weighted[VISIBLE] *= np.where(hit, np.exp(np.minimum(evidence, MOST_EVIDENCE)), 1.0 - expected)
-    weighted[SILENT] *= ~hit
-    weighted /= weighted.sum(axis=0)
-    return weighted
+    judged = np.empty_like(probabilities)
+    for i in range(len(hit)):
+        weight = math.exp(min(evidence[i], MOST_EVIDENCE)) if hit[i] else 1.0 - expected[i]
+        visible = weight * probabilities[VISIBLE, i]
+        silent, nothing = probabilities[SILENT, i], probabilities[NOTHING, i]
+        total = visible + silent + nothing
+        judged[VISIBLE, i], judged[SILENT, i], judged[NOTHING, i] = visible / total, silent / total, nothing / total
+    return judged

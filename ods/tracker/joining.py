@@ -1,15 +1,20 @@
 """Two tracks of one object: a young one continues a silent old one, or a silent one is part of a larger object."""
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker.belief import Estimate
 from ods.tracker.life import STATIC
 from ods.tracker.tracks import Tracks
 
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+Ints = NDArray[np.int64]
 
 FARTHEST_M = 10.0
 """However uncertain its prediction, an object is not found again farther away than this."""
@@ -38,14 +43,45 @@ def successors(tracks: Tracks, estimate: Estimate, young: Rows, old: Rows, gate_
     return young[rows[real]], old[columns[real]]
 
 
+def strays(tracks: Tracks, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
+    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`: objects not seen in this image.
+
+    Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
+    until an image shows both, they are one.
+    """
+    return _strays(
+        estimate.position, estimate.radius, tracks.born, tracks.last, young.nonzero()[0], missed.nonzero()[0]
+    )
+
+
+@kernel
+def _strays(position: Array, radius: Array, born: Ints, last: Ints, young: Rows, missed: Rows) -> Mask:
+    result = np.zeros(len(radius), np.bool_)
+    for i in young:
+        for j in missed:
+            if last[j] >= born[i] and _apart(position, i, j) < radius[i] + radius[j]:
+                result[i] = True
+    return result
+
+
 def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
     """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
-    result = np.zeros(len(silent), bool)
-    if not silent.any():
-        return result
     still = estimate.static >= STATIC
-    inner, outer = np.flatnonzero(silent & still), np.flatnonzero(active & still)
-    if len(inner) and len(outer):
-        offset = estimate.position[:2, inner][:, :, None] - estimate.position[:2, outer][:, None, :]
-        result[inner] = (np.hypot(offset[0], offset[1]) < estimate.radius[outer]).any(axis=1)
+    inner, outer = (silent & still).nonzero()[0], (active & still).nonzero()[0]
+    return _covered(estimate.position, estimate.radius, inner, outer)
+
+
+@kernel
+def _covered(position: Array, radius: Array, inner: Rows, outer: Rows) -> Mask:
+    result = np.zeros(len(radius), np.bool_)
+    for i in inner:
+        for j in outer:
+            if _apart(position, i, j) < radius[j]:
+                result[i] = True
     return result
+
+
+@kernel
+def _apart(position: Array, i: np.intp, j: np.intp) -> float:
+    """Return the horizontal distance of two objects."""
+    return math.hypot(position[0, i] - position[0, j], position[1, i] - position[1, j])

@@ -10,12 +10,13 @@ HIBERNATED -> ACTIVE                found again
 HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker.settings import LifeSettings
 
 Mask = NDArray[np.bool_]
@@ -33,6 +34,8 @@ TRANSITIONS: dict[int, tuple[int, ...]] = {
 }
 """The only changes there are."""
 
+REST = 0.5
+"""An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
 STATIC = 0.95
 """An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
 TENTATIVE_SILENT_S = 1.0
@@ -41,8 +44,7 @@ TENTATIVE_DOUBT = 0.03
 """An object not proved is given up when its probability falls to this share of what it began with: two misses."""
 
 
-@dataclass(frozen=True, slots=True)
-class Evidence:
+class Evidence(NamedTuple):
     """What the newest image says of n objects: (n,) each."""
 
     hit: Mask
@@ -64,32 +66,63 @@ class Evidence:
     """It does not move, at a probability of at least `STATIC`."""
     covered: Mask
     """It lies inside another object that is seen."""
+    stray: Mask
+    """Its echoes may be those of a confirmed object beside it."""
     sigma: Array
     """Standard deviation of its horizontal position, m."""
 
 
 def next_states(state: NDArray[np.int64], e: Evidence, settings: LifeSettings) -> NDArray[np.int64]:
     """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
-    doubted = e.existence < settings.drop_existence
-    outside = ~e.inside
-    silent = ~e.skipped & (e.unseen_s > settings.silent_s)
-    tentative, stand_by, hibernated = state == TENTATIVE, state == STAND_BY, state == HIBERNATED
+    return _next_states(
+        state,
+        e,
+        settings.confirm_echoes,
+        settings.confirm_existence,
+        settings.drop_existence,
+        settings.silent_s,
+        settings.stand_by_s,
+        settings.lost_sigma_m,
+    )
+
+
+@kernel
+def _next_states(
+    state: NDArray[np.int64],
+    e: Evidence,
+    confirm_echoes: int,
+    confirm_existence: float,
+    drop_existence: float,
+    silent_s: float,
+    stand_by_s: float,
+    lost_sigma_m: float,
+) -> NDArray[np.int64]:
     after = state.copy()
-    after[tentative & ~e.hit & ~e.skipped & _unproved(e)] = TERMINATED
-    after[tentative & e.hit & _proved(e, settings)] = ACTIVE
-    after[(state == ACTIVE) & ~e.hit & (outside | doubted | silent)] = STAND_BY
-    after[hibernated & doubted] = TERMINATED
-    if stand_by.any():
-        overdue = stand_by & ((outside & (e.unseen_s > settings.stand_by_s)) | (e.sigma > settings.lost_sigma_m))
-        after[overdue] = np.where(e.static[overdue], HIBERNATED, TERMINATED)
-        after[stand_by & (doubted | e.covered)] = TERMINATED
-    after[(stand_by | hibernated) & e.hit] = ACTIVE
+    for i in range(len(state)):
+        doubted = e.existence[i] < drop_existence
+        if state[i] == TENTATIVE:
+            after[i] = _proved_or_not(e, i, confirm_echoes, confirm_existence)
+        elif state[i] == ACTIVE:
+            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > silent_s and not e.skipped[i])):
+                after[i] = STAND_BY
+        elif state[i] == STAND_BY or state[i] == HIBERNATED:
+            overdue = (not e.inside[i] and e.unseen_s[i] > stand_by_s) or e.sigma[i] > lost_sigma_m
+            if e.hit[i]:
+                after[i] = ACTIVE
+            elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not e.static[i]))):
+                after[i] = TERMINATED
+            elif overdue:
+                after[i] = HIBERNATED
     return after
 
 
-def _proved(e: Evidence, settings: LifeSettings) -> Mask:
-    return (e.echoes >= settings.confirm_echoes) & (e.existence >= settings.confirm_existence)
-
-
-def _unproved(e: Evidence) -> Mask:
-    return (e.visible < TENTATIVE_DOUBT * e.first_visible) | (e.unseen_s > TENTATIVE_SILENT_S)
+@kernel
+def _proved_or_not(e: Evidence, i: int, confirm_echoes: int, confirm_existence: float) -> int:
+    """Return the next state of a tentative object."""
+    if e.hit[i]:
+        proved = e.echoes[i] >= confirm_echoes and e.existence[i] >= confirm_existence and not e.stray[i]
+        return ACTIVE if proved else TENTATIVE
+    if e.skipped[i]:
+        return TENTATIVE
+    unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.unseen_s[i] > TENTATIVE_SILENT_S
+    return TERMINATED if unproved else TENTATIVE

@@ -1,24 +1,35 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker import association, life, measurement, splits
 from ods.tracker.association import Candidates, ClutterDensity
 from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Echoes, Scan, Vehicle
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.view import near_sector, view
+from ods.tracker.view import View, hidden, near_sector, view
 
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
-DROP_OUT_EXPECTED = 3
-"""So many confirmed objects expected and none seen: a drop-out of the image, which counts against nobody."""
+DROP_OUT_EXPECTED = 3.0
+"""So many confirmed objects expected,"""
+DROP_OUT_SHARE = 0.25
+"""and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
+DROP_OUT_DETECTION = 0.005
+"""and in which an object has an echo with this probability: what is found is more likely a false alarm."""
+SILENT_S = 0.5
+"""An object seen more recently than this is not silent; one behind another is then seen over it or beside it."""
+VAGUE_M = 1.0
+"""An object silent for so long that its place is less certain than this takes no single echo, which may be a false
+alarm: it is found again by a new object that is confirmed there."""
 WAKE_MARGIN_M = 5.0
 """Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
 NO_RADIUS = 1e6
@@ -57,99 +68,125 @@ def look(
     belief: Belief,
     estimate: Estimate,
     state: NDArray[np.int64],
+    unseen_s: Array,
     visibility: Array,
     clutter: ClutterDensity,
     settings: TrackerSettings,
 ) -> Look:
     """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) a state of `life`; `visibility`: (n,) of `existence`.
+    `state`: (n,) a state of `life`; `unseen_s`: (n,) time since the last echo; `visibility`: (n,) of `existence`.
     """
-    sights = _sights(belief, estimate, vehicle)
-    sight = sights.take(-1)
+    sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
+    sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
     reported = state != life.TENTATIVE
-    found = association.candidates(sights.take(slice(-1)), belief, scan.echoes, clutter, settings.echo)
-    worth = association.worth_of(found, visibility * seen.probability, settings.echo.detection_probability)
-    pairs = association.associate(found, worth, reported, len(scan.echoes))
-    shown = _shown(scan.echoes, pairs, sight, estimate, reported, clutter)
-
+    silent = reported & (unseen_s > SILENT_S)
+    seen.watched[silent & hidden(sight, estimate.radius, state == life.ACTIVE)] = 0.0
+    found = association.candidates(sights, belief, scan.echoes, clutter, settings.echo)
+    vague = silent & (np.maximum(sight.along, sight.across) > VAGUE_M**2)
+    found = found.take(~vague[found.objects])
+    visible = visibility * seen.probability
+    detected = settings.echo.detection_probability
+    pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
+    drop_out = _is_drop_out(seen, reported, pairs)
+    if drop_out:
+        found = found._replace(evidence=found.evidence + math.log(DROP_OUT_DETECTION / detected))
+        detected = DROP_OUT_DETECTION
+        pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
+    parts, loose = _parts(scan.echoes, pairs, sight, estimate.radius, reported)
+    shown = _shown(scan.echoes, pairs, _likely(parts, estimate.radius, clutter, visible, detected), estimate.radius)
     hit = np.zeros(len(state), bool)
     hit[shown.objects] = True
-    evidence = np.zeros(len(state))
-    evidence[shown.objects] = shown.evidence
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
-    watched = np.where(hit | (merged == 0.0), np.where(reported, seen.watched, seen.inside & ~seen.skipped), 0.0)
-    drop_out = seen.watched[reported].sum() >= DROP_OUT_EXPECTED and not hit[reported].any()
+    watched = _watched(seen, reported, hit, merged)
     asleep = state == life.HIBERNATED
     return Look(
         objects=shown.objects,
         fix=_fix(scan, vehicle, sight, shown, shown.off_centre + merged[shown.objects]),
         hit=hit,
-        evidence=evidence,
+        evidence=np.asarray(np.bincount(shown.objects, shown.evidence, len(state)), np.float64),
         watched=watched,
-        expected=watched * (0.0 if drop_out else settings.echo.detection_probability),
+        expected=watched * (0.0 if drop_out else detected),
         inside=seen.inside,
         skipped=seen.skipped,
         near=near_sector(sight, scan.sector, 2.0 * WAKE_MARGIN_M) if asleep.any() else seen.inside,
-        new=shown.loose,
+        new=loose,
     )
 
 
 @dataclass(frozen=True, slots=True)
 class _Shown:
-    """Objects and their echoes, (k,) each, and the echoes left over."""
+    """Objects and their echoes, (k,) each."""
 
     objects: Rows
     echoes: Echoes
     evidence: Array
     off_centre: Array
     """Variance by which an echo may lie off its object's centre, m^2."""
-    loose: Rows
 
 
-def _shown(
-    echoes: Echoes, pairs: Candidates, sight: Sight, estimate: Estimate, reported: Mask, clutter: ClutterDensity
-) -> _Shown:
-    """Return the pairs, and besides them reported objects of which only parts are seen."""
+def _parts(
+    echoes: Echoes, pairs: Candidates, sight: Sight, radius: Array, reported: Mask
+) -> tuple[tuple[Rows, Rows], Rows]:
+    """Return the echoes inside the circle of an object, as (objects, echoes), and the rest; those in `pairs` apart."""
     loose = np.ones(len(echoes), bool)
     loose[pairs.echoes] = False
-    wholes, parts = splits.parts_inside(sight, estimate.radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
-    if not len(parts):
-        return _Shown(
-            pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)), loose.nonzero()[0]
-        )
+    wholes, parts = splits.parts_inside(sight, radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
     loose[parts] = False
-    in_parts = np.zeros(len(reported), bool)
-    in_parts[wholes] = True
-    smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < estimate.radius[pairs.objects]
+    return (wholes, parts), loose.nonzero()[0]
+
+
+def _likely(
+    parts: tuple[Rows, Rows], radius: Array, clutter: ClutterDensity, visible: Array, detection_probability: float
+) -> Candidates:
+    """Return those `parts` (objects, echoes) that are not more likely false alarms inside a silent object's circle."""
+    objects, echoes = parts
+    if not len(echoes):
+        return Candidates(objects, echoes, np.zeros(0))
+    by_chance = np.minimum(clutter.per_m2[echoes] * np.pi * radius[objects] ** 2, 1.0)
+    found = Candidates(objects, echoes, -np.log(by_chance))
+    return found.take(association.worth_of(found, visible, detection_probability) > 0.0)
+
+
+def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) -> _Shown:
+    """Return the pairs, and besides them the objects of which only `parts` are seen."""
+    if not len(parts.objects):
+        return _Shown(pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)))
+    in_parts = np.zeros(len(radius), bool)
+    in_parts[parts.objects] = True
+    smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < radius[pairs.objects]
     also_part = in_parts[pairs.objects] & smaller
     whole = pairs.take(~also_part)
     in_parts[whole.objects] = False
-    rest = splits.put_together(
-        np.concatenate([pairs.objects[also_part], wholes[in_parts[wholes]]]),
-        np.concatenate([pairs.echoes[also_part], parts[in_parts[wholes]]]),
-        echoes,
-        estimate.radius,
-    )
-    by_chance = np.minimum(clutter.per_m2[rest.first] * np.pi * estimate.radius[rest.objects] ** 2, 1.0)
+    split = parts.take(in_parts[parts.objects])
+    rest = splits.put_together(pairs.take(also_part).joined(split), echoes, radius)
     return _Shown(
         np.concatenate([whole.objects, rest.objects]),
         echoes.take(whole.echoes).joined(rest.echoes),
-        np.concatenate([whole.evidence, -np.log(by_chance)]),
+        np.concatenate([whole.evidence, rest.evidence]),
         np.concatenate([np.zeros(len(whole.objects)), rest.variance]),
-        loose.nonzero()[0],
     )
 
 
-def _sights(belief: Belief, estimate: Estimate, vehicle: Vehicle) -> Sight:
-    """Return what the sonar should see, (h + 1, n): by each hypothesis, and last by the mixture."""
-    return measurement.sight(
-        np.concatenate([belief.position, estimate.position[:, None]], axis=1),
-        np.concatenate([belief.variance, estimate.variance[:, None]], axis=1),
-        np.concatenate([belief.covariance_ne, estimate.covariance_ne[None]]),
-        vehicle,
-    )
+def _is_drop_out(seen: View, reported: Mask, pairs: Candidates) -> bool:
+    """Tell whether far fewer of the confirmed objects have an echo than are in view."""
+    expected = float(seen.watched[reported].sum())
+    found = np.count_nonzero(reported[pairs.objects] & (seen.watched[pairs.objects] > 0.0))
+    return bool(expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected)
+
+
+@kernel
+def _watched(seen: View, reported: Mask, hit: Mask, merged: Array) -> Array:
+    """Return (n,) the `watched` of `Look`.
+
+    `merged`: (n,) of `splits`: above 0, a missing echo may be in that of a neighbour.
+    """
+    watched = np.zeros(len(hit))
+    for i in range(len(hit)):
+        if hit[i] or merged[i] == 0.0:
+            watched[i] = seen.watched[i] if reported[i] else 1.0 * (seen.inside[i] and not seen.skipped[i])
+    return watched
 
 
 def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: Array) -> Fix:
@@ -160,8 +197,7 @@ def _fix(scan: Scan, vehicle: Vehicle, sight: Sight, shown: _Shown, off_centre: 
     fix = measurement.fix(shown.echoes, vehicle, half_vertical, elevation)
     if not off_centre.any():
         return fix
-    return replace(
-        fix,
+    return fix._replace(
         north=fix.north + off_centre,
         east=fix.east + off_centre,
         radius_variance=np.where(off_centre > 0.0, NO_RADIUS, fix.radius_variance),

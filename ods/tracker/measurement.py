@@ -3,19 +3,20 @@
 The fan has no resolution in elevation: a measurement is a range and a bearing, and a vertical interval.
 """
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.geometry import Array
-from ods.tracker.scan import Echoes, Vehicle
+from ods.kernel import kernel
+from ods.tracker.scan import BEARING, ELEVATION, RANGE, SIGMA_BEARING, SIGMA_RADIUS, SIGMA_RANGE, Echoes, Vehicle
 
 NEAREST_M = 1e-3
 """Horizontal distances are kept above this, so that a direction exists."""
 
 
-@dataclass(frozen=True, slots=True)
-class Sight:
+class Sight(NamedTuple):
     """Where the sonar should see objects: arrays of one shape, such as (n,) or (hypotheses, n)."""
 
     range_m: Array
@@ -34,13 +35,8 @@ class Sight:
     vertical: Array
     """Variance of the predicted height above the fan's plane, m^2."""
 
-    def take(self, rows: int | slice) -> "Sight":
-        """Return some rows of (hypotheses, n) arrays."""
-        return Sight(*(getattr(self, name)[rows] for name in Sight.__slots__))
 
-
-@dataclass(frozen=True, slots=True)
-class Fix:
+class Fix(NamedTuple):
     """Measured positions in the global frame with their noise: (k,) arrays."""
 
     position: Array
@@ -57,35 +53,58 @@ class Fix:
     radius_variance: Array
 
 
+@kernel
+def wrapped(angle: float) -> float:
+    """Return the angle wrapped to [-pi, pi)."""
+    if -math.pi <= angle < math.pi:
+        return angle
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
 def sight(position: Array, variance: Array, covariance_ne: Array, vehicle: Vehicle) -> Sight:
     """Predict what the sonar measures of objects: eq. 1 solved for the body frame, and the covariance.
 
-    `position`, `variance`: (3, ...) NED; `covariance_ne`: (...) of north and east.
+    `position`, `variance`: (3, n) or (h, 3, n) NED; `covariance_ne`: (n,) or (h, n) of north and east.
     """
-    flat = position.reshape(3, -1) - vehicle.position[:, None]
-    offset = flat.reshape(position.shape)
-    body = (vehicle.rotation.T @ flat).reshape(position.shape)
-    horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
-    north, east = offset[0] / horizontal, offset[1] / horizontal
-    in_plane = np.hypot(body[0], body[1])
-    slant = np.maximum(np.hypot(in_plane, body[2]), NEAREST_M)
-    s_nn, s_ee, s_dd = vehicle.sigma_position**2
-    p_nn, p_ee = variance[0] + s_nn, variance[1] + s_ee
-    roll, pitch, yaw = vehicle.sigma_attitude**2
-    nn, ee, ne = north * north, east * east, north * east
-    turned = 2.0 * ne * covariance_ne
-    square = horizontal * horizontal
-    vertical = variance[2] + (square * max(roll, pitch) + s_dd)
-    return Sight(
-        range_m=slant,
-        bearing=np.arctan2(body[1], body[0]),
-        elevation=np.arctan2(-body[2], in_plane),
-        horizontal=horizontal,
-        along=nn * p_nn + turned + ee * p_ee + (body[2] / slant) ** 2 * vertical,
-        across=ee * p_nn - turned + nn * p_ee + square * yaw,
-        mixed=ne * (p_ee - p_nn) + (nn - ee) * covariance_ne,
-        vertical=vertical,
-    )
+    if position.ndim == 2:
+        return Sight(*_sight(position[None], variance[None], covariance_ne[None], vehicle)[:, 0])
+    return Sight(*_sight(position, variance, covariance_ne, vehicle))
+
+
+@kernel
+def _sight(position: Array, variance: Array, covariance_ne: Array, vehicle: Vehicle) -> Array:
+    """Return the (8, h, n) fields of `Sight` for h hypotheses: (h, 3, n), (h, 3, n), (h, n)."""
+    hypotheses, _, n = position.shape
+    rotation = vehicle.rotation
+    s_nn, s_ee, s_dd = vehicle.sigma_position[0] ** 2, vehicle.sigma_position[1] ** 2, vehicle.sigma_position[2] ** 2
+    tilt = max(vehicle.sigma_attitude[0] ** 2, vehicle.sigma_attitude[1] ** 2)
+    yaw = vehicle.sigma_attitude[2] ** 2
+    seen = np.empty((8, hypotheses, n))
+    for h in range(hypotheses):
+        for i in range(n):
+            x = position[h, 0, i] - vehicle.position[0]
+            y = position[h, 1, i] - vehicle.position[1]
+            z = position[h, 2, i] - vehicle.position[2]
+            ahead = rotation[0, 0] * x + rotation[1, 0] * y + rotation[2, 0] * z
+            right = rotation[0, 1] * x + rotation[1, 1] * y + rotation[2, 1] * z
+            below = rotation[0, 2] * x + rotation[1, 2] * y + rotation[2, 2] * z
+            horizontal = max(math.hypot(x, y), NEAREST_M)
+            in_plane = math.hypot(ahead, right)
+            slant = max(math.hypot(in_plane, below), NEAREST_M)
+            north, east = x / horizontal, y / horizontal
+            p_nn, p_ee, p_ne = variance[h, 0, i] + s_nn, variance[h, 1, i] + s_ee, covariance_ne[h, i]
+            mixed = 2.0 * north * east * p_ne
+            square = horizontal**2
+            vertical = variance[h, 2, i] + square * tilt + s_dd
+            seen[0, h, i] = slant
+            seen[1, h, i] = math.atan2(right, ahead)
+            seen[2, h, i] = math.atan2(-below, in_plane)
+            seen[3, h, i] = horizontal
+            seen[4, h, i] = north**2 * p_nn + mixed + east**2 * p_ee + (below / slant) ** 2 * vertical
+            seen[5, h, i] = east**2 * p_nn - mixed + north**2 * p_ee + square * yaw
+            seen[6, h, i] = north * east * (p_ee - p_nn) + (north**2 - east**2) * p_ne
+            seen[7, h, i] = vertical
+    return seen
 
 
 def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array | None = None) -> Fix:
@@ -95,24 +114,36 @@ def fix(echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Array
     middle of the fan. `half_vertical`: half the fan's vertical opening, rad.
     """
     middle = echoes.elevation if elevation is None else elevation
-    in_plane = echoes.range_m * np.cos(middle)
-    cos_bearing, sin_bearing = np.cos(echoes.bearing), np.sin(echoes.bearing)
-    below = -echoes.range_m * np.sin(middle)
-    offset = vehicle.rotation @ np.array([in_plane * cos_bearing, in_plane * sin_bearing, below])
-    # The height measured is that of the fan's middle, wherever in the fan the object is.
-    offset[2] += vehicle.rotation[2, 2] * (-echoes.range_m * np.sin(echoes.elevation) - below)
-    horizontal = np.maximum(np.hypot(offset[0], offset[1]), NEAREST_M)
-    north, east = offset[0] / horizontal, offset[1] / horizontal
-    along = echoes.sigma_range**2
-    across = horizontal**2 * (echoes.sigma_bearing**2 + vehicle.sigma_attitude[2] ** 2)
-    sigma = vehicle.sigma_position**2
-    tilt = horizontal * max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
-    return Fix(
-        position=offset + vehicle.position[:, None],
-        north=north**2 * along + east**2 * across + sigma[0],
-        east=east**2 * along + north**2 * across + sigma[1],
-        mixed=north * east * (along - across),
-        half_height=echoes.range_m * np.sin(half_vertical) + vehicle.sigma_position[2] + tilt,
-        radius=echoes.radius,
-        radius_variance=echoes.sigma_radius**2,
-    )
+    found = _fix(echoes.table, middle, vehicle, half_vertical)
+    return Fix(found[0:3], found[3], found[4], found[5], found[6], echoes.radius, found[7])
+
+
+@kernel
+def _fix(echoes: Array, elevation: Array, vehicle: Vehicle, half_vertical: float) -> Array:
+    """Return (8, m): the fields of `Fix` one after another, but for the radius."""
+    count = echoes.shape[1]
+    rotation = vehicle.rotation
+    s_nn, s_ee = vehicle.sigma_position[0] ** 2, vehicle.sigma_position[1] ** 2
+    tilt = max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
+    found = np.empty((8, count))
+    for j in range(count):
+        distance, bearing = echoes[RANGE, j], echoes[BEARING, j]
+        in_plane, below = distance * math.cos(elevation[j]), -distance * math.sin(elevation[j])
+        ahead, right = in_plane * math.cos(bearing), in_plane * math.sin(bearing)
+        x = rotation[0, 0] * ahead + rotation[0, 1] * right + rotation[0, 2] * below
+        y = rotation[1, 0] * ahead + rotation[1, 1] * right + rotation[1, 2] * below
+        # The height measured is that of the fan's middle, wherever in the fan the object is.
+        z = rotation[2, 0] * ahead + rotation[2, 1] * right - rotation[2, 2] * distance * math.sin(echoes[ELEVATION, j])
+        horizontal = max(math.hypot(x, y), NEAREST_M)
+        north, east = x / horizontal, y / horizontal
+        along = echoes[SIGMA_RANGE, j] ** 2
+        across = horizontal**2 * (echoes[SIGMA_BEARING, j] ** 2 + vehicle.sigma_attitude[2] ** 2)
+        found[0, j] = x + vehicle.position[0]
+        found[1, j] = y + vehicle.position[1]
+        found[2, j] = z + vehicle.position[2]
+        found[3, j] = north**2 * along + east**2 * across + s_nn
+        found[4, j] = east**2 * along + north**2 * across + s_ee
+        found[5, j] = north * east * (along - across)
+        found[6, j] = distance * math.sin(half_vertical) + vehicle.sigma_position[2] + horizontal * tilt
+        found[7, j] = echoes[SIGMA_RADIUS, j] ** 2
+    return found

@@ -39,10 +39,16 @@ class Observer(Protocol):
         """Take one fix an object, `since_s` after its last one."""
 
     def settle(self, rows: NDArray[np.intp]) -> None:
-        """Decide for good whether each object moves: the static ones stay where they are from now on."""
+        """Decide for good whether each object moves, where that is established: the static ones stay where they are."""
+
+    def rest(self, rows: NDArray[np.intp]) -> None:
+        """Decide for good that objects do not move: they are where they were when seen."""
 
     def reopen(self, rows: NDArray[np.intp]) -> None:
         """Take the decision of `settle` back: the object is seen again."""
+
+    def inherit(self, heirs: NDArray[np.intp], old: NDArray[np.intp]) -> None:
+        """Let `heirs` go on with what is settled of `old`: they are the same objects, seen again."""
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the objects where `mask` is False."""

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +11,7 @@ from ods.geometry import Array, rotation_matrix
 from ods.messages import Detection, Sector
 
 
-@dataclass(frozen=True, slots=True)
-class Vehicle:
+class Vehicle(NamedTuple):
     """The vehicle at the ping."""
 
     position: Array
@@ -28,32 +28,70 @@ def vehicle_at(position: Array, attitude: Array, sigma_position: Array, sigma_at
     """Return the vehicle of a pose (quaternion w, x, y, z, body to global); None when a number is not finite."""
     if not np.isfinite(np.concatenate([position, attitude, sigma_position, sigma_attitude])).all():
         return None
-    return Vehicle(position, rotation_matrix(attitude), sigma_position, sigma_attitude)
+    numbers = position, rotation_matrix(attitude), sigma_position, sigma_attitude
+    return Vehicle(*(np.ascontiguousarray(array, np.float64) for array in numbers))
+
+
+RANGE, BEARING, ELEVATION, RADIUS, SIGMA_RANGE, SIGMA_BEARING, SIGMA_RADIUS = range(7)
+"""Rows of the table of `Echoes`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Echoes:
-    """The detections of one ping, (m,) each: m, rad."""
+    """The m detections of one ping."""
 
-    range_m: Array
-    bearing: Array
-    elevation: Array
-    """Of the plane the echo was seen in, up positive."""
-    radius: Array
-    sigma_range: Array
-    sigma_bearing: Array
-    sigma_radius: Array
+    table: Array
+    """(7, m) m, rad; row names as above."""
 
     def __len__(self) -> int:
-        return len(self.range_m)
+        return int(self.table.shape[1])
+
+    @property
+    def range_m(self) -> Array:
+        """(m,)."""
+        return self._row(RANGE)
+
+    @property
+    def bearing(self) -> Array:
+        """(m,)."""
+        return self._row(BEARING)
+
+    @property
+    def elevation(self) -> Array:
+        """(m,) of the plane the echo was seen in, up positive."""
+        return self._row(ELEVATION)
+
+    @property
+    def radius(self) -> Array:
+        """(m,)."""
+        return self._row(RADIUS)
+
+    @property
+    def sigma_range(self) -> Array:
+        """(m,)."""
+        return self._row(SIGMA_RANGE)
+
+    @property
+    def sigma_bearing(self) -> Array:
+        """(m,)."""
+        return self._row(SIGMA_BEARING)
+
+    @property
+    def sigma_radius(self) -> Array:
+        """(m,)."""
+        return self._row(SIGMA_RADIUS)
+
+    def _row(self, row: int) -> Array:
+        view: Array = self.table[row]
+        return view
 
     def take(self, rows: NDArray[np.intp]) -> "Echoes":
         """Return the echoes of an index array."""
-        return Echoes(*(getattr(self, name)[rows] for name in Echoes.__slots__))
+        return Echoes(self.table.take(rows, axis=1))
 
     def joined(self, other: "Echoes") -> "Echoes":
         """Return the echoes of both."""
-        return Echoes(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in Echoes.__slots__))
+        return Echoes(np.concatenate([self.table, other.table], axis=1))
 
 
 SMALLEST_SIGMA = 1e-4
@@ -69,8 +107,8 @@ def echoes_of(table: Array) -> tuple[Echoes, int]:
     """
     good = (np.abs(table) <= LARGEST).all(axis=1) & (table[:, 0] > 0.0) & (table[:, 3:] >= 0.0).all(axis=1)
     columns = np.ascontiguousarray(table[good].T)
-    np.maximum(columns[4:], SMALLEST_SIGMA, out=columns[4:])
-    return Echoes(*columns), int(len(good) - np.count_nonzero(good))
+    np.maximum(columns[SIGMA_RANGE:], SMALLEST_SIGMA, out=columns[SIGMA_RANGE:])
+    return Echoes(columns), int(len(good) - np.count_nonzero(good))
 
 
 def table_of(detections: list[Detection]) -> Array:

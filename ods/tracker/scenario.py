@@ -147,26 +147,32 @@ def scans(scenario: Scenario) -> Iterator[Scan]:
         yield Scan(t_ns, t_ns, vehicle, sector, echoes)
 
 
-def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
-    """Track a scenario. What its meta says of the sonar goes before the settings. Raises ScenarioError."""
+def tracker_for(scenario: Scenario, settings: TrackerSettings) -> Tracker:
+    """Return a new tracker; what the meta says of the sonar goes before the settings. Raises ScenarioError."""
     meta = scenario.meta
     echo = msgspec.structs.replace(settings.echo, detection_probability=min(max(meta.pd, 0.01), 0.99))
     if meta.clutter_lambda is not None:
         echo = msgspec.structs.replace(echo, clutter_per_scan=max(meta.clutter_lambda, 0.1))
     try:
-        tracker = Tracker(msgspec.structs.replace(settings, echo=echo))
+        return Tracker(msgspec.structs.replace(settings, echo=echo))
     except ValueError as error:
         raise ScenarioError(str(error)) from error
+
+
+def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
+    """Track a scenario. Raises ScenarioError."""
+    tracker = tracker_for(scenario, settings)
     rows, wall_ms = [np.zeros((0, 8))], []
     for k, scan in enumerate(scans(scenario)):
         start = time.perf_counter()
         tracker.step(scan)
         wall_ms.append(1e3 * (time.perf_counter() - start))
-        rows.append(_rows(k, tracker.picture()))
+        rows.append(rows_of(k, tracker.picture()))
     return Tracks(np.concatenate(rows), np.array(wall_ms))
 
 
-def _rows(scan: int, picture: Picture) -> Array:
+def rows_of(scan: int, picture: Picture) -> Array:
+    """Return the rows of `Tracks.trk` for the objects of a picture."""
     columns = [np.full(len(picture), scan), picture.id, *picture.position[:2], *picture.velocity[:2], picture.radius]
     return np.column_stack([*columns, picture.state]).astype(np.float64)
 

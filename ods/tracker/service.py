@@ -15,6 +15,7 @@ from ods.tracker.picture import Picture
 from ods.tracker.scan import Scan, Vehicle, echoes_of, table_of, vehicle_at
 from ods.tracker.tracker import Tracker
 from ods.tracker.validity import Watch
+from ods.tracker.warm_up import warm_up
 
 FUTURE_NS = clock.NS
 """A ping stamped later than now by more than this has a wrong time."""
@@ -42,10 +43,11 @@ class TrackerWorker(Worker[OnboardConfig]):
         self._watch: Watch
 
     def start(self) -> None:
-        """Load the map and make the tracker."""
+        """Load the map, make the tracker and compile it."""
         known, first_id = self._map.open()
         try:
             self._tracker = Tracker(self.settings.tracker, known, first_id)
+            warm_up(self.settings.tracker.observer)
         except ValueError as error:
             raise StartError(str(error)) from error
         self._watch = Watch(clock.monotonic_ns(), self.service.process.watches)

@@ -19,13 +19,13 @@ class MotionSettings(Settings, frozen=True):
     """The same, down, m/s."""
     acceleration_noise: NonNegative = 0.01
     """Spectral density of a moving object's acceleration, m^2/s^3."""
-    static_noise: NonNegative = 1e-5
+    static_noise: NonNegative = 2e-6
     """Spectral density of a static object's drift (it stands for drift of the pose), m^2/s."""
     radius_noise: NonNegative = 1e-3
     """Spectral density of changes of the radius, which depends on the aspect, m^2/s."""
     static_prior: Probability = 0.7
     """Share of static ones among new objects."""
-    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.01
+    change_rate: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.001
     """How often an object starts or stops moving, 1/s."""
 
 
@@ -38,6 +38,8 @@ class EchoSettings(Settings, frozen=True):
     """False alarms expected in a scan at the start; the tracker then counts them itself."""
     births_per_scan: Positive = 0.03
     """New objects expected in a scan; against `clutter_per_scan` it says how much proof a new object needs."""
+    births_at_start: Positive = 0.3
+    """The same in the very first images, where every object is new."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 4.0
     """Largest distance of a detection from the object's predicted place, standard deviations."""
     silence_rate: Positive = 0.02

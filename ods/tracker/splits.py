@@ -1,14 +1,17 @@
 """Where echoes and objects are not one to one: several echoes of a large object, one echo of two close objects."""
 
-from dataclasses import dataclass, replace
+import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.geometry import Array, wrap_angle
+from ods.geometry import Array
+from ods.kernel import kernel
+from ods.tracker.association import Candidates
 from ods.tracker.belief import Estimate
-from ods.tracker.measurement import Sight
-from ods.tracker.scan import Echoes
+from ods.tracker.measurement import Sight, wrapped
+from ods.tracker.scan import BEARING, RANGE, Echoes
 
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
@@ -24,10 +27,10 @@ class Parts:
     """Objects of which only parts were seen: (k,) each."""
 
     objects: Rows
-    first: Rows
-    """One echo of each,"""
+    evidence: Array
+    """Of the strongest of its echoes."""
     echoes: Echoes
-    """and the middle of all its echoes."""
+    """The middle of all its echoes."""
     variance: Array
     """Of the distance between that middle and the object's centre, m^2."""
 
@@ -38,27 +41,54 @@ def parts_inside(sight: Sight, radius: Array, echoes: Echoes, objects: Rows, loo
     `sight`: (n,) arrays; `radius`: (n,). Returns pairs of the object, that whose circle the echo is deepest in, and
     the echo; an object may come more than once.
     """
-    if not len(objects) or not len(loose):
-        nothing = np.zeros(0, np.intp)
-        return nothing, nothing
-    along = echoes.range_m[loose][None, :] - sight.range_m[objects][:, None]
-    turn = wrap_angle(echoes.bearing[loose][None, :] - sight.bearing[objects][:, None])
-    excess = np.hypot(along, turn * sight.horizontal[objects][:, None]) - radius[objects][:, None]
-    deepest = np.argmin(excess, axis=0)
-    inside = excess[deepest, np.arange(len(loose))] < 0.0
-    return objects[deepest[inside]], loose[inside]
+    return _parts_inside(sight, radius, echoes.table, objects, loose)
 
 
-def put_together(objects: Rows, parts: Rows, echoes: Echoes, radius: Array) -> Parts:
-    """Put the echoes `parts` of each of `objects` (pairs) together."""
-    wholes, first, group = np.unique(objects, return_index=True, return_inverse=True)
-    count = np.bincount(group)
-    middle = replace(
-        echoes.take(parts[first]),
-        range_m=np.bincount(group, echoes.range_m[parts]) / count,
-        bearing=np.bincount(group, echoes.bearing[parts]) / count,
-    )
-    return Parts(wholes, parts[first], middle, (PART_SHARE * radius[wholes]) ** 2)
+@kernel
+def _parts_inside(sight: Sight, radius: Array, echoes: Array, objects: Rows, loose: Rows) -> tuple[Rows, Rows]:
+    wholes, parts, found = np.empty(len(loose), np.intp), np.empty(len(loose), np.intp), 0
+    for j in loose:
+        deepest, whole = 0.0, -1
+        for i in objects:
+            along = echoes[RANGE, j] - sight.range_m[i]
+            if abs(along) < radius[i]:
+                across = wrapped(echoes[BEARING, j] - sight.bearing[i]) * sight.horizontal[i]
+                excess = math.hypot(along, across) - radius[i]
+                if excess < deepest:
+                    deepest, whole = excess, i
+        if whole >= 0:
+            wholes[found], parts[found] = whole, j
+            found += 1
+    return wholes[:found], parts[:found]
+
+
+def put_together(pairs: Candidates, echoes: Echoes, radius: Array) -> Parts:
+    """Put the echoes of each object of `pairs` together; `radius`: of all objects."""
+    wholes, evidence, middle = _put_together(pairs, echoes.table, len(radius))
+    return Parts(wholes, evidence, Echoes(middle), (PART_SHARE * radius[wholes]) ** 2)
+
+
+@kernel
+def _put_together(pairs: Candidates, echoes: Array, all_objects: int) -> tuple[Rows, Array, Array]:
+    """Return objects (k,), evidence (k,) and middle echoes (7, k), of `echoes` (7, m)."""
+    place, k = np.full(all_objects, -1), 0
+    count = np.zeros(len(pairs.objects))
+    wholes, evidence = np.empty(len(count), np.intp), np.empty(len(count))
+    middle = np.empty((echoes.shape[0], len(count)))
+    for pair, i in enumerate(pairs.objects):
+        j = pairs.echoes[pair]
+        if place[i] < 0:
+            place[i], wholes[k], evidence[k] = k, i, pairs.evidence[pair]
+            middle[:, k] = echoes[:, j]
+            k += 1
+        else:
+            evidence[place[i]] = max(evidence[place[i]], pairs.evidence[pair])
+            middle[RANGE, place[i]] += echoes[RANGE, j]
+            middle[BEARING, place[i]] += echoes[BEARING, j]
+        count[place[i]] += 1.0
+    middle[RANGE] /= count
+    middle[BEARING] /= count
+    return wholes[:k], evidence[:k], middle[:, :k].copy()
 
 
 def merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
@@ -67,13 +97,19 @@ def merged(estimate: Estimate, hit: Mask, here: Mask) -> Array:
     Where the circles of two objects touch and only one of them is `hit`, its echo may be the echo of both; `here`:
     objects that the sonar looks at. 0: no such neighbour.
     """
-    result = np.zeros(len(hit))
-    seen, unseen = (here & hit).nonzero()[0], (here & ~hit).nonzero()[0]
-    if not len(seen) or not len(unseen):
-        return result
-    offset = estimate.position[:2, seen][:, :, None] - estimate.position[:2, unseen][:, None, :]
-    separation = np.hypot(offset[0], offset[1])
-    touching = separation < estimate.radius[seen][:, None] + estimate.radius[unseen]
-    half = np.where(touching, np.maximum(0.5 * separation, SMALLEST_OFFSET_M), 0.0) ** 2
-    result[seen], result[unseen] = half.max(axis=1), half.max(axis=0)
+    return _merged(estimate, (here & hit).nonzero()[0], (here & ~hit).nonzero()[0])
+
+
+@kernel
+def _merged(estimate: Estimate, seen: Rows, unseen: Rows) -> Array:
+    result = np.zeros(len(estimate.radius))
+    for i in seen:
+        for j in unseen:
+            north = estimate.position[0, i] - estimate.position[0, j]
+            reach = estimate.radius[i] + estimate.radius[j]
+            if abs(north) < reach:
+                separation = math.hypot(north, estimate.position[1, i] - estimate.position[1, j])
+                if separation < reach:
+                    half = max(0.5 * separation, SMALLEST_OFFSET_M) ** 2
+                    result[i], result[j] = max(result[i], half), max(result[j], half)
     return result

@@ -4,6 +4,7 @@ A step carries the objects on to the ping, compares the image with what the sona
 states with the echoes given to them, judges whether they exist, and leads each through its life [SSIE figure 5].
 """
 
+import math
 from dataclasses import dataclass, field
 
 import msgspec
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from ods.clock import NS
 from ods.geometry import Array
+from ods.kernel import kernel
 from ods.tracker import existence, joining, life, measurement
 from ods.tracker.archive import Archive, MapObject
-from ods.tracker.association import ClutterDensity
 from ods.tracker.belief import Estimate, mixture
 from ods.tracker.clutter import Clutter
 from ods.tracker.look import WAKE_MARGIN_M, Look, look
@@ -27,6 +28,9 @@ from ods.tracker.tracks import Tracks
 Rows = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 States = NDArray[np.int64]
+
+FIRST_LOOKS = 2
+"""In so many images after the start all objects are new: one that is there may be missed in the very first."""
 
 
 @dataclass(slots=True)
@@ -57,6 +61,7 @@ class Tracker:
         self._clutter = Clutter(settings.echo.clutter_per_scan)
         self._t_ns: int | None = None
         self._since_judged = 0.0
+        self._looks = 0
 
     @property
     def t_ns(self) -> int | None:
@@ -71,14 +76,15 @@ class Tracker:
         outcome = Outcome()
         if scan.vehicle is None or not scan.usable:
             return outcome
+        self._looks += 1
         self._wake(scan, scan.vehicle)
         belief = self._tracks.observer.belief()
         estimate = mixture(belief)
-        clutter = ClutterDensity(
-            self._clutter.density(scan.echoes, scan.sector), self._clutter.radius_density(scan.echoes)
-        )
+        clutter = self._clutter.density(scan.echoes, scan.sector)
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
-        seen = look(scan, scan.vehicle, belief, estimate, self._tracks.state, visibility, clutter, self.settings)
+        unseen_s = (scan.t_ns - self._tracks.last) / NS
+        state = self._tracks.state
+        seen = look(scan, scan.vehicle, belief, estimate, state, unseen_s, visibility, clutter, self.settings)
         if len(self._tracks):
             self._clutter.count(scan.echoes.take(seen.new), scan.sector, scan.looked)
         self._correct(seen, scan)
@@ -116,11 +122,8 @@ class Tracker:
         ids, places = self._archive.places(vehicle.position[:2], sector.range_max_m + WAKE_MARGIN_M)
         if not len(ids):
             return
-        north, east = places - vehicle.position[:2, None]
-        ahead, side = vehicle.rotation[:2, 0], vehicle.rotation[:2, 1]
-        bearing = np.arctan2(side[0] * north + side[1] * east, ahead[0] * north + ahead[1] * east)
-        margin = WAKE_MARGIN_M / np.maximum(np.hypot(north, east), WAKE_MARGIN_M)
-        inside = (bearing + margin >= sector.bearing_min_rad) & (bearing - margin <= sector.bearing_max_rad)
+        edges = sector.bearing_min_rad, sector.bearing_max_rad
+        inside = _in_opening(np.ascontiguousarray(places), vehicle, *edges, WAKE_MARGIN_M)
         if inside.any():
             woken = self._archive.remove(ids[inside].tolist())
             self._awake |= {o.id: o for o in woken}
@@ -137,6 +140,7 @@ class Tracker:
     def _judge(self, seen: Look, estimate: Estimate, t_ns: int) -> States:
         """Judge existence by the image; return each object's next state."""
         tracks, settings = self._tracks, self.settings
+        tentative = tracks.state == life.TENTATIVE
         probabilities = tracks.probabilities
         carried = existence.carry_on(probabilities, tracks.echoes, seen.watched, self._since_judged, settings.echo)
         probabilities[...] = existence.judge(carried, seen.hit, seen.evidence, seen.expected)
@@ -150,8 +154,9 @@ class Tracker:
             existence=tracks.existence,
             visible=probabilities[existence.VISIBLE],
             first_visible=tracks.first_visible,
-            static=estimate.static >= life.STATIC,
+            static=estimate.static >= life.REST,
             covered=joining.covered(estimate, tracks.state == life.STAND_BY, seen.hit & (tracks.state == life.ACTIVE)),
+            stray=joining.strays(tracks, estimate, tentative & seen.hit, ~tentative & ~seen.hit),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
         )
         return life.next_states(tracks.state, evidence, settings.life)
@@ -161,14 +166,14 @@ class Tracker:
         tracks = self._tracks
         before = tracks.state.copy()
         tracks.state[:] = after
-        if (after >= life.STAND_BY).any():
-            tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
-        elif (after == before).all():
+        tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
+        if (after == before).all() and not (after == life.HIBERNATED).any():
             return
         joined = self._name(((before == life.TENTATIVE) & (after == life.ACTIVE)).nonzero()[0])
         ended = (after == life.TERMINATED) & (before != life.TENTATIVE) & ~joined
         stored = (after == life.HIBERNATED) & (before != life.HIBERNATED) & ~joined
         asleep = (after == life.HIBERNATED) & ~seen.near & ~joined
+        tracks.observer.rest(stored.nonzero()[0])
         if (ended | stored | asleep).any():
             self._report(ended, stored, asleep, scan.utc_ns, outcome)
         leaving = (after == life.TERMINATED) | joined | asleep
@@ -213,5 +218,20 @@ class Tracker:
         """Start a tentative object from each echo that belongs to none."""
         if len(seen.new):
             fix = measurement.fix(scan.echoes.take(seen.new), vehicle, scan.sector.half_vertical_rad)
-            births = self.settings.echo.births_per_scan
+            echo = self.settings.echo
+            births = echo.births_at_start if self._looks <= FIRST_LOOKS else echo.births_per_scan
             self._tracks.start(fix, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
+
+
+@kernel
+def _in_opening(places: Array, vehicle: Vehicle, port: float, starboard: float, margin_m: float) -> Mask:
+    """Tell which of the (2, k) north-east places are between two bearings, or not farther off than `margin_m`."""
+    inside = np.empty(places.shape[1], np.bool_)
+    for i in range(len(inside)):
+        north, east = places[0, i] - vehicle.position[0], places[1, i] - vehicle.position[1]
+        ahead = vehicle.rotation[0, 0] * north + vehicle.rotation[1, 0] * east
+        side = vehicle.rotation[0, 1] * north + vehicle.rotation[1, 1] * east
+        bearing = math.atan2(side, ahead)
+        margin = margin_m / max(math.hypot(north, east), margin_m)
+        inside[i] = bearing + margin >= port and bearing - margin <= starboard
+    return inside

@@ -133,6 +133,7 @@ class Tracks:
         ints[ID, heirs] = ints[ID, old]
         ints[FIRST_UTC, heirs] = ints[FIRST_UTC, old]
         ints[ECHOES, heirs] += ints[ECHOES, old]
+        self.observer.inherit(heirs, old)
 
     def keep(self, mask: NDArray[np.bool_]) -> None:
         """Remove the objects where `mask` is False."""

@@ -1,0 +1,155 @@
+"""`make benchmark`: CPU time of a scan against objects in view, with and without 10,000 hibernated ones.
+
+Every tracker gets the same scans; all take turns within one run, so that a machine that slows down slows all of them.
+`python -m benchmarks.tracker --out docs/tracker-cost.png` draws the chart too.
+"""
+
+import argparse
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+
+import msgspec
+import numpy as np
+from matplotlib.figure import Figure
+
+from ods.assess.track.case import observe
+from ods.assess.track.chart import COLOURS, dress, number, save
+from ods.assess.track.scenarios import SONAR, in_sector, world
+from ods.fan_plot import INK, PAPER
+from ods.tracker import scenario
+from ods.tracker.archive import MapObject
+from ods.tracker.measurement import Fix
+from ods.tracker.observers import OBSERVERS, make_observer
+from ods.tracker.scan import Scan
+from ods.tracker.scenario import Scenario
+from ods.tracker.settings import MotionSettings, TrackerSettings
+from ods.tracker.tracker import Tracker
+
+SIZES = ((10, 12), (30, 42), (100, 150), (300, 320))
+"""Objects in view, detections a scan."""
+TARGETS_MS = {10: 0.35, 100: 0.8, 300: 3.0}
+HIBERNATED = 10_000
+TIME_UPDATE_TARGET_MS = 0.1
+SETTLING, TIMED, TURN = 70, 350, 10
+"""Scans before the timing begins, of it, and of one tracker's turn."""
+NEAREST_M, FARTHEST_M = 160.0, 3000.0
+"""Where the hibernated objects lie: out of the sonar's reach."""
+
+
+@dataclass
+class Contestant:
+    """A tracker and the scans that it is still to get."""
+
+    name: str
+    size: tuple[int, int]
+    tracker: Tracker
+    scans: Iterator[Scan]
+    spent_ms: list[float]
+
+
+def field(objects: int, detections: int) -> Scenario:
+    """Return a field of static objects in view, with false alarms that make up the detections."""
+    rng = np.random.default_rng(objects)
+    meta = msgspec.structs.replace(SONAR, clutter_lambda=detections - SONAR.pd * objects)
+    places = in_sector(rng, objects, 10.0, 98.0, 2.5)
+    t = np.arange(SETTLING + TIMED) / 7.0
+    scene = world(t, places, np.zeros_like(places), rng.uniform(0.3, 1.0, objects), 0.0, meta)
+    return observe("field", scene, rng).scenario
+
+
+def sleepers(count: int) -> list[MapObject]:
+    """Return hibernated objects around, none in reach of the sonar."""
+    rng = np.random.default_rng(0)
+    distance, angle = np.sqrt(rng.uniform(NEAREST_M**2, FARTHEST_M**2, count)), rng.uniform(-np.pi, np.pi, count)
+    north, east = (distance * np.cos(angle)).tolist(), (distance * np.sin(angle)).tolist()
+    sigma = (0.1, 0.1, 2.0)
+    return [MapObject(i + 1, (north[i], east[i], 4.0), sigma, 1.0, 0.1, 0.99, 50, 1, 2, 3) for i in range(count)]
+
+
+def contestants() -> list[Contestant]:
+    """Return every observer at every size, without and with hibernated objects."""
+    found = []
+    known = sleepers(HIBERNATED)
+    for observer in OBSERVERS:
+        for size in SIZES:
+            scans = list(scenario.scans(field(*size)))
+            for asleep in (0, HIBERNATED):
+                tracker = Tracker(TrackerSettings(observer=observer), known[:asleep], HIBERNATED + 1)
+                name = f"{observer}, {asleep:,} hibernated" if asleep else observer
+                found.append(Contestant(name, size, tracker, iter(scans), []))
+    return found
+
+
+def run(all_of_them: list[Contestant]) -> None:
+    """Give every tracker its scans, in turns of some scans: as on board, where one tracker has the caches."""
+    for _ in range(0, SETTLING + TIMED, TURN):
+        for one in all_of_them:
+            for scan in islice(one.scans, TURN):
+                began = time.process_time()
+                one.tracker.step(scan)
+                one.spent_ms.append(1e3 * (time.process_time() - began))
+    for one in all_of_them:
+        del one.spent_ms[:SETTLING]
+
+
+def time_updates() -> dict[str, float]:
+    """Return the median time, ms, that each observer takes to carry 10,000 objects on."""
+    ones = np.ones(HIBERNATED)
+    fix = Fix(np.ones((3, HIBERNATED)), ones, ones, np.zeros(HIBERNATED), ones, ones, ones)
+    observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
+    spent: dict[str, list[float]] = {name: [] for name in observers}
+    for observer in observers.values():
+        observer.start(fix)
+    for _ in range(TIMED):
+        for name, observer in observers.items():
+            began = time.process_time()
+            observer.predict(1.0 / 7.0)
+            spent[name].append(1e3 * (time.process_time() - began))
+    return {name: float(np.median(times)) for name, times in spent.items()}
+
+
+def draw(all_of_them: list[Contestant]) -> Figure:
+    """Return the chart: medians as lines, crosses: targets."""
+    figure = Figure(figsize=(8.5, 6.0), dpi=110, facecolor=PAPER, layout="constrained")
+    axes = figure.subplots()
+    for index, name in enumerate(dict.fromkeys(one.name for one in all_of_them)):
+        mine = [one for one in all_of_them if one.name == name]
+        style = "o--" if "hibernated" in name else "o-"
+        axes.plot([one.size[0] for one in mine], [float(np.median(one.spent_ms)) for one in mine], style, label=name,
+                  color=COLOURS[index % len(COLOURS)])  # fmt: skip
+    axes.plot(list(TARGETS_MS), list(TARGETS_MS.values()), "x", color=INK, ms=9, mew=2, label="target")
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    number(axes.yaxis)
+    axes.set_xticks([objects for objects, _ in SIZES], [f"{objects} x {found}" for objects, found in SIZES])
+    axes.set_xticks([], minor=True)
+    dress(axes, "a scan step, association included", "objects in view x detections", "CPU time, ms, median")
+    return figure
+
+
+def main() -> None:
+    """Print the table, draw the chart if wanted."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, metavar="CHART.png")
+    args = parser.parse_args()
+    all_of_them = contestants()
+    run(all_of_them)
+    print(f"\nCPU time of a scan step, ms, median of {TIMED}, in turns")
+    print(f"{'observer':38}{'objects':>8}{'detections':>12}{'target':>8}{'ODS':>8}")
+    for one in all_of_them:
+        target = TARGETS_MS.get(one.size[0])
+        cell = f"{target:8.2f}" if target else " " * 8
+        print(f"{one.name:38}{one.size[0]:8}{one.size[1]:12}{cell}{np.median(one.spent_ms):8.3f}")
+    print(f"\ntime update of {HIBERNATED:,} objects, ms (target {TIME_UPDATE_TARGET_MS})")
+    for name, ms in time_updates().items():
+        print(f"{name:38}{ms:8.3f}")
+    if args.out is not None:
+        save(draw(all_of_them), args.out)
+        print(f"drawn: {args.out}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""`ods assess track`: the table and charts of all observers, the paper's figures 6 and 7, scenario files."""
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track as progress
+
+from ods.assess.track import peers
+from ods.assess.track.case import save
+from ods.assess.track.measure import rows
+from ods.assess.track.scenarios import KINDS, make
+from ods.assess.track.table import table_of
+from ods.errors import OdsError
+
+QUICK = ("paper", "static 10", "50 false alarms")
+SEEDS = 5
+
+
+def assess(out: Path | None, *, seeds: int | None, with_peers: bool, quick: bool) -> None:
+    """Run the scenarios, print the table, draw the chart. Raises OdsError."""
+    if with_peers and not peers.available():
+        raise OdsError("--peers: the library is not installed: pip install stonesoup")
+    count = seeds or (1 if quick else SEEDS)
+    names = progress(QUICK if quick else tuple(KINDS), description="assessing", transient=True)
+    found = [row for name in names for row in rows([name], count, with_peers)]
+    console = Console(width=200)
+    console.print(table_of(found, count))
+    if out is not None:
+        from ods.assess.track import chart
+
+        chart.save(chart.chart(found), out)
+        console.print(f"drawn: {out}")
+
+
+def draw_paper(path: Path) -> None:
+    """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
+    from ods.assess.track import chart, paper_figures
+
+    example = paper_figures.run()
+    chart.save(paper_figures.draw(example), path)
+    for line in paper_figures.story(example):
+        print(line)
+    print(f"drawn: {path}")
+
+
+def draw_forms(path: Path, *, quick: bool) -> None:
+    """Draw where each form of the covariance update breaks, and print what each costs. Raises OdsError."""
+    from ods.assess.track import chart, forms, forms_chart
+
+    grid = forms.measure(forms.QUICK if quick else forms.FULL)
+    Console(width=120).print(forms_chart.table(grid))
+    chart.save(forms_chart.draw(grid), path)
+    print(f"drawn: {path}")
+
+
+def save_scenarios(folder: Path, seed: int = 0) -> None:
+    """Write every scenario as a file for `ods track`. Raises OdsError."""
+    if not folder.is_dir():
+        raise OdsError(f"{folder}: no such folder")
+    for name in KINDS:
+        path = folder / f"{name.replace(',', '').replace(' ', '-')}.npz"
+        save(make(name, seed), path)
+        print(path)

@@ -1,0 +1,128 @@
+"""Runs every observer, the reference and the library's trackers over the scenarios, in turns."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from ods.assess.track import peers, record, reference
+from ods.assess.track.case import Case
+from ods.assess.track.record import Record
+from ods.assess.track.scenarios import KINDS, Limits, make
+from ods.assess.track.scores import Scores, score
+from ods.geometry import Array
+from ods.tracker.observers import OBSERVERS
+from ods.tracker.settings import TrackerSettings
+
+RELATIVE_LIMIT = 0.01
+"""Of the range, for position errors."""
+LATENCY_LIMIT_S = 0.35
+"""Or that of the reference, which waits for the third echo, however many scans that takes."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One tracker on one scenario: figures over all seeds."""
+
+    scenario: str
+    tracker: str
+    ours: bool
+    gospa: float
+    reference: float
+    """GOSPA of the reference."""
+    memory: float
+    """Memory score over the reference's."""
+    rmse_m: float
+    rmse_reference_m: float
+    relative: float
+    switches: int
+    """Of all seeds together."""
+    false_tracks: int
+    latency_s: float
+    latency_reference_s: float
+    nees: float
+    nees_reference: float
+    nees_band: tuple[float, float]
+    """Where 95 % of the means of so many consistent, independent objects lie."""
+    ms: float
+    limits: Limits
+
+    @property
+    def ratio(self) -> float:
+        """GOSPA over the reference's."""
+        return self.gospa / self.reference
+
+    def missed(self) -> list[str]:
+        """Return the names of the targets that were not reached."""
+        limits, (low, high) = self.limits, self.nees_band
+        broken = {
+            "GOSPA": limits.gospa is not None and not self.ratio <= limits.gospa,
+            "memory": limits.memory is not None and not self.memory <= limits.memory,
+            "error": not self.relative <= RELATIVE_LIMIT,
+            "switches": limits.switches is not None and self.switches > limits.switches,
+            "false": self.false_tracks > 0,
+            "latency": not self.latency_s <= max(LATENCY_LIMIT_S, self.latency_reference_s),
+            "NEES": limits.consistent and not low <= self.nees <= high,
+        }
+        return [name for name, is_broken in broken.items() if is_broken]
+
+
+def rows(names: Sequence[str], seeds: int, with_peers: bool) -> Iterator[Row]:
+    """Yield the rows scenario by scenario; the library runs with the first seed only."""
+    for name in names:
+        cases = [make(name, seed) for seed in range(seeds)]
+        truth = [score(case, reference.follow(case)) for case in cases]
+        trackers = {observer: _ours(observer) for observer in OBSERVERS}
+        found: dict[str, list[Scores]] = {observer: [] for observer in trackers}
+        for case in cases:
+            for observer, follow in trackers.items():
+                found[observer].append(score(case, follow(case)))
+        for observer, scores in found.items():
+            yield row_of(name, observer, scores, truth, ours=True)
+        for peer in KINDS[name].peers if with_peers else ():
+            yield row_of(name, peer, [score(cases[0], peers.ASSOCIATIONS[peer](cases[0]))], truth[:1], ours=False)
+
+
+def _ours(observer: str) -> Callable[[Case], Record]:
+    return lambda case: record.follow(case.scenario, TrackerSettings(observer=observer))
+
+
+def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Scores], *, ours: bool) -> Row:
+    """Return the figures of some seeds, and of the reference with the same seeds."""
+    nees = np.concatenate([one.nees for one in scores])
+    return Row(
+        scenario=name,
+        tracker=tracker,
+        ours=ours,
+        gospa=_mean([one.in_view for one in scores]),
+        reference=_mean([one.in_view for one in truth]),
+        memory=_mean([one.memory for one in scores]) / _mean([one.memory for one in truth]),
+        rmse_m=_mean([one.rmse_m for one in scores]),
+        rmse_reference_m=_mean([one.rmse_m for one in truth]),
+        relative=_mean([one.relative for one in scores]),
+        switches=sum(one.switches for one in scores),
+        false_tracks=sum(one.false_tracks for one in scores),
+        latency_s=_mean([one.latency_s for one in scores]),
+        latency_reference_s=_mean([one.latency_s for one in truth]),
+        nees=_mean(nees),
+        nees_reference=_mean(np.concatenate([one.nees for one in truth])),
+        nees_band=nees_band(len(nees)),
+        ms=float(np.median([one.ms for one in scores])),
+        limits=KINDS[name].limits,
+    )
+
+
+def _mean(values: Sequence[float] | Array) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")
+
+
+def nees_band(objects: int) -> tuple[float, float]:
+    """Return the 95 % band of the mean of `objects` independent squared errors of two coordinates.
+
+    An object's errors of one run hang together, so each object counts once.
+    """
+    if objects == 0:
+        return float("nan"), float("nan")
+    low, high = chi2.ppf(np.array([0.025, 0.975]), 2 * objects) / objects
+    return float(low), float(high)

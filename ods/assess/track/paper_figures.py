@@ -1,0 +1,200 @@
+"""[SSIE] figures 6 and 7 drawn anew: the worked example with a burst of noise on object 1.
+
+The paper's observer ends an object by its uncertainty alone and does not ask whether it exists, so here existence plays
+no part (`drop_existence`), and the limit of the uncertainty is set so that the old object ends when the paper's does.
+Everything else is the default.
+"""
+
+from dataclasses import dataclass, replace
+
+import msgspec
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from ods.assess.track.case import RADIUS, VX, VZ, Case, X, Z, observe
+from ods.assess.track.chart import COLOURS, dress
+from ods.assess.track.scenarios import paper
+from ods.fan_plot import INK, PAPER
+from ods.geometry import Array
+from ods.tracker import life, scenario
+from ods.tracker.picture import Picture
+from ods.tracker.settings import TrackerSettings
+
+SEED = 7
+BURST_S = (1.5, 4.0)
+BURST_M_S, BURST_RAD_S = 0.8, 0.01
+"""The error of object 1's range and bearing grows so fast during the burst: the filter follows it away."""
+LOST_SIGMA_M = 7.2
+DROP_EXISTENCE = 1e-6
+STARTED_S = 1.0
+STYLES = {life.ACTIVE: "-", life.STAND_BY: ":", life.HIBERNATED: "--"}
+PATH = "#8b949e"
+TITLES = (
+    *("figure 7: north, m", "down, m: not resolved by the sonar", "radius, m"),
+    *("velocity north, m/s", "velocity down, m/s"),
+)
+
+
+@dataclass(frozen=True)
+class Example:
+    """The run."""
+
+    case: Case
+    pictures: list[Picture]
+
+
+@dataclass(frozen=True)
+class Life:
+    """One object's course through its states."""
+
+    id: int
+    began: float
+    ended: float | None
+    """None: it was there to the end."""
+    stand_by: float | None
+    """When it last went to stand-by."""
+
+
+def example() -> Case:
+    """Return the worked example with its burst of noise."""
+    rng = np.random.default_rng(SEED)
+    case = observe("paper", paper(rng), rng)
+    det = case.scenario.det.copy()
+    t = case.scenario.t[det[:, 0].astype(int)]
+    burst = (case.source == 0) & (t >= BURST_S[0]) & (t < BURST_S[1])
+    det[burst, 1:3] += np.outer(t[burst] - BURST_S[0], (BURST_M_S, BURST_RAD_S))
+    return replace(case, scenario=replace(case.scenario, det=det))
+
+
+def run() -> Example:
+    """Track the example."""
+    case, default = example(), TrackerSettings()
+    rules = msgspec.structs.replace(default.life, lost_sigma_m=LOST_SIGMA_M, drop_existence=DROP_EXISTENCE)
+    tracker = scenario.tracker_for(case.scenario, msgspec.structs.replace(default, life=rules))
+    pictures = []
+    for scan in scenario.scans(case.scenario):
+        tracker.step(scan)
+        pictures.append(tracker.picture())
+    return Example(case, pictures)
+
+
+def lives(run: Example) -> list[Life]:
+    """Return every object's course, in the order of their ids."""
+    t = run.case.scenario.t
+    found = []
+    for identity in sorted({i for picture in run.pictures for i in picture.id.tolist()}):
+        states = np.array([next(iter(p.state[p.id == identity]), life.TENTATIVE) for p in run.pictures])
+        there = np.flatnonzero(states != life.TENTATIVE)
+        waits = np.flatnonzero((states[1:] == life.STAND_BY) & (states[:-1] == life.ACTIVE)) + 1
+        last = int(there[-1])
+        found.append(
+            Life(
+                identity,
+                float(t[there[0]]),
+                float(t[last + 1]) if last + 1 < len(t) else None,
+                float(t[waits[-1]]) if len(waits) else None,
+            )
+        )
+    return found
+
+
+def story(run: Example) -> list[str]:
+    """Return one line for each object."""
+    lines = []
+    for one in lives(run):
+        column = _course(run, one.id)
+        line = f"object {one.id}: from t = {one.began:.1f} s"
+        line += f", stand-by at {one.stand_by:.1f} s" if one.stand_by is not None else ""
+        line += f", discarded at {one.ended:.1f} s" if one.ended is not None else ""
+        active = column.state == life.ACTIVE
+        lines.append(f"{line}; radius {column.radius[active][-1]:.2f} m")
+    return lines
+
+
+@dataclass(frozen=True)
+class _Course:
+    """One object's estimates over its life."""
+
+    t: Array
+    state: NDArray[np.int64]
+    position: Array
+    """(k, 3)."""
+    velocity: Array
+    radius: Array
+    sigma_velocity: Array
+    """(k, 3)."""
+
+
+def _course(run: Example, identity: int) -> _Course:
+    rows = [(k, int(np.flatnonzero(p.id == identity)[0])) for k, p in enumerate(run.pictures) if identity in p.id]
+    pictures = [(run.pictures[k], i) for k, i in rows]
+    return _Course(
+        run.case.scenario.t[[k for k, _ in rows]],
+        np.array([p.state[i] for p, i in pictures]),
+        np.array([p.position[:, i] for p, i in pictures]),
+        np.array([p.velocity[:, i] for p, i in pictures]),
+        np.array([p.radius[i] for p, i in pictures]),
+        np.array([p.sigma_velocity[:, i] for p, i in pictures]),
+    )
+
+
+def draw(run: Example) -> Figure:
+    """Return the picture: paths, positions, depth, radii and velocities; dotted: stand-by; thin: the truth."""
+    figure = Figure(figsize=(15.0, 8.5), dpi=100, facecolor=PAPER, layout="constrained")
+    axes = figure.subplots(2, 3)
+    truth, t = run.case.truth, run.case.scenario.t
+    plan, quantities = axes[0, 0], (axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2])
+    plan.plot(run.case.position[:, 1], run.case.position[:, 0], color=INK, lw=2.0, label="vehicle")
+    for thing in range(truth.shape[1]):
+        plan.plot(truth[:, thing, 1], truth[:, thing, 0], color=PATH, lw=1.0)
+        for panel, column in zip(quantities, (X, Z, RADIUS, VX, VZ), strict=True):
+            panel.plot(t, truth[:, thing, column], color=PATH, lw=1.0)
+    for place, one in enumerate(lives(run)):
+        course, colour = _course(run, one.id), COLOURS[place]
+        _line(plan, course.position[:, 1], course.position[:, 0], course.state, colour, f"object {one.id}")
+        for panel, values in zip(quantities, _quantities(course), strict=True):
+            _line(panel, course.t, values, course.state, colour, "")
+        height = course.sigma_velocity[:, 2]
+        quantities[4].fill_between(course.t, -height, height, color=colour, alpha=0.12, lw=0.0)
+        _mark(quantities[0], one, course, colour)
+    for panel, title in zip(quantities, TITLES, strict=True):
+        dress(panel, title, "t, s", "")
+    quantities[1].invert_yaxis()
+    dress(plan, "figure 6: paths", "east, m", "north, m")
+    plan.set_aspect("equal", adjustable="datalim")
+    plan.legend(loc="lower left", facecolor=PAPER, edgecolor="none", labelcolor=INK, fontsize=9)
+    quantities[2].set_ylim(0.0, 7.5)
+    quantities[4].annotate("band: standard deviation told, about 0", (0.03, 0.94), xycoords="axes fraction", color=INK)
+    figure.suptitle(
+        "[SSIE] figures 6 and 7 redrawn. Grey: truth; full: active; dotted: stand-by", color=INK, fontsize=13
+    )
+    return figure
+
+
+def _quantities(course: _Course) -> tuple[Array, ...]:
+    return (course.position[:, 0], course.position[:, 2], course.radius, course.velocity[:, 0], course.velocity[:, 2])
+
+
+def _line(axes: Axes, x: Array, y: Array, state: NDArray[np.int64], colour: str, label: str) -> None:
+    """Draw a course, each state in its own style."""
+    for value, style in STYLES.items():
+        there = np.where(state == value, y, np.nan)
+        if np.isfinite(there).any():
+            axes.plot(x, there, style, color=colour, lw=1.8, label=label if value == life.ACTIVE and label else None)
+
+
+def _mark(axes: Axes, one: Life, course: _Course, colour: str) -> None:
+    """Say when an object began (unless it was there from the start), went to stand-by and was discarded."""
+    began = one.began if one.began > STARTED_S else None
+    events = ((began, "new", "^", (-8, -20)), (one.stand_by, "stand-by", "o", (4, 7)), (one.ended, "gone", "x", (4, 7)))
+    for when, what, marker, offset in events:
+        if when is not None:
+            row = min(int(np.searchsorted(course.t, when)), len(course.t) - 1)
+            place = (when, course.position[row, 0])
+            axes.plot(*place, marker, color=colour, ms=8, mfc="none")
+            axes.annotate(
+                f"{one.id} {what}, {when:.0f} s", place, color=colour, xytext=offset, textcoords="offset points",
+                fontsize=9,
+            )  # fmt: skip

@@ -1,0 +1,41 @@
+"""What a tracker said in a run: the same arrays for ours, the reference and a library's."""
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from ods.geometry import Array
+from ods.tracker import scenario
+from ods.tracker.scenario import Scenario
+from ods.tracker.settings import TrackerSettings
+
+SCAN, ID, NORTH, EAST, STATUS = 0, 1, 2, 3, 7
+"""Columns of `Record.trk`."""
+
+
+@dataclass(frozen=True)
+class Record:
+    """The tracks of one run over K scans."""
+
+    trk: Array
+    """(P, 8) as `ods track` writes it."""
+    spread: Array
+    """(P, 3) variances of north and east and their covariance, m^2; nan where the tracker does not tell."""
+    cpu_ms: Array
+    """(K,) CPU time of each step."""
+
+
+def follow(case: Scenario, settings: TrackerSettings) -> Record:
+    """Run our tracker over a scenario, as `ods track` does."""
+    tracker = scenario.tracker_for(case, settings)
+    rows, spreads, cpu_ms = [np.zeros((0, 8))], [np.zeros((0, 3))], []
+    for k, scan in enumerate(scenario.scans(case)):
+        start = time.process_time()
+        tracker.step(scan)
+        cpu_ms.append(1e3 * (time.process_time() - start))
+        picture = tracker.picture()
+        rows.append(scenario.rows_of(k, picture))
+        variance = picture.sigma_position[:2] ** 2
+        spreads.append(np.column_stack([*variance, picture.covariance_ne]))
+    return Record(np.concatenate(rows), np.concatenate(spreads), np.array(cpu_ms))

@@ -1,0 +1,38 @@
+"""Compilation before the first ping: numba compiles, or loads from its cache, all that a scan may need."""
+
+import numpy as np
+
+from ods.clock import NS
+from ods.geometry import Array, quat_from_euler
+from ods.messages import Sector
+from ods.tracker.archive import MapObject
+from ods.tracker.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
+
+
+def warm_up(observer: str) -> None:
+    """Track a made-up mission: two objects that contend for their echoes, a large one and one of the map; then none.
+
+    `observer`: the name of the one to be used; the other settings make no difference to what is compiled.
+    """
+    rock = MapObject(1, (60.0, 20.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 9, 0, 0, 0)
+    tracker = Tracker(TrackerSettings(observer=observer), [rock], first_id=2)
+    whole = np.array([_echo(40.0, 0.0, 0.5), _echo(40.5, 0.01, 0.5), _echo(70.0, -0.3, 6.0)])
+    part = np.array([_echo(73.0, -0.3, 1.0)])
+    for k in range(9):
+        tracker.step(_scan(k, whole, looks_back=False))
+    tracker.step(_scan(9, part, looks_back=False))
+    tracker.step(_scan(10, part[:0], looks_back=True))
+    tracker.picture()
+
+
+def _echo(range_m: float, bearing: float, radius: float) -> tuple[float, ...]:
+    return range_m, bearing, 0.0, radius, 0.2, 0.02, 0.3
+
+
+def _scan(k: int, table: Array, looks_back: bool) -> Scan:
+    t_ns = k * NS // 7
+    attitude = quat_from_euler(0.0, 0.0, np.pi if looks_back else 0.0)
+    vehicle = vehicle_at(np.zeros(3), attitude, np.zeros(3), np.zeros(3))
+    return Scan(t_ns, t_ns, vehicle, Sector(0.0, 100.0, -0.8, 0.8, 0.2), echoes_of(table)[0])

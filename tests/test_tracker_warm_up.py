@@ -1,0 +1,44 @@
+"""Everything is compiled before the first ping: none may wait for a compiler."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+from tracker_samples import course, run
+
+import ods.tracker
+from ods.tracker.archive import MapObject
+from ods.tracker.settings import LifeSettings, TrackerSettings
+from ods.tracker.tracker import Tracker
+from ods.tracker.warm_up import warm_up
+
+
+def compiled() -> set[tuple[str, str, str]]:
+    """Return (module, kernel, argument types) of all that numba has compiled so far."""
+    modules = [
+        importlib.import_module(f"ods.tracker.{part.name}") for part in pkgutil.iter_modules(ods.tracker.__path__)
+    ]
+    return {
+        (item.__module__, name, str(types))
+        for module in modules
+        for name, item in vars(module).items()
+        for types in getattr(item, "signatures", ())
+    }
+
+
+def test_no_real_scan_compiles_anything_more() -> None:
+    """A mission with all there is: clutter, silence, large and moving objects, leaving, the map, and coming back."""
+    settings = TrackerSettings(life=LifeSettings(stand_by_s=2.0))
+    warm_up(settings.observer)
+    before = compiled()
+    rng = np.random.default_rng(12)
+    starts = np.column_stack([rng.uniform(15.0, 90.0, 40), rng.uniform(-50.0, 50.0, 40), rng.uniform(2.0, 6.0, 40)])
+    velocities = np.where(rng.random((40, 1)) < 0.3, rng.normal(0.0, 0.5, (40, 3)), 0.0)
+    path = course(40.0, 0.6, starts, velocities, rng.uniform(0.5, 6.0, 40))
+    path.yaw[(path.t > 15.0) & (path.t < 25.0)] = np.pi
+    known = [MapObject(i, (30.0 + i, 0.0, 4.0), (0.5, 0.5, 1.0), 1.0, 0.2, 0.9, 9, 1, 2, 3) for i in (1, 2, 200)]
+    result = run(path, Tracker(settings, known, first_id=300), seed=12, clutter=5.0, silent=(8.0, 9.0))
+    assert len(result.ids()) > 20
+    assert result.ended
+    assert before
+    assert compiled() == before
