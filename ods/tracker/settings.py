@@ -112,6 +112,8 @@ class TrackerSettings(Settings, frozen=True):
 
     observer: str = "independent"
     """Name of the observer (the filters of an object's state)."""
+    association: str = "nearest"
+    """Which echo is whose: `nearest` (one echo each, the best sum) or `probabilistic` (all that may be its own)."""
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()
