@@ -143,7 +143,8 @@ def test_quick_assessment_prints_the_table_and_draws_the_chart(
     chart = tmp_path / "chart.png"
     assert cli.main(["assess", "track", "--quick", "--out", str(chart)]) == 0
     text = capsys.readouterr().out
-    assert "independent" in text
+    for tracker in ("independent, nearest", "independent, probabilistic"):
+        assert tracker in text
     assert "50 false alarms" in text
     assert chart.read_bytes().startswith(b"\x89PNG")
     assert cli.main(["assess", "track", "--save", str(tmp_path / "none")]) == 2

@@ -147,7 +147,19 @@ def test_damaged_bytes_anywhere_end_in_a_line_or_in_tracks(tmp_path: Path) -> No
             load(tmp_path / "bad.npz")
 
 
-def test_an_observer_that_there_is_not(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        (TrackerSettings(observer="best"), r"tracker\.observer: no observer 'best'; there are: independent"),
+        (
+            TrackerSettings(association="best"),
+            r"tracker\.association: no association 'best'; there are: nearest, probabilistic",
+        ),
+    ],
+)
+def test_an_observer_or_association_that_there_is_not(
+    tmp_path: Path, settings: TrackerSettings, complaint: str
+) -> None:
     np.savez(tmp_path / "in.npz", **arrays())
-    with pytest.raises(ScenarioError, match=r"tracker\.observer: no observer 'best'; there are: independent"):
-        track_file(tmp_path / "in.npz", tmp_path / "out.npz", TrackerSettings(observer="best"))
+    with pytest.raises(ScenarioError, match=complaint):
+        track_file(tmp_path / "in.npz", tmp_path / "out.npz", settings)

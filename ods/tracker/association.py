@@ -1,4 +1,4 @@
-"""Which echo belongs to which object: statistical gate, then global nearest neighbour.
+"""Which echo belongs to which object: statistical gate, and global nearest neighbour among what is inside.
 
 Everything is compared in the sonar's own coordinates, along and across the line of sight, where range and bearing
 noise keep their shape; the uncertainty of prediction and pose is part of it.
@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from ods.geometry import Array
 from ods.kernel import kernel
-from ods.tracker.belief import Belief
+from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Sight, wrapped
 from ods.tracker.scan import BEARING, RADIUS, RANGE, SIGMA_BEARING, SIGMA_RADIUS, SIGMA_RANGE, Echoes
 from ods.tracker.settings import EchoSettings
@@ -55,6 +55,17 @@ class Candidates(NamedTuple):
             np.concatenate([self.echoes, other.echoes]),
             np.concatenate([self.evidence, other.evidence]),
         )
+
+
+class Pairing(NamedTuple):
+    """Which objects were seen, and by what: k of them."""
+
+    pairs: Candidates
+    """(k,) the objects, each once, and the echo that is most likely its own."""
+    echoes: Echoes
+    """What each was seen by, (k,): that echo itself, or what stands for several."""
+    explained: Mask
+    """(m,) the echoes of the image that some object explains."""
 
 
 def candidates(
@@ -177,6 +188,14 @@ def _worth(objects: Rows, evidence: Array, visibility: Array, detection_probabil
         visible = max(visibility[objects[k]], IMPOSSIBLE)
         worth[k] = evidence[k] + math.log(visible) - math.log1p(-detection_probability * visible)
     return worth
+
+
+def nearest(found: Candidates, worth: Array, first: Mask, echoes: Echoes, sight: Sight, estimate: Estimate) -> Pairing:
+    """Global nearest neighbour: see `ods.tracker.associations.Association`; the predictions are not needed again."""
+    pairs = associate(found, worth, first, len(echoes))
+    explained = np.zeros(len(echoes), bool)
+    explained[pairs.echoes] = True
+    return Pairing(pairs, echoes.take(pairs.echoes), explained)
 
 
 def associate(found: Candidates, worth: Array, first: Mask, echoes: int) -> Candidates:

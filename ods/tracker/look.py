@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from ods.geometry import Array
 from ods.kernel import kernel
 from ods.tracker import association, life, measurement, splits
-from ods.tracker.association import Candidates, ClutterDensity
+from ods.tracker.association import Candidates, ClutterDensity, Pairing
+from ods.tracker.associations import Association
 from ods.tracker.belief import Belief, Estimate
 from ods.tracker.measurement import Fix, Sight
 from ods.tracker.scan import Echoes, Scan, Vehicle
@@ -72,10 +73,12 @@ def look(
     visibility: Array,
     clutter: ClutterDensity,
     settings: TrackerSettings,
+    associate: Association,
 ) -> Look:
     """Compare an image with the predictions of n objects: their hypotheses `belief`, and `estimate`, the mixture.
 
-    `state`: (n,) a state of `life`; `unseen_s`: (n,) time since the last echo; `visibility`: (n,) of `existence`.
+    `state`: (n,) a state of `life`; `unseen_s`: (n,) time since the last echo; `visibility`: (n,) of `existence`;
+    `associate`: of `associations`.
     """
     sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
     sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
@@ -88,14 +91,16 @@ def look(
     found = found.take(~vague[found.objects])
     visible = visibility * seen.probability
     detected = settings.echo.detection_probability
-    pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
-    drop_out = _is_drop_out(seen, reported, pairs)
+    worth = association.worth_of(found, visible, detected)
+    pairing = associate(found, worth, reported, scan.echoes, sight, estimate)
+    drop_out = _is_drop_out(seen, reported, pairing.pairs)
     if drop_out:
         found = found._replace(evidence=found.evidence + math.log(DROP_OUT_DETECTION / detected))
         detected = DROP_OUT_DETECTION
-        pairs = association.associate(found, association.worth_of(found, visible, detected), reported, len(scan.echoes))
-    parts, loose = _parts(scan.echoes, pairs, sight, estimate.radius, reported)
-    shown = _shown(scan.echoes, pairs, _likely(parts, estimate.radius, clutter, visible, detected), estimate.radius)
+        worth = association.worth_of(found, visible, detected)
+        pairing = associate(found, worth, reported, scan.echoes, sight, estimate)
+    parts, loose = _parts(scan.echoes, pairing.explained, sight, estimate.radius, reported)
+    shown = _shown(scan.echoes, pairing, _likely(parts, estimate.radius, clutter, visible, detected), estimate.radius)
     hit = np.zeros(len(state), bool)
     hit[shown.objects] = True
     merged = splits.merged(estimate, hit, reported & (seen.watched > 0.0))
@@ -127,11 +132,10 @@ class _Shown:
 
 
 def _parts(
-    echoes: Echoes, pairs: Candidates, sight: Sight, radius: Array, reported: Mask
+    echoes: Echoes, explained: Mask, sight: Sight, radius: Array, reported: Mask
 ) -> tuple[tuple[Rows, Rows], Rows]:
-    """Return the echoes inside the circle of an object, as (objects, echoes), and the rest; those in `pairs` apart."""
-    loose = np.ones(len(echoes), bool)
-    loose[pairs.echoes] = False
+    """Return the echoes inside the circle of an object, as (objects, echoes), and the rest; those `explained` apart."""
+    loose = ~explained
     wholes, parts = splits.parts_inside(sight, radius, echoes, reported.nonzero()[0], loose.nonzero()[0])
     loose[parts] = False
     return (wholes, parts), loose.nonzero()[0]
@@ -149,10 +153,11 @@ def _likely(
     return found.take(association.worth_of(found, visible, detection_probability) > 0.0)
 
 
-def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) -> _Shown:
+def _shown(echoes: Echoes, pairing: Pairing, parts: Candidates, radius: Array) -> _Shown:
     """Return the pairs, and besides them the objects of which only `parts` are seen."""
+    pairs = pairing.pairs
     if not len(parts.objects):
-        return _Shown(pairs.objects, echoes.take(pairs.echoes), pairs.evidence, np.zeros(len(pairs.echoes)))
+        return _Shown(pairs.objects, pairing.echoes, pairs.evidence, np.zeros(len(pairs.echoes)))
     in_parts = np.zeros(len(radius), bool)
     in_parts[parts.objects] = True
     smaller = echoes.radius[pairs.echoes] + 3.0 * echoes.sigma_radius[pairs.echoes] < radius[pairs.objects]
@@ -163,7 +168,7 @@ def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) 
     rest = splits.put_together(pairs.take(also_part).joined(split), echoes, radius)
     return _Shown(
         np.concatenate([whole.objects, rest.objects]),
-        echoes.take(whole.echoes).joined(rest.echoes),
+        pairing.echoes.take((~also_part).nonzero()[0]).joined(rest.echoes),
         np.concatenate([whole.evidence, rest.evidence]),
         np.concatenate([np.zeros(len(whole.objects)), rest.variance]),
     )
@@ -172,8 +177,8 @@ def _shown(echoes: Echoes, pairs: Candidates, parts: Candidates, radius: Array) 
 def _is_drop_out(seen: View, reported: Mask, pairs: Candidates) -> bool:
     """Tell whether far fewer of the confirmed objects have an echo than are in view."""
     expected = float(seen.watched[reported].sum())
-    found = np.count_nonzero(reported[pairs.objects] & (seen.watched[pairs.objects] > 0.0))
-    return bool(expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected)
+    found = int(np.count_nonzero(reported[pairs.objects] & (seen.watched[pairs.objects] > 0.0)))
+    return expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected
 
 
 @kernel

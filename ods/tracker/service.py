@@ -47,7 +47,7 @@ class TrackerWorker(Worker[OnboardConfig]):
         known, first_id = self._map.open()
         try:
             self._tracker = Tracker(self.settings.tracker, known, first_id)
-            warm_up(self.settings.tracker.observer)
+            warm_up(self.settings.tracker.observer, self.settings.tracker.association)
         except ValueError as error:
             raise StartError(str(error)) from error
         self._watch = Watch(clock.monotonic_ns(), self.service.process.watches)

@@ -65,7 +65,7 @@ class LifeSettings(Settings, frozen=True):
     """An object in view goes to stand-by after so long without an echo."""
     stand_by_s: Positive = 10.0
     """An object out of view is hibernated (static) or terminated (moving) after so long without an echo."""
-    lost_sigma_m: Positive = 5.0
+    lost_sigma_m: Positive = 4.0
     """The same when its position's standard deviation exceeds this."""
 
 
@@ -112,6 +112,8 @@ class TrackerSettings(Settings, frozen=True):
 
     observer: str = "independent"
     """Name of the observer (the filters of an object's state)."""
+    association: str = "probabilistic"
+    """Which echo is whose: `nearest` (one echo each, the best sum) or `probabilistic` (all that may be its own)."""
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()

@@ -16,6 +16,7 @@ from ods.geometry import Array
 from ods.kernel import kernel
 from ods.tracker import existence, joining, life, measurement
 from ods.tracker.archive import Archive, MapObject
+from ods.tracker.associations import association_of
 from ods.tracker.belief import Estimate, mixture
 from ods.tracker.clutter import Clutter
 from ods.tracker.look import WAKE_MARGIN_M, Look, look
@@ -51,11 +52,12 @@ class Tracker:
     def __init__(self, settings: TrackerSettings, known: list[MapObject] | None = None, first_id: int = 1) -> None:
         """Start with the hibernated objects `known`; new ids count up from `first_id`.
 
-        Raises ValueError when the settings name no observer that there is.
+        Raises ValueError when the settings name an observer or an association that there is not.
         """
         self.settings = settings
         self.next_id = first_id
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
+        self._associate = association_of(settings.association)
         self._archive = Archive(known or [])
         self._awake: dict[int, MapObject] = {}
         self._clutter = Clutter(settings.echo.clutter_per_scan)
@@ -84,7 +86,9 @@ class Tracker:
         visibility = existence.visibility(self._tracks.probabilities, self._since_judged, self.settings.echo)
         unseen_s = (scan.t_ns - self._tracks.last) / NS
         state = self._tracks.state
-        seen = look(scan, scan.vehicle, belief, estimate, state, unseen_s, visibility, clutter, self.settings)
+        seen = look(
+            scan, scan.vehicle, belief, estimate, state, unseen_s, visibility, clutter, self.settings, self._associate
+        )
         if len(self._tracks):
             self._clutter.count(scan.echoes.take(seen.new), scan.sector, scan.looked)
         self._correct(seen, scan)

@@ -11,13 +11,13 @@ from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
 
-def warm_up(observer: str) -> None:
+def warm_up(observer: str, association: str) -> None:
     """Track a made-up mission: two objects that contend for their echoes, a large one and one of the map; then none.
 
-    `observer`: the name of the one to be used; the other settings make no difference to what is compiled.
+    `observer`, `association`: names of those to be used; the other settings make no difference to what is compiled.
     """
     rock = MapObject(1, (60.0, 20.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 9, 0, 0, 0)
-    tracker = Tracker(TrackerSettings(observer=observer), [rock], first_id=2)
+    tracker = Tracker(TrackerSettings(observer=observer, association=association), [rock], first_id=2)
     whole = np.array([_echo(40.0, 0.0, 0.5), _echo(40.5, 0.01, 0.5), _echo(70.0, -0.3, 6.0)])
     part = np.array([_echo(73.0, -0.3, 1.0)])
     for k in range(9):

@@ -1,4 +1,4 @@
-"""Runs every observer, the reference and the library's trackers over the scenarios, in turns."""
+"""Runs every observer with every association, the reference and the library's trackers over the scenarios, in turns."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from ods.assess.track.record import Record
 from ods.assess.track.scenarios import KINDS, Limits, make
 from ods.assess.track.scores import Scores, score
 from ods.geometry import Array
+from ods.tracker.associations import ASSOCIATIONS
 from ods.tracker.observers import OBSERVERS
 from ods.tracker.settings import TrackerSettings
 
@@ -73,19 +74,19 @@ def rows(names: Sequence[str], seeds: int, with_peers: bool) -> Iterator[Row]:
     for name in names:
         cases = [make(name, seed) for seed in range(seeds)]
         truth = [score(case, reference.follow(case)) for case in cases]
-        trackers = {observer: _ours(observer) for observer in OBSERVERS}
-        found: dict[str, list[Scores]] = {observer: [] for observer in trackers}
+        trackers = {f"{observer}, {way}": _ours(observer, way) for observer in OBSERVERS for way in ASSOCIATIONS}
+        found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:
-            for observer, follow in trackers.items():
-                found[observer].append(score(case, follow(case)))
-        for observer, scores in found.items():
-            yield row_of(name, observer, scores, truth, ours=True)
+            for tracker, follow in trackers.items():
+                found[tracker].append(score(case, follow(case)))
+        for tracker, scores in found.items():
+            yield row_of(name, tracker, scores, truth, ours=True)
         for peer in KINDS[name].peers if with_peers else ():
             yield row_of(name, peer, [score(cases[0], peers.ASSOCIATIONS[peer](cases[0]))], truth[:1], ours=False)
 
 
-def _ours(observer: str) -> Callable[[Case], Record]:
-    return lambda case: record.follow(case.scenario, TrackerSettings(observer=observer))
+def _ours(observer: str, association: str) -> Callable[[Case], Record]:
+    return lambda case: record.follow(case.scenario, TrackerSettings(observer=observer, association=association))
 
 
 def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Scores], *, ours: bool) -> Row:
