@@ -149,5 +149,6 @@ def test_damaged_bytes_anywhere_end_in_a_line_or_in_tracks(tmp_path: Path) -> No
 
 def test_an_observer_that_there_is_not(tmp_path: Path) -> None:
     np.savez(tmp_path / "in.npz", **arrays())
-    with pytest.raises(ScenarioError, match=r"tracker\.observer: no observer 'best'; there are: independent"):
+    message = r"tracker\.observer: no observer 'best'; there are: coupled, independent, manoeuvring"
+    with pytest.raises(ScenarioError, match=message):
         track_file(tmp_path / "in.npz", tmp_path / "out.npz", TrackerSettings(observer="best"))

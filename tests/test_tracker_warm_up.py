@@ -4,10 +4,12 @@ import importlib
 import pkgutil
 
 import numpy as np
+import pytest
 from tracker_samples import course, run
 
 import ods.tracker
 from ods.tracker.archive import MapObject
+from ods.tracker.observers import OBSERVERS
 from ods.tracker.settings import LifeSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 from ods.tracker.warm_up import warm_up
@@ -26,9 +28,10 @@ def compiled() -> set[tuple[str, str, str]]:
     }
 
 
-def test_no_real_scan_compiles_anything_more() -> None:
+@pytest.mark.parametrize("observer", OBSERVERS)
+def test_no_real_scan_compiles_anything_more(observer: str) -> None:
     """A mission with all there is: clutter, silence, large and moving objects, leaving, the map, and coming back."""
-    settings = TrackerSettings(life=LifeSettings(stand_by_s=2.0))
+    settings = TrackerSettings(observer=observer, life=LifeSettings(stand_by_s=2.0))
     warm_up(settings.observer)
     before = compiled()
     rng = np.random.default_rng(12)
