@@ -150,7 +150,10 @@ def test_damaged_bytes_anywhere_end_in_a_line_or_in_tracks(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("settings", "complaint"),
     [
-        (TrackerSettings(observer="best"), r"tracker\.observer: no observer 'best'; there are: independent"),
+        (
+            TrackerSettings(observer="best"),
+            r"tracker\.observer: no observer 'best'; there are: coupled, independent, manoeuvring",
+        ),
         (
             TrackerSettings(association="best"),
             r"tracker\.association: no association 'best'; there are: nearest, probabilistic",

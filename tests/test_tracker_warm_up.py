@@ -9,7 +9,7 @@ from tracker_samples import course, run
 
 import ods.tracker
 from ods.tracker.archive import MapObject
-from ods.tracker.associations import ASSOCIATIONS
+from ods.tracker.observers import OBSERVERS
 from ods.tracker.settings import LifeSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 from ods.tracker.warm_up import warm_up
@@ -28,11 +28,13 @@ def compiled() -> set[tuple[str, str, str]]:
     }
 
 
-@pytest.mark.parametrize("association", ASSOCIATIONS)
-def test_no_real_scan_compiles_anything_more(association: str) -> None:
+@pytest.mark.parametrize(
+    ("observer", "association"), [*((name, "probabilistic") for name in OBSERVERS), ("independent", "nearest")]
+)
+def test_no_real_scan_compiles_anything_more(observer: str, association: str) -> None:
     """A mission with all there is: clutter, silence, large and moving objects, leaving, the map, and coming back."""
-    settings = TrackerSettings(association=association, life=LifeSettings(stand_by_s=2.0))
-    warm_up(settings.observer, association)
+    settings = TrackerSettings(observer=observer, association=association, life=LifeSettings(stand_by_s=2.0))
+    warm_up(observer, association)
     before = compiled()
     rng = np.random.default_rng(12)
     starts = np.column_stack([rng.uniform(15.0, 90.0, 40), rng.uniform(-50.0, 50.0, 40), rng.uniform(2.0, 6.0, 40)])

@@ -12,9 +12,19 @@ from numpy.typing import NDArray
 
 from ods.geometry import Array
 from ods.tracker.belief import Belief
-from ods.tracker.independent import IndependentObserver
+from ods.tracker.coupled import CoupledPlane, Model
+from ods.tracker.independent import IndependentAxes
 from ods.tracker.measurement import Fix
 from ods.tracker.settings import MotionSettings
+from ods.tracker.static_or_moving import StaticOrMovingObserver
+
+CALM, AGILE = 0.03, 5.0
+"""Acceleration noise of an object that keeps its velocity and of one that manoeuvres, in units of
+`acceleration_noise`."""
+MANOEUVRING = 0.2
+"""Share of the time in which a moving object manoeuvres."""
+CHANGE_RATE = 0.1
+"""How often it begins or stops to, 1/s."""
 
 
 class Observer(Protocol):
@@ -32,8 +42,10 @@ class Observer(Protocol):
     def start(self, fix: Fix) -> None:
         """Append new objects, one a fix."""
 
-    def recall(self, position: Array, variance: Array, radius: Array, radius_variance: Array) -> None:
-        """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,)."""
+    def recall(
+        self, position: Array, variance: Array, covariance_ne: Array, radius: Array, radius_variance: Array
+    ) -> None:
+        """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
 
     def update(self, rows: NDArray[np.intp], fix: Fix, since_s: Array) -> None:
         """Take one fix an object, `since_s` after its last one."""
@@ -54,7 +66,27 @@ class Observer(Protocol):
         """Remove the objects where `mask` is False."""
 
 
-OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {"independent": IndependentObserver}
+def _independent(settings: MotionSettings) -> Observer:
+    return StaticOrMovingObserver(settings, IndependentAxes(settings))
+
+
+def _coupled(settings: MotionSettings) -> Observer:
+    return StaticOrMovingObserver(settings, CoupledPlane(settings, [Model(settings.acceleration_noise, 1.0)]))
+
+
+def _manoeuvring(settings: MotionSettings) -> Observer:
+    models = [
+        Model(CALM * settings.acceleration_noise, 1.0 - MANOEUVRING),
+        Model(AGILE * settings.acceleration_noise, MANOEUVRING),
+    ]
+    return StaticOrMovingObserver(settings, CoupledPlane(settings, models, CHANGE_RATE))
+
+
+OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {
+    "independent": _independent,
+    "coupled": _coupled,
+    "manoeuvring": _manoeuvring,
+}
 
 
 def make_observer(name: str, settings: MotionSettings) -> Observer:

@@ -116,6 +116,7 @@ class Tracks:
         self.observer.recall(
             np.array([o.position for o in objects]).T,
             np.array([o.sigma for o in objects]).T ** 2,
+            np.array([o.covariance_ne for o in objects]),
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,
         )

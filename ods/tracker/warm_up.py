@@ -6,8 +6,9 @@ from ods.clock import NS
 from ods.geometry import Array, quat_from_euler
 from ods.messages import Sector
 from ods.tracker.archive import MapObject
+from ods.tracker.observers import make_observer
 from ods.tracker.scan import Scan, echoes_of, vehicle_at
-from ods.tracker.settings import TrackerSettings
+from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 
 
@@ -25,6 +26,16 @@ def warm_up(observer: str, association: str) -> None:
     tracker.step(_scan(9, part, looks_back=False))
     tracker.step(_scan(10, part[:0], looks_back=True))
     tracker.picture()
+    _find_again(observer)
+
+
+def _find_again(name: str) -> None:
+    """Let an observer do what the mission does not come to: what was settled is taken up again, and inherited."""
+    observer, one, row = make_observer(name, MotionSettings()), np.ones(1), np.zeros(1, np.intp)
+    observer.recall(np.ones((3, 1)), np.ones((3, 1)), np.zeros(1), one, one)
+    observer.settle(row)
+    observer.inherit(row, row)
+    observer.reopen(row)
 
 
 def _echo(range_m: float, bearing: float, radius: float) -> tuple[float, ...]:
