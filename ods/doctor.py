@@ -6,8 +6,10 @@ import importlib.metadata
 import os
 import platform
 import re
+import sqlite3
 import stat
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from typing import Literal, NamedTuple
 
@@ -52,6 +54,7 @@ def findings(config: Path) -> Iterator[Finding]:
     """Yield what is found, good or not."""
     yield from versions()
     yield from wall_clock()
+    yield from sqlite_rtree()
     try:
         settings = load(config, OnboardConfig)
     except OdsError as error:
@@ -89,6 +92,19 @@ def wall_clock() -> Iterator[Finding]:
         yield Finding("note", "clock", "the wall clock is not synchronized (NTP, PTP); only UTC stamps suffer")
     else:
         yield Finding("good", "clock", "the wall clock is synchronized")
+
+
+def sqlite_rtree() -> Iterator[Finding]:
+    """Yield whether Python's SQLite can keep the map of obstacles: that needs its R-tree."""
+    with closing(sqlite3.connect(":memory:")) as database:
+        try:
+            database.execute("CREATE VIRTUAL TABLE place USING rtree(id, west, east)")
+        except sqlite3.Error as error:
+            yield Finding(
+                "wrong", "SQLite", f"{sqlite3.sqlite_version} has no R-tree, the tracker cannot start: {error}"
+            )
+        else:
+            yield Finding("good", "SQLite", f"{sqlite3.sqlite_version} with R-tree")
 
 
 def pipeline(settings: OnboardConfig) -> Iterator[Finding]:

@@ -49,7 +49,9 @@ def _verdict(newest: ObstacleList | None, now_ns: int) -> Text:
 
 
 def _obstacles(newest: ObstacleList | None) -> Table:
-    table = Table("id", "state", "north m", "east m", "down m", "speed m/s", "radius m", "exists", "seen")
+    table = Table(
+        "id", "state", "north m", "east m", "down m", "speed m/s", "radius m", "nearest m, in s", "exists", "seen"
+    )
     for column in table.columns:
         column.justify = "right"
     for item in newest.obstacles if newest else []:
@@ -64,6 +66,7 @@ def _obstacles(newest: ObstacleList | None) -> Table:
             f"{down:.1f} ±{sigma[2]:.1f}",
             f"{speed:.2f}",
             f"{item.radius_m:.1f} ±{item.sigma_radius:.1f}",
+            f"{item.cpa.distance_m:.1f} ±{item.cpa.sigma_m:.1f}, {item.cpa.time_s:.0f}" if item.cpa else "",
             f"{item.existence:.2f}",
             str(item.times_seen),
         )

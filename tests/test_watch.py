@@ -5,14 +5,14 @@ from io import StringIO
 from rich.console import Console
 
 from ods.clock import NS
-from ods.messages import Health, Obstacle, ObstacleList
+from ods.messages import ClosestApproach, Health, Obstacle, ObstacleList
 from ods.watch import screen
 
 NOW = 100 * NS
 SEEN = Obstacle(
     id=17, state="stand_by", position_ned=(12.3, -4.5, 20.0), velocity_ned=(0.3, 0.4, 0.0), radius_m=2.5,
     sigma_position=(0.1, 0.2, 3.0), sigma_velocity=(0.1, 0.1, 0.1), sigma_radius=0.3, first_seen_utc_ns=0,
-    last_seen_utc_ns=0, times_seen=42, existence=0.97,
+    last_seen_utc_ns=0, times_seen=42, existence=0.97, cpa=ClosestApproach(12.0, 4.2, 0.5),
 )  # fmt: skip
 
 
@@ -42,6 +42,7 @@ def test_an_obstacle_is_shown_with_its_uncertainty() -> None:
         "-4.5 ±0.2",
         "0.50",
         "2.5 ±0.3",
+        "4.2 ±0.5, 12",
         "0.97",
         "42",
     ):
