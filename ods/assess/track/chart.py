@@ -13,7 +13,7 @@ from ods.assess.track.measure import Row
 from ods.errors import OdsError
 from ods.fan_plot import INK, MARK, PAPER
 
-COLOURS = (MARK, "#ffa657", "#7ee787", "#d2a8ff", "#ff7b72", "#8b949e")
+COLOURS = (MARK, "#ffa657", "#7ee787", "#d2a8ff", "#ff7b72", "#8b949e", "#f2cc60", "#ffffff")
 
 
 def save(figure: Figure, path: Path) -> None:
