@@ -15,12 +15,14 @@ from hypothesis import strategies as st
 
 from ods import clock
 from ods.errors import OdsError
-from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.can_frame import CanId, Frame
 from ods.nav_bridge.can_link import CanLink
 from ods.nav_bridge.settings import CanSettings, NavSettings
 from ods.nav_bridge.slcan_bus import SlcanBus, parse
 from ods.settings_file import ConfigError, load
 from ods.sim_sonar.slcan_hub import SlcanHub
+
+CANOPEN = "[canopen]\nins_eds = 'ins.eds'\nnode_eds = 'node.eds'"
 
 
 class Owner:
@@ -30,7 +32,7 @@ class Owner:
         self.counters: Counter[str] = Counter()
         self.fds: list[int | None] = []
         config = CanSettings(**options)  # type: ignore[arg-type]
-        self.link = CanLink(config, [0x185], self.counters, self.fds.append, self.fds.remove)
+        self.link = CanLink(config, [CanId(0x185, extended=False)], self.counters, self.fds.append, self.fds.remove)
 
     def read(self) -> list[Frame]:
         return list(self.link.read())
@@ -151,15 +153,15 @@ def test_settings_that_can_never_work_end_the_process(tmp_path: Path, options: d
     [
         ("[can]\ninterface = 'udp_multicast'", "can: interface: udp_multicast is refused"),
         ("[can]\nchannel = ''", "can: channel: must not be empty"),
-        ("node_id = 5", "node_id: 5 is the INS's own"),
-        ("node_id = 128", "node_id"),
+        ("[canopen]\nnode_id = 5", "canopen: node_id: 5 is the INS's own"),
+        ("[canopen]\nnode_id = 128", "canopen.node_id"),
         ("[can]\nbaud = 5", "can.baud: unknown key"),
         ("source = 'dbc2'", "source"),
     ],
 )
 def test_wrong_settings_are_one_line_with_the_key(tmp_path: Path, text: str, said: str) -> None:
     file = tmp_path / "nav.toml"
-    file.write_text("ins_eds = 'ins.eds'\nnode_eds = 'node.eds'\n" + text)
+    file.write_text(text.replace("[canopen]", CANOPEN) if "[canopen]" in text else text + "\n" + CANOPEN)
     with pytest.raises(ConfigError) as error:
         load(file, NavSettings)
     assert said in str(error.value)
@@ -168,11 +170,10 @@ def test_wrong_settings_are_one_line_with_the_key(tmp_path: Path, text: str, sai
 
 def test_settings_with_more_options_for_python_can(tmp_path: Path) -> None:
     file = tmp_path / "nav.toml"
-    file.write_text(
-        "ins_eds = 'a.eds'\nnode_eds = 'b.eds'\n[can]\ninterface = 'slcan'\noptions = {tty_baudrate = 921600}"
-    )
+    file.write_text(CANOPEN + "\n[can]\ninterface = 'slcan'\noptions = {tty_baudrate = 921600}")
     nav = load(file, NavSettings)
-    assert nav.ins_eds == tmp_path / "a.eds"
+    assert nav.canopen is not None
+    assert nav.canopen.ins_eds == tmp_path / "ins.eds"
     assert nav.can.options == {"tty_baudrate": 921600}
 
 

@@ -13,7 +13,7 @@ from ods.clock import NS
 from ods.nav_bridge.can_frame import Frame
 from ods.nav_bridge.own_node import OwnNode
 from ods.nav_bridge.pdo_layout import LayoutError
-from ods.nav_bridge.settings import NavSettings
+from ods.nav_bridge.settings import CanopenSettings
 
 CONFIG = Path(__file__).parents[1] / "config"
 REQUEST, ANSWER, HEARTBEAT = 0x620, 0x5A0, 0x720
@@ -25,8 +25,8 @@ class Bench:
     def __init__(self, eds: Path = CONFIG / "ods_node.eds") -> None:
         self.sent: list[tuple[int, bytes]] = []
         self.counters: Counter[str] = Counter()
-        nav = NavSettings(ins_eds=CONFIG / "ins.eds", node_eds=eds, heartbeat_period_s=0.5)
-        self.node = OwnNode(nav, lambda can_id, data: self.sent.append((can_id, data)), self.counters)
+        settings = CanopenSettings(ins_eds=CONFIG / "ins.eds", node_eds=eds, heartbeat_period_s=0.5)
+        self.node = OwnNode(settings, lambda can_id, data: self.sent.append((can_id, data)), self.counters)
         self.node.boot()
 
     def take(self, can_id: int, data: bytes, extended: bool = False) -> list[tuple[int, bytes]]:

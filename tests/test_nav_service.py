@@ -20,7 +20,7 @@ from ods.config import OnboardConfig
 from ods.geometry import quat_from_euler
 from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import CanSettings, NavSettings
+from ods.nav_bridge.settings import CanopenSettings, CanSettings, NavSettings
 from ods.processes import PROCESSES
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.slcan_hub import SlcanHub
@@ -62,6 +62,9 @@ class Client:
         self._subscriber.close()
 
 
+SITE = SimpleNamespace(latitude_deg=57.0, longitude_deg=9.9)
+
+
 class Vehicle(threading.Thread):
     """The far end: an INS that sends at 100 Hz until told to stop, and what it sent."""
 
@@ -98,9 +101,11 @@ class Vehicle(threading.Thread):
 def nav_process(run_dir: Path, can_settings: CanSettings) -> Iterator[tuple[NavWorker, Client]]:
     """Run the worker in the real work loop, in a thread, with a real subscriber."""
     nav = NavSettings(
-        ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", can=can_settings, stale_s=0.2, heartbeat_timeout_s=0.5
+        canopen=CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
+        can=can_settings,
+        stale_s=0.2,
     )
-    config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir)))
+    config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir), site=SITE))
     host = service.Service(PROCESSES["nav"], run_dir)
     worker = NavWorker(host, config)
     worker.start()

@@ -13,6 +13,13 @@ HEARTBEAT = 0x700
 """Plus node id."""
 
 
+class CanId(NamedTuple):
+    """Identifier of a frame; 0x185 and extended 0x185 are two."""
+
+    number: int
+    extended: bool
+
+
 class Frame(NamedTuple):
     """A data frame as it came off the bus."""
 

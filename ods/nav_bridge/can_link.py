@@ -12,7 +12,7 @@ import can
 
 from ods import clock
 from ods.errors import OdsError
-from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.can_frame import CanId, Frame
 from ods.nav_bridge.settings import CanSettings
 from ods.nav_bridge.slcan_bus import SlcanBus
 
@@ -20,6 +20,8 @@ log = logging.getLogger(__name__)
 
 READ_LIMIT = 512
 """Frames read in one go, so that a flood leaves time for the rest of the loop."""
+FULL_MASK = {False: 0x7FF, True: 0x1FFFFFFF}
+"""All bits of a standard and of an extended identifier."""
 SEND_TIMEOUT_S = 0.02
 FIRST_RETRY_NS, LAST_RETRY_NS = 100_000_000, 1_000_000_000
 FailedBus = (can.CanError, OSError)
@@ -36,7 +38,7 @@ class CanLink:
     def __init__(
         self,
         settings: CanSettings,
-        ids: Iterable[int],
+        ids: Iterable[CanId],
         counters: Counter[str],
         opened: Callable[[int | None], None],
         closing: Callable[[int | None], None],
@@ -136,7 +138,10 @@ class CanLink:
         if settings.bitrate is not None:
             options["bitrate"] = settings.bitrate
         if settings.interface == "socketcan":  # the kernel filters at no cost; elsewhere python-can would, slowly
-            options["can_filters"] = [{"can_id": i, "can_mask": 0x7FF, "extended": False} for i in self._ids]
+            options["can_filters"] = [
+                {"can_id": number, "can_mask": FULL_MASK[extended], "extended": extended}
+                for number, extended in self._ids
+            ]
         options |= settings.options
         if settings.interface == "slcan":
             return SlcanBus(settings.channel, self._counters, **options)

@@ -1,7 +1,6 @@
 """This process as a CANopen node: NMT slave, heartbeat producer, SDO server. Driven by its owner's loop, no threads."""
 
 from collections import Counter
-from collections.abc import Callable
 from typing import Any
 
 import canopen
@@ -10,7 +9,8 @@ from ods import __version__
 from ods.clock import NS
 from ods.nav_bridge.can_frame import NMT, SDO_REQUEST, Frame
 from ods.nav_bridge.pdo_layout import LayoutError, read_dictionary
-from ods.nav_bridge.settings import NavSettings
+from ods.nav_bridge.settings import CanopenSettings
+from ods.nav_bridge.source import Send
 
 NMT_BYTES, SDO_BYTES = 2, 8
 HEARTBEAT_TIME = 0x1017
@@ -19,8 +19,6 @@ STATISTICS = {1: "poses", 2: "epoch_torn", 3: "epoch_missing"}
 """Sub-indices of object 0x2000 and the counters behind them."""
 STATISTICS_INDEX = 0x2000
 MASK_32_BIT = 0xFFFFFFFF
-
-Send = Callable[[int, bytes], None]
 
 
 class _PeriodicFrame:
@@ -69,7 +67,7 @@ class OwnNode:
     Counts `node_frame_bad`: NMT and SDO frames that are malformed.
     """
 
-    def __init__(self, settings: NavSettings, send: Send, counters: Counter[str]) -> None:
+    def __init__(self, settings: CanopenSettings, send: Send, counters: Counter[str]) -> None:
         self._counters = counters
         self._network = _LoopNetwork(send)
         self._node = canopen.LocalNode(settings.node_id, read_dictionary(settings.node_eds, settings.node_id))

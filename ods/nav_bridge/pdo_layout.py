@@ -32,6 +32,8 @@ POSE_OBJECTS: dict[tuple[int, int], str] = {
 }
 """Index and sub-index of each pose field; its unit is the EDS's, after Factor: metres, radians, m/s."""
 
+NEEDED = frozenset(POSE_OBJECTS.values()) - {"time_of_day"}
+
 STRUCT_CODES: dict[int, str] = {
     datatypes.INTEGER8: "b",
     datatypes.INTEGER16: "h",
@@ -95,7 +97,7 @@ def load_pdo_set(eds: Path, node_id: int) -> PdoSet:
         layouts = tuple(_layouts(dictionary))
     except ValueError as error:
         raise LayoutError(f"{eds}: {error}") from error
-    missing = set(POSE_OBJECTS.values()) - {"time_of_day"} - {name for layout in layouts for name in layout.fields}
+    missing = NEEDED - {name for layout in layouts for name in layout.fields}
     if missing:
         raise LayoutError(f"{eds}: no transmit PDO carries {', '.join(sorted(missing))}")
     if len({layout.cob_id for layout in layouts}) < len(layouts):

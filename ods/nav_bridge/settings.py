@@ -54,16 +54,22 @@ class LimitSettings(Settings, frozen=True):
     """Time from the pose's instant to its arrival."""
 
 
-class NavSettings(Settings, frozen=True):
-    """Where the vehicle's pose comes from."""
+class SigmaSettings(Settings, frozen=True):
+    """Standard deviations of a source that tells none."""
+
+    position_m: Positive = 0.5
+    """Of north, east and down, m."""
+    attitude_rad: Positive = 0.005
+    """Of roll, pitch and yaw, rad."""
+
+
+class CanopenSettings(Settings, frozen=True):
+    """An INS that speaks CANopen, and our own node."""
 
     ins_eds: Path
     """EDS or DCF file of the INS: which objects its PDOs carry."""
     node_eds: Path
     """EDS file of this process's own CANopen node."""
-    source: Literal["canopen"] = "canopen"
-    """How the INS speaks."""
-    can: CanSettings = CanSettings()
     ins_node_id: NodeId = 5
     """CANopen node id of the INS."""
     node_id: NodeId = 32
@@ -74,12 +80,27 @@ class NavSettings(Settings, frozen=True):
     """Silence of the INS's heartbeat that is a problem, s; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
     """Period of this node's own heartbeat, s; 0: none."""
+
+    def __post_init__(self) -> None:
+        if self.node_id == self.ins_node_id:
+            raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")
+
+
+class NavSettings(Settings, frozen=True):
+    """Where the vehicle's pose comes from."""
+
+    source: Literal["canopen"] = "canopen"
+    """How the INS speaks; the table of that name says more."""
+    canopen: CanopenSettings | None = None
+    """For source "canopen"."""
+    can: CanSettings = CanSettings()
     stale_s: Positive = 0.5
     """Time without a pose that is a problem, s."""
     clock_jump_s: Positive = 0.1
     """A step of the INS's clock by more than this is taken at once, when four epochs in a row confirm it."""
     limits: LimitSettings = LimitSettings()
+    sigma: SigmaSettings = SigmaSettings()
 
     def __post_init__(self) -> None:
-        if self.node_id == self.ins_node_id:
-            raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")
+        if getattr(self, self.source) is None:
+            raise ValueError(f"{self.source}: missing, as source is {self.source!r}")

@@ -12,11 +12,12 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.clock import NS
+from ods.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.canopen_source import CanopenSource
 from ods.nav_bridge.pdo_layout import LayoutError, load_pdo_set
-from ods.nav_bridge.receiver import InsReceiver
-from ods.nav_bridge.settings import NavSettings
+from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 CONFIG = Path(__file__).parents[1] / "config"
 EDS = CONFIG / "ins.eds"
@@ -28,15 +29,22 @@ UTC_OFFSET = 1_700_000_000 * NS
 
 
 class Bench:
-    """A receiver, its counters, and frames made by hand."""
+    """A source, its counters, and frames made by hand."""
 
     def __init__(self, **changes: float | int | bool) -> None:
         self.counters: Counter[str] = Counter()
-        nav = NavSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", **changes)  # type: ignore[arg-type]
-        self.receiver = InsReceiver(nav, load_pdo_set(EDS, 5), 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters)
+        settings = CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", **changes)  # type: ignore[arg-type]
+        nav = NavSettings(canopen=settings)
+        self.sent: list[tuple[int, bytes]] = []
+        self.source = CanopenSource(
+            nav, settings, LocalFrame(57.0, 9.9), self._send, 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters
+        )
+
+    def _send(self, can_id: int, data: bytes) -> None:
+        self.sent.append((can_id, data))
 
     def take(self, can_id: int, data: bytes, t_ns: int, extended: bool = False) -> Pose | None:
-        return self.receiver.take(Frame(can_id, extended, data, t_ns))
+        return self.source.take(Frame(can_id, extended, data, t_ns))
 
     def epoch(self, number: int, only: tuple[int, ...] = (1, 2, 3, 4, 5, 6), **values: int) -> list[Pose]:
         """Feed epoch `number`, sent every 10 ms; return the poses that came of it."""
@@ -174,7 +182,7 @@ def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> N
     bench = Bench()
     for step, (can_id, data, extended) in enumerate(frames):
         bench.take(can_id, data, step * MS, extended)
-    assert all(math.isfinite(len(text)) for text in bench.receiver.problems(NS))
+    assert all(math.isfinite(len(text)) for text in bench.source.problems(NS))
     assert len(bench.epoch(1_000)) + len(bench.epoch(1_001)) >= 1
 
 
@@ -201,7 +209,7 @@ def test_what_the_ins_calls_not_valid_is_not_used_and_said(status: int, part: st
     bench = Bench()
     assert bench.epoch(1, status=status) == []
     assert lost(bench.counters) == {"epoch_invalid": 1}
-    assert f"the INS says that its {part} is not valid" in bench.receiver.problems(NS)
+    assert f"the INS says that its {part} is not valid" in bench.source.problems(NS)
 
 
 def test_without_a_valid_time_the_sync_before_the_epoch_is_its_instant() -> None:
@@ -236,11 +244,11 @@ def test_silence_is_a_problem_in_plain_words() -> None:
     bench = Bench()
     bench.take(0x705, b"\x05", PERIOD)
     bench.epoch(1)
-    assert bench.receiver.problems(2 * PERIOD) == []
-    assert bench.receiver.problems(PERIOD + 1_200 * MS) == ["no pose for 1.2 s", "INS heartbeat lost for 1.2 s"]
+    assert bench.source.problems(2 * PERIOD) == []
+    assert bench.source.problems(PERIOD + 1_200 * MS) == ["no pose for 1.2 s", "INS heartbeat lost for 1.2 s"]
     bench.take(0x705, b"\x85", 130 * PERIOD)  # with the toggle bit of node guarding
     bench.epoch(130)
-    assert bench.receiver.problems(131 * PERIOD) == []
+    assert bench.source.problems(131 * PERIOD) == []
 
 
 def test_heartbeat_time_out_can_be_switched_off_and_bad_ones_do_not_count() -> None:
@@ -248,15 +256,15 @@ def test_heartbeat_time_out_can_be_switched_off_and_bad_ones_do_not_count() -> N
     for data in (b"", b"\x05\x05", b"\x2a"):
         bench.take(0x705, data, NS)
     assert bench.counters["heartbeat_bad"] == 3
-    assert "no INS heartbeat" in bench.receiver.problems(2 * NS)
-    assert not any("heartbeat" in text for text in Bench(heartbeat_timeout_s=0.0).receiver.problems(9 * NS))
+    assert "no INS heartbeat" in bench.source.problems(2 * NS)
+    assert not any("heartbeat" in text for text in Bench(heartbeat_timeout_s=0.0).source.problems(9 * NS))
 
 
 @pytest.mark.parametrize(("state", "word"), [(4, "stopped"), (127, "pre-operational"), (0, "starting")])
 def test_an_ins_that_is_not_operational_is_reported(state: int, word: str) -> None:
     bench = Bench()
     bench.take(0x705, bytes([state]), 100 * MS)
-    assert bench.receiver.problems(200 * MS) == [f"INS is {word}"]
+    assert bench.source.problems(200 * MS) == [f"INS is {word}"]
 
 
 def test_emergencies_are_said_bounded_and_reset() -> None:
@@ -266,14 +274,14 @@ def test_emergencies_are_said_bounded_and_reset() -> None:
         bench.take(0x085, data, MS)
     assert bench.counters["emcy_bad"] == 4
     bench.take(0x085, struct.pack("<HB5s", 0x4310, 0x09, b"hello"), MS)
-    assert bench.receiver.problems(2 * MS) == ["INS error 0x4310 (temperature), error register 0x09"]
+    assert bench.source.problems(2 * MS) == ["INS error 0x4310 (temperature), error register 0x09"]
     for code in range(0x1000, 0x1400):
         bench.take(0x085, struct.pack("<HB5x", code, 1), MS)
-    problems = bench.receiver.problems(2 * MS)
+    problems = bench.source.problems(2 * MS)
     assert len(problems) == 8
     assert problems[-1].startswith("INS error 0x13FF")
     bench.take(0x085, bytes(8), MS)
-    assert bench.receiver.problems(2 * MS) == []
+    assert bench.source.problems(2 * MS) == []
 
 
 def test_utc_of_the_ins_is_compared_with_ours() -> None:
@@ -282,9 +290,9 @@ def test_utc_of_the_ins_is_compared_with_ours() -> None:
     utc_ms = (UTC_OFFSET + 10 * MS) // MS
     days, ms = divmod(utc_ms - 441_763_200_000, DAY_MS)  # CiA 301 counts from 1984-01-01
     bench.take(0x100, struct.pack("<IH", ms, days), 10 * MS)
-    assert bench.receiver.problems(20 * MS) == []
+    assert bench.source.problems(20 * MS) == []
     bench.take(0x100, struct.pack("<IH", ms + 12_300, days), 10 * MS)
-    assert bench.receiver.problems(20 * MS) == ["UTC of the INS is +12.3 s from this machine's"]
+    assert bench.source.problems(20 * MS) == ["UTC of the INS is +12.3 s from this machine's"]
     for data in (b"", bytes(5), struct.pack("<IH", DAY_MS, days)):
         bench.take(0x100, data, 10 * MS)
     assert bench.counters["time_bad"] == 3

@@ -1,0 +1,146 @@
+"""The pose fields that a source of any kind fills, by name and in SI units, and the pose made of them."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping
+
+from ods.clock import NS
+from ods.errors import OdsError
+from ods.geodesy import LocalFrame
+from ods.geometry import quat_from_euler, rotation_matrix
+from ods.messages import Pose, Quaternion, Vector3
+from ods.nav_bridge.settings import LimitSettings, SigmaSettings
+
+PLACES = ("north", "east", "down"), ("latitude", "longitude", "altitude")
+"""From the site's origin, m; or degrees, and m above the site's datum."""
+ATTITUDES = ("roll", "pitch", "yaw"), ("qw", "qx", "qy", "qz")
+"""Body to global: rad, z-y-x; or a quaternion."""
+VELOCITIES = ("u", "v", "w"), ("velocity_north", "velocity_east", "velocity_down")
+"""m/s: body (FRD), or global."""
+PLACE_SIGMAS = ("sigma_north", "sigma_east", "sigma_down"), ("sigma_horizontal", "sigma_down")
+"""m; may be left out: then those of the settings hold."""
+ATTITUDE_SIGMAS = ("sigma_roll", "sigma_pitch", "sigma_yaw"), ("sigma_tilt", "sigma_yaw")
+"""rad; may be left out."""
+FIELDS = frozenset(
+    name
+    for group in (PLACES, ATTITUDES, VELOCITIES, PLACE_SIGMAS, ATTITUDE_SIGMAS)
+    for choice in group
+    for name in choice
+)
+ANGLE_SLACK_RAD = 1e-3
+"""For a right angle that was rounded up."""
+NORM_SLACK = 0.02
+"""A quaternion further from length 1 than this is none."""
+
+
+class PoseMaker:
+    """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`."""
+
+    def __init__(
+        self,
+        fields: Collection[str],
+        frame: LocalFrame,
+        limits: LimitSettings,
+        sigmas: SigmaSettings,
+        utc_of: Callable[[int], int],
+        counters: Counter[str],
+    ) -> None:
+        """Choose by the names that will come. Raises OdsError when they do not make a pose."""
+        self._frame, self._limits, self._sigmas = frame, limits, sigmas
+        self._utc_of, self._counters = utc_of, counters
+        self._poses = 0
+        self._place = _wanted(PLACES, fields)
+        self._attitude = _wanted(ATTITUDES, fields)
+        self._velocity = _wanted(VELOCITIES, fields)
+        self._place_sigmas = _choice(PLACE_SIGMAS, fields)
+        self._attitude_sigmas = _choice(ATTITUDE_SIGMAS, fields)
+
+    def make(self, values: Mapping[str, float], t_ns: int, arrival_ns: int) -> Pose | None:
+        """Return the pose of the instant `t_ns`, None when it is not believable or too old."""
+        found = self._believable(values)
+        if found is None:
+            self._counters["epoch_absurd"] += 1
+            return None
+        if arrival_ns - t_ns > self._limits.age_s * NS:
+            self._counters["epoch_late"] += 1
+            return None
+        place, attitude, velocity = found
+        pose = Pose(
+            seq=self._poses,
+            t_ns=t_ns,
+            utc_ns=self._utc_of(t_ns),
+            position_ned=place,
+            attitude=attitude,
+            velocity_body=velocity,
+            sigma_position_ned=_spread(values, self._place_sigmas, self._sigmas.position_m),
+            sigma_attitude=_spread(values, self._attitude_sigmas, self._sigmas.attitude_rad),
+        )
+        self._poses += 1
+        return pose
+
+    def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | None:
+        """Return position, attitude and body velocity, None when one of them no vehicle has; NaN none has either."""
+        limits = self._limits
+        attitude = self._attitude_of(values)
+        place = self._place_of(values)
+        if attitude is None or place is None:
+            return None
+        north, east, down = place
+        u, v, w = velocity = self._velocity_of(values, attitude)
+        sigmas = [values[name] for name in {*self._place_sigmas, *self._attitude_sigmas}]
+        # written so that NaN fails
+        inside = (
+            max(abs(north), abs(east)) <= limits.horizontal_m
+            and -limits.height_m <= down <= limits.depth_m
+            and max(abs(u), abs(v), abs(w)) <= limits.speed
+            and all(0.0 <= sigma < math.inf for sigma in sigmas)
+        )
+        return (place, attitude, velocity) if inside and math.isfinite(north + east + u + v + w) else None
+
+    def _place_of(self, values: Mapping[str, float]) -> Vector3 | None:
+        first, second, third = (values[name] for name in self._place)
+        if self._place == PLACES[0]:
+            return first, second, third
+        if not (abs(first) <= 90.0 and abs(second) <= 360.0 and math.isfinite(third)):
+            return None
+        north, east, down = self._frame.ned(first, second, third).tolist()
+        return north, east, down
+
+    def _attitude_of(self, values: Mapping[str, float]) -> Quaternion | None:
+        told = [values[name] for name in self._attitude]
+        if self._attitude == ATTITUDES[1]:
+            norm = math.hypot(*told)
+            if not abs(norm - 1.0) <= NORM_SLACK:
+                return None
+            w, x, y, z = (part / norm for part in told)
+        else:
+            turns = math.pi, 0.5 * math.pi, 2.0 * math.pi
+            if not all(abs(angle) <= turn + ANGLE_SLACK_RAD for angle, turn in zip(told, turns, strict=True)):
+                return None
+            w, x, y, z = quat_from_euler(*told).tolist()
+        return w, x, y, z
+
+    def _velocity_of(self, values: Mapping[str, float], attitude: Quaternion) -> Vector3:
+        first, second, third = (values[name] for name in self._velocity)
+        if self._velocity == VELOCITIES[0]:
+            return first, second, third
+        u, v, w = (rotation_matrix(attitude).T @ (first, second, third)).tolist()
+        return u, v, w
+
+
+def _choice(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
+    """Return the first way to tell it of which all names are there; () when there is none."""
+    return next((names for names in group if all(name in fields for name in names)), ())
+
+
+def _wanted(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
+    found = _choice(group, fields)
+    if not found:
+        raise OdsError("a pose needs " + " or ".join(", ".join(names) for names in group))
+    return found
+
+
+def _spread(values: Mapping[str, float], names: tuple[str, ...], default: float) -> Vector3:
+    """Return three standard deviations of three, two (the first counts twice) or no fields."""
+    told = [values[name] for name in names] or [default]
+    return told[0], told[-2] if len(told) > 1 else told[0], told[-1]

@@ -1,0 +1,49 @@
+"""What every kind of navigation source is to the nav process. Without I/O: CAN frames in, poses and plain words out."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+
+from ods.clock import NS
+from ods.messages import Pose
+from ods.nav_bridge.can_frame import CanId, Frame
+
+Send = Callable[[int, bytes], None]
+"""Sends one data frame with a standard identifier."""
+
+
+class PoseSource(ABC):
+    """One navigation system as its frames tell of it."""
+
+    def __init__(self, stale_s: float, now_ns: int) -> None:
+        self._stale_ns = round(stale_s * NS)
+        self._pose_ns = now_ns
+
+    @property
+    @abstractmethod
+    def ids(self) -> frozenset[CanId]:
+        """CAN identifiers that `take` wants."""
+
+    def take(self, frame: Frame) -> Pose | None:
+        """Take one frame; return the pose that it completes."""
+        pose = self._take(frame)
+        if pose is not None:
+            self._pose_ns = frame.t_ns
+        return pose
+
+    def problems(self, now_ns: int) -> list[str]:
+        """Say in plain words what is wrong with pose and source."""
+        silent_ns = now_ns - self._pose_ns
+        stale = [f"no pose for {silent_ns / NS:.1f} s"] if silent_ns > self._stale_ns else []
+        return stale + self._complaints(now_ns)
+
+    def opened(self) -> None:  # noqa: B027
+        """Take note that the bus has been opened."""
+
+    def tick(self, now_ns: int) -> None:  # noqa: B027
+        """Send what is due; called often while the bus is open."""
+
+    @abstractmethod
+    def _take(self, frame: Frame) -> Pose | None: ...
+
+    @abstractmethod
+    def _complaints(self, now_ns: int) -> list[str]: ...
