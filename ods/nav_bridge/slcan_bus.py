@@ -3,12 +3,14 @@
 python-can reads byte by byte, three system calls each, which costs 11 % of a core at 600 frames/s.
 """
 
+import errno
+import os
 import re
+import select
 from collections import Counter, deque
 from typing import Any
 
 import can
-from can.exceptions import error_check
 from can.interfaces.slcan import slcanBus
 
 from ods import clock
@@ -18,6 +20,7 @@ FRAME = re.compile(rb"(?:([tr])([0-7][0-9A-F]{2})|([TR])([01][0-9A-F]{7}))([0-8]
 ANSWER = re.compile(rb"[zZ]?|[VvNF][0-9A-Za-z]*")
 """What adapters say beside frames: acknowledgements, versions, status."""
 MAX_LINE = 64
+READ_BYTES = 65536
 
 
 def parse(line: bytes) -> can.Message | None:
@@ -63,10 +66,22 @@ class SlcanBus(slcanBus):
 
     def _read_lines(self) -> bool:
         """Read all that has arrived; tell whether whole lines are waiting."""
-        with error_check("cannot read from the serial device"):
-            data = self.serialPortOrig.read(max(1, self.serialPortOrig.in_waiting))
-        *lines, self._rest = (self._rest + data).split(CR)
+        *lines, self._rest = (self._rest + self._read_bytes()).split(CR)
         if len(self._rest) > MAX_LINE:
             lines, self._rest = [*lines, self._rest], b""
         self._lines.extend(lines)
         return bool(lines)
+
+    def _read_bytes(self) -> bytes:
+        """Return what has arrived. pyserial does the same with three system calls instead of one."""
+        fd = self.fileno()
+        try:
+            data = os.read(fd, READ_BYTES)
+            if data or not select.select([fd], [], [], 0.0)[0]:
+                return data
+            data = os.read(fd, READ_BYTES)  # may have come meanwhile
+            if not data:
+                raise OSError(errno.ENODEV, os.strerror(errno.ENODEV))
+        except OSError as error:
+            raise can.CanOperationError("cannot read from the serial device") from error
+        return data
