@@ -57,7 +57,8 @@ def _parser() -> argparse.ArgumentParser:
     bench.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
 
     _command(commands, "watch", "live table of obstacles and health", _watch, ONBOARD_CONFIG)
-    _command(commands, "doctor", "check configuration, devices, sockets, clock and versions", _doctor, ONBOARD_CONFIG)
+    doctor = _command(commands, "doctor", "check configuration, devices, clock, versions", _doctor, ONBOARD_CONFIG)
+    doctor.add_argument("--listen", type=_seconds, default=0.0, metavar="SECONDS", help="hear sonar and INS, too")
 
     simulate = _command(commands, "simulate", "sonar images of a scene, with the truth behind them", _simulate)
     simulate.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
@@ -148,6 +149,16 @@ def _positive(text: str) -> int:
     return int(text)
 
 
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < 1e6:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
+    return seconds
+
+
 def _named(path: str) -> Any:
     module, _, name = path.partition(":")
     return getattr(importlib.import_module(module), name)
@@ -185,9 +196,9 @@ def _watch(args: argparse.Namespace) -> None:
 
 
 def _doctor(args: argparse.Namespace) -> int:
-    from ods import doctor
+    from ods.doctor import report
 
-    return doctor.examine(args.config)
+    return report.examine(args.config, args.listen)
 
 
 def _simulate(args: argparse.Namespace) -> None:

@@ -1,14 +1,26 @@
 """`ods doctor` says in plain words what is wrong."""
 
 import os
+import threading
 import tty
 from pathlib import Path
 
+import can
 import pytest
 import zmq
 
-from ods import bus, doctor
+from ods import bus, clock
 from ods.cli import main
+from ods.config import OnboardConfig
+from ods.doctor.can_interface import controller
+from ods.doctor.finding import Finding
+from ods.doctor.navigation import listen
+from ods.doctor.report import findings
+from ods.doctor.running import sockets
+from ods.doctor.sonar_port import serial_port
+from ods.settings_file import load
+from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.slcan_hub import SlcanHub
 
 CONFIG = Path(__file__).parents[1] / "config" / "onboard.toml"
 
@@ -23,7 +35,7 @@ def config(tmp_path: Path, port: str, can: str = 'interface = "socketcan"\nchann
     return file
 
 
-def levels(found: list[doctor.Finding]) -> dict[str, str]:
+def levels(found: list[Finding]) -> dict[str, str]:
     return {item.subject: item.level for item in found}
 
 
@@ -39,7 +51,7 @@ def test_what_is_there_is_good(tmp_path: Path) -> None:
     master, slave = os.openpty()
     tty.setraw(slave)
     name = os.ttyname(slave)
-    found = list(doctor.findings(config(tmp_path, name, f'interface = "slcan"\nchannel = "{name}"')))
+    found = list(findings(config(tmp_path, name, f'interface = "slcan"\nchannel = "{name}"\nbitrate = 500000')))
     assert "wrong" not in levels(found).values()
     assert levels(found)[f"serial port {name}"] == "good"
     assert levels(found)[f"CAN slcan {name}"] == "good"
@@ -49,7 +61,7 @@ def test_what_is_there_is_good(tmp_path: Path) -> None:
 
 def test_a_plain_file_is_no_serial_port(tmp_path: Path) -> None:
     (tmp_path / "plain").touch()
-    (finding,) = doctor.serial_port(str(tmp_path / "plain"))
+    (finding,) = serial_port(str(tmp_path / "plain"))
     assert (finding.level, finding.text) == ("wrong", "is no serial device")
 
 
@@ -57,18 +69,75 @@ def test_a_wrong_stage_and_a_wrong_key_are_found(tmp_path: Path) -> None:
     file = config(tmp_path, "/dev/none")
     good = file.read_text()
     file.write_text(good.replace("[tracker.map]", '[[pipeline.stage]]\nuse = "filter.magic"\n\n[tracker.map]'))
-    wrong = {item.subject: item.text for item in doctor.findings(file) if item.level == "wrong"}
+    wrong = {item.subject: item.text for item in findings(file) if item.level == "wrong"}
     assert "filter.magic" in " ".join(wrong.values())
     file.write_text(good.replace("[site]", "[sight]"))
-    assert levels(list(doctor.findings(file)))["configuration"] == "wrong"
+    assert levels(list(findings(file)))["configuration"] == "wrong"
 
 
 def test_running_processes_are_asked_how_they_are(tmp_path: Path) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "nav")
-    nothing = {item.subject: (item.level, item.text) for item in doctor.sockets(tmp_path)}
+    nothing = {item.subject: (item.level, item.text) for item in sockets(tmp_path)}
     assert nothing["nav"] == ("wrong", "runs, but gave no sign of life within 1.5 s")
     assert nothing["sonar"] == ("wrong", "does not run, though others do")
     publisher.close()
     context.term()
-    assert [item.level for item in doctor.sockets(tmp_path)] == ["note"]
+    assert [item.level for item in sockets(tmp_path)] == ["note"]
+
+
+def link(**data: object) -> dict[str, object]:
+    """Return what `ip -details -json link show` says of a CAN controller; keys as iproute2 6.1 writes them."""
+    return {"linkinfo": {"info_kind": "can", "info_data": {"bittiming": {"bitrate": 500000}} | data}}
+
+
+@pytest.mark.parametrize(
+    ("details", "level", "said"),
+    [
+        (link(state="ERROR-ACTIVE", restart_ms=100), ["good"], "is up, 500000 bit/s, error-active, restart-ms 100"),
+        (link(state="ERROR-ACTIVE"), ["good", "note"], "type can restart-ms 100"),
+        (link(state="BUS-OFF", restart_ms=100), ["wrong"], "bus-off: wiring, termination or bit rate"),
+        (link(state="ERROR-PASSIVE", restart_ms=100), ["wrong"], "nobody acknowledges"),
+        ({"linkinfo": {"info_kind": "vcan"}}, ["good"], "is up (vcan)"),
+        ({}, ["good"], "is iproute2 installed?"),
+    ],
+)
+def test_the_state_of_the_can_controller_in_plain_words(
+    details: dict[str, object], level: list[str], said: str
+) -> None:
+    found = list(controller("CAN", "can0", details))
+    assert [item.level for item in found] == level
+    assert said in found[-1].text
+
+
+def test_a_network_interface_that_is_no_can_interface(tmp_path: Path) -> None:
+    found = list(findings(config(tmp_path, "/dev/none", 'interface = "socketcan"\nchannel = "lo"')))
+    assert "is no CAN interface" in next(item.text for item in found if item.subject == "CAN socketcan lo")
+
+
+def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: Path) -> None:
+    near, far_end = tmp_path / "can0", tmp_path / "can1"
+    file = config(tmp_path, "/dev/none", f'interface = "slcan"\nchannel = "{near}"\nbitrate = 500000')
+    settings = load(file, OnboardConfig)
+    with SlcanHub([near, far_end]), can.Bus(str(far_end), "slcan", sleep_after_open=0.0) as far:
+        ins = SimulatedIns(far, CONFIG.parent / "ins.eds")
+        stopping = threading.Event()
+
+        def send(only: list[int] | None) -> None:
+            while not stopping.wait(0.01):
+                ins.send(clock.utc_ns() // 1_000_000 * 1_000_000, (1, 2, 3), (1, 0, 0, 0), (1, 0, 0), only=only)
+
+        for only, level in ((None, "good"), ([1, 2, 3, 4, 6], "wrong")):
+            stopping.clear()
+            thread = threading.Thread(target=send, args=(only,))
+            thread.start()
+            found = {item.subject: item for item in listen(settings, 0.5)}
+            stopping.set()
+            thread.join()
+            assert found["CAN 0x685"].level == level
+            assert found["CAN 0x705"].text.startswith("heartbeat: ")
+            assert found["navigation by canopen"].level == level
+        assert "never came" in found["CAN 0x685"].text
+        assert "epoch_torn" in found["navigation by canopen"].text
+        (silent,) = listen(settings, 0.2)
+        assert silent.text == "nothing that it should send came within 0.2 s (the bus is open)"

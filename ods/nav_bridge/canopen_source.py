@@ -61,6 +61,13 @@ class CanopenSource(PoseSource):
         """Those of the PDOs, of the INS's other services, and of our own node."""
         return frozenset(CanId(number, extended=False) for number in {*self._layouts, *self._handlers})
 
+    def expects(self) -> dict[CanId, str]:
+        """Return the PDOs, and the heartbeat if it is waited for."""
+        found = {CanId(layout.cob_id, extended=False): " ".join(layout.fields) for layout in self._layouts.values()}
+        if self._settings.heartbeat_timeout_s:
+            found[CanId(HEARTBEAT + self._settings.ins_node_id, extended=False)] = "heartbeat"
+        return found
+
     def opened(self) -> None:
         """Announce our own node."""
         self._node.boot()

@@ -23,6 +23,10 @@ class PoseSource(ABC):
     def ids(self) -> frozenset[CanId]:
         """CAN identifiers that `take` wants."""
 
+    @abstractmethod
+    def expects(self) -> dict[CanId, str]:
+        """Return what must come for a pose, by identifier, with a word on what it carries."""
+
     def take(self, frame: Frame) -> Pose | None:
         """Take one frame; return the pose that it completes."""
         pose = self._take(frame)

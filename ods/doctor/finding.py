@@ -1,0 +1,11 @@
+"""One line of the doctor's report."""
+
+from typing import Literal, NamedTuple
+
+
+class Finding(NamedTuple):
+    """What was found; "wrong" makes the exit code 1."""
+
+    level: Literal["good", "note", "wrong"]
+    subject: str
+    text: str

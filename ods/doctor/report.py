@@ -1,0 +1,63 @@
+"""The report: every examination in turn."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from ods.config import OnboardConfig
+from ods.doctor import can_interface, machine, navigation, running, sonar_port
+from ods.doctor.finding import Finding
+from ods.errors import OdsError
+from ods.settings_file import load
+
+COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
+
+
+def examine(config: Path, listen_s: float = 0.0) -> int:
+    """Print the report on this machine and `config`; return 0, or 1 when something is wrong.
+
+    listen_s: listen to sonar and navigation source for so long, s.
+    """
+    console = Console()
+    wrong = 0
+    for item in findings(config, listen_s):
+        wrong += item.level == "wrong"
+        console.print(
+            Text(f"{item.level:6}", COLOURS[item.level]), Text(f"{item.subject}: {item.text}"), soft_wrap=True
+        )
+    console.print(f"{wrong} wrong" if wrong else "nothing is wrong")
+    return 1 if wrong else 0
+
+
+def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
+    """Yield what is found, good or not."""
+    yield from machine.versions()
+    yield from machine.wall_clock()
+    yield from machine.sqlite_rtree()
+    try:
+        settings = load(config, OnboardConfig)
+    except OdsError as error:
+        yield Finding("wrong", "configuration", str(error))
+        return
+    yield Finding("good", "configuration", f"{config} is complete and every value is in range")
+    yield from pipeline(settings)
+    yield from sonar_port.serial_port(settings.sonar.port)
+    yield from can_interface.examine(settings.nav.can)
+    yield from navigation.files(settings)
+    if listen_s:
+        yield from navigation.listen(settings, listen_s)
+    yield from running.sockets(settings.bus.run_dir)
+
+
+def pipeline(settings: OnboardConfig) -> Iterator[Finding]:
+    """Build the pipeline's chain."""
+    from ods.pipeline.chain import Chain
+
+    try:
+        Chain(settings.pipeline)
+    except (OdsError, ValueError) as error:
+        yield Finding("wrong", "pipeline", str(error))
+    else:
+        yield Finding("good", "pipeline", "all stages are known and their parameters fit")

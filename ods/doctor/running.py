@@ -1,0 +1,61 @@
+"""The processes that run, and what they say of themselves."""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import zmq
+
+from ods import bus, clock
+from ods.doctor.finding import Finding
+from ods.messages import Health
+from ods.processes import on_board
+
+LISTEN_S = 1.5
+
+
+def sockets(run_dir: Path) -> Iterator[Finding]:
+    """Tell which processes run, and what they say of themselves."""
+    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.W_OK | os.X_OK):
+        yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
+        return
+    running = [process.name for process in on_board() if is_running(run_dir, process.name)]
+    if not running:
+        yield Finding("note", "processes", f"none runs on {run_dir}")
+        return
+    health = _listen(run_dir, running)
+    for process in on_board():
+        report = health.get(process.name)
+        if process.name not in running:
+            yield Finding("wrong", process.name, "does not run, though others do")
+        elif report is None:
+            yield Finding("wrong", process.name, f"runs, but gave no sign of life within {LISTEN_S} s")
+        elif report.problems:
+            yield Finding("wrong", process.name, "; ".join(report.problems))
+        else:
+            yield Finding("good", process.name, "runs and is well" if report.ready else "is starting")
+
+
+def is_running(run_dir: Path, process: str) -> bool:
+    """Tell whether a process holds its lock."""
+    try:
+        with (run_dir / f"{process}.lock").open("r+") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:
+        return False
+    return False
+
+
+def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    health: dict[str, Health] = {}
+    deadline_ns = clock.monotonic_ns() + int(LISTEN_S * clock.NS)
+    with bus.Subscriber(context, run_dir, [], names) as subscriber:
+        while len(health) < len(names) and clock.monotonic_ns() < deadline_ns:
+            for _, message in subscriber.receive(0.1)[0]:
+                health[message.process] = message
+    context.term()
+    return health
