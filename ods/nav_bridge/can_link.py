@@ -6,6 +6,7 @@ import os
 import socket
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import can
@@ -24,6 +25,7 @@ FULL_MASK = {False: 0x7FF, True: 0x1FFFFFFF}
 """All bits of a standard and of an extended identifier."""
 SEND_TIMEOUT_S = 0.02
 FIRST_RETRY_NS, LAST_RETRY_NS = 100_000_000, 1_000_000_000
+IFF_UP = 1
 FailedBus = (can.CanError, OSError)
 
 
@@ -101,6 +103,8 @@ class CanLink:
         """Say in plain words what is wrong with the interface."""
         if self._bus is None:
             return [f"{self._settings.channel}: {self._why}"]
+        if self._settings.interface == "socketcan" and not _is_up(self._settings.channel):
+            return [f"{self._settings.channel}: is down"]
         silent_ns = clock.monotonic_ns() - self._heard_ns
         if silent_ns > self._silence_ns:
             return [f"{self._settings.channel}: no CAN frame for {silent_ns / clock.NS:.1f} s"]
@@ -171,6 +175,15 @@ class CanLink:
         if self._said:
             self._said = ""
             log.info("%s: frames arrive again", self._settings.channel)
+
+
+def _is_up(channel: str) -> bool:
+    """Tell whether a network interface is set up; a socket opens on one that is down, too."""
+    try:
+        flags = int((Path("/sys/class/net") / channel / "flags").read_text(), 16)
+    except (OSError, ValueError):
+        return True  # gone: reading tells
+    return bool(flags & IFF_UP)
 
 
 def plain_words(error: BaseException) -> str:

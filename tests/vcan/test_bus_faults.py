@@ -1,0 +1,246 @@
+"""Each fault of the CAN bus, by name: the real nav process on a real vcan says so while it lasts, and recovers in 2 s.
+
+One process lives through all of them.
+"""
+
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+import can
+import psutil
+import pytest
+import zmq
+from nav_chain import CONFIG, EDS, MS, PERIOD_S, Client
+
+from in_vcan import links
+from ods import clock
+from ods.sim_sonar.ins import SimulatedIns
+
+RECOVERY_S = 2.0
+"""From the end of the cause to the next pose."""
+WATCH_S = 1.0
+SPIN_PERCENT = 60.0
+"""A process that waits properly takes a few per cent of a core, one that spins takes all of it."""
+FLOOD_HZ = 8000
+
+
+class Ins(threading.Thread):
+    """An INS at 100 Hz on `channel`; opens its own interface again when that breaks."""
+
+    def __init__(self, channel: str, ahead_ns: int = 0) -> None:
+        super().__init__(daemon=True)
+        self.only: list[int] | None = None
+        self.mute = False
+        self._channel = channel
+        self._ahead_ns = ahead_ns
+        self._stopping = threading.Event()
+
+    def run(self) -> None:
+        while not self._stopping.is_set():
+            with suppress(can.CanError, OSError), can.Bus(self._channel, "socketcan", ignore_config=True) as bus:
+                self._send(SimulatedIns(bus, EDS))
+            self._stopping.wait(0.05)
+
+    def _send(self, ins: SimulatedIns) -> None:
+        while not self._stopping.wait(PERIOD_S) and not ins.counters["unsent"]:
+            if not self.mute:
+                device_ns = (clock.utc_ns() + self._ahead_ns) // MS * MS
+                ins.send(device_ns, (1.0, 2.0, 3.0), (1.0, 0.0, 0.0, 0.0), (1.5, 0.0, 0.0), only=self.only)
+
+    def __enter__(self) -> "Ins":
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._stopping.set()
+        self.join()
+
+
+class Rig:
+    """The nav process, what it says, and the INS."""
+
+    def __init__(self, client: Client, process: psutil.Process, ins: Ins) -> None:
+        self.client, self.process, self.ins = client, process, ins
+
+    def counter(self, name: str) -> int:
+        """Return what a counter says in a health report that is made from now on."""
+        old = self.client.health
+        self.client.until(lambda: self.client.health is not old)
+        assert self.client.health is not None
+        return self.client.health.counters.get(name, 0)
+
+    def flows(self) -> None:
+        """Wait until poses come; at most as long as a recovery may take."""
+        self.client.poses.clear()
+        self.client.until(lambda: len(self.client.poses) > 3, RECOVERY_S)
+
+    def is_well(self) -> None:
+        """Wait until poses come and nothing is complained about any more."""
+        self.flows()
+        self.client.until(lambda: self.client.health is not None and not self.client.health.problems, RECOVERY_S + 1.0)
+
+    def says(self, text: str) -> None:
+        self.client.until(lambda: self.client.says(text), 5.0)
+
+    def does_not_spin(self) -> None:
+        """Watch what the process takes of a core while the fault lasts."""
+        before, begun_s = self.process.cpu_times(), time.monotonic()
+        time.sleep(WATCH_S)
+        after = self.process.cpu_times()
+        used_s = after.user + after.system - before.user - before.system
+        assert 100.0 * used_s / (time.monotonic() - begun_s) < SPIN_PERCENT
+
+
+@pytest.fixture(scope="module")
+def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
+    run_dir = tmp_path_factory.mktemp("nav")
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    client = Client(context, run_dir)
+    with nav(run_dir, "vcan0") as process, Ins("vcan0") as ins:
+        client.until(lambda: len(client.poses) > 20, 20.0)
+        yield Rig(client, process, ins)
+    client.close()
+    context.term()
+
+
+@pytest.fixture
+def rig(vcan0: str, running: Rig) -> Rig:
+    running.is_well()
+    return running
+
+
+@contextmanager
+def nav(run_dir: Path, channel: str) -> Iterator[psutil.Process]:
+    text = (CONFIG / "onboard.toml").read_text(encoding="utf-8").replace("/tmp/ods", str(run_dir))
+    text = text.replace('channel = "can0"', f'channel = "{channel}"')
+    for name in ("ins.eds", "ods_node.eds"):
+        text = text.replace(f'"{name}"', f'"{CONFIG / name}"')
+    config = run_dir / "onboard.toml"
+    config.write_text(text, encoding="utf-8")
+    process = subprocess.Popen([sys.executable, "-m", "ods", "nav", "--config", str(config)])
+    try:
+        yield psutil.Process(process.pid)
+        assert process.poll() is None, "the nav process ended"
+    finally:
+        process.terminate()
+        process.wait(10.0)
+
+
+@contextmanager
+def other_node(channel: str) -> Iterator[Callable[[int, bytes], None]]:
+    """Yield what sends a standard frame."""
+    with can.Bus(channel, "socketcan", ignore_config=True) as bus:
+        yield lambda can_id, data: bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False))
+
+
+def test_link_down_and_up(rig: Rig, vcan0: str) -> None:
+    links.down(vcan0)
+    rig.says(f"{vcan0}: is down")
+    rig.says("no pose for")
+    rig.does_not_spin()
+    links.up(vcan0)
+    rig.is_well()
+
+
+def test_interface_deleted_and_made_again(rig: Rig, vcan0: str) -> None:
+    links.delete(vcan0)
+    rig.says(f"{vcan0}: no such device")
+    rig.says("no pose for")
+    rig.does_not_spin()
+    links.make(vcan0)
+    rig.is_well()
+
+
+def test_interface_replaced_at_once(rig: Rig, vcan0: str) -> None:
+    links.delete(vcan0)
+    links.make(vcan0)
+    rig.is_well()
+
+
+def test_silence(rig: Rig, vcan0: str) -> None:
+    rig.ins.mute = True
+    rig.says(f"{vcan0}: no CAN frame for")
+    rig.says("no pose for")
+    rig.says("INS heartbeat lost")
+    rig.does_not_spin()
+    rig.ins.mute = False
+    rig.is_well()
+
+
+@pytest.mark.parametrize("can_id", [0x080, 0x7FF], ids=["frames that nav reads", "frames of others"])
+def test_flood_of_8000_frames_a_second(rig: Rig, vcan0: str, can_id: int) -> None:
+    before = rig.counter("sync")
+    with other_node(vcan0) as send:
+        sent, begun_s = 0, time.monotonic()
+        rig.client.poses.clear()
+        while (elapsed_s := time.monotonic() - begun_s) < 2.0 * WATCH_S:
+            for _ in range(max(0, round(FLOOD_HZ * elapsed_s) - sent)):
+                with suppress(can.CanOperationError):  # the queue of vcan is full for a moment
+                    send(can_id, b"")
+                sent += 1
+            time.sleep(0.005)
+    rig.client.until(lambda: len(rig.client.poses) > 100, RECOVERY_S)  # those of the flood's time are there, too
+    rig.is_well()
+    read = rig.counter("sync") - before
+    assert read > 0.5 * sent if can_id == 0x080 else read < 0.1 * sent
+
+
+def test_malformed_pdos_and_emergencies(rig: Rig, vcan0: str) -> None:
+    before = {name: rig.counter(name) for name in ("emcy_bad", "pdo_short")}
+    with other_node(vcan0) as send:
+        for length in range(8):
+            send(0x085, bytes(length))
+            send(0x485, bytes(min(length, 6)))
+    rig.is_well()
+    assert {name: rig.counter(name) - count for name, count in before.items()} == {"emcy_bad": 8, "pdo_short": 8}
+    assert all(abs(pose.position_ned[1] - 2.0) < 1e-9 for pose in rig.client.poses)
+
+
+def test_two_nodes_with_the_id_of_the_ins(rig: Rig, vcan0: str) -> None:
+    with Ins(vcan0, ahead_ns=7 * clock.NS):
+        rig.says("two nodes send as node 5, the INS's id")
+        rig.does_not_spin()
+    rig.is_well()
+
+
+def test_another_node_with_our_id(rig: Rig, vcan0: str) -> None:
+    with other_node(vcan0) as send:
+        for _ in range(10):
+            send(0x720, b"\x05")
+            time.sleep(0.1)
+        rig.says("another node sends as node 32, our own id")
+    rig.is_well()
+
+
+def test_the_ins_stops_in_mid_epoch(rig: Rig) -> None:
+    before = rig.counter("epoch_torn")
+    rig.ins.only = [1, 2, 3]
+    rig.says("no pose for")
+    rig.does_not_spin()
+    torn = rig.counter("epoch_torn") - before
+    rig.ins.only = None
+    rig.is_well()
+    assert torn > 10
+
+
+def test_an_emergency_is_told_and_taken_back(rig: Rig, vcan0: str) -> None:
+    with other_node(vcan0) as send:
+        send(0x085, struct.pack("<HB5x", 0x4310, 0x09))
+        rig.says("INS error 0x4310 (temperature)")
+        send(0x085, bytes(8))
+    rig.is_well()
+
+
+def test_an_extended_identifier_with_the_number_of_a_pdo_is_not_it(rig: Rig, vcan0: str) -> None:
+    before = {name: rig.counter(name) for name in ("pdo_duplicate", "epoch_torn", "sequence_reset")}
+    with can.Bus(vcan0, "socketcan", ignore_config=True) as bus:
+        for _ in range(20):
+            bus.send(can.Message(arbitration_id=0x485, data=bytes(7), is_extended_id=True))
+    rig.is_well()
+    assert {name: rig.counter(name) for name in before} == before
