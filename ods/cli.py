@@ -59,6 +59,14 @@ def _parser() -> argparse.ArgumentParser:
     _command(commands, "watch", "live table of obstacles and health", _watch, ONBOARD_CONFIG)
     _command(commands, "doctor", "check configuration, devices, sockets, clock and versions", _doctor, ONBOARD_CONFIG)
 
+    record = _command(
+        commands, "record", "what the chain publishes, as a file that 7k software reads", _record, ONBOARD_CONFIG
+    )
+    record_what = record.add_mutually_exclusive_group(required=True)
+    record_what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
+    record_what.add_argument("--finish", type=Path, metavar="FILE", help="complete a recording that was cut off")
+    record.add_argument("--seconds", type=_seconds, metavar="S", help="default: until Ctrl-C or SIGTERM")
+
     simulate = _command(commands, "simulate", "sonar images of a scene, with the truth behind them", _simulate)
     simulate.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
     simulate.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
@@ -148,6 +156,16 @@ def _positive(text: str) -> int:
     return int(text)
 
 
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0.0 < value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a number of seconds above 0")
+    return value
+
+
 def _named(path: str) -> Any:
     module, _, name = path.partition(":")
     return getattr(importlib.import_module(module), name)
@@ -188,6 +206,18 @@ def _doctor(args: argparse.Namespace) -> int:
     from ods import doctor
 
     return doctor.examine(args.config)
+
+
+def _record(args: argparse.Namespace) -> None:
+    from ods import record
+
+    if args.finish:
+        record.finish(args.finish)
+        return
+    from ods.config import OnboardConfig
+    from ods.settings_file import load
+
+    record.record(args.s7k, load(args.config, OnboardConfig), args.seconds)
 
 
 def _simulate(args: argparse.Namespace) -> None:
