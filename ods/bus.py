@@ -176,10 +176,12 @@ class Subscriber:
         run_dir: Path,
         topics: Iterable[str],
         health_of: Iterable[str] = (),
+        queue: int | None = None,
     ) -> None:
+        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number."""
         rows = [TOPICS[name] for name in topics]
         self.subscriptions = [
-            Subscription(context, run_dir, row.name, row.publisher, row.message, row.queue) for row in rows
+            Subscription(context, run_dir, row.name, row.publisher, row.message, queue or row.queue) for row in rows
         ]
         self.subscriptions += [
             Subscription(context, run_dir, HEALTH, process, messages.Health, queue=4) for process in health_of

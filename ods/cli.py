@@ -60,6 +60,14 @@ def _parser() -> argparse.ArgumentParser:
     doctor = _command(commands, "doctor", "check configuration, devices, clock, versions", _doctor, ONBOARD_CONFIG)
     doctor.add_argument("--listen", type=_seconds, default=0.0, metavar="SECONDS", help="hear sonar and INS, too")
 
+    record = _command(
+        commands, "record", "what the chain publishes, as a file that 7k software reads", _record, ONBOARD_CONFIG
+    )
+    record_what = record.add_mutually_exclusive_group(required=True)
+    record_what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
+    record_what.add_argument("--finish", type=Path, metavar="FILE", help="complete a recording that was cut off")
+    record.add_argument("--seconds", type=_seconds, metavar="S", help="default: until Ctrl-C or SIGTERM")
+
     simulate = _command(commands, "simulate", "sonar images of a scene, with the truth behind them", _simulate)
     simulate.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
     simulate.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
@@ -199,6 +207,18 @@ def _doctor(args: argparse.Namespace) -> int:
     from ods.doctor import report
 
     return report.examine(args.config, args.listen)
+
+
+def _record(args: argparse.Namespace) -> None:
+    from ods import record
+
+    if args.finish:
+        record.finish(args.finish)
+        return
+    from ods.config import OnboardConfig
+    from ods.settings_file import load
+
+    record.record(args.s7k, load(args.config, OnboardConfig), args.seconds)
 
 
 def _simulate(args: argparse.Namespace) -> None:

@@ -72,17 +72,32 @@ def unpack_header(buffer: bytes | bytearray) -> Header:
 
 
 def encode_record(
-    record_type: int, body: bytes, utc_ns: int | None, device: int, enumerator: int = 0, recorded: bool = False
+    record_type: int,
+    body: bytes,
+    utc_ns: int | None,
+    device: int,
+    enumerator: int = 0,
+    recorded: bool = False,
+    optional: tuple[int, bytes] | None = None,
 ) -> bytes:
-    """Return the frame of one record, with a valid checksum; `utc_ns` None writes the 7KTIME that says "no time"."""
-    size = HEADER_BYTES + len(body) + CHECKSUM_BYTES
+    """Return the frame of one record, with a valid checksum; `utc_ns` None writes the 7KTIME that says "no time".
+
+    `optional`: identifier and bytes of the optional data behind the body.
+    """
+    identifier, extra = optional or (0, b"")
+    size = HEADER_BYTES + len(body) + len(extra) + CHECKSUM_BYTES
     header = _HEADER.pack(
-        VERSION, HEADER_BYTES - SYNC_AT, SYNC, size, 0, 0, encode_time(utc_ns), 1, record_type, device, 0, enumerator,
+        VERSION, HEADER_BYTES - SYNC_AT, SYNC, size, HEADER_BYTES + len(body) if optional else 0, identifier,
+        encode_time(utc_ns), 1, record_type, device, 0, enumerator,
         0, CHECKSUM_VALID | (RECORDED if recorded else 0), 0, 0, 0, 0,
     )  # fmt: skip
-    frame = header + body
-    checksum = int(np.frombuffer(frame, np.uint8).sum(dtype=np.uint64)) & 0xFFFFFFFF
-    return frame + checksum.to_bytes(CHECKSUM_BYTES, "little")
+    frame = header + body + extra
+    return frame + checksum_of(frame).to_bytes(CHECKSUM_BYTES, "little")
+
+
+def checksum_of(data: bytes) -> int:
+    """Return the sum of all bytes, modulo 2**32."""
+    return int(np.frombuffer(data, np.uint8).sum(dtype=np.uint64)) & 0xFFFFFFFF
 
 
 def decode_time(field: bytes) -> int | None:

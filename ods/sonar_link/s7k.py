@@ -2,7 +2,7 @@
 
 Used by the sonar link, by .s7k files and by the simulator's far end. What the wire says is not trusted: a record that
 cannot be used raises `RecordError` with the name of its counter, and nothing else.
-Source: 7k Data Format Definition 3.12, sections 10.23, 10.27, 10.36, 10.47, 10.59.
+Source: 7k Data Format Definition 3.12, sections 10.23, 10.27, 10.36, 10.47.
 """
 
 import struct
@@ -20,7 +20,6 @@ SONAR_SETTINGS = 7000
 BEAM_GEOMETRY = 7004
 BEAMFORMED_DATA = 7018
 COMPRESSED_WATER_COLUMN = 7042
-FILE_HEADER = 7200
 
 DEVICE = 7000
 """Device identifier of our own records: "7k sonar source"; the SeaBat 6012 is older than the format and has none."""
@@ -39,7 +38,6 @@ _SETTINGS = struct.Struct(
     "fffffffH"  # bottom detection filter (4), absorption, sound speed, spreading, reserved
 )
 _GEOMETRY = struct.Struct("<QI")
-_FILE_HEADER = struct.Struct("<16sHH16sII64s16s64s128s")
 
 
 @dataclass(frozen=True)
@@ -91,14 +89,6 @@ def encode_ping(ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded:
     return b"".join(
         encode_record(record_type, body, ping.utc_ns, device, enumerator, recorded) for record_type, body in bodies
     )
-
-
-def encode_file_header(utc_ns: int, name: str, device: int = DEVICE) -> bytes:
-    """Return record 7200, framed: the first of a file, here with one device and no catalogue."""
-    text = name.encode()[:63]
-    devices = struct.pack("<IH", device, 0)
-    header = _FILE_HEADER.pack(bytes(16), 1, 0, bytes(16), len(devices), 1, text, b"ods", b"", b"")
-    return encode_record(FILE_HEADER, header + devices, utc_ns, device, recorded=True)
 
 
 def _decode_settings(body: bytes) -> SonarSettings:

@@ -9,6 +9,7 @@ from ods.sonar_link import s7k
 from ods.sonar_link.assembler import Assembler
 from ods.sonar_link.framer import Framer
 from ods.sonar_link.ping_sequence import PingFileError, PingSequence
+from ods.sonar_link.s7k_writer import S7kWriter
 
 CHUNK_BYTES = 1024 * 1024
 MAX_RECORD_BYTES = 64 * 1024 * 1024
@@ -36,8 +37,10 @@ def read_s7k(path: Path) -> PingSequence:
 
 def write_s7k(path: Path, pings: Iterable[Ping]) -> None:
     """Write pings of any geometry. Raises ValueError when one cannot be carried by the format, OSError on the disk."""
-    with path.open("wb") as file:
-        for index, ping in enumerate(pings):
-            if index == 0:
-                file.write(s7k.encode_file_header(ping.utc_ns, path.name))
-            file.write(s7k.encode_ping(ping, recorded=True))
+    with path.open("wb", buffering=0) as file:
+        writer: S7kWriter | None = None
+        for ping in pings:
+            writer = writer or S7kWriter(file, path.name, ping.utc_ns)
+            writer.write(s7k.encode_ping(ping, recorded=True))
+        if writer is not None:
+            writer.close()
