@@ -30,6 +30,7 @@ docs: $(VENV)/.ready
 benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.pipeline
 	$(BIN)/python -m benchmarks.tracker
+	$(BIN)/python -m benchmarks.sonar_link --seconds 60
 
 clean:
 	rm -rf $(VENV) out

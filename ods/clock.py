@@ -48,7 +48,9 @@ class OffsetEstimator:
     Delays only add, so the offset is the lower envelope of arrival - device time over the last `window` messages. An
     old minimum is allowed to have grown by 100 ppm of its age, so that a drifting clock is followed. A low value
     counts once two messages in a row stand for it. Messages further than `jump_ns` from the envelope leave it alone
-    until CONFIRMATIONS of them in a row tell the same offset: then the device's clock has jumped.
+    until CONFIRMATIONS of them in a row tell the same offset: then the device's clock has jumped. Until then such a
+    message is taken for a late one, unless its stamp lies before the last one's: messages keep their order on the way,
+    so that clock was set back, and the arrival counts.
     """
 
     def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
@@ -61,6 +63,7 @@ class OffsetEstimator:
         self._suspects: deque[tuple[int, int]] = deque(maxlen=CONFIRMATIONS)
         self._envelope: deque[tuple[int, int]] = deque()  # (message number, key), both rising: a sliding minimum
         self._messages = 0
+        self._newest_device_ns: int | None = None
         self._previous_key: int | None = None
 
     def map(self, device_ns: int, arrival_ns: int) -> int:
@@ -68,11 +71,17 @@ class OffsetEstimator:
         if self._is_wild(device_ns, arrival_ns):
             self.wild += 1
             self._suspects.append((device_ns, arrival_ns))
-            if self._jump_confirmed():
-                self._rebase()
+            if not self._jump_confirmed():
+                set_back = self._newest_device_ns is not None and device_ns < self._newest_device_ns
+                return arrival_ns if set_back else self._mapped(device_ns, arrival_ns)
+            self._rebase()
         else:
             self._suspects.clear()
             self._learn(device_ns, arrival_ns)
+        self._newest_device_ns = device_ns
+        return self._mapped(device_ns, arrival_ns)
+
+    def _mapped(self, device_ns: int, arrival_ns: int) -> int:
         return min(device_ns + self._offset(device_ns, arrival_ns), arrival_ns)
 
     def _offset(self, device_ns: int, arrival_ns: int) -> int:

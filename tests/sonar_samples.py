@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import select
 import tty
 from collections import Counter
 from collections.abc import Iterable
@@ -27,6 +28,7 @@ def make_ping(
     scale_factor: float = 40.0,
     range0_m: float = 0.5,
     dr_m: float = 0.25,
+    sound_speed: float = 1500.0,
     planes: int = 1,
     utc_ns: int = UTC_NS,
 ) -> Ping:
@@ -48,7 +50,7 @@ def make_ping(
         bearing_rad=np.tile(bearing, planes).tolist(),
         range0_m=range0_m,
         dr_m=dr_m,
-        sound_speed=1500.0,
+        sound_speed=sound_speed,
         elevation_rad=elevation.tolist() if planes > 1 else [],
         beam_width_rad=[1 / 32] * beams,
         planes=planes,
@@ -76,8 +78,25 @@ class Device:
         link.unlink(missing_ok=True)
         link.symlink_to(os.ttyname(self._slave))
 
+    def send(self, data: bytes) -> None:
+        """Write all of it, however long the reader takes."""
+        os.set_blocking(self.master, True)
+        while data:
+            data = data[os.write(self.master, data) :]
+
+    def offer(self, data: bytes, patience_s: float = 0.02) -> None:
+        """Write as a UART does: what finds no room in time is lost."""
+        os.set_blocking(self.master, False)
+        while data and select.select([], [self.master], [], patience_s)[1]:
+            with contextlib.suppress(BlockingIOError):
+                data = data[os.write(self.master, data) :]
+
     def unplug(self) -> None:
         self.link.unlink(missing_ok=True)
+        self.hang_up()
+
+    def hang_up(self) -> None:
+        """Vanish, and leave the name behind."""
         for fd in (self.master, self._slave):
             with contextlib.suppress(OSError):
                 os.close(fd)

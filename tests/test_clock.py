@@ -65,8 +65,9 @@ def test_a_jump_of_the_device_clock_is_believed_when_confirmed(jump_ns: int) -> 
     for number, (true_ns, device_ns, arrival_ns) in enumerate(stream(400, seed=3)):
         jumped = number >= 200
         mapped = estimator.map(device_ns + jumped * jump_ns, arrival_ns)
-        if not 200 <= number < 200 + CONFIRMATIONS + 6 and number > 10:
-            assert abs(mapped - true_ns) < 2 * MS
+        if number > 10:  # not yet confirmed, the arrival counts; then the envelope is learned anew
+            learning = 200 <= number < 200 + CONFIRMATIONS + 6
+            assert abs(mapped - true_ns) < (9 if learning else 2) * MS
         assert estimator.jumps == 0 or jumped
     assert estimator.jumps == 1
 

@@ -152,6 +152,16 @@ def test_a_record_that_stops_in_the_middle_is_given_up_on_request() -> None:
     assert bodies_of(framer.feed(by_hand(b"good"))) == [b"good"]
 
 
+def test_missing_bytes_are_what_the_record_under_way_still_needs() -> None:
+    frame, framer = by_hand(b"x" * 100), Framer()
+    told = []
+    for at in range(len(frame)):
+        told.append(framer.missing_bytes)
+        framer.feed(frame[at : at + 1])
+    assert told == [0] * 64 + list(range(104, 0, -1))  # nothing is known before the header is whole
+    assert framer.missing_bytes == 0
+
+
 def test_many_false_headers_over_the_same_bytes_stay_cheap() -> None:
     """Each of 20,000 headers claims 1 MB: adding them up one by one would take minutes."""
     framer = Framer()

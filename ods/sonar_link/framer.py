@@ -57,6 +57,13 @@ class Framer:
         under_way = self._bytes.startswith(drf.SYNC, drf.SYNC_AT)
         return self._arrivals[0][1] if under_way else None
 
+    @property
+    def missing_bytes(self) -> int:
+        """Bytes that must come before the record under way can be complete; 0 when none is under way."""
+        if self.waiting_since_ns is None or len(self._bytes) < drf.HEADER_BYTES:
+            return 0
+        return drf.unpack_header(self._bytes).size - len(self._bytes)
+
     def give_up(self) -> list[Record]:
         """Disbelieve the header of the record under way; return the records found behind it."""
         if self.waiting_since_ns is None:

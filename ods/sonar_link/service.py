@@ -1,6 +1,7 @@
 """The sonar process: bytes from the port to pings on the bus."""
 
 import logging
+import time
 
 import msgspec
 
@@ -17,6 +18,10 @@ log = logging.getLogger(__name__)
 
 MAX_READS = 16
 """Reads before the work loop gets its turn."""
+GATHER_S = 0.008
+"""Longest pause for bytes to gather in the port's buffer: fewer and larger reads."""
+BITS_A_BYTE = 10
+"""On a serial line: start, eight of data, stop."""
 LOGGED = {
     "bad_beam_table", "bad_checksum", "bad_ping", "bad_settings", "bad_water_column", "data_without_geometry",
     "data_without_settings", "lost_pings", "no_device_time", "overlong_record", "ping_number_restarts", "port_losses",
@@ -37,6 +42,7 @@ class SonarWorker(Worker[OnboardConfig]):
         self._offset = clock.OffsetEstimator()
         self._assembler = Assembler(self._offset.map, round(sonar.latency_ms * 1e6), self._counters)
         self._record_timeout_ns = round(sonar.record_timeout_s * clock.NS)
+        self._byte_s = BITS_A_BYTE / sonar.baud
         self._watched: int | None = None
         self._newest_ns = clock.monotonic_ns()
         self._logged: set[str] = set()
@@ -47,6 +53,7 @@ class SonarWorker(Worker[OnboardConfig]):
 
     def readable(self, fd: int) -> None:
         """Read the port empty and publish the pings that this completes."""
+        self._let_bytes_gather()
         for _ in range(MAX_READS):
             data = self._port.read(clock.monotonic_ns())
             if not data:
@@ -54,14 +61,18 @@ class SonarWorker(Worker[OnboardConfig]):
             self._publish(self._framer.feed(data, clock.monotonic_ns()))
         self._follow_port()
 
+    def _let_bytes_gather(self) -> None:
+        """Sleep for as long as the line cannot have completed the record under way: this delays no ping."""
+        time.sleep(min(GATHER_S, self._framer.missing_bytes * self._byte_s))
+
     def tick(self) -> None:
         """Reopen a lost port, give up a record that does not end, say what is new among the losses."""
         now = clock.monotonic_ns()
         self._port.check(now)
         self._port.open_if_due(now)
         self._follow_port()
-        since = self._framer.waiting_since_ns
-        if since is not None and now - since > self._record_timeout_ns:
+        # one false header may be followed by others that have waited as long
+        while (since := self._framer.waiting_since_ns) is not None and now - since > self._record_timeout_ns:
             self._publish(self._framer.give_up())
         self._counters["device_clock_jumps"] = self._offset.jumps
         self._counters["wild_device_times"] = self._offset.wild

@@ -18,8 +18,9 @@ class SonarSettings(Settings, frozen=True):
     """From the arrival of the last echo at the sonar to the first byte of its record on the line, ms."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
     """Longest record believed, bytes; a header that claims more is noise."""
-    record_timeout_s: Positive = 2.0
-    """A record that takes longer to arrive is given up, s; more than the longest one's time on the line."""
+    record_timeout_s: Positive = 1.0
+    """A record that takes longer to arrive is given up, s; more than the longest one's time on the line. A false header
+    holds pings up for so long at most."""
     reopen_min_s: Positive = 0.1
     """First pause before a lost port is tried again, s; it doubles with every failure."""
     reopen_max_s: Positive = 1.0
