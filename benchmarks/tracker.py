@@ -18,12 +18,15 @@ from matplotlib.figure import Figure
 from ods.assess.track.case import observe
 from ods.assess.track.chart import COLOURS, dress, number, save
 from ods.assess.track.scenarios import SONAR, in_sector, world
+from ods.clock import NS
 from ods.fan_plot import INK, PAPER
-from ods.tracker import scenario
+from ods.messages import Pose
+from ods.pose_buffer import PoseBuffer
+from ods.tracker import reception, scenario
 from ods.tracker.archive import MapObject
 from ods.tracker.measurement import Fix
 from ods.tracker.observers import OBSERVERS, make_observer
-from ods.tracker.scan import Scan
+from ods.tracker.scan import Scan, echoes_of
 from ods.tracker.scenario import Scenario
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -111,6 +114,28 @@ def time_updates() -> dict[str, float]:
     return {name: float(np.median(times)) for name, times in spent.items()}
 
 
+def receptions() -> dict[int, float]:
+    """Return the median time, ms, to map detections to the pose at transmission, three looks at poses of 100 Hz."""
+    level, still, sigma = (1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.1, 0.1, 0.1)
+    poses = PoseBuffer(400, 0.3)
+    for k in range(400):
+        poses.insert(Pose(k, k * NS // 100, 0, (0.02 * k, 0.0, 4.0), level, still, sigma, sigma))
+    found = {}
+    for _, detections in SIZES:
+        echoes, _ = echoes_of(np.ones((detections, 7)) * np.linspace(1.0, 99.0, detections)[:, None])
+        spent = []
+        for turn in range(TIMED):
+            began = time.process_time()
+            sent = poses.at(2 * NS + 10_000 * turn)
+            assert sent is not None
+            listening = reception.listen(sent, 100.0, 1500.0, poses.at)
+            assert listening is not None
+            reception.at_transmission(echoes, listening)
+            spent.append(1e3 * (time.process_time() - began))
+        found[detections] = float(np.median(spent))
+    return found
+
+
 def draw(all_of_them: list[Contestant]) -> Figure:
     """Return the chart: medians as lines, crosses: targets."""
     figure = Figure(figsize=(8.5, 6.0), dpi=110, facecolor=PAPER, layout="constrained")
@@ -146,6 +171,9 @@ def main() -> None:
     print(f"\ntime update of {HIBERNATED:,} objects, ms (target {TIME_UPDATE_TARGET_MS})")
     for name, ms in time_updates().items():
         print(f"{name:38}{ms:8.3f}")
+    print("\npose at transmission and reception, and the echoes mapped, ms")
+    for detections, ms in receptions().items():
+        print(f"{'detections':38}{detections:8}{ms:8.3f}")
     if args.out is not None:
         save(draw(all_of_them), args.out)
         print(f"drawn: {args.out}")

@@ -6,6 +6,7 @@ import struct
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,11 +14,13 @@ from scipy.spatial.transform import Rotation
 
 from ods.clock import NS
 from ods.geodesy import LocalFrame
+from ods.geometry import euler_from_quat, quat_from_euler
 from ods.messages import Pose
 from ods.nav_bridge.can_frame import Frame
 from ods.nav_bridge.canopen_source import CanopenSource
 from ods.nav_bridge.pdo_layout import LayoutError, load_pdo_set
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.pose_buffer import PoseBuffer
 
 CONFIG = Path(__file__).parents[1] / "config"
 EDS = CONFIG / "ins.eds"
@@ -89,6 +92,39 @@ def test_an_epoch_becomes_a_pose() -> None:
     assert pose.t_ns == PERIOD + 250_000
     assert pose.utc_ns == pose.t_ns + UTC_OFFSET
     assert lost(bench.counters) == {}
+
+
+@pytest.mark.parametrize("pitch", [-15_708, 15_708])
+@pytest.mark.parametrize("yaw", [-31_416, -7_000, 31_416])
+def test_a_vertical_vehicle_has_the_attitude_that_the_ins_sends(pitch: int, yaw: int) -> None:
+    """Right angles and half turns that were rounded up to whole counts."""
+    (pose,) = Bench().epoch(1, roll=3_000, pitch=pitch, yaw=yaw)
+    expected = Rotation.from_euler("ZYX", [1e-4 * yaw, math.copysign(math.pi / 2.0, pitch), 0.3])
+    assert (Rotation.from_quat(pose.attitude, scalar_first=True).inv() * expected).magnitude() < 1e-4
+
+
+@pytest.mark.parametrize("pitch_deg", [-90.0, -89.9999, 0.0, 89.9999, 90.0])
+def test_what_the_ins_makes_of_an_attitude_is_that_attitude(pitch_deg: float) -> None:
+    """At a right angle its angles are any pair of roll and yaw: the quaternion is the same within a count of each."""
+    for yaw_deg in (-180.0, -90.0, 0.0, 40.0, 179.999):
+        true = quat_from_euler(0.4, math.radians(pitch_deg), math.radians(yaw_deg))
+        roll, pitch, yaw = (round(float(angle) * 1e4) for angle in euler_from_quat(true))
+        (pose,) = Bench().epoch(1, roll=roll, pitch=pitch, yaw=yaw)
+        turned = Rotation.from_quat(pose.attitude, scalar_first=True).inv() * Rotation.from_quat(
+            true, scalar_first=True
+        )
+        assert turned.magnitude() < 1.6e-4
+
+
+def test_between_179_and_minus_179_degrees_the_heading_is_south() -> None:
+    bench, buffer = Bench(), PoseBuffer(10, 0.3)
+    for number, yaw in ((1, 31_242), (2, -31_242)):
+        (pose,) = bench.epoch(number, roll=0, pitch=0, yaw=yaw)
+        buffer.insert(pose)
+    found = buffer.at(pose.t_ns - PERIOD // 2)
+    assert found is not None
+    ahead = Rotation.from_quat(found.attitude, scalar_first=True).apply([1.0, 0.0, 0.0])
+    np.testing.assert_allclose(ahead, [-1.0, 0.0, 0.0], atol=1e-4)
 
 
 def test_instants_follow_the_ins_clock_not_the_jitter_of_arrival() -> None:

@@ -1,5 +1,5 @@
 import math
-import random
+from dataclasses import astuple
 
 import msgspec
 import numpy as np
@@ -90,6 +90,29 @@ def test_pitch_of_90_degrees_is_no_special_case(pitch_deg: float) -> None:
     assert angle_between(found.attitude, expected) < 1e-6
 
 
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_a_loop_goes_through_the_vertical(sign: float) -> None:
+    """From 89 deg on one side to 89 deg on the other, where roll and yaw have jumped by half a turn; and on."""
+    up, side = math.radians(89.0) * sign, math.radians(1.0) * sign
+    buffer = PoseBuffer(10, 0.5)
+    for t_s, euler in ((0.0, (0.0, up, 0.3)), (0.01, (math.pi, up, 0.3 - math.pi))):
+        buffer.insert(msgspec.structs.replace(pose_at(t_s), attitude=quaternion(*euler)))
+    for t_ms, turned in ((5, side), (10, 2.0 * side), (20, 4.0 * side)):
+        found = buffer.at(t_ms * MS)
+        assert found is not None
+        expected = rotation(quaternion(0.0, up, 0.3)) * Rotation.from_rotvec([0.0, turned, 0.0])
+        assert (rotation(found.attitude).inv() * expected).magnitude() < 1e-6
+
+
+def test_a_turn_is_carried_on_across_180_degrees() -> None:
+    buffer = PoseBuffer(20, 0.5)
+    for n in range(11):
+        buffer.insert(pose_at(0.01 * n, yaw0=math.radians(177.9)))  # 179.9 deg at the end
+    found = buffer.at(200 * MS)
+    assert found is not None
+    assert angle_between(found.attitude, pose_at(0.2, yaw0=math.radians(177.9)).attitude) < 1e-6
+
+
 def test_a_quaternion_and_its_negative_are_the_same_attitude() -> None:
     buffer = PoseBuffer(10, 0.5)
     buffer.insert(pose_at(0.0))
@@ -101,19 +124,23 @@ def test_a_quaternion_and_its_negative_are_the_same_attitude() -> None:
     assert angle_between(found.attitude, pose_at(0.005).attitude) < 1e-9
 
 
-def test_order_of_arrival_does_not_matter() -> None:
-    poses = [pose_at(0.01 * n) for n in range(100)]
-    shuffled = random.Random(5).sample(poses, len(poses))
-    ordered, mixed = PoseBuffer(200, 0.5), PoseBuffer(200, 0.5)
-    for a, b in zip(poses, shuffled, strict=True):
-        ordered.insert(a)
-        mixed.insert(b)
-    for t_ns in range(0, NS, 7 * MS):
-        a_found, b_found = ordered.at(t_ns), mixed.at(t_ns)
-        assert a_found is not None
-        assert b_found is not None
-        np.testing.assert_array_equal(a_found.attitude, b_found.attitude)
-        np.testing.assert_array_equal(a_found.position_ned, b_found.position_ned)
+@settings(max_examples=60)
+@given(st.permutations(range(12)), st.integers(1, 15), st.lists(st.integers(1, 90), min_size=12, max_size=12))
+def test_order_of_arrival_does_not_matter(order: list[int], capacity: int, gaps_ms: list[int]) -> None:
+    """Nor which poses a full buffer has to drop: it keeps the newest."""
+    times = np.cumsum(gaps_ms).tolist()
+    poses = [pose_at(1e-3 * t_ms) for t_ms in times]
+    ordered, mixed = PoseBuffer(capacity, 0.05), PoseBuffer(capacity, 0.05)
+    for number, pose in zip(order, poses, strict=True):
+        ordered.insert(pose)
+        mixed.insert(poses[number])
+    assert len(ordered) == len(mixed) == min(capacity, len(poses))
+    for t_ms in range(times[0] - 60, times[-1] + 70, 5):
+        a, b = ordered.at(t_ms * MS), mixed.at(t_ms * MS)
+        assert (a is None) == (b is None)
+        if a is not None and b is not None:
+            for one, other in zip(astuple(a), astuple(b), strict=True):
+                np.testing.assert_array_equal(one, other)
 
 
 def test_extrapolation_carries_velocity_and_turn_on_with_growing_sigma_up_to_the_limit() -> None:
@@ -134,6 +161,17 @@ def test_extrapolation_carries_velocity_and_turn_on_with_growing_sigma_up_to_the
     assert buffer.at(last.t_ns + NS // 2 + 1) is None
     assert buffer.at(-NS // 2) is not None
     assert buffer.at(-NS // 2 - 1) is None
+
+
+def test_uncertainty_grows_with_the_time_to_the_nearest_pose() -> None:
+    buffer = PoseBuffer(100, 0.5)
+    for n in range(20):
+        buffer.insert(pose_at(0.01 * n))
+    for edge_ns, way in ((0, -1), (190 * MS, 1)):
+        found = [buffer.at(edge_ns + way * t * MS) for t in range(0, 501, 20)]
+        for get in ("sigma_position", "sigma_attitude", "extrapolated_s"):
+            growing = np.array([getattr(one, get) for one in found])
+            assert (np.diff(growing, axis=0) > 0.0).all()
 
 
 def test_one_pose_alone_is_carried_on_without_a_turn() -> None:
@@ -164,14 +202,16 @@ def test_what_is_not_a_pose_is_dropped_and_counted() -> None:
     good = pose_at(0.0)
     buffer = PoseBuffer(3, 0.5)
     bad: list[dict[str, object]] = [
-        {"position_ned": (math.nan, 0.0, 0.0)},
-        {"velocity_body": (0.0, math.inf, 0.0)},
         {"attitude": (0.0, 0.0, 0.0, 0.0)},
         {"attitude": (1.0, 0.1, 0.0, 0.0)},
-        {"attitude": (math.nan, 0.0, 0.0, 0.0)},
         {"sigma_position_ned": (-1.0, 0.0, 0.0)},
-        {"sigma_attitude": (0.0, math.nan, 0.0)},
+        {"sigma_attitude": (0.0, 0.0, -1e-9)},
+        {"position_ned": (math.inf, -math.inf, 0.0)},
     ]
+    for field in ("position_ned", "attitude", "velocity_body", "sigma_position_ned", "sigma_attitude"):
+        numbers = getattr(good, field)
+        for place in range(len(numbers)):
+            bad += [{field: (*numbers[:place], x, *numbers[place + 1 :])} for x in (math.nan, math.inf, -math.inf)]
     for change in bad:
         buffer.insert(msgspec.structs.replace(good, **change))
     assert len(buffer) == 0

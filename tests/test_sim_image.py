@@ -14,6 +14,7 @@ from ods.sim_sonar.image import ImageSimulator, render_image
 from ods.sim_sonar.imperfection_settings import ImageLevels
 from ods.sim_sonar.mean_area import mean_area
 from ods.sim_sonar.patterns import horizontal_power
+from ods.sim_sonar.reception import as_heard
 from ods.sim_sonar.reflection import reflectivity
 from ods.sim_sonar.scene import Scene
 from ods.sim_sonar.scene_settings import SceneFile, SeaBed, Sphere, Surface, VehiclePath
@@ -295,9 +296,8 @@ def test_without_speckle_the_mean_image_is_rendered() -> None:
 
 def test_one_call_renders_the_same_from_arrays() -> None:
     scene = scene_of(range_correlation=0.2)
-    vehicle = scene.vehicle_at(3.0)
+    heard = as_heard(scene.bodies_at(3.0), 3.0, scene.pose_at(3.0), SEABAT.sound_speed, scene.pose_at)
     image = render_image(
-        SEABAT, scene.bodies_at(3.0), scene.sea_bed, vehicle.position_ned, vehicle.attitude, scene.file.image,
-        seed=5, ping_number=20, t_s=3.0,
-    )  # fmt: skip
+        SEABAT, heard, scene.sea_bed, *scene.pose_at(3.0), scene.file.image, seed=5, ping_number=20, t_s=3.0
+    )
     np.testing.assert_array_equal(image, ImageSimulator(SEABAT, scene).render(3.0, 20))

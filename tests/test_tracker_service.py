@@ -1,5 +1,6 @@
 """The tracker process as a process: real ZeroMQ on both sides, played by this test."""
 
+import math
 import os
 import signal
 import subprocess
@@ -39,6 +40,9 @@ service.run(TrackerWorker, PROCESSES["tracker"], settings)
 PATIENCE_S = 60.0
 """The very first start on a machine compiles."""
 MS = 1_000_000
+SOUND = 1480.0
+LISTENING_NS = 140 * MS
+"""Longer than the farthest echo needs."""
 
 
 class Chain:
@@ -52,6 +56,8 @@ class Chain:
         self.problems: dict[str, list[str]] = {}
         self.poses = self.pings = True
         self.echoes = [(40.0, 0.0), (60.0, 0.3)]
+        self.heading: Callable[[float], float] = lambda _: 0.0
+        """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._publishers = {name: bus.Publisher(self._context, folder, name) for name in ("sonar", "pipeline", "nav")}
         self._subscriber = bus.Subscriber(self._context, folder, ["obstacles"], ["tracker"])
@@ -80,13 +86,15 @@ class Chain:
         self._count += 1
         if self.poses:
             zeros = (0.0, 0.0, 0.0)
-            pose = Pose(k, now, clock.utc_ns(now), (0.0, 0.0, 4.0), (1.0, 0.0, 0.0, 0.0), zeros, zeros, zeros)
+            half = 0.5 * self.heading(now / clock.NS)
+            attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
+            pose = Pose(k, now, clock.utc_ns(now), (0.0, 0.0, 4.0), attitude, zeros, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)
         if k % 10 == 0:
             for name in self.alive:
                 self.report(name)
         if self.pings and k % 3 == 0:
-            self.detect(k, now - 5 * MS)
+            self.detect(k, now - LISTENING_NS)
 
     def report(self, name: str) -> None:
         now = clock.monotonic_ns()
@@ -96,11 +104,22 @@ class Chain:
     def detect(self, number: int, t_ns: int) -> None:
         found = [
             Detection(
-                r, b, 1.0, 5.0, 3.0, 14.0, 20, 2.0, 0.05, sigma_range_m=0.1, sigma_bearing_rad=0.01, sigma_radius_m=0.3
+                r,
+                b - self.heading(t_ns / clock.NS + 2.0 * r / SOUND),
+                1.0,
+                5.0,
+                3.0,
+                14.0,
+                20,
+                2.0,
+                0.05,
+                sigma_range_m=0.1,
+                sigma_bearing_rad=0.01,
+                sigma_radius_m=0.3,
             )
             for r, b in self.echoes
         ]
-        message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), 1480.0, SECTOR, found)
+        message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), SOUND, SECTOR, found)
         self._publishers["pipeline"].publish("detections", message)
 
     def close(self) -> None:
@@ -152,6 +171,7 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     blind = chain.until(says("no pose for 0."))
     assert blind.ping_number >= 0
     assert [o.cpa for o in blind.obstacles] == [None, None]
+    chain.until(lambda _: chain.health is not None and "pings_without_reception_pose" in chain.health.counters)
     chain.poses = True
     chain.until(good)
 
@@ -163,6 +183,19 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     assert [later.seq - earlier.seq for earlier, later in zip(chain.lists, chain.lists[1:], strict=False)] == [1] * (
         len(chain.lists) - 1
     )
+
+
+def test_bearings_are_those_of_the_attitude_at_reception(chain: Chain) -> None:
+    """Swinging at up to 20 deg/s; with the attitude at transmission places would be off by 3.1 m and 1 m."""
+    chain.echoes = [(95.0, 0.1), (55.0, -0.2)]
+    chain.heading = lambda t_s: 0.35 * math.sin(t_s)
+    chain.until(good)
+    begun = time.monotonic()
+    chain.until(lambda _: time.monotonic() > begun + 3.0)
+    places = [(r * math.cos(b), r * math.sin(b)) for r, b in chain.echoes]
+    for message in filter(good, chain.lists):
+        for obstacle in message.obstacles:
+            assert min(math.dist(obstacle.position_ned[:2], place) for place in places) < 0.5
 
 
 def test_bad_detections_are_counted_and_nothing_stops(chain: Chain) -> None:

@@ -5,9 +5,12 @@ import pkgutil
 
 import numpy as np
 import pytest
-from tracker_samples import course, run
+from tracker_samples import course, echoes, run
 
 import ods.tracker
+from ods.messages import Pose
+from ods.pose_buffer import PoseBuffer
+from ods.tracker import reception
 from ods.tracker.archive import MapObject
 from ods.tracker.observers import OBSERVERS
 from ods.tracker.settings import LifeSettings, TrackerSettings
@@ -43,6 +46,13 @@ def test_no_real_scan_compiles_anything_more(observer: str, association: str) ->
     path.yaw[(path.t > 15.0) & (path.t < 25.0)] = np.pi
     known = [MapObject(i, (30.0 + i, 0.0, 4.0), (0.5, 0.5, 1.0), 1.0, 0.2, 0.9, 9, 1, 2, 3) for i in (1, 2, 200)]
     result = run(path, Tracker(settings, known, first_id=300), seed=12, clutter=5.0, silent=(8.0, 9.0))
+    pose = PoseBuffer(2, 0.3)
+    pose.insert(Pose(0, 0, 0, (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.1,) * 3))
+    sent = pose.at(0)
+    assert sent is not None
+    listening = reception.listen(sent, 100.0, 1500.0, pose.at)
+    assert listening is not None
+    reception.at_transmission(echoes([(50.0, 0.0, 1.0)]), listening)
     assert len(result.ids()) > 20
     assert result.ended
     assert before

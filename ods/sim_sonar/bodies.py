@@ -110,6 +110,26 @@ def contains(body: Array, point: Array) -> bool:
     return bool(math.hypot(local[0], local[1]) <= body[HALF] and local[2] <= body[HALF + 2])
 
 
+@compiled
+def middles(bodies: Array, point: Array) -> Array:
+    """Return the (n, 3) points in the middle of bodies that are nearest to `point` (3,).
+
+    A sphere's centre; of a cylinder's axis and of a plane the nearest point. Frame as that of `bodies`.
+    """
+    out = bodies[:, CENTRE:AXES].copy()
+    for k in range(len(bodies)):
+        body = bodies[k]
+        x, y, z = point[0] - body[CENTRE], point[1] - body[CENTRE + 1], point[2] - body[CENTRE + 2]
+        for axis in range(3):
+            if body[KIND] == SPHERE or (body[KIND] == CYLINDER and axis < 2):
+                continue
+            a, half = AXES + 3 * axis, body[HALF + axis]
+            along = min(max(body[a] * x + body[a + 1] * y + body[a + 2] * z, -half), half)
+            for c in range(3):
+                out[k, c] += along * body[a + c]
+    return out
+
+
 def circle_radius(body: Array) -> float:
     """Return the radius of the circle that circumscribes a body's projection on the frame's x-y plane."""
     axes = body[AXES:HALF].reshape(3, 3)

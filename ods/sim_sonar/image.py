@@ -1,15 +1,19 @@
 """One call renders one image: a scene, or arrays of bodies, seen by a sonar at one time."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.messages import Ping, TruthObject
+from ods.sim_sonar import bodies
 from ods.sim_sonar.bed import Bed
 from ods.sim_sonar.grid import grid_of
 from ods.sim_sonar.imperfection_settings import ImageLevels
 from ods.sim_sonar.mean_area import mean_area
 from ods.sim_sonar.quantize import PingMaker
 from ods.sim_sonar.receiver import Receiver
+from ods.sim_sonar.reception import as_heard
 from ods.sim_sonar.scene import Scene
 from ods.sim_sonar.sonar import SonarModel
 from ods.sim_sonar.truth import truth_of
@@ -45,6 +49,18 @@ def render_image(
     return Receiver(sonar, chosen, seed).receive(area, position_ned, attitude, t_s, ping_number)
 
 
+class _Moment(NamedTuple):
+    """A scene at the instant of a ping."""
+
+    t_s: float
+    pose: tuple[Array, Array]
+    """The vehicle's position (3,) and attitude (4,) at transmission."""
+    heard: Array
+    """Rows of the objects as they are heard, see `as_heard`."""
+    area: Array
+    """(beams, samples) m2."""
+
+
 class ImageSimulator:
     """Renders the images of one scene with one sonar; the same seed gives the same bytes, in any order of calls."""
 
@@ -56,37 +72,36 @@ class ImageSimulator:
         self.receiver = Receiver(sonar, levels, scene.file.seed if seed is None else seed)
         self._make_ping = PingMaker(sonar, levels)
         self._grid = grid_of(sonar)
-        self._newest: tuple[float, Array] | None = None
+        self._newest: _Moment | None = None
 
     def mean_area(self, t_s: float) -> Array:
-        """Return the area, m2, (beams, samples) float64, that each sample hears at scene time `t_s`.
+        """Return the area, m2, (beams, samples) float64, that each sample hears of a ping sent at scene time `t_s`.
 
-        The newest one is kept, as image and truth both need it: do not write to it.
+        Do not write to it.
         """
-        if self._newest is None or self._newest[0] != t_s:
-            file, vehicle = self.scene.file, self.scene.vehicle_at(t_s)
+        return self._moment(t_s).area
+
+    def _moment(self, t_s: float) -> _Moment:
+        """Return what there is at scene time `t_s`; the newest is kept, as image and truth both need it."""
+        if self._newest is None or self._newest.t_s != t_s:
+            file, scene = self.scene.file, self.scene
+            pose = scene.pose_at(t_s)
+            heard = as_heard(scene.bodies_at(t_s), t_s, pose, self.sonar.sound_speed, scene.pose_at)
             area = mean_area(
-                self._grid,
-                self.scene.bodies_at(t_s),
-                self.scene.sea_bed,
-                vehicle.position_ned,
-                vehicle.attitude,
-                shadows=file.shadows,
-                max_error=file.image.max_error,
+                self._grid, heard, scene.sea_bed, *pose, shadows=file.shadows, max_error=file.image.max_error
             )
-            self._newest = t_s, area
-        return self._newest[1]
+            self._newest = _Moment(t_s, pose, heard, area)
+        return self._newest
 
     def mean_image(self, t_s: float, ping_number: int = 0) -> Image:
         """Return the image without speckle: (beams, samples) float32 root mean square amplitude, counts."""
-        vehicle = self.scene.vehicle_at(t_s)
-        levels = self.receiver.levels_of(vehicle.position_ned, vehicle.attitude, t_s, ping_number)
-        return self.receiver.mean_image(self.mean_area(t_s), levels)
+        moment = self._moment(t_s)
+        return self.receiver.mean_image(moment.area, self.receiver.levels_of(*moment.pose, t_s, ping_number))
 
     def render(self, t_s: float, ping_number: int) -> Image:
         """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts."""
-        vehicle = self.scene.vehicle_at(t_s)
-        return self.receiver.receive(self.mean_area(t_s), vehicle.position_ned, vehicle.attitude, t_s, ping_number)
+        moment = self._moment(t_s)
+        return self.receiver.receive(moment.area, *moment.pose, t_s, ping_number)
 
     def ping(self, t_s: float, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
         """Return the image at scene time `t_s` as the sonar sends it, transmitted at `t_ns`."""
@@ -94,6 +109,7 @@ class ImageSimulator:
 
     def truth(self, t_s: float, ping_number: int = 0) -> list[TruthObject]:
         """Return the bounded objects at scene time `t_s`, with the levels of their echoes in that ping."""
-        vehicle = self.scene.vehicle_at(t_s)
-        levels = self.receiver.levels_of(vehicle.position_ned, vehicle.attitude, t_s, ping_number)
-        return truth_of(self.sonar, self.mean_area(t_s), levels, vehicle, self.scene.objects_at(t_s))
+        moment = self._moment(t_s)
+        levels = self.receiver.levels_of(*moment.pose, t_s, ping_number)
+        heard_ned = moment.heard[self.scene.shown, bodies.CENTRE : bodies.AXES]
+        return truth_of(self.sonar, moment.area, levels, *moment.pose, self.scene.objects_at(t_s), heard_ned)

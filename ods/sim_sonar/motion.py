@@ -11,6 +11,10 @@ from ods.sim_sonar.scene_settings import Oscillation, Path, VehiclePath
 
 Array = NDArray[np.float64]
 
+Times = float | Array
+"""Scene time, s: one, or an array of any shape (...)."""
+
+STILL = np.zeros(3)
 SLOW = 1e-6
 """Horizontal speed below which a path has no heading, m/s."""
 
@@ -26,22 +30,22 @@ class Motion:
             times = [point.t_s for point in path.waypoints]
             self._spline = CubicSpline(times, [point.position_ned for point in path.waypoints], bc_type="natural")
 
-    def position(self, t_s: float) -> Array:
-        """Return (3,) NED, m."""
+    def position(self, t_s: Times) -> Array:
+        """Return (..., 3) NED, m, at times (...)."""
         if self._spline is None:
-            return np.asarray(self._start + t_s * self._velocity)
+            return np.asarray(self._start + np.multiply.outer(t_s, self._velocity))
         inside = self._clamp(t_s)
-        return np.asarray(self._spline(inside) + (t_s - inside) * self._spline(inside, 1))
+        return np.asarray(self._spline(inside) + (t_s - inside)[..., None] * self._spline(inside, 1))
 
-    def velocity(self, t_s: float) -> Array:
-        """Return (3,) NED, m/s, the derivative of `position`."""
+    def velocity(self, t_s: Times) -> Array:
+        """Return (..., 3) NED, m/s, the derivative of `position`."""
         if self._spline is None:
-            return self._velocity.copy()
+            return np.asarray(self._velocity + np.multiply.outer(t_s, STILL))
         return np.asarray(self._spline(self._clamp(t_s), 1))
 
-    def _clamp(self, t_s: float) -> float:
+    def _clamp(self, t_s: Times) -> Array:
         assert self._spline is not None
-        return float(min(max(t_s, self._spline.x[0]), self._spline.x[-1]))
+        return np.asarray(np.minimum(np.maximum(t_s, self._spline.x[0]), self._spline.x[-1]))
 
 
 class VehicleMotion(Motion):
@@ -51,16 +55,21 @@ class VehicleMotion(Motion):
         super().__init__(path)
         self._path = path
 
-    def attitude(self, t_s: float) -> Array:
-        """Return the (4,) unit quaternion, body to global."""
-        heading = math.radians(self._path.heading_deg)
-        north, east, _ = self.velocity(t_s)
-        if self._path.follow_path and math.hypot(north, east) > SLOW:
-            heading = math.atan2(east, north)
+    def attitude(self, t_s: Times) -> Array:
+        """Return the (..., 4) unit quaternions, body to global, at times (...)."""
         roll, pitch, yaw = (_swing(part, t_s) for part in (self._path.roll, self._path.pitch, self._path.yaw))
-        return geometry.quat_from_euler(roll, pitch, heading + yaw)
+        return geometry.quat_from_euler(roll, pitch, self._heading(t_s) + yaw)
+
+    def _heading(self, t_s: Times) -> float | Array:
+        """Return the path's heading, rad, without the swing."""
+        heading = math.radians(self._path.heading_deg)
+        if not self._path.follow_path:
+            return heading
+        velocity = self.velocity(t_s)
+        north, east = velocity[..., 0], velocity[..., 1]
+        return np.where(np.hypot(north, east) > SLOW, np.arctan2(east, north), heading)
 
 
-def _swing(part: Oscillation, t_s: float) -> float:
-    phase = 2.0 * math.pi * t_s / part.period_s + math.radians(part.phase_deg)
-    return math.radians(part.amplitude_deg) * math.sin(phase)
+def _swing(part: Oscillation, t_s: Times) -> float | Array:
+    phase = (2.0 * math.pi / part.period_s) * t_s + math.radians(part.phase_deg)
+    return np.asarray(math.radians(part.amplitude_deg) * np.sin(phase))

@@ -11,7 +11,7 @@ from ods import geometry
 from ods.settings_file import ConfigError, load
 from ods.sim_sonar import bodies
 from ods.sim_sonar.bed import bed_of
-from ods.sim_sonar.motion import Motion, VehicleMotion
+from ods.sim_sonar.motion import Motion, Times, VehicleMotion
 from ods.sim_sonar.scene_settings import Cylinder, Plane, SceneFile, Sphere
 
 Array = NDArray[np.float64]
@@ -55,20 +55,25 @@ class Scene:
         self._vehicle = VehicleMotion(file.vehicle)
         self._paths = [Motion(item) for item in file.objects]
         self._rows = np.array([_row(item) for item in file.objects]).reshape(-1, bodies.COLUMNS)
-        self._shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
-        self._names = tuple(file.objects[i].name for i in self._shown)
-        self._radius = np.array([bodies.circle_radius(self._rows[i]) for i in self._shown])
+        self.shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
+        """Rows of `bodies_at` that `objects_at` has: bounded objects."""
+        self._names = tuple(file.objects[i].name for i in self.shown)
+        self._radius = np.array([bodies.circle_radius(self._rows[i]) for i in self.shown])
         self._check()
+
+    def pose_at(self, t_s: Times) -> tuple[Array, Array]:
+        """Return the vehicle's position (..., 3) NED, m, and attitude (..., 4), body to global, at times (...)."""
+        return self._vehicle.position(t_s), self._vehicle.attitude(t_s)
 
     def vehicle_at(self, t_s: float) -> VehicleState:
         """Return the vehicle's state at scene time `t_s`."""
-        attitude = self._vehicle.attitude(t_s)
+        position, attitude = self.pose_at(t_s)
         velocity_body = self._vehicle.velocity(t_s) @ geometry.rotation_matrix(attitude)
-        return VehicleState(self._vehicle.position(t_s), attitude, velocity_body)
+        return VehicleState(position, attitude, velocity_body)
 
     def objects_at(self, t_s: float) -> ObjectStates:
         """Return where the bounded objects are at scene time `t_s`."""
-        paths = [self._paths[i] for i in self._shown]
+        paths = [self._paths[i] for i in self.shown]
         return ObjectStates(
             self._names,
             np.array([path.position(t_s) for path in paths]).reshape(-1, 3),

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ods import geometry
 from ods.messages import TruthObject, Vector3
 from ods.sim_sonar.receiver import Levels
-from ods.sim_sonar.scene import ObjectStates, VehicleState
+from ods.sim_sonar.scene import ObjectStates
 from ods.sim_sonar.sonar import SonarModel
 
 Array = NDArray[np.float64]
@@ -32,11 +32,21 @@ class Echo(NamedTuple):
 
 
 def truth_of(
-    sonar: SonarModel, area: Array, levels: Levels, vehicle: VehicleState, objects: ObjectStates
+    sonar: SonarModel,
+    area: Array,
+    levels: Levels,
+    vehicle_ned: Array,
+    attitude: Array,
+    objects: ObjectStates,
+    heard_ned: Array,
 ) -> list[TruthObject]:
-    """Return the bounded objects behind the image of a mean area (beams, samples)."""
-    inside = in_sector(sonar, objects.position_ned, objects.radius_m, vehicle.position_ned, vehicle.attitude)
-    seen = geometry.global_to_body(objects.position_ned, vehicle.position_ned, vehicle.attitude)
+    """Return the bounded objects behind the image of a mean area (beams, samples).
+
+    `vehicle_ned`, `attitude`: the pose at transmission; `heard_ned`: (n, 3) where the objects are heard, see
+    reception.as_heard.
+    """
+    inside = in_sector(sonar, heard_ned, objects.radius_m, vehicle_ned, attitude)
+    seen = geometry.global_to_body(heard_ned, vehicle_ned, attitude)
     distance, bearing, _ = geometry.body_to_polar(seen)
     found = []
     for k, name in enumerate(objects.names):

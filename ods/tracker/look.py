@@ -82,7 +82,7 @@ def look(
     """
     sights = measurement.sight(belief.position, belief.variance, belief.covariance_ne, vehicle)
     sight = measurement.sight(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
-    seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas)
+    seen = view(sight, scan.sector, scan.looked, settings.life.edge_sigmas, scan.fan_turn)
     reported = state != life.TENTATIVE
     silent = reported & (unseen_s > SILENT_S)
     seen.watched[silent & hidden(sight, estimate.radius, state == life.ACTIVE)] = 0.0

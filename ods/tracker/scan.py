@@ -131,7 +131,10 @@ class Scan:
     """None when no pose is known for this time: then objects are only carried on in time."""
     sector: Sector
     echoes: Echoes
+    """As the vehicle at its transmit time would have measured them."""
     usable: bool = True
     """False when the whole image shows nothing: then a missing echo says nothing."""
     looked: Sequence[tuple[float, float]] = ()
     """Ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
+    fan_turn: float = 0.0
+    """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""

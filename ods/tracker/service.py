@@ -8,11 +8,12 @@ from ods.config import OnboardConfig
 from ods.messages import Detections, ObstacleList
 from ods.pose_buffer import PoseBuffer, PoseEstimate
 from ods.service import Service, StartError, Worker
+from ods.tracker import reception
 from ods.tracker.approach import Course
 from ods.tracker.map_keeper import MapKeeper
 from ods.tracker.obstacle_list import ObstacleLister
 from ods.tracker.picture import Picture
-from ods.tracker.scan import Scan, Vehicle, echoes_of, table_of, vehicle_at
+from ods.tracker.scan import Echoes, Scan, Vehicle, echoes_of, table_of, vehicle_at
 from ods.tracker.tracker import Tracker
 from ods.tracker.validity import Watch
 from ods.tracker.warm_up import warm_up
@@ -88,23 +89,37 @@ class TrackerWorker(Worker[OnboardConfig]):
             self.service.complain_once("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return
         pose = self._poses.at(message.t_ns)
-        vehicle = None
-        if pose is not None:
-            vehicle = vehicle_at(pose.position_ned, pose.attitude, pose.sigma_position, pose.sigma_attitude)
         echoes, dropped = echoes_of(table_of(message.detections))
-        scan = Scan(message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable, message.looked)
+        scan = self._scan(message, echoes, pose)
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
             return
-        self._vehicle = vehicle or self._vehicle
+        self._vehicle = scan.vehicle or self._vehicle
         self._watch.ping(message.t_ns)
         self.service.counters["echoes_bad"] += dropped
-        self.service.counters["pings_without_pose"] += vehicle is None
+        self.service.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
         self._list(message.t_ns, message.utc_ns, message.ping_number, message.t_rx_ns, pose)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
+
+    def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
+        """Return the scan of `echoes` as measured; `sent`: the pose at transmission."""
+        vehicle, fan_turn = None, 0.0
+        if sent is not None:
+            seen_from = sent
+            listening = reception.listen(sent, message.sector.range_max_m, message.sound_speed, self._poses.at)
+            if listening is None:
+                self.service.counters["pings_without_reception_pose"] += 1
+            else:
+                echoes, fan_turn = reception.at_transmission(echoes, listening)
+                seen_from = listening.end
+            # the bearings' error is that of the attitude at reception
+            vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, seen_from.sigma_attitude)
+        return Scan(
+            message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable, message.looked, fan_turn
+        )
 
     def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
         """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""

@@ -33,14 +33,16 @@ class View(NamedTuple):
     processed."""
 
 
-def view(sight: Sight, sector: Sector, looked: Sequence[tuple[float, float]], edge_sigmas: float) -> View:
+def view(
+    sight: Sight, sector: Sector, looked: Sequence[tuple[float, float]], edge_sigmas: float, fan_turn: float = 0.0
+) -> View:
     """Compare predictions with the sector; an object is watched that is at least `edge_sigmas` inside its edges.
 
-    looked: ranges (from, to) that were processed; empty: all. Vertically an object is anywhere in an interval as wide
-    as its variance allows.
+    looked: ranges (from, to) that were processed; empty: all. fan_turn: see `Scan`. Vertically an object is anywhere in
+    an interval as wide as its variance allows.
     """
     ranges = np.array(looked, np.float64).reshape(-1, 2)
-    flags, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, edge_sigmas, ranges)
+    flags, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, fan_turn, edge_sigmas, ranges)
     return View(flags[0], shares[0], flags[1], shares[1])
 
 
@@ -52,6 +54,7 @@ def _view(
     port: float,
     starboard: float,
     half_vertical: float,
+    fan_turn: float,
     margin: float,
     looked: Array,
 ) -> tuple[NDArray[np.bool_], Array]:
@@ -61,9 +64,10 @@ def _view(
     for i in range(n):
         sigma_range = math.sqrt(sight.along[i]) + LEAST_SIGMA
         sigma_bearing = math.sqrt(sight.across[i]) / sight.horizontal[i] + LEAST_SIGMA
+        in_fan = sight.bearing[i] - fan_turn * sight.range_m[i]
         to_edge = min(
             min(sight.range_m[i] - nearest, farthest - sight.range_m[i]) / sigma_range,
-            min(sight.bearing[i] - port, starboard - sight.bearing[i]) / sigma_bearing,
+            min(in_fan - port, starboard - in_fan) / sigma_bearing,
         )
         covered = _covered(sight.range_m[i], sight.elevation[i], sight.vertical[i], half_vertical)
         processed = _processed(sight.range_m[i], sigma_range, looked)

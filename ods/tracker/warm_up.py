@@ -5,6 +5,8 @@ import numpy as np
 from ods.clock import NS
 from ods.geometry import Array, quat_from_euler
 from ods.messages import Sector
+from ods.pose_buffer import PoseEstimate
+from ods.tracker import reception
 from ods.tracker.archive import MapObject
 from ods.tracker.observers import make_observer
 from ods.tracker.scan import Scan, echoes_of, vehicle_at
@@ -27,6 +29,7 @@ def warm_up(observer: str, association: str) -> None:
     tracker.step(_scan(10, part[:0], looks_back=True))
     tracker.picture()
     _find_again(observer)
+    _receive(whole)
 
 
 def _find_again(name: str) -> None:
@@ -36,6 +39,13 @@ def _find_again(name: str) -> None:
     observer.settle(row)
     observer.inherit(row, row)
     observer.reopen(row)
+
+
+def _receive(table: Array) -> None:
+    """Let echoes come back to a vehicle at rest."""
+    zeros = np.zeros(3)
+    at_rest = PoseEstimate(0, zeros, np.array([1.0, 0.0, 0.0, 0.0]), zeros, zeros, zeros, 0.0)
+    reception.at_transmission(echoes_of(table)[0], reception.Listening(at_rest, at_rest, at_rest, 100.0))
 
 
 def _echo(range_m: float, bearing: float, radius: float) -> tuple[float, ...]:
