@@ -143,6 +143,10 @@ class Worker(ABC, Generic[SettingsT]):
     def tick(self) -> None:
         """Run after every round of the loop, at least every TICK_S: time-outs, re-opening, catching up."""
 
+    def wait_s(self) -> float:
+        """Return how long the loop may wait before the next `tick`, TICK_S at most."""
+        return TICK_S
+
     def ready(self) -> bool:
         """Tell whether the device has answered and work goes on."""
         return True
@@ -186,7 +190,7 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
     health_due = 0.0
     was_ready = False
     while not stopping:
-        received, fds = service.receive(TICK_S)
+        received, fds = service.receive(worker.wait_s())
         for topic, message in received:
             worker.handle(topic, message)
         for fd in fds:

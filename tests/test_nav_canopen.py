@@ -3,81 +3,22 @@
 import itertools
 import math
 import struct
-from collections import Counter
 from pathlib import Path
 
 import numpy as np
 import pytest
+from canopen_samples import DAY_MS, EDS, IDS, MS, PERIOD, UTC_OFFSET, Bench, lost, pdos
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.clock import NS
-from ods.geodesy import LocalFrame
 from ods.geometry import euler_from_quat, quat_from_euler
-from ods.messages import Pose
-from ods.nav_bridge.can_frame import Frame
-from ods.nav_bridge.canopen_source import CanopenSource
-from ods.nav_bridge.pdo_layout import LayoutError, load_pdo_set
-from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.nav_bridge.eds import EdsError
+from ods.nav_bridge.object_map import object_map
+from ods.nav_bridge.pdo_layout import load_pdo_set
+from ods.nav_bridge.settings import POSE_OBJECTS
 from ods.pose_buffer import PoseBuffer
-
-CONFIG = Path(__file__).parents[1] / "config"
-EDS = CONFIG / "ins.eds"
-MS = 1_000_000
-PERIOD = 10 * MS
-DAY_MS = 86_400_000
-IDS = (0x185, 0x285, 0x385, 0x485, 0x685, 0x6A5)
-UTC_OFFSET = 1_700_000_000 * NS
-
-
-class Bench:
-    """A source, its counters, and frames made by hand."""
-
-    def __init__(self, **changes: float | int | bool) -> None:
-        self.counters: Counter[str] = Counter()
-        settings = CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", **changes)  # type: ignore[arg-type]
-        nav = NavSettings(canopen=settings)
-        self.sent: list[tuple[int, bytes]] = []
-        self.source = CanopenSource(
-            nav, settings, LocalFrame(57.0, 9.9), self._send, 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters
-        )
-
-    def _send(self, can_id: int, data: bytes) -> None:
-        self.sent.append((can_id, data))
-
-    def take(self, can_id: int, data: bytes, t_ns: int, extended: bool = False) -> Pose | None:
-        return self.source.take(Frame(can_id, extended, data, t_ns))
-
-    def epoch(self, number: int, only: tuple[int, ...] = (1, 2, 3, 4, 5, 6), **values: int) -> list[Pose]:
-        """Feed epoch `number`, sent every 10 ms; return the poses that came of it."""
-        found = []
-        for place, data in enumerate(pdos(number, **values), 1):
-            if place in only:
-                found.append(self.take(IDS[place - 1], data, number * PERIOD + place * 250_000))
-        return [pose for pose in found if pose is not None]
-
-
-def pdos(number: int, **values: int) -> list[bytes]:
-    """Return the six PDOs of one epoch as raw counts."""
-    v = {
-        "status": 15, "ms": 43_200_000 + number * 10, "days": 15_000, "n": 12_345, "e": -6_789, "d": 4_200,
-        "roll": -523, "pitch": 1_047, "yaw": -31_000, "u": 1_500, "v": -20, "w": 35,
-    } | values  # fmt: skip
-    sequence = number % 256
-    return [
-        struct.pack("<BBIH", sequence, v["status"], v["ms"] % DAY_MS if v["ms"] < DAY_MS else v["ms"], v["days"]),
-        struct.pack("<ii", v["n"], v["e"]),
-        struct.pack("<iB", v["d"], sequence),
-        struct.pack("<hhhB", v["roll"], v["pitch"], v["yaw"], sequence),
-        struct.pack("<hhhB", v["u"], v["v"], v["w"], sequence),
-        struct.pack("<HHBHB", 250, 40, 3, 123, sequence),
-    ]
-
-
-def lost(counters: Counter[str]) -> dict[str, int]:
-    """Return the counters that tell of trouble."""
-    return {name: count for name, count in counters.items() if count and name not in ("sync", "time")}
 
 
 def test_an_epoch_becomes_a_pose() -> None:
@@ -213,6 +154,7 @@ def test_short_and_extended_frames_are_counted_and_dropped() -> None:
     assert len(bench.epoch(2)) == 1
 
 
+@settings(max_examples=40)
 @given(st.lists(st.tuples(st.integers(0, 0x7FF) | st.sampled_from(IDS), st.binary(max_size=8), st.booleans())))
 def test_arbitrary_frames_do_no_harm(frames: list[tuple[int, bytes, bool]]) -> None:
     bench = Bench()
@@ -335,6 +277,7 @@ def test_utc_of_the_ins_is_compared_with_ours() -> None:
 
 
 EDS_TEXT = EDS.read_text()
+OBJECTS = object_map(POSE_OBJECTS)
 
 
 @pytest.mark.parametrize(
@@ -345,9 +288,13 @@ EDS_TEXT = EDS.read_text()
         ("DefaultValue=0x20110110", "DefaultValue=0x20110120", "does not fit 32 bits"),
         ("DefaultValue=0x20110110", "DefaultValue=0x20110104", "whole bytes"),
         ("DefaultValue=0x20020030", "DefaultValue=0x20020020", "time of day"),
-        ("DefaultValue=0x20010008", "DefaultValue=0x20010040", "0x2001:0"),
+        ("DefaultValue=0x20010008", "DefaultValue=0x20010040", "0x2001"),
         ("[2011sub2]", "[3011sub2]", ""),
-        ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x80000480", "no transmit PDO carries pitch, roll, yaw"),
+        (
+            "DefaultValue=$NODEID+0x480",
+            "DefaultValue=$NODEID+0x80000480",
+            "no transmit PDO carries 0x2011:1 (roll), 0x2011:2",
+        ),
         ("DefaultValue=$NODEID+0x480\n", "", "0x1803:1"),
         ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x380", "the same COB-ID"),
         ("Dummy0002=0\n", "", "not a usable EDS"),
@@ -357,8 +304,8 @@ EDS_TEXT = EDS.read_text()
 def test_an_eds_that_does_not_fit_is_one_line_that_says_so(tmp_path: Path, old: str, new: str, said: str) -> None:
     file = tmp_path / "bad.eds"
     file.write_text(EDS_TEXT.replace(old, new) if old else "no INI file")
-    with pytest.raises(LayoutError) as error:
-        load_pdo_set(file, 5)
+    with pytest.raises(EdsError) as error:
+        load_pdo_set(file, 5, OBJECTS)
     text = str(error.value)
     assert text.startswith(f"{file}: ")
     assert "\n" not in text
@@ -368,6 +315,59 @@ def test_an_eds_that_does_not_fit_is_one_line_that_says_so(tmp_path: Path, old: 
 def test_an_eds_with_other_bytes_than_utf_8_is_read(tmp_path: Path) -> None:
     file = tmp_path / "latin.eds"
     file.write_bytes(EDS_TEXT.replace("VendorName=ODS project", "VendorName=Måleenhed 1°").encode("latin-1"))
-    assert [layout.cob_id for layout in load_pdo_set(file, 5).layouts] == list(IDS)
-    with pytest.raises(LayoutError, match="No such file"):
-        load_pdo_set(tmp_path / "none.eds", 5)
+    assert [layout.cob_id for layout in load_pdo_set(file, 5, OBJECTS).layouts] == list(IDS)
+    with pytest.raises(EdsError, match="No such file"):
+        load_pdo_set(tmp_path / "none.eds", 5, OBJECTS)
+
+
+def test_an_ins_that_started_again_is_started_again() -> None:
+    bench = Bench(start_ins=True)
+    start = (0x000, b"\x01\x05")
+    for step in range(100):  # boot-up, then silent about its state as long as nobody starts it
+        t_ns = NS + step * 100 * MS
+        if step % 40 == 0:
+            bench.take(0x705, b"\x00", t_ns)
+            bench.sent.clear()
+        bench.source.tick(t_ns)
+        if step % 40 == 5:
+            assert start in bench.sent
+            bench.take(0x705, b"\x05", t_ns)
+            bench.sent.clear()
+        assert step % 40 < 6 or start not in bench.sent
+    assert bench.counters["ins_boot_up"] == 3
+
+
+def test_pdos_show_that_an_ins_without_heartbeat_has_started() -> None:
+    bench = Bench(start_ins=True, heartbeat_timeout_s=0.0)
+    bench.take(0x705, b"\x00", 0)
+    assert bench.source.problems(MS) == ["INS is starting"]
+    bench.epoch(1)
+    assert bench.source.problems(2 * PERIOD) == []
+    bench.source.tick(10 * PERIOD)
+    assert (0x000, b"\x01\x05") not in bench.sent
+    bench.source.tick(NS)  # it was switched off and on, and says nothing
+    assert (0x000, b"\x01\x05") in bench.sent
+
+
+def emergencies(bench: Bench, t_ns: int) -> list[int]:
+    """Return the error codes that we send within the next second."""
+    bench.sent.clear()
+    for step in range(10):
+        bench.source.tick(t_ns + step * 100 * MS)
+    return [struct.unpack_from("<H", data)[0] for can_id, data in bench.sent if can_id == 0x0A0]
+
+
+def test_what_is_wrong_with_us_is_sent_as_emergencies_and_their_end_too() -> None:
+    bench = Bench()
+    bench.source.opened()
+    bench.take(0x705, b"\x05", PERIOD)
+    bench.epoch(1)
+    assert emergencies(bench, 2 * PERIOD) == [0xFF01]  # 0.5 s without a pose
+    bench.take(IDS[2], b"", 2 * NS)
+    assert emergencies(bench, 2 * NS) == [0x8130, 0x8210]
+    bench.source.opened()
+    bench.take(0x720, b"\x05", 4 * NS)
+    assert emergencies(bench, 4 * NS) == [0x8100, 0xFF03]
+    bench.take(0x705, b"\x05", 6 * NS)
+    bench.epoch(600)
+    assert emergencies(bench, 6 * NS)[0] == 0

@@ -221,5 +221,6 @@ def test_the_node_is_alive_on_the_bus_and_commands_nobody_unasked(
         while len(heard) < 3:
             message = far.recv(5.0)
             assert message is not None
-            heard.append((message.arbitration_id, bytes(message.data)))
+            if message.arbitration_id != 0x0A0:  # the emergency that there is no pose
+                heard.append((message.arbitration_id, bytes(message.data)))
         assert heard == [(0x720, b"\x00"), (0x720, b"\x05"), (0x720, b"\x05")]

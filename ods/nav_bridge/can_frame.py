@@ -7,6 +7,8 @@ SYNC = 0x080
 TIME = 0x100
 EMCY = 0x080
 """Plus node id."""
+SDO_ANSWER = 0x580
+"""Plus node id."""
 SDO_REQUEST = 0x600
 """Plus node id."""
 HEARTBEAT = 0x700

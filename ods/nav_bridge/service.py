@@ -8,7 +8,8 @@ from ods.config import OnboardConfig
 from ods.geodesy import LocalFrame
 from ods.nav_bridge.can_link import CanLink
 from ods.nav_bridge.sources import make_source
-from ods.service import Service, Worker
+from ods.nav_bridge.wall_clock import WallClock
+from ods.service import TICK_S, Service, Worker
 
 GATHER_S = 0.001
 """After the first frame of an epoch: six PDOs take 1.5 ms on a bus of 500 kbit/s, and cost half when read together."""
@@ -22,6 +23,7 @@ class NavWorker(Worker[OnboardConfig]):
         nav, counters = settings.nav, service.counters
         frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
         self._source = make_source(nav, frame, self._send, counters)
+        self._wall_clock = WallClock(counters)
         self._link = CanLink(nav.can, self._source.ids, counters, self._opened, self._closing)
 
     def start(self) -> None:
@@ -39,8 +41,10 @@ class NavWorker(Worker[OnboardConfig]):
         """Read the bus empty, whatever woke the loop; keep bus and source going."""
         self._read()
         self._link.tick()
+        now_ns = clock.monotonic_ns()
+        self._wall_clock.watch(now_ns, clock.utc_ns(now_ns))
         if self._link.is_open:
-            self._source.tick(clock.monotonic_ns())
+            self._source.tick(now_ns)
 
     def _read(self) -> None:
         for frame in self._link.read():
@@ -48,6 +52,11 @@ class NavWorker(Worker[OnboardConfig]):
             if pose is not None:
                 self.service.publish("pose", pose)
                 self.service.counters["poses"] += 1
+
+    def wait_s(self) -> float:
+        """Return the time until the source has to be on time with something."""
+        idle_ns = self._source.idle_ns(clock.monotonic_ns()) if self._link.is_open else None
+        return TICK_S if idle_ns is None else min(TICK_S, idle_ns / clock.NS)
 
     def ready(self) -> bool:
         """Tell whether the bus is open."""

@@ -9,6 +9,7 @@ from ods.settings import NonNegative, Positive, PositiveInt, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
+StatusBit = Annotated[int, msgspec.Meta(ge=0, le=63)]
 
 REFUSED_INTERFACES = {
     "udp_multicast": "it leaves the vehicle through the default route, and one stray datagram ends its reader",
@@ -63,6 +64,41 @@ class SigmaSettings(Settings, frozen=True):
     """Of roll, pitch and yaw, rad."""
 
 
+class ObjectSettings(Settings, frozen=True):
+    """What an object of the INS is, where its name alone does not say enough."""
+
+    field: str
+    """Name of the pose field."""
+    factor: float | None = None
+    """Turns raw counts into the field's unit; without it the EDS's `Factor` does, else they are one."""
+
+    def __post_init__(self) -> None:
+        if self.factor == 0.0:
+            raise ValueError("factor: must not be 0")
+
+
+POSE_OBJECTS: dict[str, str | ObjectSettings] = {
+    "0x2000": "sequence",
+    "0x2001": "status",
+    "0x2002": "time_of_day",
+    "0x2010:1": "north",
+    "0x2010:2": "east",
+    "0x2010:3": "down",
+    "0x2011:1": "roll",
+    "0x2011:2": "pitch",
+    "0x2011:3": "yaw",
+    "0x2012:1": "u",
+    "0x2012:2": "v",
+    "0x2012:3": "w",
+    "0x2013:1": "sigma_horizontal",
+    "0x2013:2": "sigma_down",
+    "0x2013:3": "sigma_tilt",
+    "0x2013:4": "sigma_yaw",
+}
+"""Those of config/ins.eds."""
+STATUS_BITS: dict[str, StatusBit] = {"position": 0, "attitude": 1, "velocity": 2, "time_of_day": 3}
+
+
 class CanopenSettings(Settings, frozen=True):
     """An INS that speaks CANopen, and our own node."""
 
@@ -74,16 +110,35 @@ class CanopenSettings(Settings, frozen=True):
     """CANopen node id of the INS."""
     node_id: NodeId = 32
     """CANopen node id of this process."""
+    objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
+    """Object of the INS to pose field, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`; as a whole in
+    place of the default, which is that of config/ins.eds (docs/navigation.md)."""
+    status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
+    """Bit of the status object that says that position, attitude, velocity or time_of_day is valid; a part left out
+    always is."""
+    epoch_window_s: Positive = 0.005
+    """Without sequence numbers: time from the first to the last PDO of one instant; shorter than the time between two
+    instants, s."""
     start_ins: bool = False
-    """Send NMT `start remote node` to the INS while its heartbeat says that it is pre-operational."""
-    heartbeat_timeout_s: NonNegative = 1.0
+    """Send NMT `start remote node` to the INS after its boot-up and while it says that it is pre-operational; to one
+    without heartbeat while there is no pose."""
+    sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
+    """Period of the SYNC that this node sends, for an INS that waits for one, s; 0: none."""
+    heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
     """Silence of the INS's heartbeat that is a problem, s; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
     """Period of this node's own heartbeat, s; 0: none."""
+    emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
+    """Least time between two emergency messages of this node, s."""
+    serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
+    """Serial number in this node's identity object."""
 
     def __post_init__(self) -> None:
         if self.node_id == self.ins_node_id:
             raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")
+        unknown = self.status_bits.keys() - STATUS_BITS.keys()
+        if unknown:
+            raise ValueError(f"status_bits: {min(unknown)!r} is not one of {', '.join(STATUS_BITS)}")
 
 
 class NavSettings(Settings, frozen=True):

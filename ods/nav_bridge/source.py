@@ -36,15 +36,24 @@ class PoseSource(ABC):
 
     def problems(self, now_ns: int) -> list[str]:
         """Say in plain words what is wrong with pose and source."""
-        silent_ns = now_ns - self._pose_ns
-        stale = [f"no pose for {silent_ns / NS:.1f} s"] if silent_ns > self._stale_ns else []
+        stale_ns = self.stale_ns(now_ns)
+        stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
         return stale + self._complaints(now_ns)
+
+    def stale_ns(self, now_ns: int) -> int:
+        """Return for how long there has been no pose, 0 while that is no problem."""
+        silent_ns = now_ns - self._pose_ns
+        return silent_ns if silent_ns > self._stale_ns else 0
 
     def opened(self) -> None:  # noqa: B027
         """Take note that the bus has been opened."""
 
     def tick(self, now_ns: int) -> None:  # noqa: B027
         """Send what is due; called often while the bus is open."""
+
+    def idle_ns(self, now_ns: int) -> int | None:
+        """Return how long `tick` may wait; None: as long as everyone else's."""
+        return None
 
     @abstractmethod
     def _take(self, frame: Frame) -> Pose | None: ...

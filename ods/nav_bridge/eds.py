@@ -1,0 +1,41 @@
+"""EDS and DCF files, whoever wrote them: read with canopen, every failure one line."""
+
+import io
+from pathlib import Path
+
+from canopen import ObjectDictionary, import_od
+
+from ods.errors import OdsError
+
+
+class EdsError(OdsError):
+    """An EDS file cannot be used; the text says which and why."""
+
+
+def read_dictionary(eds: Path, node_id: int) -> ObjectDictionary:
+    """Read an EDS or DCF file, in UTF-8 or Latin-1. Raises EdsError."""
+    try:
+        raw = eds.read_bytes()
+    except OSError as error:
+        raise EdsError(f"{eds}: {error.strerror}") from error
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("latin-1")
+    source = io.StringIO(text)
+    source.name = str(eds)  # canopen tells the format by the name
+    try:
+        return import_od(source, node_id)
+    except Exception as error:  # canopen lets through whatever a malformed file runs into
+        raise EdsError(f"{eds}: not a usable EDS: {' '.join(repr(error).split())}") from error
+
+
+def number_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int:
+    """Return the DCF's value of an object, else its default. Raises ValueError when it has none."""
+    variable = dictionary.get_variable(index, subindex)
+    if variable is None:
+        raise ValueError(f"object 0x{index:X}:{subindex:X} is missing")
+    value = variable.default if variable.value is None else variable.value
+    if not isinstance(value, int):
+        raise ValueError(f"object 0x{index:X}:{subindex:X} has no number as its value")
+    return value

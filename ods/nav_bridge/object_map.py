@@ -1,0 +1,54 @@
+"""Which object of the INS is which pose field: the settings' table, checked."""
+
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ods.errors import OdsError
+from ods.nav_bridge.pose_fields import FIELDS
+from ods.nav_bridge.settings import ObjectSettings
+
+SEQUENCE, STATUS, TIME_OF_DAY = CONTROL_FIELDS = "sequence", "status", "time_of_day"
+"""What an object may be beside a pose field. Only the sequence number may come from several objects."""
+OBJECT = re.compile(r"0x([0-9a-fA-F]{1,4})(?::([0-9]{1,3}))?")
+KEY = "nav.canopen.objects"
+
+Where = tuple[int, int]
+"""Index and sub-index."""
+
+
+class MappedObject(NamedTuple):
+    """One object that PDOs carry."""
+
+    name: str
+    """As the settings name it."""
+    field: str
+    factor: float | None
+    """None: that of the EDS."""
+
+
+def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, MappedObject]:
+    """Return what each object is. Raises OdsError: one line with the key."""
+    found: dict[Where, MappedObject] = {}
+    for name, told in objects.items():
+        where, factor = _where(name), told.factor if isinstance(told, ObjectSettings) else None
+        field = told.field if isinstance(told, ObjectSettings) else told
+        if field not in FIELDS and field not in CONTROL_FIELDS:
+            raise OdsError(f"{KEY}.{name}: {field!r} is no pose field; {', '.join(sorted({*FIELDS, *CONTROL_FIELDS}))}")
+        if field in CONTROL_FIELDS and factor is not None:
+            raise OdsError(f"{KEY}.{name}: {field} has no factor")
+        if where in found:
+            raise OdsError(f"{KEY}.{name}: the same object as {found[where].name}")
+        twin = next((other.name for other in found.values() if other.field == field != SEQUENCE), None)
+        if twin:
+            raise OdsError(f"{KEY}.{name}: {twin} is {field} already")
+        found[where] = MappedObject(name, field, factor)
+    return found
+
+
+def _where(name: str) -> Where:
+    match = OBJECT.fullmatch(name)
+    subindex = int(match[2] or 0) if match else 0
+    if match is None or subindex > 254:
+        raise OdsError(f'{KEY}.{name}: objects are named like "0x2010:1", index and decimal sub-index')
+    return int(match[1], 16), subindex
