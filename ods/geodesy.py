@@ -1,11 +1,12 @@
 """WGS 84: latitude, longitude and height to and from a local north-east-down frame, exactly, by earth-centred axes.
 
 The local frame is the plane that touches the ellipsoid at its origin (height 0): "down" of a place 10 km away is
-8 m less than its depth below the ellipsoid. Heights are above the ellipsoid, not above the sea.
+8 m more than its depth below the ellipsoid. Heights are above the ellipsoid, not above the sea.
 Constants: NIMA TR8350.2, third edition. Inverse: B. R. Bowring, Survey Review 23 (1976), 323-327, repeated.
 """
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,11 +59,7 @@ class LocalFrame:
 
     def rotation(self) -> Array:
         """Return the (3, 3) matrix that turns north-east-down vectors into earth-centred ones."""
-        latitude, longitude = np.radians(self.latitude_deg), np.radians(self.longitude_deg)
-        north = [-np.sin(latitude) * np.cos(longitude), -np.sin(latitude) * np.sin(longitude), np.cos(latitude)]
-        east = [-np.sin(longitude), np.cos(longitude), 0.0]
-        down = [-np.cos(latitude) * np.cos(longitude), -np.cos(latitude) * np.sin(longitude), -np.sin(latitude)]
-        return np.array([north, east, down]).T
+        return _rotation(self.latitude_deg, self.longitude_deg)
 
     def geodetic(self, ned: ArrayLike) -> tuple[Array, Array, Array]:
         """Return latitude, longitude in deg and height in m of (..., 3) local positions."""
@@ -73,4 +70,23 @@ class LocalFrame:
         return (ecef_of(latitude_deg, longitude_deg, height_m) - self._origin()) @ self.rotation()
 
     def _origin(self) -> Array:
-        return ecef_of(self.latitude_deg, self.longitude_deg, 0.0)
+        return _ground(self.latitude_deg, self.longitude_deg)
+
+
+@lru_cache(maxsize=8)
+def _rotation(latitude_deg: float, longitude_deg: float) -> Array:
+    latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
+    north = [-np.sin(latitude) * np.cos(longitude), -np.sin(latitude) * np.sin(longitude), np.cos(latitude)]
+    east = [-np.sin(longitude), np.cos(longitude), 0.0]
+    down = [-np.cos(latitude) * np.cos(longitude), -np.cos(latitude) * np.sin(longitude), -np.sin(latitude)]
+    return _read_only(np.array([north, east, down]).T)
+
+
+@lru_cache(maxsize=8)
+def _ground(latitude_deg: float, longitude_deg: float) -> Array:
+    return _read_only(ecef_of(latitude_deg, longitude_deg, 0.0))
+
+
+def _read_only(array: Array) -> Array:
+    array.flags.writeable = False
+    return array

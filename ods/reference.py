@@ -121,13 +121,19 @@ def _table(kind: type[msgspec.Struct], path: str) -> str:
             inner += _table(hint, f"{path}.{field.name}" if path else field.name)
         else:
             rows += f"| `{field.name}` | {_type_name(hint)} | {_default(field)} | {meaning.get(field.name, '')} |\n"
-            inner += "".join(_table(item, f"{path}.{field.name}[]".lstrip(".")) for item in _structs_inside(hint))
+            key = f"{path}.{field.name}".lstrip(".")
+            inner += "".join(_table(item, key + suffix) for item, suffix in _structs_inside(hint))
     head = f"\n## [{path}]\n\n{inspect.getdoc(kind)}\n" if path else ""
     return head + (f"\n| key | type | default | meaning |\n|---|---|---|---|\n{rows}" if rows else "") + inner
 
 
-def _structs_inside(hint: object) -> list[type[msgspec.Struct]]:
-    return [item for item in get_args(hint) if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
+def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.Struct], str]]:
+    """Return the structs that a field may hold, and what the field's key is followed by in the table's heading."""
+    if inspect.isclass(hint) and issubclass(hint, msgspec.Struct):
+        return [(hint, suffix)]
+    origin = get_origin(hint)
+    suffix = "[]" if origin is list else ".NAME" if origin is dict else suffix
+    return [found for item in get_args(hint) for found in _structs_inside(item, suffix)]
 
 
 def _default(field: msgspec.structs.FieldInfo) -> str:

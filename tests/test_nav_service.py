@@ -10,6 +10,7 @@ from types import SimpleNamespace
 from typing import Any, cast
 
 import can
+import msgspec
 import numpy as np
 import pytest
 import zmq
@@ -17,12 +18,15 @@ from can.interfaces.slcan import slcanBus
 
 from ods import bus, clock, service
 from ods.config import OnboardConfig
+from ods.geodesy import LocalFrame
 from ods.geometry import quat_from_euler
 from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import CanopenSettings, CanSettings, NavSettings
+from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavSettings
 from ods.processes import PROCESSES
+from ods.settings_file import load
 from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.slcan_hub import SlcanHub
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -68,11 +72,11 @@ SITE = SimpleNamespace(latitude_deg=57.0, longitude_deg=9.9)
 class Vehicle(threading.Thread):
     """The far end: an INS that sends at 100 Hz until told to stop, and what it sent."""
 
-    def __init__(self, far: can.BusABC) -> None:
+    def __init__(self, far: can.BusABC, ins: SimulatedDbcIns | None = None) -> None:
         super().__init__(daemon=True)
         self.sent: dict[int, tuple[list[float], list[float], list[float], int]] = {}
         self.mute = False
-        self._ins = SimulatedIns(far, EDS)
+        self._ins = ins or SimulatedIns(far, EDS)
         self._clock_ns = clock.utc_ns() - clock.monotonic_ns() + INS_AHEAD_NS
         self._stopping = threading.Event()
 
@@ -98,9 +102,13 @@ class Vehicle(threading.Thread):
 
 
 @contextmanager
-def nav_process(run_dir: Path, can_settings: CanSettings) -> Iterator[tuple[NavWorker, Client]]:
+def nav_process(
+    run_dir: Path, can_settings: CanSettings, dbc: DbcSettings | None = None
+) -> Iterator[tuple[NavWorker, Client]]:
     """Run the worker in the real work loop, in a thread, with a real subscriber."""
     nav = NavSettings(
+        source="canopen" if dbc is None else "dbc",
+        dbc=dbc,
         canopen=CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
         can=can_settings,
         stale_s=0.2,
@@ -182,6 +190,37 @@ def test_silence_is_reported_while_it_lasts_and_lived_down(wired: tuple[NavWorke
     vehicle.mute = False
     client.until(lambda: len(client.poses) > seen + 20)
     client.until(lambda: not client.says("no pose"))
+
+
+def test_an_ins_by_dbc_on_an_adapter(tmp_path_factory: pytest.TempPathFactory) -> None:
+    run_dir = tmp_path_factory.mktemp("nav")
+    dbc = load(CONFIG / "onboard-sbg.toml", OnboardConfig).nav.dbc
+    assert dbc is not None
+    with ExitStack() as stack:
+        hub = stack.enter_context(SlcanHub([run_dir / "can0", run_dir / "can1"]))
+        far = slcanBus(str(hub.links[1]), sleep_after_open=0.0, timeout=0.0)
+        stack.callback(far.shutdown)
+        settings = CanSettings(interface="slcan", channel=str(hub.links[0]), bitrate=500_000)
+        _, client = stack.enter_context(nav_process(run_dir, settings, msgspec.structs.replace(dbc, window_s=0.05)))
+        client.until(lambda: client.says("none of the 8 messages mapped from sbg.dbc has come"))
+        frame = LocalFrame(SITE.latitude_deg, SITE.longitude_deg)
+        vehicle = Vehicle(far, SimulatedDbcIns(far, CONFIG / "sbg.dbc", frame))
+        stack.callback(vehicle.close)
+        vehicle.start()
+        client.until(lambda: len(client.poses) > 100)
+        for pose in client.poses:
+            count = round(1000.0 * (pose.position_ned[2] - 4.0))
+            position, attitude, velocity, _ = vehicle.sent[50 * count]
+            np.testing.assert_allclose(pose.position_ned, position, atol=0.012)
+            np.testing.assert_allclose(pose.velocity_body, velocity, atol=0.012)
+            assert abs(float(np.dot(pose.attitude, attitude))) > ROUNDED
+        vehicle.mute = True
+        client.until(lambda: client.says("SBG_ECAN_MSG_EKF_POS (0x134) has not come for"))
+        seen = len(client.poses)
+        vehicle.mute = False
+        client.until(lambda: len(client.poses) > seen + 20)
+        client.until(lambda: not client.says("no pose"))
+        assert far.recv(0) is None  # nobody answers an INS by DBC
 
 
 def test_an_adapter_pulled_out_and_put_back(tmp_path_factory: pytest.TempPathFactory) -> None:

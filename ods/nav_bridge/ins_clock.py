@@ -1,4 +1,4 @@
-"""The INS's time of day, mapped onto CLOCK_MONOTONIC."""
+"""The INS's clock, mapped onto CLOCK_MONOTONIC."""
 
 from ods.clock import OffsetEstimator
 
@@ -22,16 +22,23 @@ def utc_ns(milliseconds: int, days: int) -> int:
 
 
 class InsClock:
-    """Unwraps the time of day at midnight and maps it. The date is not used: an INS without a fix may not know it."""
+    """Unwraps an INS's clock where it starts again from 0, and maps it: by default the time of day, ms.
 
-    def __init__(self, jump_ns: int) -> None:
+    The date is not used: an INS without a fix may not know it.
+    """
+
+    def __init__(self, jump_ns: int, wraps_at: float | None = DAY_MS, tick_ns: float = MS) -> None:
+        """`wraps_at`: ticks, None for a clock that never wraps; `tick_ns`: length of one."""
         self.estimator = OffsetEstimator(jump_ns=jump_ns)
-        self._last_ms = 0
-        self._unwrapped_ms = 0
+        self._wraps_at, self._tick_ns = wraps_at, tick_ns
+        self._last: float = 0
+        self._unwrapped: float = 0
 
-    def instant(self, milliseconds: int, arrival_ns: int) -> int:
-        """Return the monotonic time, ns, of `milliseconds` since midnight, told by a message of `arrival_ns`."""
-        step = (milliseconds - self._last_ms + DAY_MS // 2) % DAY_MS - DAY_MS // 2
-        self._last_ms = milliseconds
-        self._unwrapped_ms += step
-        return self.estimator.map(self._unwrapped_ms * MS, arrival_ns)
+    def instant(self, ticks: float, arrival_ns: int) -> int:
+        """Return the monotonic time, ns, of a reading of the clock, told by a message of `arrival_ns`."""
+        step = ticks - self._last
+        if self._wraps_at is not None:
+            step = (step + self._wraps_at // 2) % self._wraps_at - self._wraps_at // 2
+        self._last = ticks
+        self._unwrapped += step
+        return self.estimator.map(round(self._unwrapped * self._tick_ns), arrival_ns)

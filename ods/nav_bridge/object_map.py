@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ods.errors import OdsError
-from ods.nav_bridge.pose_fields import FIELDS
+from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import ObjectSettings
 
 SEQUENCE, STATUS, TIME_OF_DAY = CONTROL_FIELDS = "sequence", "status", "time_of_day"
@@ -33,8 +33,8 @@ def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, Mappe
     for name, told in objects.items():
         where, factor = _where(name), told.factor if isinstance(told, ObjectSettings) else None
         field = told.field if isinstance(told, ObjectSettings) else told
-        if field not in FIELDS and field not in CONTROL_FIELDS:
-            raise OdsError(f"{KEY}.{name}: {field!r} is no pose field; {', '.join(sorted({*FIELDS, *CONTROL_FIELDS}))}")
+        if field not in UNITS and field not in CONTROL_FIELDS:
+            raise OdsError(f"{KEY}.{name}: {field!r} is no pose field; {', '.join(sorted({*UNITS, *CONTROL_FIELDS}))}")
         if field in CONTROL_FIELDS and factor is not None:
             raise OdsError(f"{KEY}.{name}: {field} has no factor")
         if where in found:

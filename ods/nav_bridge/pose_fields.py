@@ -1,4 +1,4 @@
-"""The pose fields that a source of any kind fills, by name and in SI units, and the pose made of them."""
+"""The pose fields that a source of any kind fills, by name, and the pose made of them."""
 
 import math
 from collections import Counter
@@ -12,21 +12,25 @@ from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 
 PLACES = ("north", "east", "down"), ("latitude", "longitude", "altitude")
-"""From the site's origin, m; or degrees, and m above the site's datum."""
+"""From the site's origin; or on WGS 84, and above the site's datum."""
 ATTITUDES = ("roll", "pitch", "yaw"), ("qw", "qx", "qy", "qz")
-"""Body to global: rad, z-y-x; or a quaternion."""
+"""Body to global: z-y-x; or a quaternion."""
 VELOCITIES = ("u", "v", "w"), ("velocity_north", "velocity_east", "velocity_down")
-"""m/s: body (FRD), or global."""
+"""Body (FRD), or global."""
 PLACE_SIGMAS = ("sigma_north", "sigma_east", "sigma_down"), ("sigma_horizontal", "sigma_down")
-"""m; may be left out: then those of the settings hold."""
+"""May be left out: then those of the settings hold."""
 ATTITUDE_SIGMAS = ("sigma_roll", "sigma_pitch", "sigma_yaw"), ("sigma_tilt", "sigma_yaw")
-"""rad; may be left out."""
-FIELDS = frozenset(
-    name
-    for group in (PLACES, ATTITUDES, VELOCITIES, PLACE_SIGMAS, ATTITUDE_SIGMAS)
-    for choice in group
-    for name in choice
-)
+"""May be left out."""
+UNITS: dict[str, str] = {
+    **{name: "m" for names in (*PLACES, *PLACE_SIGMAS) for name in names},
+    **{name: "rad" for names in (ATTITUDES[0], *ATTITUDE_SIGMAS) for name in names},
+    **{name: "m/s" for names in VELOCITIES for name in names},
+    **dict.fromkeys(ATTITUDES[1], ""),
+    **dict.fromkeys(("latitude", "longitude"), "deg"),
+}
+"""Every pose field and its unit."""
+WILD = 1e9
+"""No field of any unit is so large; calculating with it is safe."""
 ANGLE_SLACK_RAD = 1e-3
 """For a right angle that was rounded up."""
 NORM_SLACK = 0.02
@@ -45,15 +49,20 @@ class PoseMaker:
         utc_of: Callable[[int], int],
         counters: Counter[str],
     ) -> None:
-        """Choose by the names that will come. Raises OdsError when they do not make a pose."""
+        """Choose by the names that will come. Raises OdsError when they do not make a pose, or one is left over."""
         self._frame, self._limits, self._sigmas = frame, limits, sigmas
         self._utc_of, self._counters = utc_of, counters
         self._poses = 0
-        self._place = _wanted(PLACES, fields)
-        self._attitude = _wanted(ATTITUDES, fields)
-        self._velocity = _wanted(VELOCITIES, fields)
+        self._place = _needed(PLACES, fields)
+        self._attitude = _needed(ATTITUDES, fields)
+        self._velocity = _needed(VELOCITIES, fields)
         self._place_sigmas = _choice(PLACE_SIGMAS, fields)
         self._attitude_sigmas = _choice(ATTITUDE_SIGMAS, fields)
+        self._told_sigmas = (*self._place_sigmas, *self._attitude_sigmas)
+        self._used = (*self._place, *self._attitude, *self._velocity, *self._told_sigmas)
+        idle = [name for name in fields if name in UNITS and name not in self._used]
+        if idle:
+            raise OdsError(f"{', '.join(sorted(idle))}: of no use beside {', '.join(self._used)}")
 
     def make(self, values: Mapping[str, float], t_ns: int, arrival_ns: int) -> Pose | None:
         """Return the pose of the instant `t_ns`, None when it is not believable or too old."""
@@ -79,29 +88,27 @@ class PoseMaker:
         return pose
 
     def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | None:
-        """Return position, attitude and body velocity, None when one of them no vehicle has; NaN none has either."""
+        """Return position, attitude and body velocity, None when one of them no vehicle has."""
+        if not all(abs(values[name]) < WILD for name in self._used):  # written so that NaN fails
+            return None
         limits = self._limits
-        attitude = self._attitude_of(values)
-        place = self._place_of(values)
+        attitude, place = self._attitude_of(values), self._place_of(values)
         if attitude is None or place is None:
             return None
-        north, east, down = place
-        u, v, w = velocity = self._velocity_of(values, attitude)
-        sigmas = [values[name] for name in {*self._place_sigmas, *self._attitude_sigmas}]
-        # written so that NaN fails
+        velocity = self._velocity_of(values, attitude)
         inside = (
-            max(abs(north), abs(east)) <= limits.horizontal_m
-            and -limits.height_m <= down <= limits.depth_m
-            and max(abs(u), abs(v), abs(w)) <= limits.speed
-            and all(0.0 <= sigma < math.inf for sigma in sigmas)
+            max(abs(place[0]), abs(place[1])) <= limits.horizontal_m
+            and -limits.height_m <= place[2] <= limits.depth_m
+            and max(map(abs, velocity)) <= limits.speed
+            and all(values[name] >= 0.0 for name in self._told_sigmas)
         )
-        return (place, attitude, velocity) if inside and math.isfinite(north + east + u + v + w) else None
+        return (place, attitude, velocity) if inside else None
 
     def _place_of(self, values: Mapping[str, float]) -> Vector3 | None:
         first, second, third = (values[name] for name in self._place)
         if self._place == PLACES[0]:
             return first, second, third
-        if not (abs(first) <= 90.0 and abs(second) <= 360.0 and math.isfinite(third)):
+        if abs(first) > 90.0 or abs(second) > 360.0:
             return None
         north, east, down = self._frame.ned(first, second, third).tolist()
         return north, east, down
@@ -110,12 +117,12 @@ class PoseMaker:
         told = [values[name] for name in self._attitude]
         if self._attitude == ATTITUDES[1]:
             norm = math.hypot(*told)
-            if not abs(norm - 1.0) <= NORM_SLACK:
+            if abs(norm - 1.0) > NORM_SLACK:
                 return None
             w, x, y, z = (part / norm for part in told)
         else:
             turns = math.pi, 0.5 * math.pi, 2.0 * math.pi
-            if not all(abs(angle) <= turn + ANGLE_SLACK_RAD for angle, turn in zip(told, turns, strict=True)):
+            if any(abs(angle) > turn + ANGLE_SLACK_RAD for angle, turn in zip(told, turns, strict=True)):
                 return None
             w, x, y, z = _quaternion(*told)
         return w, x, y, z
@@ -133,7 +140,7 @@ def _choice(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tupl
     return next((names for names in group if all(name in fields for name in names)), ())
 
 
-def _wanted(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
+def _needed(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
     found = _choice(group, fields)
     if not found:
         raise OdsError("a pose needs " + " or ".join(", ".join(names) for names in group))

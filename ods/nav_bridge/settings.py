@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from ods.settings import NonNegative, Positive, PositiveInt, Settings
+from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
@@ -141,13 +141,84 @@ class CanopenSettings(Settings, frozen=True):
             raise ValueError(f"status_bits: {min(unknown)!r} is not one of {', '.join(STATUS_BITS)}")
 
 
+class SignalSettings(Settings, frozen=True):
+    """One signal of a DBC file and what makes a pose field of it: sign x factor x value + offset."""
+
+    signal: str
+    """MESSAGE.SIGNAL, as the DBC names them."""
+    unit: str | None = None
+    """Unit of the signal, where the DBC tells none or a wrong one."""
+    factor: float | None = None
+    """Pose field's unit in one of the signal's, for units that have no name here."""
+    sign: Literal[1, -1] = 1
+    """-1 turns the signal round: a depth told as altitude."""
+    offset: float = 0.0
+    """Added last, in the field's unit."""
+
+    def __post_init__(self) -> None:
+        if self.unit is not None and self.factor is not None:
+            raise ValueError("factor: give either unit or factor")
+        if self.factor is not None and self.factor <= 0.0:
+            raise ValueError("factor: must be positive; sign turns a signal round")
+
+
+class TimeSettings(Settings, frozen=True):
+    """The INS's own clock in a DBC file."""
+
+    signal: str
+    """MESSAGE.SIGNAL, as the DBC names them."""
+    unit: str | None = None
+    """Unit of the signal, where the DBC tells none or a wrong one."""
+    wraps_at: Positive | None = None
+    """Where it starts again from 0, in the signal's unit; none: an integer at its full number of bits, others never."""
+
+
+class ValiditySettings(Settings, frozen=True):
+    """A status that must hold for poses to be used."""
+
+    signal: str
+    """MESSAGE.SIGNAL, as the DBC names them; its integer is taken as sent, without factor and offset."""
+    mask: NonNegativeInt | None = None
+    """Bits that count; none: all."""
+    accept: list[NonNegativeInt] | None = None
+    """Values, after the mask, that are good; none: all bits of the mask set."""
+    says: str = "pose"
+    """What is not valid otherwise, for the health report."""
+    holds_s: Positive = 2.0
+    """A status older than this is none."""
+
+    def __post_init__(self) -> None:
+        if self.mask is None and self.accept is None:
+            raise ValueError("mask: give mask, accept or both")
+
+
+class DbcSettings(Settings, frozen=True):
+    """An INS whose frames a DBC file describes. Nothing is sent."""
+
+    file: Path
+    """The DBC file."""
+    signals: dict[str, str | SignalSettings]
+    """Pose field to MESSAGE.SIGNAL, or to a table with more; docs/navigation.md lists the fields."""
+    time: str | TimeSettings | None = None
+    """The INS's clock; none: arrival is a pose's instant."""
+    epoch: list[str] | None = None
+    """Messages of one instant in the order of sending; none: those with mapped signals, by identifier."""
+    window_s: Positive = 0.008
+    """An epoch must be complete so soon after its instant; shorter than the INS's period, so that no frame of a later
+    instant can be in it."""
+    valid: list[ValiditySettings] = msgspec.field(default_factory=list)
+    """Status that must hold."""
+
+
 class NavSettings(Settings, frozen=True):
     """Where the vehicle's pose comes from."""
 
-    source: Literal["canopen"] = "canopen"
+    source: Literal["canopen", "dbc"] = "canopen"
     """How the INS speaks; the table of that name says more."""
     canopen: CanopenSettings | None = None
     """For source "canopen"."""
+    dbc: DbcSettings | None = None
+    """For source "dbc"."""
     can: CanSettings = CanSettings()
     stale_s: Positive = 0.5
     """Time without a pose that is a problem, s."""

@@ -5,6 +5,7 @@ from collections import Counter
 from ods import clock
 from ods.geodesy import LocalFrame
 from ods.nav_bridge.canopen_source import CanopenSource
+from ods.nav_bridge.dbc_source import DbcSource
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource, Send
 
@@ -12,5 +13,8 @@ from ods.nav_bridge.source import PoseSource, Send
 def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource:
     """Return the source that the settings choose. Raises OdsError when its files cannot be used."""
     now_ns = clock.monotonic_ns()
-    assert nav.canopen is not None  # `NavSettings` has seen to it
+    if nav.source == "dbc":
+        assert nav.dbc is not None  # `NavSettings` has seen to it
+        return DbcSource(nav, nav.dbc, frame, now_ns, clock.utc_ns, counters)
+    assert nav.canopen is not None
     return CanopenSource(nav, nav.canopen, frame, send, now_ns, clock.utc_ns, counters)

@@ -9,6 +9,7 @@ from ods import clock
 from ods.messages import Truth
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.live_settings import FaultSettings, SimSettings
 from ods.sim_sonar.scene import Scene
 from ods.sim_sonar.serial_line import SerialLine
@@ -129,9 +130,11 @@ class LiveSonar:
 
 
 class LiveIns:
-    """The simulated INS: one epoch of PDOs every period."""
+    """The simulated INS: one epoch every period."""
 
-    def __init__(self, scene: Scene, settings: SimSettings, mission: Mission, ins: SimulatedIns) -> None:
+    def __init__(
+        self, scene: Scene, settings: SimSettings, mission: Mission, ins: SimulatedIns | SimulatedDbcIns
+    ) -> None:
         self._scene = scene
         self._mission = mission
         self._ins = ins

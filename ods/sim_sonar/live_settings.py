@@ -25,8 +25,12 @@ class SimSettings(Settings, frozen=True):
     """TOML file of the scene, relative to the configuration."""
     sonar: Path
     """TOML file of the sonar."""
-    ins_eds: Path
-    """EDS file of the simulated INS."""
+    ins: Literal["canopen", "dbc"] = "canopen"
+    """How the simulated INS speaks; the on-board side's nav.source must be the same."""
+    ins_eds: Path | None = None
+    """For ins "canopen": its EDS file."""
+    ins_dbc: Path | None = None
+    """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
     boot_s: NonNegative = 2.0
@@ -39,3 +43,8 @@ class SimSettings(Settings, frozen=True):
     ins_clock_offset_s: float = -0.125
     """The INS's clock minus UTC."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        key, file = ("ins_eds", self.ins_eds) if self.ins == "canopen" else ("ins_dbc", self.ins_dbc)
+        if file is None:
+            raise ValueError(f"{key}: missing, as ins is {self.ins!r}")

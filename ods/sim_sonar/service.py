@@ -9,10 +9,14 @@ import can
 
 from ods import clock
 from ods.bench.settings import BenchConfig
+from ods.config import OnboardConfig
+from ods.geodesy import LocalFrame
 from ods.service import Service, Worker
+from ods.settings_file import load
 from ods.sim_sonar.can_bus import SLCAN_PORT, can_of
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins import SimulatedIns
+from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.live import Device, LiveIns, LiveSonar, Mission
 from ods.sim_sonar.scene import load_scene
 from ods.sim_sonar.serial_line import SERIAL_PORT, SerialLine
@@ -42,10 +46,19 @@ class SimWorker(Worker[BenchConfig]):
         self._bus = self._open_can(run_dir)
         mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
         self._sonar = LiveSonar(images, sim, mission, self._line)
-        ins = LiveIns(scene, sim, mission, SimulatedIns(self._bus, sim.ins_eds))
+        ins = LiveIns(scene, sim, mission, self._ins())
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:
             device.start()
+
+    def _ins(self) -> SimulatedIns | SimulatedDbcIns:
+        sim = self.settings.sim
+        if sim.ins == "canopen":
+            assert sim.ins_eds is not None  # `SimSettings` has seen to it
+            return SimulatedIns(self._bus, sim.ins_eds)
+        assert sim.ins_dbc is not None
+        site = load(self.settings.onboard, OnboardConfig).site
+        return SimulatedDbcIns(self._bus, sim.ins_dbc, LocalFrame(site.latitude_deg, site.longitude_deg))
 
     def _open_can(self, run_dir: Path) -> can.BusABC:
         interface, channel = can_of(self.settings.sim.can, run_dir)

@@ -1,0 +1,34 @@
+"""Units as people write them into DBC files."""
+
+import math
+
+MEASURES: dict[str, dict[str, float]] = {
+    "length": {"m": 1.0, "meter": 1.0, "metre": 1.0, "km": 1e3, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048},
+    "angle": {
+        "rad": 1.0, "radian": 1.0, "mrad": 1e-3, "deg": math.pi / 180.0, "degree": math.pi / 180.0, "°": math.pi / 180.0
+    },
+    "speed": {
+        "m/s": 1.0, "m.s-1": 1.0, "m*s-1": 1.0, "m*s^-1": 1.0, "ms-1": 1.0, "ms^-1": 1.0, "mps": 1.0,
+        "m/sec": 1.0, "cm/s": 1e-2, "mm/s": 1e-3, "km/h": 1.0 / 3.6, "kph": 1.0 / 3.6,
+        "kn": 1852.0 / 3600.0, "kt": 1852.0 / 3600.0, "knot": 1852.0 / 3600.0,
+    },
+    "time": {
+        "s": 1.0, "sec": 1.0, "second": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "usec": 1e-6, "ns": 1e-9,
+    },
+    "number": {"": 1.0, "-": 1.0, "1": 1.0},
+}  # fmt: skip
+"""Unit texts, as `_plain` has them, by what they measure: each in SI units."""
+
+
+def conversion(told: str, wanted: str) -> float:
+    """Return how many `wanted` one `told` is. Raises ValueError when they do not measure the same."""
+    for units in MEASURES.values():
+        if wanted in units and _plain(told) in units:
+            return units[_plain(told)] / units[wanted]
+    raise ValueError(f"the DBC's unit {told!r} is not known as one of {wanted or 'a plain number'}")
+
+
+def _plain(text: str) -> str:
+    """Return a unit text without blanks, capitals, plural, and the two micro signs of Unicode."""
+    text = "".join(text.split()).lower().replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
+    return text[:-1] if len(text) > 3 and text.endswith("s") and text[-2].isalpha() else text
