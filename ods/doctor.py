@@ -6,6 +6,7 @@ import importlib.metadata
 import os
 import platform
 import re
+import socket
 import sqlite3
 import stat
 from collections.abc import Iterator
@@ -23,8 +24,10 @@ from ods.errors import OdsError
 from ods.messages import Health
 from ods.processes import on_board
 from ods.settings_file import load
+from ods.sonar_link.address import TcpAddress, tcp_address
 
 LISTEN_S = 1.5
+CONNECT_S = 2.0
 YEAR_2024_NS = 1_704_067_200 * clock.NS
 COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
 
@@ -122,8 +125,9 @@ def pipeline(settings: OnboardConfig) -> Iterator[Finding]:
 def serial_port(port: str) -> Iterator[Finding]:
     """Look at the sonar's serial device without opening it: opening would disturb a running sonar process."""
     subject = f"serial port {port}"
-    if "://" in port:
-        yield Finding("note", subject, "is a URL; it is tried when the sonar process starts")
+    address = tcp_address(port)
+    if address:
+        yield from sonar_address(port, address)
         return
     try:
         status = Path(port).stat()
@@ -136,6 +140,21 @@ def serial_port(port: str) -> Iterator[Finding]:
         yield Finding("wrong", subject, "may not be read and written by this user: join the group `dialout`")
     else:
         yield Finding("good", subject, f"is there ({os.path.realpath(port)})")
+
+
+def sonar_address(port: str, address: TcpAddress) -> Iterator[Finding]:
+    """Connect to a 7k center for a moment; a serial server may take one connection only, the sonar process's."""
+    subject = f"sonar {port}"
+    if not address.framed:
+        yield Finding("note", subject, "is a serial server; it is tried when the sonar process starts")
+        return
+    try:
+        socket.create_connection(address[:2], CONNECT_S).close()
+    except OSError as error:
+        reason = error.strerror or f"no answer within {CONNECT_S:g} s"
+        yield Finding("wrong", subject, f"{reason}: is the sonar on, the cable in, and sonar.port right?")
+    else:
+        yield Finding("good", subject, "takes connections")
 
 
 def can_interface(interface: str, channel: str) -> Iterator[Finding]:

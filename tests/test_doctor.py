@@ -1,6 +1,7 @@
 """`ods doctor` says in plain words what is wrong."""
 
 import os
+import socket
 import tty
 from pathlib import Path
 
@@ -51,6 +52,18 @@ def test_a_plain_file_is_no_serial_port(tmp_path: Path) -> None:
     (tmp_path / "plain").touch()
     (finding,) = doctor.serial_port(str(tmp_path / "plain"))
     assert (finding.level, finding.text) == ("wrong", "is no serial device")
+
+
+def test_a_sonar_on_the_network_is_connected_to_but_a_serial_server_left_alone() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        (there,) = doctor.serial_port(f"tcp://{address}")
+        (left_alone,) = doctor.serial_port(f"socket://{address}")
+    (away,) = doctor.serial_port(f"tcp://{address}")
+    assert (there.level, there.subject, there.text) == ("good", f"sonar tcp://{address}", "takes connections")
+    assert left_alone.level == "note"
+    assert away.level == "wrong"
+    assert away.text == "Connection refused: is the sonar on, the cable in, and sonar.port right?"
 
 
 def test_a_wrong_stage_and_a_wrong_key_are_found(tmp_path: Path) -> None:
