@@ -1,10 +1,12 @@
-"""The one topic table and its ZeroMQ sockets.
+"""The one topic table, the one request table, and their ZeroMQ sockets.
 
 Each process binds one PUB socket, ipc://<run_dir>/<process>.sock, and publishes all its topics there as two parts:
-topic name, msgpack map. Subscribers open one SUB socket a topic, read it empty and keep the newest messages, because
-a full ZeroMQ queue keeps the oldest and CONFLATE breaks multipart messages.
+topic name, msgpack map. A process that takes requests binds a ROUTER socket besides. Subscribers open one SUB socket a
+topic, read it empty and keep the newest messages, because a full ZeroMQ queue keeps the oldest and CONFLATE breaks
+multipart messages.
 """
 
+import contextlib
 import fcntl
 import logging
 import time
@@ -24,6 +26,7 @@ from ods.errors import OdsError
 log = logging.getLogger(__name__)
 
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
+MAX_REQUEST_BYTES = 64 * 1024
 HIGH_WATER_MARK = 256
 
 
@@ -54,6 +57,23 @@ TOPICS: dict[str, Topic] = {
     )
 }
 """Every topic but health, which each process publishes under the name `health` on its own socket."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One row of the request table: a socket that answers."""
+
+    name: str
+    """Of the socket: ipc://<run_dir>/<name>.sock."""
+    request: type[msgspec.Struct]
+    answer: type[msgspec.Struct]
+    process: str
+    """The process that answers."""
+
+
+REQUESTS: dict[str, Request] = {
+    row.name: row for row in (Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar"),)
+}
 
 HEALTH = "health"
 HEALTH_PERIOD_S = 0.5
@@ -106,6 +126,54 @@ def _take_lock(run_dir: Path, process: str) -> IO[str]:
         lock.close()
         raise BusError(f"another `ods {process}` already runs on {run_dir}") from error
     return lock
+
+
+class Responder:
+    """The ROUTER socket behind one row of REQUESTS: every request gets one answer, at once or later; never blocks.
+
+    Bad requests are answered with the reason and counted as bad_<name>.
+    """
+
+    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, name: str) -> None:
+        """Bind. The process's Publisher holds the lock that keeps a second one from stealing the path."""
+        self.counters: Counter[str] = Counter()
+        self._row = REQUESTS[name]
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(self._row.request)
+        self._encoder = msgspec.msgpack.Encoder()
+        self._socket = context.socket(zmq.ROUTER)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.RCVHWM, HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
+        address = endpoint(run_dir, name)
+        try:
+            self._socket.bind(address)
+        except zmq.ZMQError as error:
+            raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+
+    def receive(self) -> list[tuple[list[bytes], Any]]:
+        """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""
+        received = []
+        for _ in range(HIGH_WATER_MARK):
+            try:
+                *peer, body = self._socket.recv_multipart(zmq.DONTWAIT)
+            except zmq.Again:
+                break
+            try:
+                received.append((peer, self._decoder.decode(body)))
+            except msgspec.DecodeError as error:
+                self.counters[f"bad_{self._row.name}"] += 1
+                self.answer(peer, self._row.answer(ok=False, reason=f"bad request: {error}"))
+        return received
+
+    def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
+        """Answer one request; an answer that nobody takes is dropped."""
+        with contextlib.suppress(zmq.ZMQError):
+            self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
 
 
 class Subscription:

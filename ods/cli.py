@@ -68,6 +68,11 @@ def _parser() -> argparse.ArgumentParser:
     record_what.add_argument("--finish", type=Path, metavar="FILE", help="complete a recording that was cut off")
     record.add_argument("--seconds", type=_seconds, metavar="S", help="default: until Ctrl-C or SIGTERM")
 
+    sonar = _command(commands, "set-sonar", "set range, power or gain, or show them", _set_sonar, ONBOARD_CONFIG)
+    sonar.add_argument("--range", type=float, metavar="METRES")
+    sonar.add_argument("--power", type=float, metavar="DB", help="re 1 uPa at 1 m")
+    sonar.add_argument("--gain", type=float, metavar="DB")
+
     simulate = _command(commands, "simulate", "sonar images of a scene, with the truth behind them", _simulate)
     simulate.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
     simulate.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
@@ -201,6 +206,19 @@ def _watch(args: argparse.Namespace) -> None:
     from ods.settings_file import load
 
     watch.watch(load(args.config, OnboardConfig).bus.run_dir)
+
+
+def _set_sonar(args: argparse.Namespace) -> None:
+    from ods.client import Sonar, SonarRequest
+    from ods.config import OnboardConfig
+    from ods.settings_file import load
+
+    sonar = Sonar(load(args.config, OnboardConfig).bus.run_dir)
+    try:
+        says = sonar.ask(SonarRequest(range_m=args.range, power_db=args.power, gain_db=args.gain))
+    finally:
+        sonar.close()
+    print(f"the sonar says: range {says.range_m} m, power {says.power_db} dB, gain {says.gain_db} dB")
 
 
 def _doctor(args: argparse.Namespace) -> int:

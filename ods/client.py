@@ -1,4 +1,4 @@
-"""For path planners: the obstacle list, as it comes, with a word of its own when it stays away.
+"""For path planners: the obstacle list, as it comes, with a word of its own when it stays away; and the sonar's range.
 
 from ods.client import Obstacles
 
@@ -7,6 +7,8 @@ for picture in Obstacles("/tmp/ods"):
         print("do not rely on it:", picture.reasons)
     for obstacle in picture.obstacles:
         print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
+
+Sonar("/tmp/ods").set_range(50.0)
 """
 
 from collections.abc import Iterator
@@ -16,9 +18,13 @@ import msgspec
 import zmq
 
 from ods import bus, clock
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction
+from ods.errors import OdsError
+from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest
 
-__all__ = ["ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction"]
+__all__ = [
+    "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Sonar", "SonarAnswer", "SonarError",
+    "SonarRequest",
+]  # fmt: skip
 
 
 class Obstacles:
@@ -57,4 +63,48 @@ class Obstacles:
     def close(self) -> None:
         """Give the socket back."""
         self._subscriber.close()
+        self._context.term()
+
+
+class SonarError(OdsError):
+    """The sonar does not work as asked; the text says why in one line."""
+
+
+class Sonar:
+    """Asks the sonar process to set the sonar. What is asked for lasts until the next request."""
+
+    def __init__(self, run_dir: str | Path, timeout_s: float = 6.0) -> None:
+        """`timeout_s`: how long each request may take; the sonar process itself gives up after 4 s by default."""
+        self._timeout_s = timeout_s
+        self._decoder = msgspec.msgpack.Decoder(SonarAnswer)
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._socket = self._context.socket(zmq.REQ)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.IMMEDIATE, 1)  # a request never waits for a process that is away
+        self._socket.setsockopt(zmq.REQ_RELAXED, 1)  # the next one may be sent though this one was not answered
+        self._socket.setsockopt(zmq.REQ_CORRELATE, 1)
+        self._socket.setsockopt(zmq.SNDTIMEO, round(timeout_s * 1000))
+        self._socket.setsockopt(zmq.RCVTIMEO, round(timeout_s * 1000))
+        self._socket.connect(bus.endpoint(Path(run_dir), "sonar-requests"))
+
+    def set_range(self, range_m: float) -> SonarAnswer:
+        """Set the range, m; return when the sonar works with it. Raises SonarError."""
+        return self.ask(SonarRequest(range_m=range_m))
+
+    def ask(self, request: SonarRequest) -> SonarAnswer:
+        """Send any request, wait for its answer. Raises SonarError when it is not ok, or none comes in time."""
+        try:
+            self._socket.send(msgspec.msgpack.encode(request))
+            answer = self._decoder.decode(self._socket.recv())
+        except zmq.Again:
+            raise SonarError(f"no answer from the sonar process within {self._timeout_s:g} s: does it run?") from None
+        except msgspec.DecodeError as error:
+            raise SonarError(f"bad answer from the sonar process: {error}") from None
+        if not answer.ok:
+            raise SonarError(answer.reason)
+        return answer
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._socket.close()
         self._context.term()

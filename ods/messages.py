@@ -216,6 +216,31 @@ class ObstacleList(msgspec.Struct, frozen=True):
     obstacles: list[Obstacle]
 
 
+class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A planner's wish to the sonar process: what is given is set, until the next request; nothing given asks only.
+
+    The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
+    """
+
+    range_m: Annotated[float, msgspec.Meta(gt=0.0)] | None = None
+    power_db: float | None = None
+    """dB re 1 uPa at 1 m."""
+    gain_db: float | None = None
+
+
+class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """What became of a request."""
+
+    ok: bool
+    """The sonar works with what was asked for."""
+    reason: str
+    """Why not, in plain words; empty when ok."""
+    range_m: float | None = None
+    """What the sonar says of itself now; none: it has not said."""
+    power_db: float | None = None
+    gain_db: float | None = None
+
+
 class Health(msgspec.Struct, frozen=True):
     """How a process is: published by each of them about twice a second."""
 

@@ -20,6 +20,8 @@ class Process:
     on_board: bool = True
     watches: tuple[str, ...] = ()
     """Processes whose health it reads."""
+    answers: str = ""
+    """Name of its socket for requests; '': it takes none."""
 
 
 _ONBOARD = "ods.config:OnboardConfig"
@@ -32,7 +34,8 @@ PROCESSES: dict[str, Process] = {
                 "detections and pose to obstacles", watches=("sonar", "pipeline", "nav")),
         Process("pipeline", "ods.pipeline.service:PipelineWorker", _ONBOARD, ("ping", "pose"), ("detections",),
                 "pings to detections"),
-        Process("sonar", "ods.sonar_link.service:SonarWorker", _ONBOARD, (), ("ping",), "sonar bytes to pings"),
+        Process("sonar", "ods.sonar_link.service:SonarWorker", _ONBOARD, (), ("ping",), "sonar bytes to pings",
+                answers="sonar-requests"),
         Process("sim", "ods.sim_sonar.service:SimWorker", "ods.bench.settings:BenchConfig", (), ("truth",),
                 "simulated sonar and vehicle", on_board=False),
     )

@@ -25,6 +25,13 @@ name, and a msgpack map with the fields below. JSON Schema of all of them: [mess
 """
 
 
+REQUESTS_HEAD = """
+Requests go to a socket of their own, one part each way, from a ZeroMQ REQ socket (or DEALER, with an empty part first):
+
+| socket | answered by | request | answer |
+|---|---|---|---|
+"""
+
 CONFIG_HEAD = """# Configuration
 
 Generated from the settings types by `make docs`; do not edit.
@@ -47,6 +54,10 @@ def _messages() -> str:
         text += f" {topic.stale_s:g} s |\n"
     text += f"| `{bus.HEALTH}` | [Health](#health) | {', '.join(PROCESSES)} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s |\n"
+    text += REQUESTS_HEAD
+    for row in bus.REQUESTS.values():
+        asked, given = row.request.__name__, row.answer.__name__
+        text += f"| `{row.name}.sock` | {row.process} | [{asked}](#{asked.lower()}) | [{given}](#{given.lower()}) |\n"
     doc = inspect.getdoc(messages) or ""
     return text + "\n" + doc.split("\n\n")[1].strip() + "\n" + "".join(_section(kind) for kind in _structs())
 

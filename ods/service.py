@@ -50,6 +50,7 @@ class Service:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._publisher = bus.Publisher(self._context, run_dir, process.name)
         self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, process.watches)
+        self._responder = bus.Responder(self._context, run_dir, process.answers) if process.answers else None
         self._flow: Counter[str] = Counter()
         self._newest_ns: dict[str, int] = {}
         self._health_seq = 0
@@ -61,6 +62,15 @@ class Service:
         """Publish on one of this process's topics."""
         self._publisher.publish(topic, message)
         self._flow[topic] += 1
+
+    def requests(self) -> list[tuple[list[bytes], Any]]:
+        """Return the requests that have come since: whom to answer, and the request."""
+        return self._responder.receive() if self._responder else []
+
+    def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
+        """Answer a request, at once or later."""
+        if self._responder:
+            self._responder.answer(peer, message)
 
     def complain_once(self, key: str, text: str) -> None:
         """Count `key` every time, log `text` the first time."""
@@ -83,6 +93,8 @@ class Service:
         now = clock.monotonic_ns()
         period_s = max(1e-9, (now - self._health_ns) / clock.NS)
         counters = Counter(self.counters)
+        if self._responder:
+            counters.update(self._responder.counters)
         lags: dict[str, int] = {}
         for subscription in self.subscriber.subscriptions:
             counters.update(subscription.counters)
@@ -120,6 +132,8 @@ class Service:
     def close(self) -> None:
         """Give sockets and locks back."""
         self.subscriber.close()
+        if self._responder:
+            self._responder.close()
         self._publisher.close()
         self._context.term()
 
@@ -136,6 +150,9 @@ class Worker(ABC, Generic[SettingsT]):
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message of a topic that the process table says it reads."""
+
+    def asked(self, peer: list[bytes], request: Any) -> None:
+        """Take one request to the socket that the process table says it answers on; `service.answer` it, or later."""
 
     def readable(self, fd: int) -> None:
         """Take what a descriptor given to `service.subscriber.watch_fd` has."""
@@ -195,6 +212,8 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
             worker.handle(topic, message)
         for fd in fds:
             worker.readable(fd)
+        for peer, request in service.requests():
+            worker.asked(peer, request)
         worker.tick()
         if worker.ready() and not was_ready:
             was_ready = True

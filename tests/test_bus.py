@@ -9,7 +9,7 @@ import pytest
 import zmq
 
 from ods import bus
-from ods.messages import Pose
+from ods.messages import Pose, SonarAnswer, SonarRequest
 
 Context = zmq.Context[zmq.Socket[bytes]]
 
@@ -98,3 +98,32 @@ def test_every_topic_has_one_publisher_in_the_process_table() -> None:
         assert publishers == [topic.publisher]
     for process in PROCESSES.values():
         assert set(process.reads) <= set(bus.TOPICS)
+    assert {row.name: row.process for row in bus.REQUESTS.values()} == {
+        process.answers: process.name for process in PROCESSES.values() if process.answers
+    }
+
+
+def test_a_responder_answers_in_any_order_and_never_blocks_for_one_that_has_gone(
+    context: Context, tmp_path: Path
+) -> None:
+    responder = bus.Responder(context, tmp_path, "sonar-requests")
+    first, second, gone = (context.socket(zmq.REQ) for _ in range(3))
+    asked: list[tuple[list[bytes], SonarRequest]] = []
+    for number, client in enumerate((first, second, gone)):
+        client.setsockopt(zmq.RCVTIMEO, 5000)
+        client.setsockopt(zmq.LINGER, 0)
+        client.connect(bus.endpoint(tmp_path, "sonar-requests"))
+        client.send(msgpack.packb({"range_m": 10.0 + number}))
+        while not asked or len(asked) <= number:
+            asked += responder.receive()
+    gone.close()
+    assert [request.range_m for _, request in asked] == [10.0, 11.0, 12.0]
+    for peer, request in reversed(asked):
+        responder.answer(peer, SonarAnswer(ok=True, reason="", range_m=request.range_m))
+    assert [msgpack.unpackb(client.recv())["range_m"] for client in (first, second)] == [10.0, 11.0]
+    first.send(bytes(bus.MAX_REQUEST_BYTES + 1))  # ZeroMQ hangs up on it
+    second.send(b"\xc1")
+    while not responder.counters:
+        assert responder.receive() == []
+    assert msgpack.unpackb(second.recv())["ok"] is False
+    responder.close()

@@ -1,23 +1,29 @@
-"""The whole chain, every process, on a pty and a CAN bus, with the faults of config/bench-faults.toml."""
+"""The whole chain, every process: on a pty and a CAN bus with the faults of config/bench-faults.toml; and over TCP."""
 
+import socket
 import tempfile
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
 import msgspec
 import pytest
+import zmq
 
+from ods import bus
 from ods.bench import runner
 from ods.bench.collector import Record
 from ods.bench.metrics import Summary, summarize
 from ods.bench.settings import BenchConfig
+from ods.client import Sonar
 from ods.clock import NS
 from ods.config import BusSettings
-from ods.messages import ObstacleList
+from ods.messages import ObstacleList, Ping
 from ods.settings_file import load
 
 CONFIG = Path(__file__).parents[1] / "config" / "bench-faults.toml"
+CALM_CONFIG = CONFIG.with_name("bench.toml")
 
 
 @pytest.fixture(scope="module")
@@ -91,3 +97,71 @@ def test_the_list_never_goes_quiet_but_while_the_tracker_is_away(record: Record,
 
 def test_limits_hold(summary: Summary) -> None:
     assert not [line for line in summary.broken if not line.startswith("latency")]
+
+
+class Planner(threading.Thread):
+    """Sets the sonar's range in mid-mission, and keeps the pings that come before and after."""
+
+    def __init__(self, run_dir: Path, at_ping: int, range_m: float) -> None:
+        super().__init__(daemon=True)
+        self.pings: list[Ping] = []
+        self.done = threading.Event()
+        self._run_dir, self._at_ping, self._range_m = run_dir, at_ping, range_m
+
+    def run(self) -> None:
+        context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        with bus.Subscriber(context, self._run_dir, ["ping"]) as subscriber:
+            self._collect(subscriber, until=lambda: len(self.pings) >= self._at_ping)
+            sonar = Sonar(self._run_dir)
+            sonar.set_range(self._range_m)
+            sonar.close()
+            self._collect(subscriber, until=self.done.is_set)
+        context.term()
+
+    def _collect(self, subscriber: bus.Subscriber, until: Callable[[], bool]) -> None:
+        while not self.done.is_set():
+            self.pings += [ping for _, ping in subscriber.receive(0.1)[0]]
+            if until():
+                break
+
+
+def free_tcp_port() -> int:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        return int(server.getsockname()[1])
+
+
+@pytest.mark.timeout(300)
+def test_over_tcp_a_planner_halves_the_range_in_mid_mission_and_nothing_is_lost() -> None:
+    with tempfile.TemporaryDirectory(prefix="ods-") as folder:
+        shipped = load(CALM_CONFIG, BenchConfig)
+        sim = msgspec.structs.replace(shipped.sim, sonar_line="tcp", sonar_tcp_port=free_tcp_port())
+        run_dir = Path(folder) / "run"
+        settings = msgspec.structs.replace(
+            shipped, bus=BusSettings(run_dir=run_dir), out=Path(folder) / "out", sim=sim, seconds=14.0
+        )
+        planner = Planner(run_dir, at_ping=40, range_m=50.0)
+        planner.start()
+        record = runner.run(settings)
+        planner.done.set()
+        planner.join(10.0)
+    listed = {item.ping_number: item for _, item in record.lists}
+    pings = [ping for ping in planner.pings if ping.ping_number <= max(listed)]  # the end may cut off the last list
+    numbers = [ping.ping_number for ping in pings]
+    assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+    samples = [ping.samples for ping in pings]
+    before = samples.index(1000)
+    assert samples == [2000] * before + [1000] * (len(samples) - before)
+    assert before >= 40
+    assert set(numbers) <= listed.keys()
+    assert not {number for number in record.truths if number <= max(listed)} - listed.keys()
+    last = listed[numbers[-1]]
+    near = [o for o in record.truths[numbers[-1]].objects if o.in_sector]
+    assert last.valid
+    assert near
+    for thing in near:
+        assert any(
+            abs(o.position_ned[0] - thing.position_ned[0]) + abs(o.position_ned[1] - thing.position_ned[1]) < 3.0
+            for o in last.obstacles
+        )
+    assert record.health["sonar"][-1].counters["network_frames"] > 0
+    assert record.health["sonar"][-1].counters.get("unframed_bytes", 0) == 0

@@ -1,26 +1,30 @@
 """`ods doctor` says in plain words what is wrong."""
 
 import os
+import socket
 import threading
 import tty
+from collections.abc import Callable
 from pathlib import Path
 
 import can
 import pytest
 import zmq
+from sonar_samples import Device, make_ping
 
 from ods import bus, clock
 from ods.cli import main
 from ods.config import OnboardConfig
+from ods.doctor import sonar_port
 from ods.doctor.can_interface import controller
 from ods.doctor.finding import Finding
 from ods.doctor.navigation import listen
 from ods.doctor.report import findings
 from ods.doctor.running import sockets
-from ods.doctor.sonar_port import serial_port
 from ods.settings_file import load
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.slcan_hub import SlcanHub
+from ods.sonar_link.s7k import encode_ping
 
 CONFIG = Path(__file__).parents[1] / "config" / "onboard.toml"
 
@@ -61,8 +65,20 @@ def test_what_is_there_is_good(tmp_path: Path) -> None:
 
 def test_a_plain_file_is_no_serial_port(tmp_path: Path) -> None:
     (tmp_path / "plain").touch()
-    (finding,) = serial_port(str(tmp_path / "plain"))
+    (finding,) = sonar_port.examine(str(tmp_path / "plain"))
     assert (finding.level, finding.text) == ("wrong", "is no serial device")
+
+
+def test_a_sonar_on_the_network_is_connected_to_but_a_serial_server_left_alone() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        address = f"127.0.0.1:{server.getsockname()[1]}"
+        (there,) = sonar_port.examine(f"tcp://{address}")
+        (left_alone,) = sonar_port.examine(f"socket://{address}")
+    (away,) = sonar_port.examine(f"tcp://{address}")
+    assert (there.level, there.subject, there.text) == ("good", f"sonar tcp://{address}", "takes connections")
+    assert left_alone.level == "note"
+    assert away.level == "wrong"
+    assert away.text == "Connection refused: is the sonar on, the cable in, and sonar.port right?"
 
 
 def test_a_wrong_stage_and_a_wrong_key_are_found(tmp_path: Path) -> None:
@@ -141,3 +157,34 @@ def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: P
         assert "epoch_torn" in found["navigation by canopen"].text
         (silent,) = listen(settings, 0.2)
         assert silent.text == "nothing that it should send came within 0.2 s (the bus is open)"
+
+
+@pytest.mark.parametrize(
+    ("sends", "level", "said"),
+    [
+        (lambda number: encode_ping(make_ping(number)), "good", "pings/s; records 7000 at"),
+        (lambda number: encode_ping(make_ping(number))[:400], "wrong", "no ping can be made of records 7000"),
+        (lambda _: b"$GPGGA,115739.00,4158.8441367,N\r\n", "wrong", "of no record came: baud, wiring, or another"),
+        (lambda _: b"", "wrong", "no s7k record within 0.5 s; it is silent"),
+    ],
+    ids=["pings", "cut off", "another protocol", "silence"],
+)
+def test_listening_to_the_sonar(tmp_path: Path, sends: Callable[[int], bytes], level: str, said: str) -> None:
+    device = Device(tmp_path / "seabat")
+    settings = load(config(tmp_path, str(device.link)), OnboardConfig)
+    stopping = threading.Event()
+
+    def send() -> None:
+        number = 0
+        while not stopping.wait(0.05):
+            number += 1
+            device.send(sends(number))
+
+    sender = threading.Thread(target=send)
+    sender.start()
+    (found,) = sonar_port.listen(settings, 0.5)
+    stopping.set()
+    sender.join()
+    device.unplug()
+    assert found.level == level
+    assert said in found.text

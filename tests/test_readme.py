@@ -12,10 +12,12 @@ import pytest
 import zmq
 
 from ods import bus
-from ods.messages import ClosestApproach, Obstacle, ObstacleList
+from ods.messages import ClosestApproach, Obstacle, ObstacleList, SonarAnswer, SonarRequest
 
 README = Path(__file__).parents[1] / "README.md"
-EXAMPLES = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+ALL = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)
+EXAMPLES = [example for example in ALL if "obstacle" in example]
+SONAR_EXAMPLES = [example for example in ALL if "sonar" in example and example not in EXAMPLES]
 ROCK = Obstacle(
     id=7, state="active", position_ned=(31.5, -2.25, 20.0), velocity_ned=(0.0, 0.0, 0.0), radius_m=1.5,
     sigma_position=(0.1, 0.1, 3.0), sigma_velocity=(0.0, 0.0, 0.0), sigma_radius=0.1, first_seen_utc_ns=0,
@@ -53,5 +55,36 @@ def test_planner_example_prints_the_obstacles(example: str, run_dir: Path) -> No
         context.term()
 
 
-def test_both_examples_are_there() -> None:
-    assert len(EXAMPLES) == 2
+@pytest.mark.parametrize("example", SONAR_EXAMPLES, ids=["client", "plain"])
+@pytest.mark.parametrize(
+    ("answer", "printed"),
+    [
+        (SonarAnswer(ok=True, reason="", range_m=50.0), "50.0"),
+        (SonarAnswer(ok=False, reason="the sonar refused", range_m=100.0), "the sonar refused"),
+    ],
+)
+def test_sonar_example_prints_the_range_or_the_reason(
+    example: str, answer: SonarAnswer, printed: str, run_dir: Path
+) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    responder = bus.Responder(context, run_dir, "sonar-requests")
+    program = example.replace("/tmp/ods", str(run_dir))
+    planner = subprocess.Popen([sys.executable, "-u", "-c", program], stdout=subprocess.PIPE, text=True)
+    assert planner.stdout is not None
+    try:
+        asked: list[tuple[list[bytes], SonarRequest]] = []
+        while not asked and planner.poll() is None:
+            asked = responder.receive()
+        ((peer, request),) = asked
+        assert request == SonarRequest(range_m=50.0)
+        responder.answer(peer, answer)
+        assert planner.stdout.readline() == printed + "\n"
+    finally:
+        planner.kill()
+        planner.wait()
+        responder.close()
+        context.term()
+
+
+def test_all_examples_are_there() -> None:
+    assert (len(EXAMPLES), len(SONAR_EXAMPLES), len(ALL)) == (2, 2, 4)

@@ -39,11 +39,12 @@ def body_7042(flags: int, beams: list[bytes], first: int = 0, rate: float = RATE
 
 def test_settings_field_by_field() -> None:
     fields = [struct.pack("<QIH", 9, 77, 2), struct.pack("<ff", 455e3, 15000.0), bytes(8), bytes(16)]
-    fields += [bytes(4 * 5), bytes(4), bytes(4 + 5 * 4 + 4 + 4 + 4), bytes(20), bytes(16)]  # ..., bottom detection
+    fields += [bytes(8), struct.pack("<fff", 60.0, 208.0, 25.5)]  # ping rate and period; range, power, gain
+    fields += [bytes(4), bytes(4 + 5 * 4 + 4 + 4 + 4), bytes(20), bytes(16)]  # ..., bottom detection
     fields += [struct.pack("<fff", 100.0, 1481.5, 30.0), bytes(2)]
     body = b"".join(fields)
     assert len(body) == 156
-    assert decode(7000, body) == s7k.SonarSettings(77, 2, 455e3, 15000.0, 1481.5)
+    assert decode(7000, body) == s7k.SonarSettings(77, 2, 455e3, 15000.0, 1481.5, s7k.Controls(60.0, 208.0, 25.5))
     assert decode(7000, body + b"later versions append") == decode(7000, body)
 
 

@@ -1,7 +1,6 @@
-"""The port: opened when it is there, lost when it is gone, opened again; on real pseudo-terminals and a TCP socket."""
+"""The port: opened when it is there, lost when it is gone, opened again; on real pseudo-terminals."""
 
 import os
-import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -97,23 +96,15 @@ def test_what_is_no_serial_device_is_said(tmp_path: Path) -> None:
         port = make_port(tmp_path / name)
         assert not port.open_if_due(0)
         assert words in port.fault
-    assert not make_port("nonsense://x").open_if_due(0)
 
 
-def test_a_tcp_address_works_like_a_port() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as server:
-        port = make_port(f"socket://127.0.0.1:{server.getsockname()[1]}")
-        assert port.open_if_due(0)
-        connection, _ = server.accept()
-        connection.sendall(b"ping")
-        received = b""
-        while len(received) < 4:
-            received += port.read(0)
-        port.check(0)
-        assert (received, port.fault) == (b"ping", "")
-        connection.close()
-        while port.fd is not None:
-            port.read(0)
-    assert port.counters["port_losses"] == 1
-    assert not port.open_if_due(200 * MS)
-    assert port.fault
+def test_what_is_written_comes_out_and_a_full_line_does_not_hold_us_up(device: Device) -> None:
+    port = make_port(device.link)
+    assert not port.write(b"early", 0)
+    port.open_if_due(0)
+    assert port.write(b"request", 0)
+    assert os.read(device.master, 100) == b"request"
+    written = [port.write(bytes(1000), 0) for _ in range(100)]  # nobody reads
+    assert not written[-1]
+    assert port.fault == ""
+    port.close()

@@ -23,7 +23,7 @@ from ods.errors import OdsError
 from ods.settings import Settings
 from ods.settings_file import load
 from ods.sim_sonar.can_bus import can_of
-from ods.sim_sonar.serial_line import SERIAL_PORT
+from ods.sim_sonar.sonar_line import port_of
 
 START_S = 180.0
 """The first start compiles the pipeline's and the simulator's kernels."""
@@ -83,7 +83,7 @@ def _write_configs(settings: BenchConfig) -> tuple[Path, Path]:
     interface, channel = can_of(settings.sim.can, run_dir)
     onboard = _as_dict(load(settings.onboard, OnboardConfig))
     onboard["bus"]["run_dir"] = str(run_dir)
-    onboard["sonar"] |= {"port": str(run_dir / SERIAL_PORT), "latency_ms": settings.sim.sonar_latency_ms}
+    onboard["sonar"] |= {"port": port_of(settings.sim, run_dir), "latency_ms": settings.sim.sonar_latency_ms}
     onboard["nav"]["can"] |= {"interface": interface, "channel": channel}
     onboard["tracker"]["map"]["path"] = str(settings.out / "map.sqlite")
     files = settings.out / "onboard.toml", settings.out / "bench.toml"

@@ -64,12 +64,24 @@ class _Moment(NamedTuple):
 class ImageSimulator:
     """Renders the images of one scene with one sonar; the same seed gives the same bytes, in any order of calls."""
 
-    def __init__(self, sonar: SonarModel, scene: Scene, seed: int | None = None) -> None:
-        """Prepare tables; `seed` replaces the scene's own. Raises ValueError when the scene does not fit the sonar."""
+    def __init__(
+        self,
+        sonar: SonarModel,
+        scene: Scene,
+        seed: int | None = None,
+        *,
+        power_db: float = 0.0,
+        gain_db: float = 0.0,
+    ) -> None:
+        """Prepare tables; `seed` replaces the scene's own. Raises ValueError when the scene does not fit the sonar.
+
+        `power_db`: transmit power over that of the scene's levels, raises the echoes; `gain_db` likewise, raises all.
+        """
         self.sonar = sonar
         self.scene = scene
         levels = scene.file.image
-        self.receiver = Receiver(sonar, levels, scene.file.seed if seed is None else seed)
+        chosen = scene.file.seed if seed is None else seed
+        self.receiver = Receiver(sonar, levels, chosen, power_db=power_db, gain_db=gain_db)
         self._make_ping = PingMaker(sonar, levels)
         self._grid = grid_of(sonar)
         self._newest: _Moment | None = None

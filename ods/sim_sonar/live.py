@@ -1,5 +1,6 @@
-"""The live devices of the bench, each in a thread at its own pace: the SeaBat on a serial line, the INS on CAN."""
+"""The live devices of the bench, each in a thread at its own pace: the SeaBat on its line, the INS on CAN."""
 
+import dataclasses
 import logging
 import queue
 import threading
@@ -11,13 +12,15 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.live_settings import FaultSettings, SimSettings
+from ods.sim_sonar.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
 from ods.sim_sonar.scene import Scene
-from ods.sim_sonar.serial_line import SerialLine
 from ods.sonar_link import s7k
 
 log = logging.getLogger(__name__)
 
 MS = 1_000_000
+PATIENCE_S = 0.12
+"""For the reader of a telegram on a busy bench, where a real line would have none."""
 
 
 class Mission:
@@ -64,23 +67,27 @@ class Device(threading.Thread):
 
 
 class LiveSonar:
-    """The simulated SeaBat: an image at every ping period, written as s7k records when its echoes have come in."""
+    """The simulated SeaBat: an image at every ping period, written as s7k records when its echoes have come in.
 
-    def __init__(self, images: ImageSimulator, settings: SimSettings, mission: Mission, line: SerialLine) -> None:
+    What remote control asks for holds from the next ping on.
+    """
+
+    def __init__(self, images: ImageSimulator, settings: SimSettings, mission: Mission, line: Line) -> None:
         self.truths: queue.SimpleQueue[Truth] = queue.SimpleQueue()
         self.pings_late = 0
         self._images = images
+        self._longest = images.sonar
         self._offset_ns = round(settings.sonar_clock_offset_s * clock.NS)
         self._mission = mission
         self._line = line
         self._plugged = True
-        sonar = images.sonar
-        self._period_ns = round(sonar.ping_period_s * clock.NS)
-        listen_s = 2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * settings.sonar_latency_ms
-        self._listen_ns = round(listen_s * clock.NS)
+        self._remote = RemoteEnd(self._longest, line)
+        self._controls = self._remote.controls
+        self._latency_ms = settings.sonar_latency_ms
+        self._set_times()
         self._ping_number = 0
         self._transmit_ns = mission.start_ns
-        self._telegram = b""
+        self._telegram: list[bytes] = []
         self._render()
 
     def step(self) -> int:
@@ -90,21 +97,48 @@ class LiveSonar:
             return due_ns
         self._plug_as_the_faults_say(due_ns)
         if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
-            self._line.write(self._telegram, patience_s=0.8 * self._period_ns / clock.NS)
-            self.truths.put(self._truth(clock.monotonic_ns()))
+            telegram = self._remote.wanted(self._telegram)
+            if telegram:
+                self._line.write(telegram, PATIENCE_S)
+                self.truths.put(self._truth(clock.monotonic_ns()))
         self._ping_number += 1
         self._transmit_ns += self._period_ns
+        self._remote.listen(self._device_utc_ns(clock.monotonic_ns()))
+        self._obey()
         while clock.monotonic_ns() > self._transmit_ns + self._listen_ns + self._period_ns:
             self.pings_late += 1
             self._transmit_ns += self._period_ns
         self._render()
         return self._transmit_ns + self._listen_ns
 
+    def _obey(self) -> None:
+        """Work with what has been asked for: as many samples as reach the range, tables made anew (some 50 ms)."""
+        if self._remote.controls == self._controls:
+            return
+        self._controls = self._remote.controls
+        sonar = self._longest
+        samples = 1 + round((self._controls.range_m - sonar.range0_m) / sonar.dr_m)
+        self._images = ImageSimulator(
+            dataclasses.replace(sonar, samples=min(max(samples, 1), sonar.samples)),
+            self._images.scene,
+            power_db=self._controls.power_db - NOMINAL_POWER_DB,
+            gain_db=self._controls.gain_db - NOMINAL_GAIN_DB,
+        )
+        self._set_times()
+
+    def _set_times(self) -> None:
+        sonar = self._images.sonar
+        self._period_ns = round(sonar.ping_period_s * clock.NS)
+        listen_s = 2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * self._latency_ms
+        self._listen_ns = round(listen_s * clock.NS)
+
+    def _device_utc_ns(self, t_ns: int) -> int:
+        return t_ns + self._mission.utc_offset_ns + self._offset_ns
+
     def _render(self) -> None:
-        seconds = self._mission.seconds(self._transmit_ns)
-        device_utc_ns = self._transmit_ns + self._mission.utc_offset_ns + self._offset_ns
-        ping = self._images.ping(seconds, self._ping_number, self._transmit_ns, device_utc_ns)
-        self._telegram = s7k.encode_ping(ping)
+        seconds, utc_ns = self._mission.seconds(self._transmit_ns), self._device_utc_ns(self._transmit_ns)
+        ping = self._images.ping(seconds, self._ping_number, self._transmit_ns, utc_ns)
+        self._telegram = s7k.ping_records(ping, controls=self._controls)
 
     def _truth(self, sent_ns: int) -> Truth:
         seconds = self._mission.seconds(self._transmit_ns)

@@ -1,7 +1,7 @@
 """Settings of the live simulator: the [sim] table of config/bench.toml."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -12,7 +12,7 @@ class FaultSettings(Settings, frozen=True):
     """A fault on the simulated side, to see that the on-board side recovers."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "ins_silent"]
-    """serial_unplugged: the port vanishes; sonar_silent, ins_silent: the device says nothing."""
+    """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing."""
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
@@ -33,6 +33,10 @@ class SimSettings(Settings, frozen=True):
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
+    sonar_line: Literal["serial", "tcp"] = "serial"
+    """serial: a pseudo-terminal with the bare records; tcp: network frames for one client at 127.0.0.1."""
+    sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
+    """Where the simulated sonar listens when its line is tcp."""
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
     sonar_latency_ms: NonNegative = 2.0

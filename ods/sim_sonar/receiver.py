@@ -38,7 +38,7 @@ class Levels(NamedTuple):
     arriving: Normals
     """(sources, samples) share of each sample that they fill."""
     over_range: Normals
-    """(samples,) amplitude gain of belts and arcs, on echo and noise alike."""
+    """(samples,) amplitude gain of the setting, of belts and arcs, on echo and noise alike."""
     over_beams: Normals
     """(beams,) amplitude gain."""
 
@@ -49,16 +49,18 @@ class Receiver:
     Raises ValueError, naming the key, for levels that do not fit the sonar.
     """
 
-    def __init__(self, sonar: SonarModel, levels: ImageLevels, seed: int) -> None:
-        """Prepare tables: a second or less."""
+    def __init__(
+        self, sonar: SonarModel, levels: ImageLevels, seed: int, *, power_db: float = 0.0, gain_db: float = 0.0
+    ) -> None:
+        """Prepare tables: a second or less. `power_db` raises the echoes, `gain_db` echoes and noise."""
         self._sonar, self._levels, self._seed = sonar, levels, seed
         self._normal = normal_table()
         self._amplitude = amplitude_table(levels.looks)
         self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
         self._ranges = gain.sample_ranges(sonar)
-        self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg), levels.gain)
+        self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
         self._noise = _power(gain.noise_gain_db(self._ranges, levels.tvg), levels.noise_counts)
-        self._belts_db = gain.belts_db(self._ranges, levels.belts)
+        self._belts_db = gain.belts_db(self._ranges, levels.belts) + gain_db
         self._over_beams = _amplitude(gain.beams_db(sonar, levels, seed))
         self._field = SpeckleField(
             sonar,

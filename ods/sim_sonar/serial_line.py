@@ -7,15 +7,15 @@ import time
 import tty
 from pathlib import Path
 
-SERIAL_PORT = "seabat"
-"""Name of the simulated sonar's device in the run folder."""
-
 
 class SerialLine:
     """A pty whose device name stands behind the symlink `link`.
 
     Bytes that nobody reads are lost, as on a real line.
     """
+
+    needs_subscription = False
+    connections = 0
 
     def __init__(self, link: Path) -> None:
         self._link = link
@@ -41,9 +41,9 @@ class SerialLine:
                 os.close(fd)
         self._master = self._slave = -1
 
-    def write(self, data: bytes, patience_s: float) -> bool:
-        """Write all of `data`; give up, and count what is lost, when the reader takes longer than `patience_s`."""
-        view = memoryview(data)
+    def write(self, records: list[bytes], patience_s: float) -> bool:
+        """Write all `records`; give up, and count what is lost, when the reader takes longer than `patience_s`."""
+        view = memoryview(b"".join(records))
         deadline_s = time.monotonic() + patience_s
         while view and self._master >= 0 and time.monotonic() < deadline_s:
             with contextlib.suppress(BlockingIOError):

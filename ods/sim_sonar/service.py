@@ -1,4 +1,4 @@
-"""The sim process: the far ends of the serial line and the CAN bus, and the truth for the bench."""
+"""The sim process: the far ends of the sonar's line and the CAN bus, and the truth for the bench."""
 
 import queue
 import sys
@@ -19,9 +19,9 @@ from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.live import Device, LiveIns, LiveSonar, Mission
 from ods.sim_sonar.scene import load_scene
-from ods.sim_sonar.serial_line import SERIAL_PORT, SerialLine
 from ods.sim_sonar.slcan_hub import SlcanHub
 from ods.sim_sonar.sonar import load_sonar
+from ods.sim_sonar.sonar_line import open_line
 
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
@@ -42,7 +42,7 @@ class SimWorker(Worker[BenchConfig]):
         scene, sonar_model = load_scene(sim.scene), load_sonar(sim.sonar)
         images = ImageSimulator(sonar_model, scene)
         images.render(0.0, 0)
-        self._line = SerialLine(run_dir / SERIAL_PORT)
+        self._line = open_line(sim, run_dir)
         self._bus = self._open_can(run_dir)
         mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
         self._sonar = LiveSonar(images, sim, mission, self._line)
@@ -74,7 +74,7 @@ class SimWorker(Worker[BenchConfig]):
             while True:
                 self.service.publish("truth", self._sonar.truths.get_nowait())
         self.service.counters["pings_late"] = self._sonar.pings_late
-        self.service.counters["serial_bytes_lost"] = self._line.lost_bytes
+        self.service.counters["sonar_bytes_lost"] = self._line.lost_bytes
 
     def problems(self) -> list[str]:
         """Say which device has failed."""

@@ -37,7 +37,18 @@ _SETTINGS = struct.Struct(
     "IIfIf"  # receiver: identifier, window, its parameter, flags, beam width
     "fffffffH"  # bottom detection filter (4), absorption, sound speed, spreading, reserved
 )
+_RANGE_FIELD = 14
+"""Of _SETTINGS; power and gain follow."""
 _GEOMETRY = struct.Struct("<QI")
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What a sonar can be asked to do, as record 7000 tells it; not trusted: any number, NaN too."""
+
+    range_m: float
+    power_db: float = 0.0
+    gain_db: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -50,6 +61,7 @@ class SonarSettings:
     frequency_hz: float
     sample_rate_hz: float
     sound_speed: float
+    controls: Controls
 
 
 Decoded = SonarSettings | BeamTable | WaterColumn
@@ -69,7 +81,16 @@ def decode(record: Record) -> Decoded | None:
 
 
 def encode_ping(ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded: bool = False) -> bytes:
+    """Return the records of one ping, framed, one after another. Raises ValueError: see `ping_records`."""
+    return b"".join(ping_records(ping, device, enumerator, recorded))
+
+
+def ping_records(
+    ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded: bool = False, controls: Controls | None = None
+) -> list[bytes]:
     """Return the records of one ping, framed: 7000, 7004, and its samples, stamped with `ping.utc_ns`.
+
+    `controls` is what record 7000 says of range, power and gain; by default the ping's own range and 0 dB.
 
     8-bit samples of scale log8, and all that do not start at range 0, go into record 7042; linear uint16 samples that
     do into 7018. Raises ValueError for what the format cannot carry: other scales, a first range that is no multiple of
@@ -85,10 +106,12 @@ def encode_ping(ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded:
         samples = BEAMFORMED_DATA, water_column.encode_7018(ping)
     else:
         samples = COMPRESSED_WATER_COLUMN, water_column.encode_7042(ping, first_sample, rate)
-    bodies = [(SONAR_SETTINGS, _encode_settings(ping, rate)), (BEAM_GEOMETRY, _encode_geometry(ping)), samples]
-    return b"".join(
-        encode_record(record_type, body, ping.utc_ns, device, enumerator, recorded) for record_type, body in bodies
-    )
+    told = controls or Controls(ping.range0_m + ping.samples * ping.dr_m)
+    settings = SONAR_SETTINGS, _encode_settings(ping, rate, told)
+    return [
+        encode_record(record_type, body, ping.utc_ns, device, enumerator, recorded)
+        for record_type, body in (settings, (BEAM_GEOMETRY, _encode_geometry(ping)), samples)
+    ]
 
 
 def _decode_settings(body: bytes) -> SonarSettings:
@@ -101,17 +124,17 @@ def _decode_settings(body: bytes) -> SonarSettings:
     if not (SAMPLE_RATES[0] <= rate <= SAMPLE_RATES[1] and SOUND_SPEEDS[0] <= sound_speed <= SOUND_SPEEDS[1]):
         raise RecordError("bad_settings")
     told = 0.0 < frequency < 1e9
-    return SonarSettings(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed)
+    controls = Controls(*fields[_RANGE_FIELD : _RANGE_FIELD + 3])
+    return SonarSettings(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed, controls)
 
 
-def _encode_settings(ping: Ping, sample_rate_hz: float) -> bytes:
+def _encode_settings(ping: Ping, sample_rate_hz: float, controls: Controls) -> bytes:
     width = ping.beam_width_rad[ping.beams // 2] if ping.beam_width_rad else 0.0
-    range_m = ping.range0_m + ping.samples * ping.dr_m
     return _SETTINGS.pack(
         0, ping.ping_number % 2**32, 0,
         ping.frequency_hz, sample_rate_hz, 0.0, 0.0,
         0, 0, 0.0, 1, 0,
-        0.0, 0.0, range_m, 0.0, 0.0, 0,
+        0.0, 0.0, controls.range_m, controls.power_db, controls.gain_db, 0,
         0, 0.0, 0.0, 0.0, 0.0, 0.0, 0, 0.0, 0,
         0, 0, 0.0, 0, width,
         0.0, 0.0, 0.0, 0.0, 0.0, ping.sound_speed, 0.0, 0,

@@ -1,48 +1,53 @@
-"""The sonar process: bytes from the port to pings on the bus."""
+"""The sonar process: bytes from the port to pings on the bus, and requests to the sonar."""
 
 import logging
 import time
+from collections import Counter
 
 import msgspec
 
 from ods import clock
 from ods.bus import TOPICS
 from ods.config import OnboardConfig
+from ods.messages import SonarRequest
 from ods.service import Service, Worker
+from ods.sonar_link import remote_control, s7k
+from ods.sonar_link.address import tcp_address
 from ods.sonar_link.assembler import Assembler
+from ods.sonar_link.control import KNOBS, SonarControl
 from ods.sonar_link.drf import Record
-from ods.sonar_link.framer import Framer
-from ods.sonar_link.serial_port import SerialPort
+from ods.sonar_link.link import SonarLink
+from ods.sonar_link.planner_requests import PlannerRequests
+from ods.sonar_link.settings import SonarSettings
+from ods.sonar_link.water_column import RecordError
 
 log = logging.getLogger(__name__)
 
 MAX_READS = 16
 """Reads before the work loop gets its turn."""
-GATHER_S = 0.008
-"""Longest pause for bytes to gather in the port's buffer: fewer and larger reads."""
-BITS_A_BYTE = 10
-"""On a serial line: start, eight of data, stop."""
+REPLIES = {remote_control.ACKNOWLEDGED, remote_control.REFUSED}
 LOGGED = {
-    "bad_beam_table", "bad_checksum", "bad_ping", "bad_settings", "bad_water_column", "data_without_geometry",
-    "data_without_settings", "lost_pings", "no_device_time", "overlong_record", "ping_number_restarts", "port_losses",
+    "bad_beam_table", "bad_checksum", "bad_ping", "bad_remote_control", "bad_settings", "bad_water_column",
+    "control_lost", "control_refused", "control_unsent", "data_without_geometry", "data_without_settings",
+    "lost_pings", "no_device_time", "overlong_record", "ping_number_restarts", "port_losses", "unframed_bytes",
     "unsupported_layout",
 }  # fmt: skip
 """Counters whose first count is worth a line in the log."""
 
 
 class SonarWorker(Worker[OnboardConfig]):
-    """Reads the port, frames and joins the records, stamps and publishes the pings."""
+    """Reads the line, joins the records, stamps and publishes the pings; sends what the sonar is to do."""
 
     def __init__(self, service: Service, settings: OnboardConfig) -> None:
         super().__init__(service, settings)
         sonar = settings.sonar
         self._counters = service.counters
-        self._port = SerialPort(sonar.port, sonar.baud, (sonar.reopen_min_s, sonar.reopen_max_s), self._counters)
-        self._framer = Framer(sonar.max_record_bytes, self._counters)
+        self._link = SonarLink(sonar, self._counters)
         self._offset = clock.OffsetEstimator()
         self._assembler = Assembler(self._offset.map, round(sonar.latency_ms * 1e6), self._counters)
-        self._record_timeout_ns = round(sonar.record_timeout_s * clock.NS)
-        self._byte_s = BITS_A_BYTE / sonar.baud
+        self._control = _control(sonar, self._counters)
+        self._planners = PlannerRequests(self._control, sonar.control_patience_s, service.answer)
+        self._sonar = s7k.DEVICE, 0
         self._watched: int | None = None
         self._newest_ns = clock.monotonic_ns()
         self._logged: set[str] = set()
@@ -53,30 +58,31 @@ class SonarWorker(Worker[OnboardConfig]):
 
     def readable(self, fd: int) -> None:
         """Read the port empty and publish the pings that this completes."""
-        self._let_bytes_gather()
+        time.sleep(self._link.gather_s)
         for _ in range(MAX_READS):
-            data = self._port.read(clock.monotonic_ns())
-            if not data:
+            records = self._link.read(clock.monotonic_ns())
+            if records is None:
                 break
-            self._publish(self._framer.feed(data, clock.monotonic_ns()))
+            self._take(records)
         self._follow_port()
 
-    def _let_bytes_gather(self) -> None:
-        """Sleep for as long as the line cannot have completed the record under way: this delays no ping."""
-        time.sleep(min(GATHER_S, self._framer.missing_bytes * self._byte_s))
+    def asked(self, peer: list[bytes], request: SonarRequest) -> None:
+        """Take a planner's request."""
+        self._planners.take(peer, request, clock.monotonic_ns())
 
     def tick(self) -> None:
-        """Reopen a lost port, give up a record that does not end, say what is new among the losses."""
+        """Reopen a lost port, send what the sonar is to do, say what is new among the losses."""
         now = clock.monotonic_ns()
-        self._port.check(now)
-        self._port.open_if_due(now)
+        self._take(self._link.check(now))
+        if self._link.open_if_due(now):
+            self._control.connected()
         self._follow_port()
-        # one false header may be followed by others that have waited as long
-        while (since := self._framer.waiting_since_ns) is not None and now - since > self._record_timeout_ns:
-            self._publish(self._framer.give_up())
+        if self._link.fd is not None:
+            self._send_requests(now)
+        self._planners.answer(now)
         self._counters["device_clock_jumps"] = self._offset.jumps
         self._counters["wild_device_times"] = self._offset.wild
-        for name in LOGGED & (self._counters.keys() - self._logged):
+        for name in LOGGED & ((+self._counters).keys() - self._logged):
             self._logged.add(name)
             log.warning("first %s (counted from now on)", name)
 
@@ -85,34 +91,66 @@ class SonarWorker(Worker[OnboardConfig]):
         return self._counters["port_opens"] > 0
 
     def problems(self) -> list[str]:
-        """Say whether the port is away or the sonar silent."""
+        """Say whether the port is away, the sonar silent or disobedient."""
         silence_s = (clock.monotonic_ns() - self._newest_ns) / clock.NS
-        problems = [self._port.fault] if self._port.fault else []
+        problems = [self._link.fault] if self._link.fault else []
         if silence_s > TOPICS["ping"].stale_s:
             problems.append(f"no ping for {silence_s:.1f} s")
-        return problems
+        return problems + self._control.problems()
 
     def stop(self) -> None:
         """Close the port."""
-        self._port.close()
+        self._link.close()
         self._follow_port()
 
-    def _publish(self, records: list[Record]) -> None:
+    def _take(self, records: list[Record]) -> None:
         for record in records:
-            ping = self._assembler.feed(record)
+            try:
+                self._listen(record)
+            except RecordError as reason:
+                self._counters[str(reason)] += 1
+                continue
+            ping = None if record.record_type in REPLIES else self._assembler.feed(record)
             if ping is not None:
                 self._newest_ns = ping.t_rx_ns
                 # the sonar's own UTC is no better than its clock; all messages of this machine share one UTC
                 self.service.publish("ping", msgspec.structs.replace(ping, utc_ns=clock.utc_ns(ping.t_ns)))
 
+    def _listen(self, record: Record) -> None:
+        """Take what a record says of the sonar's own state. Raises RecordError."""
+        if record.record_type in REPLIES:
+            self._control.answered(remote_control.decode_reply(record))
+        elif record.record_type == s7k.SONAR_SETTINGS:
+            settings = s7k.decode(record)
+            if isinstance(settings, s7k.SonarSettings):
+                self._sonar = record.device, record.enumerator
+                self._control.hear(settings.controls, record.last_ns)
+
+    def _send_requests(self, now_ns: int) -> None:
+        for request in self._control.requests(now_ns):
+            record = remote_control.encode_request(request, clock.utc_ns(now_ns), *self._sonar)
+            self._counters["control_unsent"] += not self._link.send(record, now_ns)
+
     def _follow_port(self) -> None:
         """Let the work loop watch the port's descriptor as long as it is open; end the stream with it."""
-        fd = self._port.fd
+        fd = self._link.fd
         if fd == self._watched:
             return
         if self._watched is not None:
             self.service.subscriber.unwatch_fd(self._watched)
-            self._publish(self._framer.flush())
+            self._take(self._link.end_stream(clock.monotonic_ns()))
         if fd is not None:
             self.service.subscriber.watch_fd(fd)
         self._watched = fd
+
+
+def _control(sonar: SonarSettings, counters: "Counter[str]") -> SonarControl:
+    address = tcp_address(sonar.port)
+    records = s7k.SONAR_SETTINGS, s7k.BEAM_GEOMETRY, sonar.samples_record
+    return SonarControl(
+        {name: value for name in KNOBS if (value := getattr(sonar, name)) is not None},
+        repeat_s=sonar.control_repeat_s,
+        attempts=sonar.control_attempts,
+        records=records if address and address.framed else (),
+        counters=counters,
+    )

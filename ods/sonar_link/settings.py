@@ -1,17 +1,19 @@
 """Settings of the `sonar_link` package."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
 from ods.settings import NonNegative, Positive, PositiveInt, Settings
+from ods.sonar_link.address import tcp_address
 
 
 class SonarSettings(Settings, frozen=True):
-    """The line to the sonar and what is taken from it."""
+    """The line to the sonar, what is taken from it, and what the sonar is told to do."""
 
     port: str
-    """Serial device, such as "/dev/ttyUSB0", or a pyserial URL, such as "socket://192.168.0.5:7000"."""
+    """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar that speaks network frames; or
+    "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
     baud: PositiveInt = 12_000_000
     """Bits a second of the serial line."""
     latency_ms: NonNegative = 0.0
@@ -25,9 +27,30 @@ class SonarSettings(Settings, frozen=True):
     """First pause before a lost port is tried again, s; it doubles with every failure."""
     reopen_max_s: Positive = 1.0
     """Longest such pause, s."""
+    silence_s: NonNegative = 5.0
+    """A TCP connection without a byte for so long is closed and made anew, s; 0: never. Serial lines stay open."""
+    samples_record: Literal[7042, 7018] = 7042
+    """The record of the samples that is asked for over tcp://, beside 7000 and 7004; a serial line sends what it is
+    set to, and both are read from it."""
+    range_m: Positive | None = None
+    """Range that the sonar is set to after each connection, m; left out: as the sonar is."""
+    power_db: float | None = None
+    """Transmit power likewise, dB re 1 uPa at 1 m."""
+    gain_db: float | None = None
+    """Receiver gain likewise, dB."""
+    control_repeat_s: Positive = 1.0
+    """Time for a setting to show in the sonar's record 7000 before it is sent again, s."""
+    control_attempts: PositiveInt = 3
+    """How often a setting is sent before it counts as not taken."""
+
+    @property
+    def control_patience_s(self) -> float:
+        """How long a planner waits for its request to take effect, s."""
+        return self.control_repeat_s * (self.control_attempts + 1)
 
     def __post_init__(self) -> None:
         if not self.port:
             raise ValueError("port: must name a device")
+        tcp_address(self.port)
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")

@@ -1,0 +1,76 @@
+"""Requests of planners that wait for the sonar to take a setting. Pure: the caller tells the time.
+
+A later request for the same setting replaces an earlier one, so no more wait than there are settings.
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from ods.messages import SonarAnswer, SonarRequest
+from ods.sonar_link.control import KNOBS, SonarControl, State
+from ods.sonar_link.port import NS
+
+Peer = list[bytes]
+Send = Callable[[Peer, SonarAnswer], None]
+
+
+@dataclass(frozen=True)
+class _Waiting:
+    peer: Peer
+    names: frozenset[str]
+    deadline_ns: int
+
+
+class PlannerRequests:
+    """Turns requests into orders, and answers each when its order has succeeded or failed."""
+
+    def __init__(self, control: SonarControl, patience_s: float, send: Send) -> None:
+        """`send` gives an answer to a peer and never waits; `patience_s`: how long a silent sonar is waited for."""
+        self._control = control
+        self._patience_ns = round(patience_s * NS)
+        self._send = send
+        self._waiting: list[_Waiting] = []
+
+    def take(self, peer: Peer, request: SonarRequest, now_ns: int) -> None:
+        """Take one request; one that orders nothing is answered at once with what the sonar says of itself."""
+        orders = {name: value for name in KNOBS if (value := getattr(request, name)) is not None}
+        for name, value in orders.items():
+            if not math.isfinite(value):
+                return self._answer(peer, f"{name}: {value} is no number")
+        if not orders:
+            return self._answer(peer, "" if self._control.told else "the sonar has not said anything yet")
+        for earlier in self._waiting:
+            if earlier.names & orders.keys():
+                self._answer(earlier.peer, "replaced by a later request")
+        self._waiting = [earlier for earlier in self._waiting if not earlier.names & orders.keys()]
+        for name, value in orders.items():
+            self._control.order(name, value)
+        self._waiting.append(_Waiting(peer, frozenset(orders), now_ns + self._patience_ns))
+        return None
+
+    def answer(self, now_ns: int) -> None:
+        """Answer those whose orders are done, and those that have waited too long."""
+        still = []
+        for waiting in self._waiting:
+            states = {name: self._control.state(name) for name in sorted(waiting.names)}
+            failed = [name for name, state in states.items() if state is State.FAILED]
+            if failed:
+                self._answer(waiting.peer, "; ".join(map(self._control.failure, failed)))
+            elif all(state is State.TAKEN for state in states.values()):
+                self._answer(waiting.peer, "")
+            elif now_ns >= waiting.deadline_ns:
+                reason = f"the sonar said nothing for {self._patience_ns / NS:g} s; it will be asked when it is back"
+                self._answer(waiting.peer, reason)
+            else:
+                still.append(waiting)
+        self._waiting = still
+
+    def _answer(self, peer: Peer, reason: str) -> None:
+        told = self._control.told
+        values = {name: _finite(getattr(told, name)) for name in KNOBS} if told else {}
+        self._send(peer, SonarAnswer(ok=not reason, reason=reason, **values))
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
