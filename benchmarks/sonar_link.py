@@ -83,7 +83,7 @@ class Uart(threading.Thread):
             while sent < len(wire):
                 due = (clock.monotonic_ns() - start_ns) * BYTES_A_SECOND // clock.NS - total
                 if due > sent:
-                    self._line.write(wire[sent:due], DRIVER_BUFFER_S)
+                    self._line.write([wire[sent:due]], DRIVER_BUFFER_S)
                     sent = min(due, len(wire))
                     behind_s = (clock.monotonic_ns() - start_ns) / clock.NS - (total + sent) / BYTES_A_SECOND
                     self.longest_wait_s = max(self.longest_wait_s, behind_s)

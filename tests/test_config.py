@@ -20,6 +20,7 @@ def test_shipped_configurations_load() -> None:
     assert bench.onboard == CONFIG / "onboard.toml"
     assert bench.sim.scene.is_file()
     assert bench.sim.sonar.is_file()
+    assert load(CONFIG / "bench-vcan.toml", BenchConfig).sim.sonar.is_file()
 
 
 @pytest.mark.parametrize(

@@ -1,162 +1,46 @@
-"""The nav process end to end: simulated INS -> CAN -> NavWorker in the real work loop -> `pose` over ZeroMQ."""
+"""The nav process end to end: simulated INS -> CAN -> NavWorker in the real work loop -> `pose` over ZeroMQ.
+
+On a real SocketCAN interface: tests/vcan/test_nav_service.py.
+"""
 
 import math
-import threading
-import time
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
-from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from collections.abc import Iterator
+from contextlib import ExitStack
 
 import can
 import msgspec
 import numpy as np
 import pytest
-import zmq
 from can.interfaces.slcan import slcanBus
+from nav_chain import CONFIG, MS, SITE, Client, Vehicle, nav_process, wired_up
 
-from ods import bus, clock, service
 from ods.config import OnboardConfig
 from ods.geodesy import LocalFrame
-from ods.geometry import quat_from_euler
-from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavSettings
-from ods.processes import PROCESSES
+from ods.nav_bridge.settings import CanSettings
 from ods.settings_file import load
-from ods.sim_sonar.ins import SimulatedIns
 from ods.sim_sonar.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.slcan_hub import SlcanHub
 
-CONFIG = Path(__file__).parents[1] / "config"
-EDS = CONFIG / "ins.eds"
-MS = 1_000_000
-PERIOD_S = 0.01
-INS_AHEAD_NS = 40 * clock.NS
-"""The INS's clock is wrong; nobody may trust it."""
 ROUNDED = math.cos(1.5e-4 / 2.0)
 """Cosine of half of the largest turn that rounding three angles to 1e-4 rad makes."""
 
 
-class Client:
-    """What the process published."""
-
-    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path) -> None:
-        self.poses: list[Pose] = []
-        self.health: Health | None = None
-        self._subscriber = bus.Subscriber(context, run_dir, ["pose"], ["nav"])
-
-    def until(self, enough: Callable[[], bool], patience_s: float = 10.0) -> None:
-        """Listen until `enough`."""
-        deadline_s = time.monotonic() + patience_s
-        while not enough() and time.monotonic() < deadline_s:
-            for topic, message in self._subscriber.receive(0.05)[0]:
-                if topic == "pose":
-                    self.poses.append(message)
-                else:
-                    self.health = message
-        assert enough(), self.health
-
-    def says(self, text: str) -> bool:
-        """Tell whether the newest health report has a problem with `text`."""
-        return self.health is not None and any(text in problem for problem in self.health.problems)
-
-    def close(self) -> None:
-        self._subscriber.close()
-
-
-SITE = SimpleNamespace(latitude_deg=57.0, longitude_deg=9.9)
-
-
-class Vehicle(threading.Thread):
-    """The far end: an INS that sends at 100 Hz until told to stop, and what it sent."""
-
-    def __init__(self, far: can.BusABC, ins: SimulatedDbcIns | None = None) -> None:
-        super().__init__(daemon=True)
-        self.sent: dict[int, tuple[list[float], list[float], list[float], int]] = {}
-        self.mute = False
-        self._ins = ins or SimulatedIns(far, EDS)
-        self._clock_ns = clock.utc_ns() - clock.monotonic_ns() + INS_AHEAD_NS
-        self._stopping = threading.Event()
-
-    def run(self) -> None:
-        count = 0
-        while not self._stopping.wait(PERIOD_S):
-            if not self.mute:
-                self._send(count)
-                count += 1
-
-    def _send(self, count: int) -> None:
-        now_ns = clock.monotonic_ns()
-        device_ns = (now_ns + self._clock_ns) // MS * MS
-        position = [0.05 * count, -3.0, 4.0 + 0.001 * count]
-        attitude = quat_from_euler(0.1, -0.05, 0.02 * count).tolist()
-        velocity = [1.5, 0.001 * count, -0.1]
-        self.sent[round(1000 * position[0])] = (position, attitude, velocity, now_ns)
-        self._ins.send(device_ns, position, attitude, velocity)
-
-    def close(self) -> None:
-        self._stopping.set()
-        self.join()
-
-
-@contextmanager
-def nav_process(
-    run_dir: Path, can_settings: CanSettings, dbc: DbcSettings | None = None
-) -> Iterator[tuple[NavWorker, Client]]:
-    """Run the worker in the real work loop, in a thread, with a real subscriber."""
-    nav = NavSettings(
-        source="canopen" if dbc is None else "dbc",
-        dbc=dbc,
-        canopen=CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
-        can=can_settings,
-        stale_s=0.2,
-    )
-    config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir), site=SITE))
-    host = service.Service(PROCESSES["nav"], run_dir)
-    worker = NavWorker(host, config)
-    worker.start()
-    stopping: list[int] = []
-    loop = threading.Thread(target=service._loop, args=(host, cast(Any, worker), stopping))
-    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-    client = Client(context, run_dir)
-    loop.start()
-    try:
-        yield worker, client
-    finally:
-        stopping.append(15)
-        loop.join()
-        worker.stop()
-        client.close()
-        host.close()
-        context.term()
-
-
-@pytest.fixture(params=["slcan", "virtual", "vcan0"])
+@pytest.fixture(params=["slcan", "virtual"])
 def wired(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[tuple[NavWorker, Client, Vehicle]]:
     """Everything wired up on each kind of bus."""
     run_dir = tmp_path_factory.mktemp("nav")
     with ExitStack() as stack:
-        if request.param == "vcan0":
-            if not Path("/sys/class/net/vcan0").exists():
-                pytest.skip("this kernel has no vcan0")
-            near, far = CanSettings(channel="vcan0"), can.Bus("vcan0", "socketcan", ignore_config=True)
-        elif request.param == "virtual":
+        if request.param == "virtual":
             near = CanSettings(interface="virtual", channel="nav-service")
             far = can.Bus("nav-service", "virtual", ignore_config=True)
         else:
             hub = stack.enter_context(SlcanHub([run_dir / "can0", run_dir / "can1"]))
             near = CanSettings(interface="slcan", channel=str(hub.links[0]), bitrate=500_000)
             far = slcanBus(str(hub.links[1]), sleep_after_open=0.0, timeout=0.0)
-        stack.callback(far.shutdown)
-        worker, client = stack.enter_context(nav_process(run_dir, near))
-        vehicle = Vehicle(far)
-        stack.callback(vehicle.close)
-        vehicle.start()
-        yield worker, client, vehicle
+        yield stack.enter_context(wired_up(run_dir, near, far))
 
 
 def test_every_epoch_arrives_as_it_was_sent(wired: tuple[NavWorker, Client, Vehicle]) -> None:

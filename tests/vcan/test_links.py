@@ -1,0 +1,48 @@
+"""What in_vcan promises: two real buses, kernel time stamps, and links that can be broken and mended."""
+
+import errno
+from collections.abc import Callable
+
+import can
+import pytest
+
+from in_vcan import links
+from ods import clock
+
+FRAME = can.Message(arbitration_id=0x185, data=b"\x01\x02\x03", is_extended_id=False)
+
+
+def on(channel: str) -> can.BusABC:
+    return can.Bus(channel, "socketcan", ignore_config=True)
+
+
+def test_a_frame_arrives_on_its_bus_alone_with_a_kernel_time_stamp(vcan0: str, vcan1: str) -> None:
+    with on(vcan0) as near, on(vcan0) as far, on(vcan1) as other:
+        before_s = 1e-9 * clock.utc_ns()
+        far.send(FRAME)
+        after_s = 1e-9 * clock.utc_ns()
+        heard = near.recv(1.0)
+        assert heard is not None
+        assert heard.equals(FRAME, timestamp_delta=None, check_channel=False, check_direction=False)
+        assert before_s - 1e-6 <= heard.timestamp <= after_s  # stamped when it was sent, not when it was read
+        assert other.recv(0.05) is None
+
+
+@pytest.mark.parametrize(
+    ("breaks", "mends", "said"),
+    [(links.down, links.up, errno.ENETDOWN), (links.delete, links.make, errno.ENODEV)],
+    ids=["down-up", "delete-make"],
+)
+def test_a_broken_link_is_an_error_and_mends(
+    vcan0: str, breaks: Callable[[str], None], mends: Callable[[str], None], said: int
+) -> None:
+    with on(vcan0) as far:
+        breaks(vcan0)
+        assert not links.is_up(vcan0)
+        with pytest.raises(can.CanOperationError) as caught:
+            far.send(FRAME)
+        assert caught.value.error_code in (said, errno.ENETDOWN, errno.ENXIO)
+    mends(vcan0)
+    with on(vcan0) as near, on(vcan0) as far:
+        far.send(FRAME)
+        assert near.recv(1.0) is not None
