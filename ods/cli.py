@@ -228,7 +228,7 @@ def _doctor(args: argparse.Namespace) -> int:
 
 
 def _record(args: argparse.Namespace) -> None:
-    from ods import record
+    from ods.recording import command as record
 
     if args.finish:
         record.finish(args.finish)
@@ -240,18 +240,19 @@ def _record(args: argparse.Namespace) -> None:
 
 
 def _simulate(args: argparse.Namespace) -> None:
-    from ods import simulate, simulate_files
+    from ods.simulate import command as simulate
+    from ods.simulate import files as simulate_files
 
     if not args.chart and not args.table and not (args.scene and args.out):
         raise OdsError("give SCENE.toml and --out, or --chart, or --table")
     if args.scene and args.out:
         simulate.simulate(args.scene, args.sonar, args.out, args.pings, args.seed)
     if args.table:
-        from ods.simulate_speed import table
+        from ods.simulate.speed import table
 
         table(simulate_files.find_sonar(args.sonar))
     if args.chart:
-        from ods.simulate_chart import chart
+        from ods.simulate.chart import chart
 
         chart(simulate_files.find_sonar(args.sonar), args.chart)
 
@@ -271,25 +272,25 @@ def _track(args: argparse.Namespace) -> None:
 
 
 def _map_list(args: argparse.Namespace) -> None:
-    from ods import map_command
+    from ods.map import command as map_command
 
     map_command.list_objects(args.file, args.config, args.within)
 
 
 def _map_export(args: argparse.Namespace) -> None:
-    from ods import map_command
+    from ods.map import command as map_command
 
     map_command.export(args.file, args.config, args.out, args.within)
 
 
 def _map_merge(args: argparse.Namespace) -> None:
-    from ods import map_command
+    from ods.map import command as map_command
 
     map_command.merge_maps(args.first, args.second, args.out, args.config)
 
 
 def _map_prune(args: argparse.Namespace) -> None:
-    from ods import map_command
+    from ods.map import command as map_command
     from ods.tracker.map_prune import Criteria
 
     criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)

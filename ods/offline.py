@@ -12,8 +12,8 @@ from ods.errors import OdsError
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.settings_file import load
-from ods.sonar_link.fan_image import FanGeometry
-from ods.sonar_link.files import open_pings
+from ods.sonar_link.files.fan_image import FanGeometry
+from ods.sonar_link.files.opening import open_pings
 from ods.tracker import scenario
 from ods.tracker.settings import TrackerSettings
 

@@ -9,7 +9,7 @@ from ods.clock import NS
 from ods.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can_frame import Frame
-from ods.nav_bridge.canopen_source import CanopenSource
+from ods.nav_bridge.canopen.source import CanopenSource
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 CONFIG = Path(__file__).parents[1] / "config"

@@ -19,7 +19,7 @@ from ods.geometry import quat_from_euler
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, TrackState
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene import load_scene
-from ods.simulate_files import find_sonar
+from ods.simulate.files import find_sonar
 
 ROOT = Path(__file__).parents[1]
 START_NS = 1_700_000_000_250_000_000

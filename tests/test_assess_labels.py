@@ -13,7 +13,7 @@ from ods.assess.measure import score_of
 from ods.errors import OdsError
 from ods.messages import frame_of
 from ods.pipeline.settings import PipelineSettings
-from ods.sonar_link.files import open_pings
+from ods.sonar_link.files.opening import open_pings
 
 
 def contrasts(images: list[LabelledImage]) -> list[float]:

@@ -15,7 +15,7 @@ import pytest
 from ods import clock
 from ods.cli import main
 from ods.geodesy import LocalFrame
-from ods.map_export import geojson, utc_text
+from ods.map.export import geojson, utc_text
 from ods.tracker.archive import MapObject
 from ods.tracker.map_keeper import MapKeeper
 from ods.tracker.map_store import copy_of_map, open_map

@@ -14,9 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from ods.clock import NS
 from ods.geometry import euler_from_quat, quat_from_euler
-from ods.nav_bridge.eds import EdsError
-from ods.nav_bridge.object_map import object_map
-from ods.nav_bridge.pdo_layout import load_pdo_set
+from ods.nav_bridge.canopen.eds import EdsError
+from ods.nav_bridge.canopen.object_map import object_map
+from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.settings import POSE_OBJECTS
 from ods.pose_buffer import PoseBuffer
 

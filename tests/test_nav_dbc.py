@@ -23,9 +23,9 @@ from ods.geodesy import LocalFrame
 from ods.geometry import quat_from_euler
 from ods.messages import Pose
 from ods.nav_bridge.can_frame import CanId, Frame
-from ods.nav_bridge.dbc_map import DbcError
-from ods.nav_bridge.dbc_source import DbcSource
-from ods.nav_bridge.dbc_units import conversion
+from ods.nav_bridge.dbc.signal_map import DbcError
+from ods.nav_bridge.dbc.source import DbcSource
+from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.settings import DbcSettings, NavSettings, SignalSettings, TimeSettings, ValiditySettings
 from ods.nav_bridge.sources import make_source
 from ods.settings_file import ConfigError, load

@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 from ods import __version__
 from ods.clock import NS
 from ods.nav_bridge.can_frame import Frame
-from ods.nav_bridge.eds import EdsError, read_dictionary
-from ods.nav_bridge.ins_monitor import InsMonitor
-from ods.nav_bridge.own_errors import Fault
-from ods.nav_bridge.own_node import OwnNode
+from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
+from ods.nav_bridge.canopen.ins_monitor import InsMonitor
+from ods.nav_bridge.canopen.own_errors import Fault
+from ods.nav_bridge.canopen.own_node import OwnNode
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 CONFIG = Path(__file__).parents[1] / "config"

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ods import simulate_speed
 from ods.cli import main
 from ods.messages import Truth, frame_of
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene import load_scene
 from ods.sim_sonar.sonar import load_sonar
-from ods.sonar_link.files import open_pings
+from ods.simulate import speed as simulate_speed
+from ods.sonar_link.files.opening import open_pings
 
 CONFIG = Path(__file__).parents[1] / "config"
 SCENE = CONFIG / "scenes/figure11_imperfect.toml"

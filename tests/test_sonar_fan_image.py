@@ -11,10 +11,10 @@ from PIL import Image
 
 from ods import cli
 from ods.messages import frame_of
-from ods.sonar_link import video1
-from ods.sonar_link.avi import AviFrames
-from ods.sonar_link.fan_image import FanGeometry, sample_image
-from ods.sonar_link.files import PingFileError, open_pings
+from ods.sonar_link.files import video1
+from ods.sonar_link.files.avi import AviFrames
+from ods.sonar_link.files.fan_image import FanGeometry, sample_image
+from ods.sonar_link.files.opening import PingFileError, open_pings
 
 Pixels = NDArray[np.uint8]
 FAN = FanGeometry(

@@ -12,10 +12,10 @@ from sonar_samples import UTC_NS, make_ping
 
 from ods.messages import Ping, SampleType, Scale, frame_of
 from ods.sonar_link.drf import encode_record
-from ods.sonar_link.files import PingFileError, open_pings
-from ods.sonar_link.ping_file import write_ping_file
-from ods.sonar_link.s7k_catalogue import encode_file_header
-from ods.sonar_link.s7k_file import write_s7k
+from ods.sonar_link.files.npz import write_ping_file
+from ods.sonar_link.files.opening import PingFileError, open_pings
+from ods.sonar_link.files.s7k_catalogue import encode_file_header
+from ods.sonar_link.files.s7k_file import write_s7k
 
 DATA = Path(__file__).parent / "data"
 ARIS = DATA / "aris" / "sample.aris"

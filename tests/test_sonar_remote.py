@@ -76,7 +76,7 @@ class Process:
         settings["bus"]["run_dir"] = str(self.run_dir)
         settings["sonar"] = {"control_repeat_s": 0.3, "reopen_max_s": 0.2, **sonar}
         for name in ("ins_eds", "node_eds"):
-            settings["nav"][name] = str(CONFIG / settings["nav"][name])
+            settings["nav"]["canopen"][name] = str(CONFIG / settings["nav"]["canopen"][name])
         self.config.write_text(tomli_w.dumps(settings))
         self.pings: list[Ping] = []
         self.health: Health | None = None

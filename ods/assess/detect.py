@@ -20,7 +20,7 @@ from ods.assess.tank import tank_images
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.sonar_link.files import open_pings
+from ods.sonar_link.files.opening import open_pings
 
 REAL = {
     "tests/data/aris/sample.aris": "tests/data/labels/aris_sample.txt",

@@ -4,8 +4,8 @@ from collections import Counter
 
 from ods import clock
 from ods.geodesy import LocalFrame
-from ods.nav_bridge.canopen_source import CanopenSource
-from ods.nav_bridge.dbc_source import DbcSource
+from ods.nav_bridge.canopen.source import CanopenSource
+from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource, Send
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from ods.sonar_link import drf
+from ods.sonar_link.files.s7k_catalogue import text_field
 from ods.sonar_link.s7k import DEVICE
-from ods.sonar_link.s7k_catalogue import text_field
 
 CONTACT_OUTPUT = 3001
 TEXT_BYTES = 128

@@ -16,9 +16,9 @@ import can
 import psutil
 import pytest
 import zmq
-from in_vcan import links
 from nav_chain import CONFIG, EDS, MS, PERIOD_S, Client
 
+from in_vcan import links
 from ods import clock
 from ods.sim_sonar.ins import SimulatedIns
 

@@ -1,0 +1,1 @@
+"""The map of objects at rest, for people: `ods map` and files for geographic software."""

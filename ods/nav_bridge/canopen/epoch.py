@@ -1,0 +1,118 @@
+"""A set of PDOs taken as one epoch: all from the same instant, or none."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.canopen.pdo_layout import PdoLayout, PdoSet
+from ods.nav_bridge.canopen.two_senders import TwoSenders
+
+TIMEOUT_NS = 100_000_000
+"""An epoch that is not complete after this time never will be; the sequence number may have wrapped since."""
+EVIDENCE = 3
+"""Pieces needed: one may come of a damaged number on a serial line."""
+
+
+@dataclass(frozen=True)
+class Epoch:
+    """All fields of one instant."""
+
+    values: dict[str, float]
+    """By the names of `PdoSet.fields`."""
+    t_ns: int
+    """Arrival of its first PDO."""
+
+
+class EpochAssembler:
+    """Puts epochs together from single PDOs.
+
+    PDOs that carry the sequence number are tied by it. One that does not is taken only directly after its
+    predecessor in the set, so that it cannot slip in from another epoch. In a set without sequence numbers the first
+    PDO opens an epoch, and each other one is taken directly after its predecessor and within `window_ns`.
+
+    Counts `pdo_short`, `pdo_duplicate` (also those of a repeated epoch), `pdo_stray` (without sequence number and out
+    of place), `epoch_torn` (given up incomplete), `epoch_missing` (numbers never seen), `sequence_reset` (went back),
+    `ins_twice` (a PDO that contradicts one of the same epoch, or numbers that take turns).
+    """
+
+    def __init__(self, pdo_set: PdoSet, window_ns: int, counters: Counter[str]) -> None:
+        self.two_senders = TwoSenders("ins_twice", counters, EVIDENCE)
+        self._counters = counters
+        self._all = frozenset(layout.cob_id for layout in pdo_set.layouts)
+        self._modulus = pdo_set.sequence_modulus
+        self._timeout_ns = window_ns if self._modulus is None else TIMEOUT_NS
+        self._numbers: tuple[int | None, int | None] = (None, None)  # of the newest two epochs
+        self._finished = True
+        self._values: dict[str, float] = {}
+        self._taken: dict[int, bytes] = {}
+        self._place = -1
+        self._t_ns = 0
+
+    def take(self, layout: PdoLayout, frame: Frame) -> Epoch | None:
+        """Take one PDO; return the epoch that it completes."""
+        data = frame.data[: layout.size]
+        if len(data) < layout.size:
+            self._counters["pdo_short"] += 1
+            return None
+        values = layout.decode(data)
+        number = values.get("sequence")
+        in_time = frame.t_ns - self._t_ns <= self._timeout_ns
+        if self._opens(layout, number, in_time):
+            self._open(None if number is None else int(number), frame.t_ns)
+        elif not self._belongs(layout, data, number, frame.t_ns, in_time):
+            return None
+        self._values |= values
+        self._taken[layout.cob_id] = data
+        self._place = layout.place
+        if len(self._taken) < len(self._all):
+            return None
+        self._finished = True
+        return Epoch(self._values, self._t_ns)
+
+    def _opens(self, layout: PdoLayout, number: float | None, in_time: bool) -> bool:
+        if self._modulus is None:
+            return layout.place == 0
+        return number is not None and (number != self._numbers[1] or not in_time)
+
+    def _belongs(self, layout: PdoLayout, data: bytes, number: float | None, t_ns: int, in_time: bool) -> bool:
+        """Tell whether a PDO fits the open epoch. One that contradicts what it has makes an end of it."""
+        taken = self._taken.get(layout.cob_id) if in_time else None
+        if taken is not None and taken != data:
+            if number is not None:
+                self.two_senders.seen(t_ns)
+            self._give_up()
+        if number is not None and (taken is not None or self._finished):
+            self._taken.setdefault(layout.cob_id, data)  # for the next one to contradict
+            self._counters["pdo_duplicate"] += 1
+            return False
+        if self._finished or not in_time or (number is None and layout.place != self._place + 1):
+            self._counters["pdo_stray"] += 1
+            return False
+        return True
+
+    def _open(self, number: int | None, t_ns: int) -> None:
+        self._give_up()
+        if number is not None:
+            self._follow(number, t_ns)
+        self._t_ns, self._finished = t_ns, False
+        self._values, self._taken = {}, {}
+
+    def _give_up(self) -> None:
+        if not self._finished:
+            self._counters["epoch_torn"] += 1
+        self._finished = True
+
+    def _follow(self, number: int, t_ns: int) -> None:
+        """Count what lies between the last sequence number and this one."""
+        assert self._modulus is not None
+        before, last = self._numbers
+        self._numbers = last, number
+        if last is None or number == last:
+            return
+        ahead = (number - last - 1) % self._modulus
+        if before not in (None, last) and ahead and (number - before) % self._modulus <= 1:
+            self.two_senders.seen(t_ns)
+        elif ahead < self._modulus // 2:
+            self._counters["epoch_missing"] += ahead
+        else:
+            self._counters["sequence_reset"] += 1

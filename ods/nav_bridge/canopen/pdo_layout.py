@@ -1,0 +1,162 @@
+"""What the INS's PDOs carry: its EDS, read once and turned into precompiled decoders."""
+
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from canopen import ObjectDictionary
+from canopen.objectdictionary import ODVariable, datatypes
+
+from ods.nav_bridge.canopen.eds import EdsError, number_of, read_dictionary
+from ods.nav_bridge.canopen.object_map import SEQUENCE, STATUS, TIME_OF_DAY, MappedObject, Where
+
+STRUCT_CODES: dict[int, str] = {
+    datatypes.INTEGER8: "b",
+    datatypes.INTEGER16: "h",
+    datatypes.INTEGER32: "i",
+    datatypes.INTEGER64: "q",
+    datatypes.UNSIGNED8: "B",
+    datatypes.UNSIGNED16: "H",
+    datatypes.UNSIGNED32: "I",
+    datatypes.UNSIGNED64: "Q",
+    datatypes.REAL32: "f",
+    datatypes.REAL64: "d",
+}
+UNSIGNED_CODES = frozenset("BHIQ")
+TIME_OF_DAY_BITS = 48
+FIRST_TPDO, FIRST_MAPPING, TPDO_COUNT = 0x1800, 0x1A00, 512
+NOT_VALID = 1 << 31
+EXTENDED = 1 << 29
+COB_ID_MASK = 0x7FF
+MAX_BYTES = 8
+
+
+@dataclass(frozen=True)
+class PdoLayout:
+    """How to decode one PDO of the pose set."""
+
+    place: int
+    """Position in the set, from 0: the order of sending."""
+    cob_id: int
+    packed: struct.Struct
+    fields: tuple[str, ...]
+    factors: tuple[float, ...]
+
+    @property
+    def size(self) -> int:
+        """Mapped length in bytes."""
+        return self.packed.size
+
+    def decode(self, data: bytes) -> dict[str, float]:
+        """Return the fields in their units; bytes beyond the mapped ones are ignored (CiA 301).
+
+        The time of day is `time_ms` (raw, with its reserved bits) and `time_days`.
+        """
+        raw = self.packed.unpack_from(data)
+        return {name: value * factor for name, value, factor in zip(self.fields, raw, self.factors, strict=True)}
+
+
+@dataclass(frozen=True)
+class PdoSet:
+    """The PDOs that together carry one pose."""
+
+    layouts: tuple[PdoLayout, ...]
+    """In the order of sending."""
+    sequence_modulus: int | None
+    """The sequence number, carried by the first PDO, runs from 0 to this, exclusive. None: there is none."""
+
+    @property
+    def fields(self) -> frozenset[str]:
+        """Everything that one epoch tells."""
+        return frozenset(name for layout in self.layouts for name in layout.fields)
+
+
+class _Entry(NamedTuple):
+    """One mapped object: its struct format, and what it is."""
+
+    code: str
+    fields: tuple[str, ...] = ()
+    factors: tuple[float, ...] = ()
+
+
+def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject]) -> PdoSet:
+    """Return the INS's valid transmit PDOs that carry one of `objects`. Raises EdsError."""
+    dictionary = read_dictionary(eds, node_id)
+    carried: set[Where] = set()
+    try:
+        layouts = tuple(_layouts(dictionary, objects, carried))
+        modulus = _sequence_modulus(dictionary, objects)
+    except ValueError as error:
+        raise EdsError(f"{eds}: {error}") from error
+    missing = [f"{told.name} ({told.field})" for where, told in objects.items() if where not in carried]
+    if missing or not layouts:
+        raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
+    if len({layout.cob_id for layout in layouts}) < len(layouts):
+        raise EdsError(f"{eds}: two transmit PDOs have the same COB-ID")
+    if modulus is not None and SEQUENCE not in layouts[0].fields:
+        raise EdsError(f"{eds}: the first PDO of the set, 0x{layouts[0].cob_id:X}, must carry the sequence number")
+    return PdoSet(layouts, modulus)
+
+
+def _layouts(
+    dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject], carried: set[Where]
+) -> Iterator[PdoLayout]:
+    place = 0
+    for number in range(TPDO_COUNT):
+        if FIRST_TPDO + number not in dictionary:
+            continue
+        cob_id = number_of(dictionary, FIRST_TPDO + number, 1)
+        if cob_id & (NOT_VALID | EXTENDED):
+            continue
+        entries = list(_entries(dictionary, FIRST_MAPPING + number, objects, carried))
+        fields = tuple(name for entry in entries for name in entry.fields)
+        if not fields:
+            continue
+        packed = struct.Struct("<" + "".join(entry.code for entry in entries))
+        if packed.size > MAX_BYTES:
+            raise ValueError(f"TPDO {number + 1} maps {packed.size} bytes, more than a CAN frame holds")
+        factors = tuple(factor for entry in entries for factor in entry.factors)
+        yield PdoLayout(place, cob_id & COB_ID_MASK, packed, fields, factors)
+        place += 1
+
+
+def _entries(
+    dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject], carried: set[Where]
+) -> Iterator[_Entry]:
+    """Yield one mapping record; what is no pose field is skipped bytes."""
+    for subindex in range(1, number_of(dictionary, index, 0) + 1):
+        mapped = number_of(dictionary, index, subindex)
+        where, bits = (mapped >> 16, mapped >> 8 & 0xFF), mapped & 0xFF
+        if bits % 8:
+            raise ValueError(f"object 0x{where[0]:X}:{where[1]:X} is mapped with {bits} bits, not whole bytes")
+        told = objects.get(where)
+        if told is None:
+            yield _Entry(f"{bits // 8}x")
+            continue
+        carried.add(where)
+        yield _entry(dictionary.get_variable(*where), told, bits)
+
+
+def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry:
+    if told.field == TIME_OF_DAY:
+        if bits != TIME_OF_DAY_BITS:
+            raise ValueError(f"the time of day is mapped with {bits} bits instead of {TIME_OF_DAY_BITS}")
+        return _Entry("IH", ("time_ms", "time_days"), (1, 1))
+    code = STRUCT_CODES.get(variable.data_type or 0) if variable is not None else None
+    if variable is None or code is None or struct.calcsize(code) * 8 != bits:
+        raise ValueError(f"object {told.name} is missing, or its type does not fit {bits} bits")
+    if told.field not in (SEQUENCE, STATUS):
+        return _Entry(code, (told.field,), (variable.factor if told.factor is None else told.factor,))
+    if code not in UNSIGNED_CODES:
+        raise ValueError(f"object {told.name} ({told.field}) is no unsigned number")
+    return _Entry(code, (told.field,), (1,))
+
+
+def _sequence_modulus(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject]) -> int | None:
+    variables = [dictionary.get_variable(*where) for where, told in objects.items() if told.field == SEQUENCE]
+    widths = {len(variable) for variable in variables if variable is not None}
+    if len(widths) > 1:
+        raise ValueError("the objects that carry the sequence number have different types")
+    return 1 << widths.pop() if widths else None

@@ -1,0 +1,154 @@
+"""A CANopen navigation system: its PDOs, what else it says, and our own node beside it."""
+
+from collections import Counter
+from collections.abc import Callable, Set
+
+from ods.clock import NS
+from ods.errors import OdsError
+from ods.geodesy import LocalFrame
+from ods.messages import Pose
+from ods.nav_bridge.can_frame import EMCY, HEARTBEAT, SYNC, TIME, CanId, Frame
+from ods.nav_bridge.canopen.eds import EdsError
+from ods.nav_bridge.canopen.epoch import Epoch, EpochAssembler
+from ods.nav_bridge.canopen.ins_monitor import BOOT_UP, PRE_OPERATIONAL, InsMonitor
+from ods.nav_bridge.canopen.network_time import NetworkTime
+from ods.nav_bridge.canopen.object_map import object_map
+from ods.nav_bridge.canopen.own_errors import Fault
+from ods.nav_bridge.canopen.own_node import OwnNode
+from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
+from ods.nav_bridge.canopen.pose import CanopenPose
+from ods.nav_bridge.pose_fields import PoseMaker
+from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.nav_bridge.source import PoseSource, Send
+
+SYNC_AGE_NS = 20_000_000
+"""A SYNC older than this when an epoch begins did not trigger it."""
+START_PERIOD_NS = NS
+"""Between two commands that start the INS."""
+SHORT_PDO_NS = NS
+"""For so long after a short PDO that is a fault."""
+
+
+class CanopenSource(PoseSource):
+    """One INS by its EDS, and the node that this process is. Counts `epoch_contested`: dropped while two INSs send."""
+
+    def __init__(
+        self,
+        nav: NavSettings,
+        settings: CanopenSettings,
+        frame: LocalFrame,
+        send: Send,
+        now_ns: int,
+        utc_of: Callable[[int], int],
+        counters: Counter[str],
+    ) -> None:
+        super().__init__(nav.stale_s, now_ns)
+        self.monitor = InsMonitor(settings.heartbeat_timeout_s, now_ns, counters)
+        self._settings = settings
+        self._counters = counters
+        pdo_set = load_pdo_set(settings.ins_eds, settings.ins_node_id, object_map(settings.objects))
+        try:
+            maker = PoseMaker(pdo_set.fields, frame, nav.limits, nav.sigma, utc_of, counters)
+        except OdsError as error:
+            raise EdsError(f"{settings.ins_eds}: with nav.canopen.objects: {error}") from error
+        self._node = OwnNode(nav, settings, send, self.monitor, counters)
+        self._time = NetworkTime(counters)
+        self._layouts = {layout.cob_id: layout for layout in pdo_set.layouts}
+        self._assembler = EpochAssembler(pdo_set, round(settings.epoch_window_s * NS), counters)
+        self._pose = CanopenPose(maker, settings.status_bits, nav.clock_jump_s, counters)
+        self._handlers: dict[int, Callable[[Frame], object]] = {
+            **dict.fromkeys(self._node.ids, self._node.take),
+            SYNC: self.monitor.sync,
+            TIME: self._time.take,
+            EMCY + settings.ins_node_id: self.monitor.emergency,
+            HEARTBEAT + settings.ins_node_id: self.monitor.heartbeat,
+        }
+        self._utc_of = utc_of
+        self._commanded_ns = now_ns - START_PERIOD_NS
+        self._short = 0
+        self._short_ns = now_ns - SHORT_PDO_NS
+        self._opened = self._reopened = False
+
+    @property
+    def ids(self) -> frozenset[CanId]:
+        """Those of the PDOs, of the INS's other services, and of our own node."""
+        return frozenset(CanId(number, extended=False) for number in {*self._layouts, *self._handlers})
+
+    def expects(self) -> dict[CanId, str]:
+        """Return the PDOs, and the heartbeat if it is waited for."""
+        found = {CanId(layout.cob_id, extended=False): " ".join(layout.fields) for layout in self._layouts.values()}
+        if self._settings.heartbeat_timeout_s:
+            found[CanId(HEARTBEAT + self._settings.ins_node_id, extended=False)] = "heartbeat"
+        return found
+
+    def opened(self) -> None:
+        """Announce our own node."""
+        self._reopened, self._opened = self._opened, True
+        self._node.boot()
+
+    def tick(self, now_ns: int) -> None:
+        """Keep our own node alive; start the INS if that is our job."""
+        self._node.tick(now_ns, self._faults(now_ns))
+        if self._settings.start_ins and self._waits(now_ns) and now_ns - self._commanded_ns > START_PERIOD_NS:
+            self._commanded_ns = now_ns
+            self._node.start_remote(self._settings.ins_node_id)
+
+    def idle_ns(self, now_ns: int) -> int | None:
+        """Return how long `tick` may wait: until the next SYNC, if we send it."""
+        return self._node.idle_ns(now_ns)
+
+    def _take(self, frame: Frame) -> Pose | None:
+        if frame.extended:
+            self._counters["can_extended"] += 1
+            return None
+        layout = self._layouts.get(frame.can_id)
+        if layout is None:
+            handler = self._handlers.get(frame.can_id)
+            if handler is not None:
+                handler(frame)
+            return None
+        epoch = self._assembler.take(layout, frame)
+        return self._pose_of(epoch) if epoch else None
+
+    def _pose_of(self, epoch: Epoch) -> Pose | None:
+        self.monitor.heard_epoch()
+        if self._assembler.two_senders.now(epoch.t_ns):
+            self._counters["epoch_contested"] += 1
+            return None
+        pose = self._pose.decode(epoch, self._sampled_ns(epoch))
+        self._reopened = self._reopened and pose is None
+        return pose
+
+    def _waits(self, now_ns: int) -> bool:
+        """Tell whether the INS waits to be started, as far as it says."""
+        silent = not self.monitor.timeout_ns and self.stale_ns(now_ns)
+        return bool(silent) or self.monitor.state in (BOOT_UP, PRE_OPERATIONAL)
+
+    def _faults(self, now_ns: int) -> Set[Fault]:
+        if self._counters["pdo_short"] != self._short:
+            self._short, self._short_ns = self._counters["pdo_short"], now_ns
+        found = {
+            Fault.BUS_LOST: self._reopened,
+            Fault.HEARTBEAT_LOST: self.monitor.silent_ns(now_ns),
+            Fault.PDO_SHORT: now_ns - self._short_ns < SHORT_PDO_NS,
+            Fault.NO_POSE: self.stale_ns(now_ns),
+            Fault.INS_TWICE: self._is_twice(now_ns),
+            Fault.OWN_ID_TAKEN: self._node.another.now(now_ns),
+        }
+        return {fault for fault, there in found.items() if there}
+
+    def _complaints(self, now_ns: int) -> list[str]:
+        found = [f"the INS says that its {part} is not valid" for part in self._pose.not_valid]
+        if self._is_twice(now_ns):
+            found.append(f"two nodes send as node {self._settings.ins_node_id}, the INS's id")
+        if self._node.another.now(now_ns):
+            found.append(f"another node sends as node {self._settings.node_id}, our own id")
+        return found + self.monitor.problems(now_ns) + self._time.problems(now_ns, self._utc_of(now_ns))
+
+    def _is_twice(self, now_ns: int) -> bool:
+        return self._assembler.two_senders.now(now_ns) or self.monitor.two_senders.now(now_ns)
+
+    def _sampled_ns(self, epoch: Epoch) -> int:
+        """Return when an epoch without valid time was sampled: at the SYNC before it, else at its arrival."""
+        sync_ns = self.monitor.sync_ns
+        return sync_ns if sync_ns is not None and 0 <= epoch.t_ns - sync_ns <= SYNC_AGE_NS else epoch.t_ns

@@ -1,0 +1,1 @@
+"""A navigation system whose CAN frames a DBC file describes."""

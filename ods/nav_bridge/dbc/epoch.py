@@ -1,0 +1,107 @@
+"""The messages of one instant of a device that sends no sequence number: all of them, or none.
+
+Something sampled earlier than an epoch can only be in it as a late frame, which its own epoch then lacked: so an epoch
+counts when its messages came in their order, each once, directly after an epoch whose messages came so too. Something
+sampled later cannot be in it when it was complete before the next instant, by `window_ns`. One that was read later
+waits for the next reading of the device's clock, which tells whether instants were lost on the way.
+"""
+
+from collections import Counter
+from dataclasses import dataclass
+
+from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
+from ods.nav_bridge.ins_clock import InsClock
+
+SKIPPED = 1.5
+"""Steps between instants: an epoch so much later than the one before has missed one."""
+
+
+@dataclass(frozen=True)
+class DbcEpoch:
+    """All pose fields of one instant."""
+
+    values: dict[str, float]
+    t_ns: int
+    """Its instant, CLOCK_MONOTONIC."""
+
+
+class DbcEpochAssembler:
+    """Puts epochs together from single messages.
+
+    Counts `frame_stray` (out of order, repeated, without opener), `epoch_torn` (given up incomplete), `epoch_unproven`
+    (complete, but not the one before), `epoch_late` (complete after the window, and not proven by the next),
+    `ins_clock_jumps` and `ins_clock_wild`, which are those of `OffsetEstimator`.
+    """
+
+    def __init__(self, dbc: DbcMap, window_ns: int, jump_ns: int, counters: Counter[str]) -> None:
+        self.breaks_at: DbcMessage | None = None
+        """Message that was expected when the newest epoch was given up."""
+        self.step_ns = 0
+        """Between the instants of the two newest complete epochs."""
+        self._epoch = dbc.epoch
+        self._window_ns = window_ns
+        self._clock = InsClock(jump_ns, dbc.clock.wraps_at, dbc.clock.tick_ns) if dbc.clock else None
+        self._counters = counters
+        self._next = 0
+        self._sound = False
+        self._values: dict[str, float] = {}
+        self._instant_ns = 0
+        self._last_ns: int | None = None
+        self._held: DbcEpoch | None = None
+
+    def take(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> DbcEpoch | None:
+        """Take the raw counts of one message of the epoch; return the epoch that it completes or proves."""
+        if message.place != self._next:
+            self._give_up()
+            if message.place != 0:
+                self._counters["frame_stray"] += 1
+                return None
+        if message.place == 0:
+            self._values, self._instant_ns = {}, t_ns
+        self._values |= message.fields(counts)
+        proven = self._read_clock(message.clock, counts, t_ns) if message.clock is not None else None
+        self._next += 1
+        return (self._finish(t_ns) if self._next == len(self._epoch) else None) or proven
+
+    def _read_clock(self, clock: Clock, counts: dict[str, float], t_ns: int) -> DbcEpoch | None:
+        """Set the epoch's instant; return the epoch held back if no instant is missing between it and this one."""
+        assert self._clock is not None
+        self._instant_ns = self._clock.instant(counts[clock.signal], t_ns)
+        self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
+        self._counters["ins_clock_wild"] = self._clock.estimator.wild
+        held, self._held = self._held, None
+        if held is None or not self._skips(self._instant_ns - held.t_ns, self.step_ns):
+            return held
+        self._counters["epoch_late"] += 1
+        return None
+
+    def _give_up(self) -> None:
+        if self._next:
+            self._counters["epoch_torn"] += 1
+            self.breaks_at = self._epoch[self._next]
+        if self._held is not None:
+            self._counters["epoch_late"] += 1
+            self._held = None
+        self._next = 0
+        self._sound = False
+
+    def _finish(self, t_ns: int) -> DbcEpoch | None:
+        last_ns, self._last_ns = self._last_ns, self._instant_ns
+        before_ns, self.step_ns = self.step_ns, self._instant_ns - last_ns if last_ns is not None else 0
+        proven = self._sound and not self._skips(self.step_ns, before_ns)
+        self._next, self._sound, self.breaks_at = 0, True, None
+        if not proven:
+            self._counters["epoch_unproven"] += 1
+            return None
+        epoch = DbcEpoch(self._values, self._instant_ns)
+        if t_ns - self._instant_ns <= self._window_ns:
+            return epoch
+        if self._clock is not None:
+            self._held = epoch
+        else:
+            self._counters["epoch_late"] += 1
+        return None
+
+    def _skips(self, step_ns: int, before_ns: int) -> bool:
+        """Tell whether instants seem to be missing in a step, by the step before it."""
+        return before_ns > 0 and not 0 < step_ns <= max(SKIPPED * before_ns, 2 * self._window_ns)

@@ -1,0 +1,234 @@
+"""The signal map: which signals of a DBC file make which pose fields, resolved once at start."""
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeVar
+
+import cantools
+from cantools.database import Database
+from cantools.database.can import Message, Signal
+
+from ods.clock import NS
+from ods.errors import OdsError
+from ods.nav_bridge.can_frame import CanId
+from ods.nav_bridge.dbc.units import conversion
+from ods.nav_bridge.pose_fields import UNITS
+from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, ValiditySettings
+
+T = TypeVar("T", SignalSettings, TimeSettings)
+MAX_BYTES = 8
+
+
+class DbcError(OdsError):
+    """A DBC file and the signal map do not fit; the text is one line: file, key, what is wrong with it."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One pose field in a message: scale x raw count + offset, in the unit of `pose_fields.UNITS`."""
+
+    field: str
+    signal: str
+    scale: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Clock:
+    """The INS's clock in a message, in raw counts."""
+
+    signal: str
+    tick_ns: float
+    wraps_at: float | None
+    """Counts; None: it never starts again from 0."""
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A status that must hold."""
+
+    signal: str
+    mask: int | None
+    accept: frozenset[int]
+    says: str
+    holds_ns: int
+
+    def met(self, count: float) -> bool:
+        """Tell whether the raw count of the signal is good."""
+        value = int(count)
+        return (value if self.mask is None else value & self.mask) in self.accept
+
+
+@dataclass
+class DbcMessage:
+    """One message of the map."""
+
+    layout: Message
+    place: int | None = None
+    """Position in the epoch; None: it tells status only."""
+    readings: list[Reading] = field(default_factory=list)
+    clock: Clock | None = None
+    conditions: list[Condition] = field(default_factory=list)
+
+    @property
+    def can_id(self) -> CanId:
+        """Identifier; the DBC tells standard and extended ones apart."""
+        return CanId(self.layout.frame_id, self.layout.is_extended_frame)
+
+    @property
+    def label(self) -> str:
+        """What people call it: name and identifier."""
+        return f"{self.layout.name} (0x{self.layout.frame_id:X})"
+
+    def counts(self, data: bytes) -> dict[str, float] | None:
+        """Return the raw counts of all signals, None when one that is needed is not finite; `data` is long enough."""
+        counts: dict[str, float] = self.layout.decode(data, decode_choices=False, scaling=False)  # type: ignore[assignment]
+        return counts if all(math.isfinite(counts[name]) for name in self._needed()) else None
+
+    def fields(self, counts: Mapping[str, float]) -> dict[str, float]:
+        """Return the pose fields."""
+        return {item.field: item.scale * counts[item.signal] + item.offset for item in self.readings}
+
+    def _needed(self) -> Iterator[str]:
+        yield from (item.signal for item in self.readings)
+        yield from (item.signal for item in self.conditions)
+        if self.clock is not None:
+            yield self.clock.signal
+
+
+@dataclass(frozen=True)
+class DbcMap:
+    """What is wanted of a DBC file."""
+
+    messages: Mapping[CanId, DbcMessage]
+    epoch: tuple[DbcMessage, ...]
+    """Those of one instant in the order of sending."""
+    clock: Clock | None
+
+
+def load_dbc_map(settings: DbcSettings) -> DbcMap:
+    """Read the DBC file and resolve the map. Raises DbcError."""
+    resolver = _Resolver(settings.file)
+    for name, mapped in settings.signals.items():
+        resolver.add_field(name, _as_table(mapped, SignalSettings))
+    clock = None
+    if settings.time is not None:
+        clock = resolver.add_clock(_as_table(settings.time, TimeSettings))
+    epoch = resolver.order(settings.epoch)
+    for number, validity in enumerate(settings.valid):
+        resolver.add_condition(f"nav.dbc.valid[{number}]", validity)
+    messages = resolver.messages.values()
+    by_id = {message.can_id: message for message in messages}
+    if len(by_id) < len(messages):
+        raise DbcError(f"{settings.file}: two of the mapped messages have the same identifier")
+    return DbcMap(by_id, epoch, clock)
+
+
+def _as_table(mapped: str | T, kind: type[T]) -> T:
+    return kind(signal=mapped) if isinstance(mapped, str) else mapped
+
+
+class _Resolver:
+    """Looks names of the configuration up in the DBC file and gathers what is wanted of each message."""
+
+    def __init__(self, file: Path) -> None:
+        self.messages: dict[str, DbcMessage] = {}
+        self._file = file
+        self._layouts = {layout.name: layout for layout in _read(file).messages}
+
+    def add_field(self, name: str, mapped: SignalSettings) -> None:
+        key = f"nav.dbc.signals.{name}"
+        if name not in UNITS:
+            raise self._error(key, f"no pose field; they are {', '.join(UNITS)}")
+        message, signal = self._find(key, mapped.signal)
+        factor = mapped.factor or self._unit(key, mapped.unit, signal, UNITS[name])
+        factor *= mapped.sign
+        scale, offset = factor * float(signal.scale), factor * float(signal.offset) + mapped.offset
+        message.readings.append(Reading(name, signal.name, scale, offset))
+
+    def add_clock(self, mapped: TimeSettings) -> Clock:
+        key = "nav.dbc.time"
+        message, signal = self._find(key, mapped.signal)
+        seconds = float(signal.scale) * self._unit(key, mapped.unit, signal, "s")
+        wraps_at: float | None = None if signal.is_float else 1 << signal.length
+        if mapped.wraps_at is not None:
+            wraps_at = mapped.wraps_at / float(signal.scale)
+            wraps_at = round(wraps_at) if not signal.is_float else wraps_at
+        message.clock = Clock(signal.name, seconds * NS, wraps_at)
+        return message.clock
+
+    def add_condition(self, key: str, validity: ValiditySettings) -> None:
+        message, signal = self._find(key, validity.signal)
+        if signal.is_float or signal.is_signed:
+            raise self._error(key, f"{validity.signal} is no unsigned integer")
+        accept = [validity.mask or 0] if validity.accept is None else validity.accept
+        holds_ns = round(validity.holds_s * NS)
+        message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
+
+    def order(self, names: Iterable[str] | None) -> tuple[DbcMessage, ...]:
+        """Return the messages of an epoch, those mapped so far, in the order of sending, and number them."""
+        carrying = set(self.messages)
+        if names is None:  # of frames that wait together the one with the lowest identifier wins the bus
+            names = sorted(carrying, key=lambda name: self.messages[name].can_id.number)
+        names = list(names)
+        if len(set(names)) < len(names):
+            raise self._error("nav.dbc.epoch", "names a message twice")
+        missing = carrying - set(names)
+        if missing:
+            raise self._error("nav.dbc.epoch", f"must name {', '.join(sorted(missing))} too, as it carries a signal")
+        epoch = tuple(self._message("nav.dbc.epoch", name) for name in names)
+        for place, message in enumerate(epoch):
+            message.place = place
+        return epoch
+
+    def _find(self, key: str, name: str) -> tuple[DbcMessage, Signal]:
+        """Return message and signal of the text MESSAGE.SIGNAL."""
+        message_name, dot, signal_name = name.partition(".")
+        if not dot:
+            raise self._error(key, f"must be MESSAGE.SIGNAL, got {name!r}")
+        message = self._message(key, message_name)
+        for signal in message.layout.signals:
+            if signal.name == signal_name:
+                if signal.is_multiplexer or signal.multiplexer_ids:
+                    raise self._error(key, f"{name} is multiplexed, which is not supported")
+                return message, signal
+        raise self._error(key, f"message {message_name} has no signal {signal_name!r}")
+
+    def _message(self, key: str, name: str) -> DbcMessage:
+        layout = self._layouts.get(name)
+        if layout is None:
+            raise self._error(key, f"no message {name!r} in the DBC")
+        if layout.is_multiplexed() or layout.is_container:
+            raise self._error(key, f"message {name} is multiplexed, which is not supported")
+        if layout.length > MAX_BYTES:
+            raise self._error(key, f"message {name} has {layout.length} bytes, more than a CAN frame holds")
+        return self.messages.setdefault(name, DbcMessage(layout))
+
+    def _unit(self, key: str, unit: str | None, signal: Signal, wanted: str) -> float:
+        try:
+            return conversion(unit if unit is not None else signal.unit or "", wanted)
+        except ValueError as error:
+            raise self._error(key, f"{error}; give unit or factor") from error
+
+    def _error(self, key: str, text: str) -> DbcError:
+        return DbcError(f"{self._file}: {key}: {text}")
+
+
+def _read(file: Path) -> Database:
+    """Read a DBC file, in UTF-8 or, as the format has it, Windows-1252."""
+    try:
+        raw = file.read_bytes()
+    except OSError as error:
+        raise DbcError(f"{file}: {error.strerror}") from error
+    try:
+        text = raw.decode("utf-8")
+    except UnicodeDecodeError:
+        text = raw.decode("cp1252", errors="replace")
+    try:
+        database = cantools.database.load_string(text, "dbc")
+    except Exception as error:  # cantools lets through whatever a malformed file runs into
+        raise DbcError(f"{file}: not a usable DBC: {' '.join(str(error).split())}") from error
+    assert isinstance(database, Database)
+    return database

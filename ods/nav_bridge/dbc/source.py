@@ -1,0 +1,117 @@
+"""A navigation system whose frames a DBC file describes. It is only listened to."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+from ods.clock import NS
+from ods.errors import OdsError
+from ods.geodesy import LocalFrame
+from ods.messages import Pose
+from ods.nav_bridge.can_frame import CanId, Frame
+from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
+from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
+from ods.nav_bridge.pose_fields import PoseMaker
+from ods.nav_bridge.settings import DbcSettings, NavSettings
+from ods.nav_bridge.source import PoseSource
+
+
+class DbcSource(PoseSource):
+    """One INS by its DBC file and a signal map.
+
+    Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`, and
+    `epoch_invalid` (a status that must hold does not).
+    """
+
+    def __init__(
+        self,
+        nav: NavSettings,
+        settings: DbcSettings,
+        frame: LocalFrame,
+        now_ns: int,
+        utc_of: Callable[[int], int],
+        counters: Counter[str],
+    ) -> None:
+        super().__init__(nav.stale_s, now_ns)
+        self._file = settings.file
+        self._window_ns = round(settings.window_s * NS)
+        self._start_ns = now_ns
+        self._counters = counters
+        self._map = load_dbc_map(settings)
+        try:
+            self._maker = PoseMaker(settings.signals, frame, nav.limits, nav.sigma, utc_of, counters)
+        except OdsError as error:
+            raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
+        self._assembler = DbcEpochAssembler(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
+        self._heard_ns: dict[CanId, int] = {}
+        self._unmet: dict[CanId, list[str]] = {}
+
+    @property
+    def ids(self) -> frozenset[CanId]:
+        """Those of the mapped messages."""
+        return frozenset(self._map.messages)
+
+    def expects(self) -> dict[CanId, str]:
+        """Return the mapped messages by name."""
+        return {can_id: message.layout.name for can_id, message in self._map.messages.items()}
+
+    def _take(self, frame: Frame) -> Pose | None:
+        message = self._map.messages.get(CanId(frame.can_id, frame.extended))
+        if message is None:
+            self._counters["frame_twin"] += CanId(frame.can_id, not frame.extended) in self._map.messages
+            return None
+        if len(frame.data) < message.layout.length:
+            self._counters["frame_short"] += 1
+            return None
+        counts = message.counts(frame.data)
+        if counts is None:
+            self._counters["frame_not_finite"] += 1
+            return None
+        self._heard_ns[message.can_id] = frame.t_ns
+        self._unmet[message.can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
+        return self._pose(message, counts, frame.t_ns) if message.place is not None else None
+
+    def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
+        epoch = self._assembler.take(message, counts, t_ns)
+        if epoch is None:
+            return None
+        if any(self._unmet.values()) or self._status_missing(t_ns):
+            self._counters["epoch_invalid"] += 1
+            return None
+        return self._maker.make(epoch.values, epoch.t_ns, t_ns)
+
+    def _status_missing(self, now_ns: int) -> bool:
+        """Tell whether a status that must hold is unknown or too old."""
+        return any(
+            now_ns - self._heard_ns.get(message.can_id, -item.holds_ns) > item.holds_ns
+            for message in self._map.messages.values()
+            for item in message.conditions
+        )
+
+    def _complaints(self, now_ns: int) -> list[str]:
+        silent = [message for message in self._map.messages.values() if self._is_silent(message, now_ns)]
+        if len(silent) == len(self._map.messages) and not self._heard_ns:
+            return [f"none of the {len(silent)} messages mapped from {self._file.name} has come"]
+        not_valid = [f"the INS says that its {says} is not valid" for unmet in self._unmet.values() for says in unmet]
+        return [*not_valid, *(self._silence(message, now_ns) for message in silent), *self._broken(now_ns, silent)]
+
+    def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
+        heard_ns = self._heard_ns.get(message.can_id)
+        limit_ns = self._stale_ns
+        if heard_ns is not None and message.place is None:
+            limit_ns = min(item.holds_ns for item in message.conditions)
+        return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
+
+    def _silence(self, message: DbcMessage, now_ns: int) -> str:
+        heard_ns = self._heard_ns.get(message.can_id)
+        if heard_ns is None:
+            return f"{message.label} has never come"
+        return f"{message.label} has not come for {(now_ns - heard_ns) / NS:.1f} s"
+
+    def _broken(self, now_ns: int, silent: list[DbcMessage]) -> Iterator[str]:
+        """Say why epochs do not become poses though all their messages come."""
+        if now_ns - self._pose_ns > self._stale_ns and not silent and self._assembler.breaks_at is not None:
+            label = self._assembler.breaks_at.label
+            yield f"epochs break off before {label}: it comes more rarely, or in another order than nav.dbc.epoch"
+        if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:
+            step_ms = 1e3 * self._assembler.step_ns / NS
+            yield f"epochs come every {step_ms:.1f} ms: nav.dbc.window_s must be shorter"

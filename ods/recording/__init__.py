@@ -1,0 +1,1 @@
+"""`ods record`: what a running chain publishes, as a file."""

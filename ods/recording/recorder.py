@@ -1,0 +1,148 @@
+"""Turns messages into s7k records of one file: pings, contacts for obstacles, poses. No clock, no sockets."""
+
+from collections import Counter
+
+import msgspec
+import numpy as np
+
+from ods.clock import NS
+from ods.geodesy import LocalFrame
+from ods.geometry import body_to_polar, euler_from_quat, global_to_body
+from ods.messages import Obstacle, ObstacleList, Ping, Pose
+from ods.pose_buffer import PoseBuffer, PoseEstimate
+from ods.sonar_link import s7k, s7k_navigation
+from ods.sonar_link.files.s7k_writer import S7kWriter
+from ods.sonar_link.s7k_contact import Change, Contact, encode_contact
+
+DEVICES = (
+    s7k.DEVICE, s7k_navigation.POSITION_SENSOR, s7k_navigation.HEADING_SENSOR, s7k_navigation.ATTITUDE_SENSOR,
+)  # fmt: skip
+POSE_PERIOD_NS = NS // 20
+"""Readers interpolate; at 100 Hz poses would be nine tenths of all records."""
+POSES_KEPT = 400
+MAX_EXTRAPOLATION_S = 0.5
+
+
+class Recorder:
+    """Writes what it is given, in the order given.
+
+    Counters: pings, contacts, poses written; lost_pings (gaps in their sequence); unfit_pings (nothing that s7k can
+    carry), unfit_contacts, unfit_poses; contacts_without_pose. Methods raise OSError when the file cannot be written.
+    """
+
+    def __init__(self, writer: S7kWriter, frame: LocalFrame) -> None:
+        self.counters: Counter[str] = Counter()
+        self._writer = writer
+        self._frame = frame
+        self._poses = PoseBuffer(POSES_KEPT, MAX_EXTRAPOLATION_S)
+        self._last_period: int | None = None
+        self._last_ping = -1
+        self._last_list = -1
+        self._known: dict[int, tuple[str, int]] = {}
+
+    def take(self, message: msgspec.Struct) -> None:
+        """Write a message of any topic."""
+        if isinstance(message, Ping):
+            self._take_ping(message)
+        elif isinstance(message, ObstacleList):
+            self._take_obstacles(message)
+        elif isinstance(message, Pose):
+            self._take_pose(message)
+
+    def _take_ping(self, ping: Ping) -> None:
+        if 0 <= self._last_ping < ping.seq:
+            self.counters["lost_pings"] += ping.seq - self._last_ping - 1
+        self._last_ping = ping.seq
+        try:
+            frames = s7k.encode_ping(ping, recorded=True)
+        except (ValueError, ArithmeticError):
+            self.counters["unfit_pings"] += 1
+            return
+        self._writer.write(frames)
+        self.counters["pings"] += 1
+
+    def _take_pose(self, pose: Pose) -> None:
+        self._poses.insert(pose)
+        period = pose.t_ns // POSE_PERIOD_NS
+        if period == self._last_period:
+            return
+        self._last_period = period
+        latitude, longitude, height = self._frame.geodetic(pose.position_ned)
+        roll, pitch, yaw = euler_from_quat(pose.attitude)
+        numbers = (np.radians(latitude), np.radians(longitude), height, roll, pitch, yaw)
+        try:
+            if not np.isfinite(numbers).all():
+                raise ValueError("a pose is not a number")
+            frames = s7k_navigation.encode_pose(pose.utc_ns, *map(float, numbers))
+        except (ValueError, ArithmeticError):
+            self.counters["unfit_poses"] += 1
+            return
+        self._writer.write(frames)
+        self.counters["poses"] += 1
+
+    def _take_obstacles(self, picture: ObstacleList) -> None:
+        if picture.seq < self._last_list:
+            self._known.clear()  # another tracker, which may give the same ids anew
+        self._last_list = picture.seq
+        changes = [
+            (obstacle, change) for obstacle in picture.obstacles if (change := self._change(obstacle)) is not None
+        ]
+        if not changes:
+            return
+        vehicle = self._poses.at(picture.t_ns)
+        if vehicle is None:
+            self.counters["contacts_without_pose"] += len(changes)
+            return
+        for obstacle, change in changes:
+            self._write_contact(obstacle, change, picture, vehicle)
+
+    def _change(self, obstacle: Obstacle) -> Change | None:
+        """Say what is new since the last record of an obstacle; None: nothing."""
+        known = self._known.get(obstacle.id)
+        if obstacle.state == "terminated":
+            return Change.DELETED if known else None
+        if known is None:
+            return Change.CREATED
+        return Change.MODIFIED if known != (obstacle.state, obstacle.last_seen_utc_ns) else None
+
+    def _write_contact(self, obstacle: Obstacle, change: Change, picture: ObstacleList, vehicle: PoseEstimate) -> None:
+        try:
+            frame = encode_contact(self._contact(obstacle, change, picture, vehicle), picture.utc_ns)
+        except (ValueError, ArithmeticError):
+            self.counters["unfit_contacts"] += 1
+            return
+        self._writer.write(frame)
+        self.counters["contacts"] += 1
+        if change is Change.DELETED:
+            del self._known[obstacle.id]
+        else:
+            self._known[obstacle.id] = obstacle.state, obstacle.last_seen_utc_ns
+
+    def _contact(self, obstacle: Obstacle, change: Change, picture: ObstacleList, vehicle: PoseEstimate) -> Contact:
+        latitude, longitude, _ = self._frame.geodetic(obstacle.position_ned)
+        body = global_to_body(obstacle.position_ned, vehicle.position_ned, vehicle.attitude)
+        range_m, bearing_rad, _ = body_to_polar(body)
+        return Contact(
+            target_id=obstacle.id,
+            ping_number=picture.ping_number,
+            seen_utc_ns=obstacle.last_seen_utc_ns,
+            change=change,
+            range_m=float(range_m),
+            bearing_rad=float(bearing_rad),
+            latitude_rad=float(np.radians(latitude)),
+            longitude_rad=float(np.radians(longitude)),
+            diameter_m=2.0 * obstacle.radius_m,
+            classification=obstacle.state,
+            description=_describe(obstacle),
+        )
+
+
+def _describe(obstacle: Obstacle) -> str:
+    """Say what record 3001 has no field for, in at most 127 characters."""
+    north, east, down = obstacle.sigma_position
+    v_north, v_east, v_down = obstacle.velocity_ned
+    return (
+        f"down={obstacle.position_ned[2]:.1f} v={v_north:.2f},{v_east:.2f},{v_down:.2f} "
+        f"sigma={north:.1f},{east:.1f},{down:.1f} sr={obstacle.sigma_radius:.1f} "
+        f"p={obstacle.existence:.2f} seen={obstacle.times_seen}"
+    )

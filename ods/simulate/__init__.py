@@ -1,0 +1,1 @@
+"""`ods simulate`: files, charts and tables of simulated sonar images."""

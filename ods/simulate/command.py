@@ -1,0 +1,132 @@
+"""`ods simulate`: a scene file to recorded pings or pictures, by the same code as the live simulator."""
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+
+from ods import clock
+from ods.errors import OdsError
+from ods.messages import Ping, Truth
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.scene import load_scene
+from ods.simulate.files import find_sonar
+from ods.sonar_link.files.npz import write_ping_file
+from ods.sonar_link.files.s7k_file import write_s7k
+
+START_UTC_NS = 1_577_836_800_000_000_000
+"""UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""
+TRUTH_SUFFIX = ".truth.jsonl"
+
+
+class Shot(NamedTuple):
+    """One ping and what is true behind it."""
+
+    ping: Ping
+    truth: Truth
+
+
+def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None) -> None:
+    """Write the pings of a scene from its beginning.
+
+    `sonar` is the name of a file in config/sonars, or a path. The ending of `out` tells what is written: .npz or .s7k,
+    the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one picture
+    a ping, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format cannot carry.
+    """
+    if out.suffix not in WRITERS:
+        raise OdsError(f"{out}: the ending must be one of {', '.join(WRITERS)}")
+    if not out.parent.is_dir():
+        raise OdsError(f"{out}: no such folder: {out.parent}")
+    loaded = load_scene(scene)
+    model = find_sonar(sonar, scene)
+    if out.suffix == ".s7k" and loaded.file.image.samples == "linear8":
+        raise OdsError(f"{scene}: image.samples: s7k has no record for linear8")
+    whole = 1 if out.suffix == ".png" else int(loaded.file.duration_s / model.ping_period_s) + 1
+    try:
+        images = ImageSimulator(model, loaded, seed)
+        shots = _progress(_shots(images), whole if pings is None else pings, out)
+        if out.suffix == ".png":
+            _write_png(out, shots)
+            return
+        with out.with_suffix(TRUTH_SUFFIX).open("wb") as truths:
+            WRITERS[out.suffix](out, _noting(shots, truths.write))
+    except ValueError as error:
+        raise OdsError(f"{scene}: {error}") from error
+    except OSError as error:
+        raise OdsError(f"{out}: {error.strerror}") from error
+
+
+def _shots(images: ImageSimulator) -> Iterator[Shot]:
+    """Yield pings without end, the first at scene time 0."""
+    number = 0
+    while True:
+        t_ns = round(number * images.sonar.ping_period_s * clock.NS)
+        t_s = t_ns / clock.NS
+        vehicle = images.scene.vehicle_at(t_s)
+        north, east, down = vehicle.position_ned.tolist()
+        w, x, y, z = vehicle.attitude.tolist()
+        ping = images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+        yield Shot(ping, Truth(number, t_ns, t_ns, (north, east, down), (w, x, y, z), images.truth(t_s, number)))
+        number += 1
+
+
+def _progress(shots: Iterator[Shot], count: int, out: Path) -> Iterator[Shot]:
+    console = Console(stderr=True)
+    for _ in track(range(count), f"{out.name}:", console=console, disable=not console.is_terminal):
+        yield next(shots)
+
+
+def _noting(shots: Iterable[Shot], write: Callable[[bytes], object]) -> Iterator[Shot]:
+    """Write the truth of each shot that passes."""
+    for shot in shots:
+        write(msgspec.json.encode(shot.truth) + b"\n")
+        yield shot
+
+
+def _write_npz(path: Path, shots: Iterable[Shot]) -> None:
+    pings, truths = zip(*shots, strict=True)
+    objects = [[[*item.position_ned, *item.velocity_ned, item.radius_m] for item in truth.objects] for truth in truths]
+    write_ping_file(
+        path,
+        pings,
+        position_ned=[truth.position_ned for truth in truths],
+        attitude=[truth.attitude for truth in truths],
+        truth=np.array(objects).reshape(len(truths), -1, 7),
+    )
+
+
+def _write_s7k(path: Path, shots: Iterable[Shot]) -> None:
+    write_s7k(path, (shot.ping for shot in shots))
+
+
+def _write_png(path: Path, shots: Iterable[Shot]) -> None:
+    """One picture is `path` itself; of more, each has its ping's number before the ending."""
+    from ods.fan_plot import draw_fan, level_db, new_figure
+
+    drawn: Path | None = None
+    for shot in shots:
+        ping = shot.ping
+        beams = ping.beams // ping.planes
+        level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
+        figure, axes = new_figure(f"{path.stem}, {ping.t_ns / clock.NS:.2f} s", ping.bearing_rad[:beams])
+        draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
+        if ping.ping_number == 1 and drawn is not None:
+            drawn.rename(_numbered(path, 0))
+        drawn = path if ping.ping_number == 0 else _numbered(path, ping.ping_number)
+        figure.savefig(drawn)
+
+
+def _numbered(path: Path, number: int) -> Path:
+    return path.with_name(f"{path.stem}-{number:04d}{path.suffix}")
+
+
+WRITERS: dict[str, Callable[[Path, Iterable[Shot]], None]] = {
+    ".npz": _write_npz,
+    ".s7k": _write_s7k,
+    ".png": _write_png,
+}
+"""What each ending of the output writes."""

@@ -1,0 +1,162 @@
+"""What an image costs: `ods simulate --table`, table 1 of [SSIE] redrawn, and the figures behind `--chart`."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+from scipy.ndimage import uniform_filter
+
+from ods.sim_sonar.bed import Bed
+from ods.sim_sonar.detail import levels
+from ods.sim_sonar.grid import grid_of
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.imperfection_settings import ImageLevels
+from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.receiver import Receiver
+from ods.sim_sonar.scene import Scene
+from ods.sim_sonar.sonar import SonarModel
+from ods.simulate.files import find_scene
+
+Array = NDArray[np.float64]
+
+TABLE_SCENES = ("figure11_imperfect", "rough_figure11")
+TABLE_1 = {"objects": 85, "sea-bed": 103, "imperfections": 7, "noise": 29, "total": 224}
+"""CPU seconds of the paper, MATLAB on an HP 9000/735."""
+NOISE_KEYS = ("gain", "noise_counts", "looks", "range_correlation", "beam_correlation", "coherence_s")
+"""Levels that are no imperfection."""
+SMOOTHING = (3, 9)
+"""Beams and samples over which images are averaged before they are compared."""
+FEWEST, SHORTEST_S = 41, 0.1
+"""Turns of a measurement, and CPU time of each figure, at least."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """One model level on one scene."""
+
+    max_error: float
+    ms: float
+    """CPU time of a whole image."""
+    error: float
+    """Rms of the smoothed mean image's difference to the reference, over that image's rms."""
+    error_db: float
+    """Rms of the difference of their levels in dB, noise included."""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """All model levels on one scene but the reference, coarsest first, and what the scene's own budget picks."""
+
+    scene: str
+    points: list[Point]
+    picked: Point
+
+
+def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
+    """Return the CPU time, ms, of the parts of an image, under the names of table 1."""
+    at_start, file, grid = scene.vehicle_at(0.0), scene.file, grid_of(sonar)
+    pose = at_start.position_ned, at_start.attitude
+    bodies = scene.bodies_at(0.0)
+    plain = ImageLevels(**{name: getattr(file.image, name) for name in NOISE_KEYS})
+    imperfect, perfect = Receiver(sonar, file.image, file.seed), Receiver(sonar, plain, file.seed)
+
+    def area_of(rows: Array, sea_bed: Bed | None) -> Array:
+        return mean_area(grid, rows, sea_bed, *pose, shadows=file.shadows, max_error=file.image.max_error)
+
+    area = area_of(bodies, scene.sea_bed)
+    clean = cpu_ms(lambda: perfect.receive(area, *pose, 0.0, 0))
+    dirty = cpu_ms(lambda: imperfect.receive(area, *pose, 0.0, 0))
+    images = ImageSimulator(sonar, scene)
+    times = iter(np.arange(1e6) * sonar.ping_period_s)
+    return {
+        "objects": cpu_ms(lambda: area_of(bodies, None)),
+        "sea-bed": cpu_ms(lambda: area_of(bodies[:0], scene.sea_bed)),
+        "imperfections": max(0.0, dirty - clean),
+        "noise": clean,
+        "total": cpu_ms(lambda: images.render(float(next(times)) % file.duration_s, 0)),
+    }
+
+
+def table(sonar: SonarModel) -> None:
+    """Print table 1 with the times of this machine beside the paper's. Raises ConfigError for a missing scene."""
+    measured = {name: parts_of(sonar, find_scene(name)) for name in TABLE_SCENES}
+    shown = Table(title=f"CPU time of one image, {sonar.beams} x {sonar.samples}")
+    shown.add_column("part")
+    shown.add_column("[SSIE] table 1, s", justify="right")
+    for name in measured:
+        shown.add_column(f"{name}, ms", justify="right")
+    for part, seconds in TABLE_1.items():
+        shown.add_row(part, str(seconds), *(f"{times[part]:.2f}" for times in measured.values()))
+    Console().print(shown)
+
+
+def curve_of(sonar: SonarModel, name: str) -> Curve:
+    """Measure all model levels on the scene of that name. Raises ConfigError."""
+    scene = find_scene(name)
+    start, file, grid = scene.vehicle_at(0.0), scene.file, grid_of(sonar)
+    receiver = Receiver(sonar, file.image, file.seed)
+
+    def area_of(max_error: float) -> Array:
+        return mean_area(
+            grid, scene.bodies_at(0.0), scene.sea_bed, start.position_ned, start.attitude,
+            shadows=file.shadows, max_error=max_error,
+        )  # fmt: skip
+
+    *forced, finest = levels()
+    reference = area_of(finest)
+    chosen = sorted({*forced, file.image.max_error}, reverse=True)
+    noise, *areas = interleaved_ms(
+        [lambda: receiver.receive(reference, start.position_ned, start.attitude, 0.0, 0)]
+        + [lambda level=level: area_of(level) for level in chosen]  # type: ignore[misc]
+    )
+    noise_m2 = (file.image.noise_counts / file.image.gain) ** 2
+    points = []
+    for level, ms in zip(chosen, areas, strict=True):
+        area = area_of(level)
+        errors = relative_error(area, reference), error_db(area, reference, noise_m2)
+        points.append(Point(level, noise + ms, *errors))
+    return Curve(name, points, points[chosen.index(file.image.max_error)])
+
+
+def relative_error(area: Array, reference: Array) -> float:
+    """Return rms(area - reference) / rms(reference), both smoothed, (beams, samples); 0 where both are empty."""
+    size = float(np.linalg.norm(_smooth(reference)))
+    return float(np.linalg.norm(_smooth(area - reference))) / size if size > 0.0 else float(np.any(area != 0.0))
+
+
+def error_db(area: Array, reference: Array, noise: float) -> float:
+    """Return the rms difference of the smoothed images' levels, dB, above a floor of `noise`, in their unit."""
+    floor = max(noise, 1e-12)
+    ratio = (np.maximum(_smooth(area), 0.0) + floor) / (np.maximum(_smooth(reference), 0.0) + floor)
+    return float(np.sqrt(np.mean(np.square(10.0 * np.log10(ratio)))))
+
+
+def cpu_ms(job: Callable[[], object]) -> float:
+    """Return the median CPU time of a job, ms, once it is compiled."""
+    return interleaved_ms([job])[0]
+
+
+def interleaved_ms(jobs: Sequence[Callable[[], object]]) -> list[float]:
+    """Return the median CPU time of each job, ms; they take turns, so that a busy machine hits all alike."""
+    for job in jobs:
+        job()
+    spent: list[list[float]] = []
+    while len(spent) < FEWEST or sum(map(sum, spent)) < SHORTEST_S * len(jobs):
+        spent.append([_cpu_s(job) for job in jobs])
+    return [1e3 * float(value) for value in np.median(spent, axis=0)]
+
+
+def _cpu_s(job: Callable[[], object]) -> float:
+    """Time a job whose data are in the cache, whatever ran before."""
+    job()
+    began = time.thread_time()
+    job()
+    return time.thread_time() - began
+
+
+def _smooth(image: Array) -> Array:
+    return np.asarray(uniform_filter(image, SMOOTHING, mode="nearest"))

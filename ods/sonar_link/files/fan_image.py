@@ -1,0 +1,103 @@
+"""Clips of fan images, as DIDSON's software exports them, read as pings: the fan's geometry must be told."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.messages import Ping
+from ods.settings import NonNegative, Positive, Settings
+from ods.sonar_link.files.avi import AviFrames
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
+from ods.sonar_link.ping_builder import Geometry, build_ping, make_beam_table
+
+Array = NDArray[np.float64]
+
+
+class FanGeometry(Settings, frozen=True):
+    """Where the fan lies in an image: pixels from the left and from the top, the sonar's axis pointing up."""
+
+    apex_x_px: float
+    """Column of the sonar, where the beams meet; it may lie outside of the image."""
+    apex_y_px: float
+    """Row of the sonar; below the image it is greater than the image's height."""
+    pixels_per_m: Positive
+    """Scale, pixels/m."""
+    bearing_min_deg: Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]
+    """Port border of the fan, degrees, starboard positive."""
+    bearing_max_deg: Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]
+    """Starboard border."""
+    range_min_m: NonNegative
+    """Nearest range that the fan shows, m."""
+    range_max_m: Positive
+    """Farthest range, m."""
+    beams: Annotated[int, msgspec.Meta(ge=2, le=1024)] = 96
+    """Beams to read the fan as."""
+    samples: Annotated[int, msgspec.Meta(ge=2, le=16384)] = 512
+    """Range samples of each."""
+    scale: Literal["linear", "db"] = "db"
+    """What brightness stands for."""
+    db_per_count: Positive = 80.0 / 255.0
+    """Decibels a step of brightness, with scale "db"."""
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] = 1500.0
+    """m/s."""
+
+    def __post_init__(self) -> None:
+        if self.bearing_max_deg <= self.bearing_min_deg:
+            raise ValueError(f"bearing_max_deg: must be greater than bearing_min_deg, {self.bearing_min_deg:g}")
+        if self.range_max_m <= self.range_min_m:
+            raise ValueError(f"range_max_m: must be greater than range_min_m, {self.range_min_m:g}")
+
+
+def read_fan_clip(path: Path, fan: FanGeometry) -> PingSequence:
+    """Read an .avi clip of fan images. Raises PingFileError."""
+    frames = AviFrames(path)
+    across = (fan.bearing_max_deg - fan.bearing_min_deg) / fan.beams
+    bearing = np.radians(fan.bearing_min_deg + across * (np.arange(fan.beams) + 0.5))
+    dr = (fan.range_max_m - fan.range_min_m) / fan.samples
+    distance = fan.range_min_m + dr * (np.arange(fan.samples) + 0.5)
+    rows = fan.apex_y_px - fan.pixels_per_m * np.outer(np.cos(bearing), distance)
+    columns = fan.apex_x_px + fan.pixels_per_m * np.outer(np.sin(bearing), distance)
+    if not _inside(rows, columns, frames.shape).any():
+        raise PingFileError(
+            f"{path}: the fan lies outside of the image of {frames.shape[1]} x {frames.shape[0]} pixels"
+        )
+    try:
+        geometry = Geometry(
+            table=make_beam_table(bearing, np.zeros(fan.beams)),
+            range0_m=float(distance[0]),
+            dr_m=dr,
+            sound_speed=fan.sound_speed,
+            scale=fan.scale,
+            scale_factor=fan.db_per_count if fan.scale == "db" else 1.0,
+        )
+    except ValueError as error:
+        raise PingFileError(f"{path}: {error}") from error
+
+    def ping(index: int) -> Ping:
+        t_ns = index * frames.period_ns
+        polar = sample_image(frames[index], rows, columns)
+        return build_ping(polar, geometry, seq=index, ping_number=index, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns)
+
+    return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
+
+
+def sample_image(image: NDArray[np.uint8], rows: Array, columns: Array) -> NDArray[np.uint8]:
+    """Return image (rows, columns) at the given places, of any shape, between its pixels' centres bilinearly.
+
+    0 outside of the image.
+    """
+    inside = _inside(rows, columns, (image.shape[0], image.shape[1]))
+    y, x = np.where(inside, rows, 0.0), np.where(inside, columns, 0.0)
+    top, left = np.floor(y).astype(np.intp), np.floor(x).astype(np.intp)
+    bottom, right = np.minimum(top + 1, image.shape[0] - 1), np.minimum(left + 1, image.shape[1] - 1)
+    down, aside = y - top, x - left
+    upper = image[top, left] * (1.0 - aside) + image[top, right] * aside
+    lower = image[bottom, left] * (1.0 - aside) + image[bottom, right] * aside
+    return np.where(inside, np.rint(upper * (1.0 - down) + lower * down), 0.0).astype(np.uint8)
+
+
+def _inside(rows: Array, columns: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
+    return (rows >= 0.0) & (rows <= shape[0] - 1.0) & (columns >= 0.0) & (columns <= shape[1] - 1.0)

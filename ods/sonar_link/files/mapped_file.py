@@ -1,0 +1,17 @@
+"""Opens a recording as mapped memory, with one-line errors."""
+
+import mmap
+from pathlib import Path
+
+from ods.sonar_link.files.ping_sequence import PingFileError
+
+
+def map_file(path: Path) -> mmap.mmap:
+    """Return the whole file, read-only, without loading it. Raises PingFileError."""
+    try:
+        with path.open("rb") as file:
+            return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
+    except OSError as error:
+        raise PingFileError(f"{path}: {error.strerror or error}") from error
+    except ValueError as error:
+        raise PingFileError(f"{path}: the file is empty") from error
