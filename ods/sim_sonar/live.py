@@ -20,7 +20,9 @@ log = logging.getLogger(__name__)
 
 MS = 1_000_000
 PATIENCE_S = 0.12
-"""For the reader of a telegram on a busy bench, where a real line would have none."""
+PATIENCE_OF_PERIOD = 0.8
+"""The reader of a telegram on a busy bench may take so long, or this share of the time between two pings if that is more; a
+real line would have no patience, but a driver that holds five pings."""
 
 
 class Mission:
@@ -99,7 +101,7 @@ class LiveSonar:
         if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
             telegram = self._remote.wanted(self._telegram)
             if telegram:
-                self._line.write(telegram, PATIENCE_S)
+                self._line.write(telegram, max(PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
                 self.truths.put(self._truth(clock.monotonic_ns()))
         self._ping_number += 1
         self._transmit_ns += self._period_ns
