@@ -33,7 +33,7 @@ from record_samples import (
 from ods.cli import main
 from ods.messages import Ping, frame_of
 from ods.sonar_link.files.opening import open_pings
-from ods.sonar_link.files.s7k_file import write_s7k
+from ods.sonar_link.files.s7k_writer import write_s7k
 
 PINGS = 6
 POSE_NS = 10_000_000

@@ -14,8 +14,7 @@ from ods.geodesy import LocalFrame
 from ods.messages import ObstacleList, Ping, Pose
 from ods.recording.recorder import DEVICES, Recorder
 from ods.sonar_link.files.s7k_catalogue import encode_file_header, text_field, with_catalogue
-from ods.sonar_link.files.s7k_file import write_s7k
-from ods.sonar_link.files.s7k_writer import S7kWriter, mend_s7k
+from ods.sonar_link.files.s7k_writer import S7kWriter, mend_s7k, write_s7k
 
 T = START_NS
 

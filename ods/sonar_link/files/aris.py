@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.messages import Ping
+from ods.sonar_link.files.decoder import START_BYTES, Decoder
 from ods.sonar_link.files.mapped_file import map_file
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
-from ods.sonar_link.ping_builder import MAX_SAMPLES, Geometry, build_ping, make_beam_table
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.ping_builder import MAX_SAMPLES, Geometry, make_beam_table
 
 SIGNATURE = b"DDF\x05"
 HEADER_BYTES = 1024
@@ -59,28 +60,35 @@ class _FrameHeader(NamedTuple):
     in_order: int
 
 
-def read_aris(path: Path) -> PingSequence:
-    """Read a recording; frames that are cut off or corrupt are counted in `losses`. Raises PingFileError."""
-    data = map_file(path)
-    if data[: len(SIGNATURE)] != SIGNATURE or len(data) < 2 * HEADER_BYTES:
-        raise PingFileError(f"{path}: not an ARIS recording")
-    first = _header_at(data, HEADER_BYTES)
-    beams = BEAMS_OF_PING_MODE.get(first.ping_mode, 0)
-    if not beams or not 1 <= first.samples <= MAX_SAMPLES or (beams, bool(first.telephoto)) not in BEARINGS_DEG:
-        raise PingFileError(f"{path}: the first frame header is corrupt")
-    frame_bytes = HEADER_BYTES + beams * first.samples
+class ArisDecoder(Decoder):
+    """Counts `corrupt_frames` and `truncated_frames`."""
+
+    name = ".aris"
+    signature = ((0, SIGNATURE),)
+    suffix = ".aris"
+
+    def read(self, path: Path) -> PingSequence:
+        """Read a recording. Raises PingFileError."""
+        data = map_file(path)
+        if not self.recognizes(data[:START_BYTES]) or len(data) < 2 * HEADER_BYTES:
+            raise PingFileError(f"{path}: not an ARIS recording")
+        first = _header_at(data, HEADER_BYTES)
+        beams = BEAMS_OF_PING_MODE.get(first.ping_mode, 0)
+        if not beams or not 1 <= first.samples <= MAX_SAMPLES or (beams, bool(first.telephoto)) not in BEARINGS_DEG:
+            raise PingFileError(f"{path}: the first frame header is corrupt")
+        offsets, losses = _whole_frames(data, first)
+        if not offsets:
+            raise PingFileError(f"{path}: no whole frame in it")
+        return PingSequence(LazyPings(len(offsets), lambda index: _ping(data, offsets[index], index)), losses=losses)
+
+
+def _whole_frames(data: mmap, first: _FrameHeader) -> tuple[list[int], Counter[str]]:
+    """Return where the frames of the first one's shape begin, and the count of the others."""
+    frame_bytes = HEADER_BYTES + BEAMS_OF_PING_MODE[first.ping_mode] * first.samples
     whole, rest = divmod(len(data) - HEADER_BYTES, frame_bytes)
-    losses: Counter[str] = Counter({"truncated_frames": 1} if rest else {})
-    offsets: list[int] = []
-    for index in range(whole):
-        offset = HEADER_BYTES + index * frame_bytes
-        if _geometry_of(_header_at(data, offset), like=first) is None:
-            losses["corrupt_frames"] += 1
-        else:
-            offsets.append(offset)
-    if not offsets:
-        raise PingFileError(f"{path}: no whole frame in it")
-    return PingSequence(LazyPings(len(offsets), lambda index: _ping(data, offsets[index], index)), losses=losses)
+    places = [HEADER_BYTES + index * frame_bytes for index in range(whole)]
+    good = [place for place in places if _geometry_of(_header_at(data, place), like=first) is not None]
+    return good, +Counter(truncated_frames=int(rest > 0), corrupt_frames=whole - len(good))
 
 
 def _header_at(data: mmap, offset: int) -> _FrameHeader:
@@ -117,7 +125,4 @@ def _ping(data: mmap, offset: int, index: int) -> Ping:
         raise PingFileError(f"frame at byte {offset}: changed while the file was read")
     beams = geometry.table.bearing_rad.size
     frame = np.frombuffer(data, np.uint8, beams * header.samples, offset + HEADER_BYTES).reshape(-1, beams)
-    t_ns = header.time_us * NS_PER_US
-    return build_ping(
-        frame[:, ::-1].T, geometry, seq=index, ping_number=index, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns
-    )  # fmt: skip
+    return recorded_ping(frame[:, ::-1].T, geometry, index, header.time_us * NS_PER_US)

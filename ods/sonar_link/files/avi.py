@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, UnidentifiedImageError
+from PIL import Image
 
 from ods.sonar_link.files import video1
 from ods.sonar_link.files.mapped_file import map_file
@@ -27,11 +27,6 @@ _VIDEO_1 = (b"CRAM", b"MSVC", b"WHAM")
 _PLAIN = (b"\0\0\0\0", b"DIB ", b"RGB ")
 _JPEG = b"MJPG"
 MAX_SIDE = 8192
-
-
-def is_avi(start: bytes) -> bool:
-    """Tell by its first 12 bytes whether a file is a clip."""
-    return start[:4] == b"RIFF" and start[8:12] == b"AVI "
 
 
 @dataclass(frozen=True)
@@ -52,12 +47,10 @@ class AviFrames:
         self.path = path
         self.losses: Counter[str] = Counter()
         self._data = map_file(path)
-        if not is_avi(self._data[:12]):
-            raise PingFileError(f"{path}: not an .avi clip")
         self.period_ns = 0
         self._chunks: list[tuple[int, int]] = []
         found: _Format | None = None
-        for name, begin, size in self._walk(0, len(self._data)):
+        for name, begin, size in self._walk():
             if name == b"avih" and size >= 4:
                 self.period_ns = 1000 * int(struct.unpack_from("<I", self._data, begin)[0])
             elif name == b"strf" and found is None:
@@ -87,7 +80,7 @@ class AviFrames:
             self._shown = place
             try:
                 self._decode(self._data[begin : begin + size])
-            except (ValueError, OSError, UnidentifiedImageError):
+            except (ValueError, OSError, Image.DecompressionBombError):
                 self.losses["corrupt_frames"] += 1
         if self._form.codec == _JPEG:
             return self._canvas.copy()
@@ -97,27 +90,31 @@ class AviFrames:
         if self._form.codec in _VIDEO_1:
             video1.decode(data, self._canvas)
         elif self._form.codec == _JPEG:
-            picture = np.asarray(Image.open(io.BytesIO(data)).convert("L"), np.uint8)
-            if picture.shape != self._canvas.shape:
+            picture = Image.open(io.BytesIO(data), formats=("JPEG",))
+            if (picture.height, picture.width) != self.shape:
                 raise ValueError("another size of image")
-            self._canvas[:] = picture
+            self._canvas[:] = np.asarray(picture.convert("L"), np.uint8)
         else:
             stride = (self._form.width + 3) // 4 * 4  # rows are padded to whole words and stand bottom up
             rows = np.frombuffer(data, np.uint8).reshape(self._form.height, stride)
             self._canvas[:] = rows[::-1, : self._form.width]
 
-    def _walk(self, begin: int, end: int) -> Iterator[tuple[bytes, int, int]]:
+    def _walk(self) -> Iterator[tuple[bytes, int, int]]:
         """Yield name, first byte and size of each chunk; what goes on behind the end of the file is cut off."""
-        while begin + 8 <= end:
-            name, size = struct.unpack_from("<4sI", self._data, begin)
-            begin += 8
+        under_way = [(0, len(self._data))]  # where each open list goes on, and its end; lists may nest at any depth
+        while under_way:
+            place, end = under_way.pop()
+            if place + 8 > end:
+                continue
+            name, size = struct.unpack_from("<4sI", self._data, place)
+            begin = place + 8
+            under_way.append((begin + size + size % 2, end))
             if name in _LISTS:
-                yield from self._walk(begin + 4, min(begin + size, end))
+                under_way.append((begin + 4, min(begin + size, end)))
             elif begin + size <= end:
                 yield name, begin, size
             elif name in _FRAMES:
                 self.losses["truncated_frames"] += 1
-            begin += size + size % 2
 
     def _format(self, begin: int, size: int) -> _Format:
         if size < 40:

@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 from ods.messages import Ping
 from ods.settings import NonNegative, Positive, Settings
 from ods.sonar_link.files.avi import AviFrames
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
-from ods.sonar_link.ping_builder import Geometry, build_ping, make_beam_table
+from ods.sonar_link.files.decoder import Decoder
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.ping_builder import Geometry, make_beam_table
 
 Array = NDArray[np.float64]
 
@@ -51,37 +52,72 @@ class FanGeometry(Settings, frozen=True):
             raise ValueError(f"range_max_m: must be greater than range_min_m, {self.range_min_m:g}")
 
 
-def read_fan_clip(path: Path, fan: FanGeometry) -> PingSequence:
-    """Read an .avi clip of fan images. Raises PingFileError."""
-    frames = AviFrames(path)
-    across = (fan.bearing_max_deg - fan.bearing_min_deg) / fan.beams
-    bearing = np.radians(fan.bearing_min_deg + across * (np.arange(fan.beams) + 0.5))
-    dr = (fan.range_max_m - fan.range_min_m) / fan.samples
-    distance = fan.range_min_m + dr * (np.arange(fan.samples) + 0.5)
+class FanClipDecoder(Decoder):
+    """Counts `corrupt_frames` and `truncated_frames`. Every clip has the signature, so the suffix tells nothing."""
+
+    name = ".avi"
+    signature = ((0, b"RIFF"), (8, b"AVI "))
+
+    def __init__(self, fan: FanGeometry | None = None) -> None:
+        """`fan`: the geometry of the images, without which a clip is recognized, but cannot be read."""
+        self._fan = fan
+
+    def read(self, path: Path) -> PingSequence:
+        """Read a clip. Raises PingFileError."""
+        if self._fan is None:
+            raise PingFileError(f"{path}: a clip of images, whose fan geometry must be given (--fan)")
+        frames = AviFrames(path)
+        rows, columns = _places(self._fan)
+        if not _inside(rows, columns, frames.shape).any():
+            height, width = frames.shape
+            raise PingFileError(f"{path}: the fan lies outside of the image of {width} x {height} pixels")
+        try:
+            geometry = _geometry(self._fan)
+        except ValueError as error:
+            raise PingFileError(f"{path}: {error}") from error
+
+        def ping(index: int) -> Ping:
+            polar = sample_image(frames[index], rows, columns)
+            return recorded_ping(polar, geometry, index, index * frames.period_ns)
+
+        return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
+
+
+def _places(fan: FanGeometry) -> tuple[Array, Array]:
+    """Return (beams, samples) rows and columns of the image where the samples lie."""
+    bearing, distance = _bearings(fan), _ranges(fan)
     rows = fan.apex_y_px - fan.pixels_per_m * np.outer(np.cos(bearing), distance)
     columns = fan.apex_x_px + fan.pixels_per_m * np.outer(np.sin(bearing), distance)
-    if not _inside(rows, columns, frames.shape).any():
-        raise PingFileError(
-            f"{path}: the fan lies outside of the image of {frames.shape[1]} x {frames.shape[0]} pixels"
-        )
-    try:
-        geometry = Geometry(
-            table=make_beam_table(bearing, np.zeros(fan.beams)),
-            range0_m=float(distance[0]),
-            dr_m=dr,
-            sound_speed=fan.sound_speed,
-            scale=fan.scale,
-            scale_factor=fan.db_per_count if fan.scale == "db" else 1.0,
-        )
-    except ValueError as error:
-        raise PingFileError(f"{path}: {error}") from error
+    return rows, columns
 
-    def ping(index: int) -> Ping:
-        t_ns = index * frames.period_ns
-        polar = sample_image(frames[index], rows, columns)
-        return build_ping(polar, geometry, seq=index, ping_number=index, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns)
 
-    return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
+def _geometry(fan: FanGeometry) -> Geometry:
+    """Raises ValueError when the numbers do not fit each other."""
+    return Geometry(
+        table=make_beam_table(_bearings(fan), np.zeros(fan.beams)),
+        range0_m=float(_ranges(fan)[0]),
+        dr_m=(fan.range_max_m - fan.range_min_m) / fan.samples,
+        sound_speed=fan.sound_speed,
+        scale=fan.scale,
+        scale_factor=fan.db_per_count if fan.scale == "db" else 1.0,
+    )
+
+
+def _bearings(fan: FanGeometry) -> Array:
+    """Return (beams,) the middle of each beam, rad."""
+    bearing: Array = np.radians(_middles(fan.bearing_min_deg, fan.bearing_max_deg, fan.beams))
+    return bearing
+
+
+def _ranges(fan: FanGeometry) -> Array:
+    """Return (samples,) the middle of each sample, m."""
+    return _middles(fan.range_min_m, fan.range_max_m, fan.samples)
+
+
+def _middles(begin: float, end: float, count: int) -> Array:
+    """Return the middles of `count` equal parts of begin to end."""
+    middles: Array = begin + (end - begin) / count * (np.arange(count, dtype=np.float64) + 0.5)
+    return middles
 
 
 def sample_image(image: NDArray[np.uint8], rows: Array, columns: Array) -> NDArray[np.uint8]:

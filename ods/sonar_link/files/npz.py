@@ -2,93 +2,38 @@
 
 import math
 import zipfile
-import zlib
-from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from ods.messages import Ping, Scale, frame_of
+from ods.clock import NS
+from ods.messages import Ping, Scale
 from ods.sonar_link.files import polar_npz
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
-from ods.sonar_link.ping_builder import BeamTable, Geometry, build_ping, make_beam_table
+from ods.sonar_link.files.decoder import Decoder
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.ping_builder import BeamTable, Geometry, make_beam_table
 
-NS = 1_000_000_000
 LOG_FACTOR = 40.0
 """F of scale `log8` when the file does not tell it."""
 
 Arrays = dict[str, NDArray[np.generic]]
 
 
-def read_ping_file(path: Path) -> PingSequence:
-    """Read a .npz file of pings. Raises PingFileError."""
-    arrays = _load(path)
-    try:
-        return _sequence(polar_npz.translate(arrays))
-    except ValueError as error:
-        raise PingFileError(f"{path}: {error}") from error
+class NpzDecoder(Decoder):
+    """All or nothing: a file of which anything is wrong is an error."""
 
+    name = ".npz"
+    signature = ((0, b"PK"),)
+    suffix = ".npz"
 
-def write_ping_file(
-    path: Path,
-    pings: Sequence[Ping],
-    position_ned: ArrayLike | None = None,
-    attitude: ArrayLike | None = None,
-    truth: ArrayLike | None = None,
-) -> None:
-    """Write pings of one geometry, and what is given of vehicle poses (P, 3), (P, 4) and object truth (P, N, 7).
-
-    Times are left out when all are the same: then nothing is known of them. Raises ValueError when the pings differ in
-    geometry or there is none, OSError when the file cannot be written.
-    """
-    if not pings:
-        raise ValueError("no ping to write")
-    first = pings[0]
-    if any(_shape_of(ping) != _shape_of(first) for ping in pings):
-        raise ValueError("the pings differ in geometry: one .npz holds one geometry")
-    arrays: dict[str, ArrayLike] = {
-        "frames": np.stack([frame_of(ping) for ping in pings]),
-        "bearing_rad": first.bearing_rad,
-        "range0_m": first.range0_m,
-        "dr_m": first.dr_m,
-        "scale": f"log8:{first.scale_factor!r}" if first.scale == "log8" else first.scale,
-        "sound_speed": first.sound_speed,
-    }
-    if len({ping.t_ns for ping in pings}) > 1:
-        arrays["t"] = np.array([ping.t_ns for ping in pings]) / NS
-    if first.scale == "db":
-        arrays["db_per_count"] = first.scale_factor
-    if first.frequency_hz:
-        arrays["frequency_hz"] = first.frequency_hz
-    if first.elevation_rad:
-        arrays["elevation_rad"] = first.elevation_rad
-    if first.beam_width_rad:
-        arrays["beam_width_rad"] = first.beam_width_rad
-    given = {"pos_ned": position_ned, "quat": attitude, "truth": truth}
-    arrays.update({name: array for name, array in given.items() if array is not None})
-    with path.open("wb") as file:
-        np.savez(file, allow_pickle=False, **{name: np.asarray(array) for name, array in arrays.items()})
-
-
-class _Shape(NamedTuple):
-    """What all pings of a file have in common."""
-
-    beams: int
-    samples: int
-    dtype: str
-    bearing_rad: list[float]
-    elevation_rad: list[float]
-    range0_m: float
-    dr_m: float
-    sound_speed: float
-    scale: str
-    scale_factor: float
-
-
-def _shape_of(ping: Ping) -> _Shape:
-    return _Shape(*(getattr(ping, name) for name in _Shape._fields))
+    def read(self, path: Path) -> PingSequence:
+        """Read a file of pings. Raises PingFileError."""
+        arrays = _load(path)
+        try:
+            return _sequence(polar_npz.translate(arrays))
+        except ValueError as error:
+            raise PingFileError(f"{path}: {error}") from error
 
 
 def _load(path: Path) -> Arrays:
@@ -99,33 +44,19 @@ def _load(path: Path) -> Arrays:
             return {name: np.asarray(file[name]) for name in file.files}
     except OSError as error:
         raise PingFileError(f"{path}: {error.strerror or error}") from error
-    except (ValueError, EOFError, KeyError, MemoryError, zipfile.BadZipFile, zlib.error, NotImplementedError) as error:
-        raise PingFileError(f"{path}: not a whole .npz file: {error}") from error
+    except Exception as error:  # what zipfile and numpy raise at damaged bytes is no list that ends
+        reason = str(error).partition("\n")[0]
+        raise PingFileError(f"{path}: not a whole .npz file: {reason}") from error
 
 
 def _sequence(arrays: Arrays) -> PingSequence:
-    bearing = _numbers(arrays, "bearing_rad", 1)
-    elevation = _numbers(arrays, "elevation_rad", 1) if "elevation_rad" in arrays else np.zeros(bearing.size)
-    width = _numbers(arrays, "beam_width_rad", 1) if "beam_width_rad" in arrays else np.empty(0)
-    table = make_beam_table(bearing, elevation, width)
+    table = _table(arrays)
     frames = _frames(arrays, table)
-    scale, factor = _scale(arrays)
-    geometry = Geometry(
-        table=table,
-        range0_m=_number(arrays, "range0_m"),
-        dr_m=_number(arrays, "dr_m"),
-        sound_speed=_number(arrays, "sound_speed", 1500.0),
-        frequency_hz=_number(arrays, "frequency_hz", 0.0),
-        scale=scale,
-        scale_factor=factor,
-    )
+    geometry = _geometry(arrays, table)
     times_ns = _times_ns(arrays, len(frames))
 
     def make(index: int) -> Ping:
-        t_ns = times_ns[index]
-        return build_ping(
-            frames[index], geometry, seq=index, ping_number=index, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns
-        )  # fmt: skip
+        return recorded_ping(frames[index], geometry, index, times_ns[index])
 
     make(0)  # what is wrong with one is wrong with all
     position, attitude = _poses(arrays, len(frames))
@@ -135,6 +66,26 @@ def _sequence(arrays: Arrays) -> PingSequence:
         position_ned=position,
         attitude=attitude,
         truth=_truth(arrays, len(frames)),
+    )
+
+
+def _table(arrays: Arrays) -> BeamTable:
+    bearing = _numbers(arrays, "bearing_rad", 1)
+    elevation = _numbers(arrays, "elevation_rad", 1) if "elevation_rad" in arrays else np.zeros(bearing.size)
+    width = _numbers(arrays, "beam_width_rad", 1) if "beam_width_rad" in arrays else np.empty(0)
+    return make_beam_table(bearing, elevation, width)
+
+
+def _geometry(arrays: Arrays, table: BeamTable) -> Geometry:
+    scale, factor = _scale(arrays)
+    return Geometry(
+        table=table,
+        range0_m=_number(arrays, "range0_m"),
+        dr_m=_number(arrays, "dr_m"),
+        sound_speed=_number(arrays, "sound_speed", 1500.0),
+        frequency_hz=_number(arrays, "frequency_hz", 0.0),
+        scale=scale,
+        scale_factor=factor,
     )
 
 

@@ -15,9 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.messages import Ping
+from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.mapped_file import map_file
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence
-from ods.sonar_link.ping_builder import Geometry, build_ping, make_beam_table
+from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.ping_builder import Geometry, make_beam_table
 
 SIGNATURE = b"SO"
 SIMPLE_PING_RESULT = 0x23
@@ -51,22 +52,29 @@ class _Result(NamedTuple):
     image_bytes: int
 
 
-def read_oculus(path: Path) -> PingSequence:
-    """Read a recording; what is cut off, corrupt or of another kind is counted in `losses`. Raises PingFileError."""
-    data = map_file(path)
-    losses: Counter[str] = Counter()
-    found: list[tuple[int, int]] = []
-    for offset, size in _results(data, losses):
-        try:
-            _ping(data, offset, size, 0)
-        except ValueError:
-            losses["corrupt_pings"] += 1
-        else:
-            found.append((offset, size))
-    if not found:
-        raise PingFileError(f"{path}: no whole simple ping result in it")
-    pings = LazyPings(len(found), lambda index: _ping(data, *found[index], index))
-    return PingSequence(pings, timed=False, losses=losses)
+class OculusDecoder(Decoder):
+    """Counts `other_messages`, `corrupt_pings` and `garbage_bytes`."""
+
+    name = "Oculus .raw"
+    signature = ((0, SIGNATURE),)
+    suffix = ".raw"
+
+    def read(self, path: Path) -> PingSequence:
+        """Read a recording. Raises PingFileError."""
+        data = map_file(path)
+        losses: Counter[str] = Counter()
+        found: list[tuple[int, int]] = []
+        for offset, size in _results(data, losses):
+            try:
+                _ping(data, offset, size, 0)
+            except ValueError:
+                losses["corrupt_pings"] += 1
+            else:
+                found.append((offset, size))
+        if not found:
+            raise PingFileError(f"{path}: no whole simple ping result in it")
+        pings = LazyPings(len(found), lambda index: _ping(data, *found[index], index))
+        return PingSequence(pings, timed=False, losses=losses)
 
 
 def _results(data: mmap, losses: Counter[str]) -> Iterator[tuple[int, int]]:
@@ -102,9 +110,7 @@ def _ping(data: mmap, offset: int, size: int, index: int) -> Ping:
     counts = _lines(data[offset : offset + size], result)
     linear = result.gamma in (0, FULL_GAMMA)
     frame: NDArray[np.generic] = counts if linear else _undo_gamma(counts, result.gamma / FULL_GAMMA)
-    return build_ping(
-        frame.T, geometry, seq=index, ping_number=result.ping_number, t_ns=0, t_rx_ns=0, utc_ns=0
-    )  # fmt: skip
+    return recorded_ping(frame.T, geometry, index, ping_number=result.ping_number)
 
 
 def _lines(message: bytes, result: _Result) -> NDArray[np.unsignedinteger]:

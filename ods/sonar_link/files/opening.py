@@ -1,29 +1,21 @@
-"""Opens any recording of pings: the reader is chosen by what the file holds, its suffix only decides in doubt."""
+"""Opens any recording of pings: the decoder is chosen by what the file holds, its suffix only decides in doubt."""
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
-from ods.sonar_link import drf
-from ods.sonar_link.files import aris, avi, oculus
-from ods.sonar_link.files.aris import read_aris
-from ods.sonar_link.files.fan_image import FanGeometry, read_fan_clip
-from ods.sonar_link.files.npz import read_ping_file
-from ods.sonar_link.files.oculus import read_oculus
+from ods.sonar_link.files.aris import ArisDecoder
+from ods.sonar_link.files.decoder import START_BYTES, Decoder
+from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
+from ods.sonar_link.files.npz import NpzDecoder
+from ods.sonar_link.files.oculus import OculusDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
-from ods.sonar_link.files.s7k_file import read_s7k
+from ods.sonar_link.files.s7k_file import S7kDecoder
 
-__all__ = ["PingFileError", "PingSequence", "open_pings"]
+__all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
-Reader = Callable[[Path], PingSequence]
-
-BY_SIGNATURE: tuple[tuple[int, bytes, Reader], ...] = (
-    (0, b"PK", read_ping_file),
-    (0, aris.SIGNATURE, read_aris),
-    (0, oculus.SIGNATURE, read_oculus),
-    (drf.SYNC_AT, drf.SYNC, read_s7k),
-)
-"""Where a signature stands, the signature, who reads such a file."""
-BY_SUFFIX: dict[str, Reader] = {".npz": read_ping_file, ".aris": read_aris, ".raw": read_oculus, ".s7k": read_s7k}
+DECODERS: tuple[Decoder, ...] = (NpzDecoder(), S7kDecoder(), ArisDecoder(), OculusDecoder(), FanClipDecoder())
+"""Every format, in any order."""
 
 
 def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
@@ -31,21 +23,32 @@ def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
 
     Raises PingFileError, whose text is one line.
     """
+    decoders = (FanClipDecoder(fan), *DECODERS) if fan else DECODERS
+    return _decoder_of(path, decoders).read(path)
+
+
+def _decoder_of(path: Path, decoders: Sequence[Decoder]) -> Decoder:
+    start = _start_of(path)
+    by_content = [decoder for decoder in decoders if decoder.recognizes(start)]
+    by_content.sort(key=_place)  # where s7k has its sync word, others have numbers, such as that of their frames
+    by_suffix = [decoder for decoder in decoders if decoder.suffix == path.suffix.lower()]
+    chosen = next(chain(by_content, by_suffix), None)
+    if chosen is None:
+        names = ", ".join(decoder.name for decoder in DECODERS)
+        raise PingFileError(f"{path}: none of the known formats: {names}")
+    return chosen
+
+
+def _place(decoder: Decoder) -> int:
+    return decoder.signature[0][0]
+
+
+def _start_of(path: Path) -> bytes:
     try:
         with path.open("rb") as file:
-            start = file.read(16)
+            start = file.read(START_BYTES)
     except OSError as error:
         raise PingFileError(f"{path}: {error.strerror}") from error
     if not start:
         raise PingFileError(f"{path}: the file is empty")
-    if avi.is_avi(start):
-        if fan is None:
-            raise PingFileError(f"{path}: a clip of images, whose fan geometry must be given (--fan)")
-        return read_fan_clip(path, fan)
-    for offset, signature, reader in BY_SIGNATURE:
-        if start[offset:].startswith(signature):
-            return reader(path)
-    by_suffix = BY_SUFFIX.get(path.suffix.lower())
-    if by_suffix is None:
-        raise PingFileError(f"{path}: none of the known formats: .npz, .s7k, .aris, Oculus .raw, .avi")
-    return by_suffix(path)
+    return start

@@ -1,4 +1,4 @@
-"""What every file reader returns: the pings of a recording, made when they are asked for."""
+"""What every decoder of files returns: the pings of a recording, made when they are asked for."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from ods.errors import OdsError
 from ods.messages import Ping
+from ods.sonar_link.ping_builder import Geometry, build_ping
 
 
 class PingFileError(OdsError):
@@ -37,6 +38,17 @@ class LazyPings(Sequence[Ping]):
         if isinstance(index, slice):
             return [self._make(i) for i in range(self._count)[index]]
         return self._make(range(self._count)[index])
+
+
+def recorded_ping(
+    frame: NDArray[np.generic], geometry: Geometry, index: int, t_ns: int = 0, ping_number: int | None = None
+) -> Ping:
+    """Return one ping of a file that tells one time a ping, and perhaps the sonar's own number of it.
+
+    Raises ValueError when the (beams, samples) frame does not fit the geometry.
+    """
+    number = index if ping_number is None else ping_number
+    return build_ping(frame, geometry, seq=index, ping_number=number, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns)
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,10 +5,12 @@ import fcntl
 import io
 import mmap
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
-from ods.sonar_link import drf
+from ods.messages import Ping
+from ods.sonar_link import drf, s7k
 from ods.sonar_link.files.s7k_catalogue import (
     FILE_CATALOGUE,
     encode_catalogue,
@@ -16,7 +18,6 @@ from ods.sonar_link.files.s7k_catalogue import (
     encode_file_header,
     with_catalogue,
 )
-from ods.sonar_link.s7k import DEVICE
 
 
 class S7kWriter:
@@ -26,7 +27,7 @@ class S7kWriter:
     make it safe from a loss of power.
     """
 
-    def __init__(self, file: io.FileIO, name: str, utc_ns: int, devices: Sequence[int] = (DEVICE,)) -> None:
+    def __init__(self, file: io.FileIO, name: str, utc_ns: int, devices: Sequence[int] = (s7k.DEVICE,)) -> None:
         """Write the file header; `name`: the recording's. Raises OSError, ValueError for a time without a 7KTIME."""
         self.size = 0
         """Bytes of the file."""
@@ -60,6 +61,17 @@ class S7kWriter:
             _append_catalogue(self._file, self._header, bytes(self._entries), self.size, self._utc_ns)
 
 
+def write_s7k(path: Path, pings: Iterable[Ping]) -> None:
+    """Write pings of any geometry. Raises ValueError when one cannot be carried by the format, OSError on the disk."""
+    with path.open("wb", buffering=0) as file:
+        writer: S7kWriter | None = None
+        for ping in pings:
+            writer = writer or S7kWriter(file, path.name, ping.utc_ns)
+            writer.write(s7k.encode_ping(ping, recorded=True))
+        if writer is not None:
+            writer.close()
+
+
 def mend_s7k(path: Path) -> int:
     """Give a file of `S7kWriter` that was cut off its catalogue; return the number of its records.
 
@@ -69,25 +81,46 @@ def mend_s7k(path: Path) -> int:
     with path.open("r+b", buffering=0) as file:
         if not _lock(file):
             raise ValueError("is being written")
-        if not os.fstat(file.fileno()).st_size:
-            raise ValueError("empty")
-        with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-            places = list(whole_records(data))
-            if not places or places[0][0] != 0:
-                raise ValueError("does not begin with a whole record")
-            header = data[: places[0][1]]
-            at, size = places[-1]
-            if drf.unpack_header(data[at : at + drf.HEADER_BYTES]).record_type == FILE_CATALOGUE:
-                places.pop()
-                if header == with_catalogue(header, size, at):
-                    return len(places)
-            entries = b"".join(encode_entry(data[at : at + drf.HEADER_BYTES], at) for at, _ in places)
-        with_catalogue(header, 0, 0)  # says whether it can be done, before anything is changed
-        end = sum(places[-1])
-        file.truncate(end)
-        file.seek(end)
-        _append_catalogue(file, header, entries, end, drf.decode_time(drf.unpack_header(header).time))
-    return len(places)
+        found = _survey(file)
+        if not found.complete:
+            utc_ns = drf.decode_time(drf.unpack_header(found.header).time)
+            with_catalogue(found.header, 0, 0)  # says whether it can be done, before anything is changed
+            file.truncate(found.end)
+            file.seek(found.end)
+            _append_catalogue(file, found.header, found.entries, found.end, utc_ns)
+    return found.records
+
+
+class _Survey(NamedTuple):
+    """What stands in a file before its catalogue."""
+
+    header: bytes
+    """The file header's frame."""
+    records: int
+    entries: bytes
+    """Of the records, for the catalogue."""
+    end: int
+    """Of the last whole record."""
+    complete: bool
+    """The catalogue is there, and the header points to it."""
+
+
+def _survey(file: io.FileIO) -> _Survey:
+    """Raises ValueError when the file does not begin with a whole record."""
+    if not os.fstat(file.fileno()).st_size:
+        raise ValueError("empty")
+    with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        places = list(whole_records(data))
+        if not places or places[0][0] != 0:
+            raise ValueError("does not begin with a whole record")
+        header = data[: places[0][1]]
+        at, size = places[-1]
+        complete = False
+        if drf.unpack_header(data[at : at + drf.HEADER_BYTES]).record_type == FILE_CATALOGUE:
+            places.pop()
+            complete = header == with_catalogue(header, size, at)
+        entries = b"".join(encode_entry(data[at : at + drf.HEADER_BYTES], at) for at, _ in places)
+    return _Survey(header, len(places), entries, sum(places[-1]), complete)
 
 
 def whole_records(data: bytes | mmap.mmap) -> Iterator[tuple[int, int]]:

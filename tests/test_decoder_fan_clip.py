@@ -136,6 +136,26 @@ def test_a_cut_off_clip_keeps_its_whole_frames(tmp_path: Path) -> None:
     assert sequence.losses["truncated_frames"] == 1
 
 
+def test_lists_nested_deeper_than_python_may_call_itself(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    whole = clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))])
+    huge = struct.pack("<I", 2**31)
+    path.write_bytes(b"RIFF" + huge + b"AVI " + (b"LIST" + huge + b"deep") * 3000 + whole[12:])
+    assert len(open_pings(path, FAN).pings) == 1
+
+
+@pytest.mark.parametrize("side", [64, 65500])
+def test_an_image_of_another_size_counts_as_corrupt(tmp_path: Path, side: int) -> None:
+    path = tmp_path / "clip.avi"
+    good = jpeg(fan_picture(3.0, -5.0))
+    size = struct.pack(">HH", 144, 128)
+    assert good.count(size) == 1
+    path.write_bytes(clip(b"MJPG", 24, 128, 144, [good, good.replace(size, struct.pack(">HH", side, side))]))
+    sequence = open_pings(path, FAN)
+    assert sequence.pings[1].data == sequence.pings[0].data
+    assert sequence.losses == {"corrupt_frames": 1}
+
+
 def test_a_fan_beside_the_image_and_no_fan_at_all(tmp_path: Path) -> None:
     path = tmp_path / "clip.avi"
     path.write_bytes(clip(b"MJPG", 24, 16, 16, [jpeg(np.zeros((16, 16), np.uint8))]))

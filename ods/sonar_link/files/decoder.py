@@ -1,0 +1,29 @@
+"""What a format of recordings is: how a file of it is known, and how it is read."""
+
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import ClassVar
+
+from ods.sonar_link.files.ping_sequence import PingSequence
+
+START_BYTES = 16
+"""How much of a file's beginning tells its format."""
+
+
+class Decoder(ABC):
+    """Reads recordings of one format."""
+
+    name: ClassVar[str]
+    """What users call the format."""
+    signature: ClassVar[tuple[tuple[int, bytes], ...]]
+    """Parts that every such file has within its first START_BYTES: where each stands, and its bytes. One at least."""
+    suffix: ClassVar[str | None] = None
+    """Lower case; files that bear nobody's signature are taken for this format when their names end so. None: never."""
+
+    def recognizes(self, start: bytes) -> bool:
+        """Tell whether a file that begins with these START_BYTES is of this format."""
+        return all(start.startswith(part, place) for place, part in self.signature)
+
+    @abstractmethod
+    def read(self, path: Path) -> PingSequence:
+        """Read a recording; what it holds and the pings do not is counted in `losses`. Raises PingFileError."""
