@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from ods.doctor import serial_device
 from ods.doctor.finding import Finding
 from ods.nav_bridge.settings import CanSettings
 
@@ -21,13 +22,13 @@ def examine(settings: CanSettings) -> Iterator[Finding]:
     subject = f"CAN {settings.interface} {settings.channel}"
     if settings.interface == "socketcan":
         yield from _network(subject, settings)
-    elif Path(settings.channel).exists() or not settings.channel.startswith("/"):
-        rate = f", {settings.bitrate} bit/s" if settings.bitrate else ""
-        yield Finding("good", subject, f"is there{rate}")
-        if settings.interface == "slcan" and settings.bitrate is None:
-            yield Finding("note", subject, "nav.can.bitrate is not given: the adapter must have one of its own")
+        return
+    if settings.channel.startswith("/"):
+        yield from serial_device.examine(subject, settings.channel, "nav.can.channel")
     else:
-        yield Finding("wrong", subject, "no such device: is the adapter plugged in, and nav.can.channel right?")
+        yield Finding("note", subject, "is python-can's own: tried when the nav process starts, or with --listen")
+    if settings.interface == "slcan" and settings.bitrate is None:
+        yield Finding("note", subject, "nav.can.bitrate is not given: the adapter must have one of its own")
 
 
 def _network(subject: str, settings: CanSettings) -> Iterator[Finding]:
@@ -44,33 +45,56 @@ def _network(subject: str, settings: CanSettings) -> Iterator[Finding]:
     if not flags & 1:
         yield Finding("wrong", subject, f"is down: `ip link set {settings.channel} up type can bitrate ...` as root")
         return
-    yield from controller(subject, settings.channel, _details(settings.channel))
+    yield from controller(subject, settings, _details(settings.channel))
     if 0 < queue < LEAST_QUEUE:
         yield Finding("note", subject, f"sends at most {queue} frames at once: `ip link set {settings.channel} "
                       "txqueuelen 100` as root")  # fmt: skip
     yield from _buffer(subject, settings.receive_buffer_bytes)
 
 
-def controller(subject: str, channel: str, details: dict[str, Any]) -> Iterator[Finding]:
+def controller(subject: str, settings: CanSettings, details: dict[str, Any]) -> Iterator[Finding]:
     """Judge what `ip -details -json link show` says of an interface that is up."""
     info = details.get("linkinfo", {})
-    data = info.get("info_data", {})
     if info.get("info_kind") != "can":
         kind = info.get("info_kind", "an interface that tells no more (is iproute2 installed?)")
         yield Finding("good", subject, f"is up ({kind})")
         return
-    rate = data.get("bittiming", {}).get("bitrate")
+    data = info.get("info_data", {})
+    yield _state(subject, settings.channel, data)
+    yield from _set_up(subject, settings, data)
+
+
+def _state(subject: str, channel: str, data: dict[str, Any]) -> Finding:
+    """Judge the controller's error state."""
+    rate, sample_point = _bitrate(data), data.get("bittiming", {}).get("sample_point")
     state, restart_ms = data.get("state", "UNKNOWN"), data.get("restart_ms", 0)
     if state == "BUS-OFF":
-        yield Finding("wrong", subject, "is bus-off: wiring, termination or bit rate; `ip link set "
-                      f"{channel} type can restart` as root")  # fmt: skip
-    elif state not in ("ERROR-ACTIVE", "UNKNOWN"):
-        yield Finding("wrong", subject, f"is {state.lower()}: nobody acknowledges, or the bit rate ({rate}) is wrong")
-    else:
-        yield Finding("good", subject, f"is up, {rate} bit/s, {state.lower()}, restart-ms {restart_ms}")
-    if not restart_ms:
-        dead = "stays dead after bus-off: as root, with the interface down,"
-        yield Finding("note", subject, f"{dead} `ip link set {channel} type can restart-ms 100`")
+        told = f"is bus-off: wiring, termination or bit rate; `ip link set {channel} type can restart` as root"
+        return Finding("wrong", subject, told)
+    if state not in ("ERROR-ACTIVE", "UNKNOWN"):
+        told = f"is {state.lower()}: nobody acknowledges, or the bit rate ({rate}) is wrong"
+        return Finding("wrong", subject, told)
+    sampled = f", sample point {sample_point}" if sample_point else ""
+    return Finding("good", subject, f"is up, {rate} bit/s{sampled}, {state.lower()}, restart-ms {restart_ms}")
+
+
+def _set_up(subject: str, settings: CanSettings, data: dict[str, Any]) -> Iterator[Finding]:
+    """Judge what the controller was told to do."""
+    set_it = f"as root, with the interface down, `ip link set {settings.channel} type can"
+    rate = _bitrate(data)
+    if settings.bitrate not in (None, rate):
+        yield Finding("wrong", subject, f"runs at {rate} bit/s, but nav.can.bitrate, not used by socketcan, says "
+                      f"{settings.bitrate}: {set_it} bitrate {settings.bitrate}`, or remove the key")  # fmt: skip
+    if "LISTEN-ONLY" in data.get("ctrlmode", []):
+        yield Finding("note", subject, f"is listen-only, so nothing of ours goes out: {set_it} listen-only off`")
+    if not data.get("restart_ms"):
+        yield Finding("note", subject, f"stays dead after bus-off: {set_it} restart-ms 100`")
+
+
+def _bitrate(data: dict[str, Any]) -> int | None:
+    """Return the bit rate; that of a controller with a fixed list of rates, such as slcan's, stands elsewhere."""
+    found = data.get("bittiming", {}).get("bitrate", data.get("bittiming_bitrate"))
+    return found if found is None else int(found)
 
 
 def _details(channel: str) -> dict[str, Any]:

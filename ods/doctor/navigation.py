@@ -1,8 +1,12 @@
 """The navigation source: its files, and, when asked to listen, what it sends."""
 
+import select
 import time
 from collections import Counter
 from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
 
 from ods import clock
 from ods.config import OnboardConfig
@@ -10,12 +14,30 @@ from ods.doctor import running
 from ods.doctor.finding import Finding
 from ods.errors import OdsError
 from ods.geodesy import LocalFrame
+from ods.geometry import euler_from_quat
+from ods.messages import Pose
 from ods.nav_bridge.can_frame import CanId
 from ods.nav_bridge.can_link import CanLink
+from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
 from ods.nav_bridge.sources import make_source
 
 PAUSE_S = 0.005
+QUIET = {"can_opened", "can_ignored", "emcy", "ins_boot_up", "poses", "sync", "time"}
+"""Counters that tell of no trouble, or of one that the source puts into words."""
+SLOW = 0.9
+"""A message that comes less often than this share of the fastest is slow."""
+
+
+class Heard(NamedTuple):
+    """What came while listening."""
+
+    frames: Counter[CanId]
+    """How often each identifier came."""
+    poses: int
+    newest: Pose | None
+    problems: list[str]
+    """Of interface and source at the end, in plain words."""
 
 
 def files(settings: OnboardConfig) -> Iterator[Finding]:
@@ -34,30 +56,25 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     """Listen to the bus, without a word, and say what came."""
     subject = f"navigation by {settings.nav.source}"
     can = settings.nav.can
-    if can.interface != "socketcan" and running.is_running(settings.bus.run_dir, "nav"):
+    nav_runs = running.is_running(settings.bus.run_dir, "nav")
+    if can.interface != "socketcan" and nav_runs:
         yield Finding("note", subject, "not listened to: the nav process has the adapter")
         return
     counters: Counter[str] = Counter()
     try:
         source = _source(settings, counters)
-        link = CanLink(can, source.ids, counters, lambda _fd: None, lambda _fd: None)
-        heard, poses, faults = _hear(link, source, seconds)
+        heard = _hear(settings, source, counters, seconds)
     except OdsError as error:
         yield Finding("wrong", subject, str(error))
         return
-    if not heard:
-        why = "; ".join(faults) or "the bus is open"
-        yield Finding("wrong", subject, f"nothing that it should send came within {seconds:g} s ({why})")
+    if not any(heard.frames[can_id] for can_id in source.expects()):
+        yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
         return
-    for can_id, what in sorted(source.expects().items()):
-        rate = heard[can_id] / seconds
-        level, told = ("good", f"{rate:.1f} Hz") if rate else ("wrong", f"never came within {seconds:g} s")
-        yield Finding(level, f"CAN {_name(can_id)}", f"{what}: {told}")  # type: ignore[arg-type]
-    trouble = ", ".join(f"{name} {count}" for name, count in sorted(counters.items()) if _tells_trouble(name, count))
-    if not poses:
-        yield Finding("wrong", subject, f"no pose came of it: {trouble or 'see the lines above'}")
-    else:
-        yield Finding("good", subject, f"{poses / seconds:.1f} poses/s" + (f"; {trouble}" if trouble else ""))
+    yield from _rates(source, heard.frames, _own_rhythm(settings.nav), seconds)
+    if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
+        heard = heard._replace(problems=[])
+        counters["own_id_taken"] = 0
+    yield from _judge(subject, heard, counters, seconds, settings.tracker.pose.max_extrapolation_s)
 
 
 def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource:
@@ -65,25 +82,97 @@ def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource:
     return make_source(settings.nav, frame, lambda _id, _data: None, counters)
 
 
-def _hear(link: CanLink, source: PoseSource, seconds: float) -> tuple[Counter[CanId], int, list[str]]:
-    """Return how often each identifier came, the number of poses, and what is wrong with the interface."""
-    heard: Counter[CanId] = Counter()
-    poses = 0
+def _hear(settings: OnboardConfig, source: PoseSource, counters: Counter[str], seconds: float) -> Heard:
+    """Listen; what was counted before the first pose is the rest of an epoch under way, and forgotten."""
+    opened: list[int | None] = [None]
+    link = CanLink(
+        settings.nav.can, source.ids, counters, lambda fd: opened.append(fd), lambda _fd: opened.append(None)
+    )
+    frames: Counter[CanId] = Counter()
+    poses, newest = 0, None
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     try:
         while clock.monotonic_ns() < stop_ns:
             link.tick()
             for frame in link.read():
-                heard[CanId(frame.can_id, frame.extended)] += 1
-                poses += source.take(frame) is not None
-            time.sleep(PAUSE_S)
-        return heard, poses, link.problems()
+                frames[CanId(frame.can_id, frame.extended)] += 1
+                pose = source.take(frame)
+                if pose is not None:
+                    if newest is None:
+                        counters.clear()
+                    poses, newest = poses + 1, pose
+            _wait(opened[-1])
+        return Heard(frames, poses, newest, link.problems() + source.problems(clock.monotonic_ns()))
     finally:
         link.close()
 
 
-def _tells_trouble(name: str, count: int) -> bool:
-    return bool(count) and name.startswith(("epoch_", "pdo_", "can_lost", "can_garbage", "heartbeat_bad", "sequence_"))
+def _wait(fd: int | None) -> None:
+    """Wait for a frame, PAUSE_S at most."""
+    if fd is None:
+        time.sleep(PAUSE_S)
+    else:
+        select.select([fd], [], [], PAUSE_S)
+
+
+def _own_rhythm(nav: NavSettings) -> set[str]:
+    """Return what need not come as often as poses: heartbeat and status."""
+    conditions = nav.dbc.valid if nav.source == "dbc" and nav.dbc else []
+    return {"heartbeat", *(item.signal.partition(".")[0] for item in conditions)}
+
+
+def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
+    """Say that nothing came that a pose is made of, and what came instead."""
+    others = ", ".join(_name(can_id) for can_id in sorted(heard.frames))
+    told = [*heard.problems, f"others came: {others}"] if others else heard.problems
+    key = "nav.canopen.ins_node_id" if nav.source == "canopen" else "nav.dbc.file"
+    asked = f"is the INS on, wired and told to send, and are bit rate and {key} right?"
+    return f"nothing that it should send came within {seconds:g} s ({'; '.join(told)}): {asked}"
+
+
+def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
+    """Say how often each expected identifier came."""
+    expected = sorted(source.expects().items())
+    fastest = max(frames[can_id] for can_id, what in expected if what not in own_rhythm)
+    for can_id, what in expected:
+        subject, rate = f"CAN {_name(can_id)}", frames[can_id] / seconds
+        if not rate:
+            yield Finding("wrong", subject, f"{what}: never came within {seconds:g} s: switch it on at the INS")
+        elif frames[can_id] < SLOW * fastest and what not in own_rhythm:
+            yield Finding("note", subject, f"{what}: {rate:.1f} Hz, others {fastest / seconds:.1f} Hz: a pose needs "
+                          "all of them, so give them one rate at the INS")  # fmt: skip
+        else:
+            yield Finding("good", subject, f"{what}: {rate:.1f} Hz")
+
+
+def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, bridged_s: float) -> Iterator[Finding]:
+    """Say how many poses came and what is wrong with them; bridged_s: gap between poses that the tracker bridges."""
+    trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name not in QUIET]
+    if heard.newest is None:
+        stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
+        others = [problem for problem in heard.problems if problem not in stale]
+        yield Finding("wrong", subject, "; ".join(stale + others + trouble))
+        return
+    rate = heard.poses / seconds
+    if rate * bridged_s < 1.0:
+        yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
+                      "(tracker.pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
+    else:
+        yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.newest)}")
+    for problem in heard.problems:
+        yield Finding("wrong", subject, problem)
+    if trouble:
+        yield Finding("note", subject, f"{', '.join(trouble)}: docs/navigation.md, Counters, tells what they count")
+
+
+def _place(pose: Pose) -> str:
+    """Return the pose in words, for signs to be checked by eye."""
+    north, east, down = pose.position_ned
+    roll, pitch, yaw = np.degrees(euler_from_quat(pose.attitude))
+    return (
+        f"north {north:.1f}, east {east:.1f}, down {down:.1f} m, roll {roll:.1f}, pitch {pitch:.1f}, "
+        f"yaw {yaw % 360.0:.1f} deg"
+    )
 
 
 def _name(can_id: CanId) -> str:

@@ -44,10 +44,11 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
     yield from pipeline(settings)
     yield from sonar_port.examine(settings.sonar.port)
+    if listen_s:
+        yield from sonar_port.listen(settings, listen_s)
     yield from can_interface.examine(settings.nav.can)
     yield from navigation.files(settings)
     if listen_s:
-        yield from sonar_port.listen(settings, listen_s)
         yield from navigation.listen(settings, listen_s)
     yield from running.sockets(settings.bus.run_dir)
 

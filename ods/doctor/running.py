@@ -30,7 +30,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
         if process.name not in running:
             yield Finding("wrong", process.name, "does not run, though others do")
         elif report is None:
-            yield Finding("wrong", process.name, f"runs, but gave no sign of life within {LISTEN_S} s")
+            told = f"runs, but gave no sign of life within {LISTEN_S} s: it hangs, or compiles at its first start"
+            yield Finding("wrong", process.name, told)
         elif report.problems:
             yield Finding("wrong", process.name, "; ".join(report.problems))
         else:

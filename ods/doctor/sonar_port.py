@@ -1,28 +1,46 @@
 """The sonar's line: is it there, and, when asked to listen, what comes over it?"""
 
-import os
 import socket
-import stat
 import time
 from collections import Counter
 from collections.abc import Iterator
-from pathlib import Path
+from typing import NamedTuple
 
 from ods import clock
 from ods.config import OnboardConfig
-from ods.doctor import running
+from ods.doctor import running, serial_device
 from ods.doctor.finding import Finding
 from ods.sonar_link import remote_control, s7k
 from ods.sonar_link.address import TcpAddress, tcp_address
 from ods.sonar_link.assembler import Assembler
-from ods.sonar_link.link import SonarLink
+from ods.sonar_link.drf import CHECKSUM_BYTES, HEADER_BYTES
+from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.settings import SonarSettings
 
 CONNECT_S = 2.0
 PAUSE_S = 0.002
-QUIET = {"records", "unchecked_records", "pings", "port_opens", "other_records", "no_device_time"}
+QUIET = {
+    "records", "unchecked_records", "pings", "port_opens", "other_records", "no_device_time", "network_frames",
+}  # fmt: skip
 """Counters that tell of no trouble."""
-BY_NUMBER = ("/dev/ttyUSB", "/dev/ttyACM")
+SAMPLES = (7042, 7018)
+ADVICE = {
+    "bad_checksum": "bytes change on the way: termination, ground, cable",
+    "data_without_geometry": "switch record 7004 on at the sonar, for every ping",
+    "data_without_settings": "switch record 7000 on at the sonar, for every ping",
+    "garbage_bytes": "bytes that are in no record: noise, or records cut short by a baud that is too low",
+    "lost_pings": "pings that the sonar numbered and that did not come whole: noise, a full line, or a busy processor",
+    "unframed_bytes": "bytes outside network frames: is this the port of a 7k center?",
+}
+
+
+class Heard(NamedTuple):
+    """What came while listening."""
+
+    records: "Counter[int]"
+    """How often each type of record came."""
+    octets: int
+    """Their length as sent."""
 
 
 def examine(port: str) -> Iterator[Finding]:
@@ -31,7 +49,7 @@ def examine(port: str) -> Iterator[Finding]:
     if address:
         yield from _tcp(port, address)
     else:
-        yield from _serial(port)
+        yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
 
 
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
@@ -44,25 +62,46 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     counters: Counter[str] = Counter()
     link, assembler = SonarLink(sonar, counters), Assembler(counters=counters)
     heard = _hear(link, assembler, _subscription(sonar), seconds)
-    if link.fault and not heard:
+    if link.fault and not heard.records:
         yield Finding("wrong", subject, link.fault)
-    elif not heard:
+    elif not heard.records:
         garbage = counters["garbage_bytes"]
         told = f"{garbage} bytes of no record came: baud, wiring, or another protocol" if garbage else "it is silent"
         yield Finding("wrong", subject, f"no s7k record within {seconds:g} s; {told}")
     else:
-        yield from _judge(subject, heard, counters, seconds)
+        yield _judge(subject, heard, counters["pings"], sonar, seconds)
+        yield from _trouble(subject, counters)
     link.close()
 
 
-def _judge(subject: str, heard: "Counter[int]", counters: "Counter[str]", seconds: float) -> Iterator[Finding]:
-    records = ", ".join(f"{kind} at {count / seconds:.1f} Hz" for kind, count in sorted(heard.items()))
-    trouble = ", ".join(f"{name} {count}" for name, count in sorted(counters.items()) if count and name not in QUIET)
-    if counters["pings"]:
-        told = f"{counters['pings'] / seconds:.1f} pings/s; records {records}"
-        yield Finding("good", subject, told + (f"; {trouble}" if trouble else ""))
-    else:
-        yield Finding("wrong", subject, f"no ping can be made of records {records}; {trouble}")
+def _judge(subject: str, heard: Heard, pings: int, sonar: SonarSettings, seconds: float) -> Finding:
+    records = ", ".join(f"{kind} at {count / seconds:.1f} Hz" for kind, count in sorted(heard.records.items()))
+    if pings:
+        return Finding(
+            "good", subject, f"{pings / seconds:.1f} pings/s; records {records}; {_load(heard, sonar, seconds)}"
+        )
+    missing = [str(kind) for kind in (7000, 7004) if not heard.records[kind]]
+    if not any(heard.records[kind] for kind in SAMPLES):
+        missing.append("7042 or 7018")
+    why = f"{' and '.join(missing)} never came whole" if missing else "they do not fit each other"
+    told = (
+        f"no ping can be made of records {records}: {why}; switch 7000, 7004 and 7042 on at the sonar, for every ping"
+    )
+    return Finding("wrong", subject, told)
+
+
+def _load(heard: Heard, sonar: SonarSettings, seconds: float) -> str:
+    """Say how much came and, of a serial line, what part of its rate that is."""
+    rate = heard.octets / seconds
+    if tcp_address(sonar.port):
+        return f"{rate / 1e6:.2f} MB/s"
+    return f"{rate / 1e6:.2f} MB/s, {rate * BITS_A_BYTE / sonar.baud:.0%} of {sonar.baud} baud"
+
+
+def _trouble(subject: str, counters: "Counter[str]") -> Iterator[Finding]:
+    for name, count in sorted(counters.items()):
+        if count and name not in QUIET:
+            yield Finding("note", subject, f"{name} {count}" + (f": {ADVICE[name]}" if name in ADVICE else ""))
 
 
 def _subscription(sonar: SonarSettings) -> bytes:
@@ -74,9 +113,10 @@ def _subscription(sonar: SonarSettings) -> bytes:
     return remote_control.encode_request(request, clock.utc_ns(), s7k.DEVICE)
 
 
-def _hear(link: SonarLink, assembler: Assembler, subscription: bytes, seconds: float) -> "Counter[int]":
-    """Return how often each type of record came."""
+def _hear(link: SonarLink, assembler: Assembler, subscription: bytes, seconds: float) -> Heard:
+    """Listen; what precedes the first whole ping is the rest of one under way, and not counted as trouble."""
     heard: Counter[int] = Counter()
+    octets = 0
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     while (now_ns := clock.monotonic_ns()) < stop_ns:
         if link.open_if_due(now_ns) and subscription:
@@ -84,27 +124,13 @@ def _hear(link: SonarLink, assembler: Assembler, subscription: bytes, seconds: f
         records = link.check(now_ns) + (link.read(now_ns) or [])
         for record in records:
             heard[record.record_type] += 1
-            assembler.feed(record)
+            octets += HEADER_BYTES + len(record.body) + CHECKSUM_BYTES
+            if assembler.feed(record) and link.counters["pings"] == 1:
+                link.counters.clear()
+                link.counters["pings"] = 1
         if not records:
             time.sleep(PAUSE_S)
-    return heard
-
-
-def _serial(port: str) -> Iterator[Finding]:
-    subject = f"serial port {port}"
-    try:
-        status = Path(port).stat()
-    except OSError as error:
-        yield Finding("wrong", subject, f"{error.strerror}: is the adapter plugged in, and sonar.port right?")
-        return
-    if not stat.S_ISCHR(status.st_mode):
-        yield Finding("wrong", subject, "is no serial device")
-    elif not os.access(port, os.R_OK | os.W_OK):
-        yield Finding("wrong", subject, "may not be read and written by this user: join the group `dialout`")
-    else:
-        yield Finding("good", subject, f"is there ({os.path.realpath(port)})")
-        if port.startswith(BY_NUMBER):
-            yield Finding("note", subject, "may get another number when replugged: use its name in /dev/serial/by-id")
+    return Heard(heard, octets)
 
 
 def _tcp(port: str, address: TcpAddress) -> Iterator[Finding]:

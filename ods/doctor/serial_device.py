@@ -1,0 +1,46 @@
+"""A serial device, of the sonar or of a CAN adapter: is it there, usable, named for good, and prompt?"""
+
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from ods.doctor.finding import Finding
+
+BY_NUMBER = ("/dev/ttyUSB", "/dev/ttyACM")
+USB_SERIAL = Path("/sys/bus/usb-serial/devices")
+PROMPT_MS = 2
+"""A latency timer up to this is short beside everything else."""
+
+
+def examine(subject: str, device: str, key: str) -> Iterator[Finding]:
+    """Look at a device without opening it; key: the setting that names it."""
+    try:
+        status = Path(device).stat()
+    except OSError as error:
+        yield Finding("wrong", subject, f"{error.strerror}: is the adapter plugged in, and {key} right?")
+        return
+    if not stat.S_ISCHR(status.st_mode):
+        yield Finding("wrong", subject, "is no serial device")
+    elif not os.access(device, os.R_OK | os.W_OK):
+        yield Finding("wrong", subject, "may not be read and written by this user: join the group `dialout`")
+    else:
+        yield Finding("good", subject, f"is there ({os.path.realpath(device)})")
+        if device.startswith(BY_NUMBER):
+            yield Finding("note", subject, "may get another number when replugged: use its name in /dev/serial/by-id")
+        yield from latency_timer(subject, device)
+
+
+def latency_timer(subject: str, device: str, devices: Path = USB_SERIAL) -> Iterator[Finding]:
+    """Tell of an adapter that holds the end of what has come back, as FTDI's do: 16 ms unless told otherwise.
+
+    Source: FTDI, AN232B-04, "Small amounts of data and end of buffer conditions". `devices`: the kernel's list.
+    """
+    file = devices / Path(os.path.realpath(device)).name / "latency_timer"
+    try:
+        held_ms = int(file.read_text())
+    except (OSError, ValueError):
+        return
+    if held_ms > PROMPT_MS:
+        yield Finding("note", subject, f"the adapter holds the last bytes back for up to {held_ms} ms: "
+                      f"`echo 1 > {file}` as root, or the udev rule in docs/hardware.md")  # fmt: skip
