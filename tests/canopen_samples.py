@@ -52,9 +52,9 @@ def pdos(number: int, **values: int) -> list[bytes]:
     """Return the six PDOs of one epoch as raw counts."""
     v = {
         "status": 15, "ms": 43_200_000 + number * 10, "days": 15_000, "n": 12_345, "e": -6_789, "d": 4_200,
-        "roll": -523, "pitch": 1_047, "yaw": -31_000, "u": 1_500, "v": -20, "w": 35,
+        "sequence": number % 256, "roll": -523, "pitch": 1_047, "yaw": -31_000, "u": 1_500, "v": -20, "w": 35,
     } | values  # fmt: skip
-    sequence = number % 256
+    sequence = v["sequence"]
     return [
         struct.pack("<BBIH", sequence, v["status"], v["ms"] % DAY_MS if v["ms"] < DAY_MS else v["ms"], v["days"]),
         struct.pack("<ii", v["n"], v["e"]),

@@ -103,7 +103,7 @@ def test_the_ins_stops_in_mid_epoch_and_starts_again() -> None:
     assert len(bench.epoch(1)) == 1
     assert bench.epoch(2, only=(1, 2, 3)) == []
     assert len(bench.epoch(300)) == 1
-    assert lost(bench.counters) == {"epoch_torn": 1, "epoch_missing": (300 - 2 - 1) % 256}
+    assert lost(bench.counters) == {"epoch_torn": 1, "epoch_missing": 300 - 2 - 1}
 
 
 def test_no_epoch_is_put_together_from_two_that_look_alike() -> None:
@@ -132,8 +132,17 @@ def test_gaps_and_restarts_of_the_sequence_are_told_apart() -> None:
     for number in (250, 251, 254, 257):  # 257 is sent as 1
         assert len(bench.epoch(number)) == 1
     assert lost(bench.counters) == {"epoch_missing": 4}
-    assert len(bench.epoch(256 * 2)) == 1
-    assert bench.counters["sequence_reset"] == 1
+    assert len(bench.epoch(258, sequence=0)) == 1
+    assert lost(bench.counters) == {"epoch_missing": 4, "sequence_reset": 1}
+
+
+@pytest.mark.parametrize("missing", [1, 127, 128, 199, 255, 256, 258, 700])
+def test_however_many_epochs_are_lost_time_tells_the_wraps_of_the_number(missing: int) -> None:
+    bench = Bench()
+    for number in range(1, 11):
+        bench.epoch(number)
+    bench.epoch(10 + missing + 1)
+    assert lost(bench.counters) == {"epoch_missing": missing}
 
 
 def test_a_repeated_epoch_is_no_new_pose() -> None:

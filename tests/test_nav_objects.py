@@ -165,3 +165,53 @@ def test_a_mistake_in_the_table_is_one_line_with_its_key(tmp_path: Path, changes
         Bench(geodetic(tmp_path), objects=GEODETIC | changes)
     assert said in str(error.value)
     assert "\n" not in str(error.value)
+
+
+ONE_NUMBER = {
+    "0x3000:1": "sequence", "0x3000:2": "north", "0x3000:3": "east", "0x3000:4": "down",
+    "0x3100:1": "roll", "0x3100:2": "pitch", "0x3100:3": "yaw",
+    "0x3200:1": "u", "0x3200:2": "v", "0x3200:3": "w",
+}  # fmt: skip
+
+
+def one_number(path: Path) -> Path:
+    """Write the EDS of an INS whose first of three PDOs alone carries the sequence number."""
+    objects = {
+        0x3000: [(U8, ""), (I16, ""), (I16, ""), (I16, "")],
+        0x3100: [(I16, "Factor=1e-4\n")] * 3,
+        0x3200: [(I16, "")] * 3,
+    }
+    mapped = [[(index, sub + 1) for sub in range(len(subs))] for index, subs in objects.items()]
+    return eds(path / "one.eds", objects, mapped)
+
+
+def test_behind_the_last_number_a_pdo_must_come_within_the_window(tmp_path: Path) -> None:
+    bench = Bench(one_number(tmp_path), objects=ONE_NUMBER)
+
+    def send(number: int, only: tuple[int, ...]) -> list[Pose]:
+        data = [struct.pack("<Bhhh", number, number, 0, 0), struct.pack("<hhh", 0, 0, 100 * number), bytes(6), b""]
+        return feed(bench, number, data, only)
+
+    assert len(send(1, (0, 1, 2))) == 1
+    assert send(2, (0,)) == []
+    assert send(3, (1, 2)) == []  # three frames in a row were lost: in order, but of the next instant
+    assert len(send(4, (0, 1, 2))) == 1
+
+
+@pytest.mark.parametrize(
+    ("cob_id", "mapped"),
+    [
+        ("$NODEID+0x480", [0x60000101, 0x60000201]),
+        ("", [0x60000108]),
+        ("$NODEID+0x480", None),
+        ("$NODEID+0x180", [0x60000108]),
+    ],
+    ids=["single bits", "no COB-ID", "no mapping", "a COB-ID of the set"],
+)
+def test_pdos_that_carry_no_pose_may_be_anything(tmp_path: Path, cob_id: str, mapped: list[int] | None) -> None:
+    file = geodetic(tmp_path)
+    text = record(0x1808, [(U32, cob_id, "")])
+    if mapped is not None:
+        text += record(0x1A08, [(U32, hex(entry), "") for entry in mapped])
+    file.write_text(file.read_text() + text)
+    assert len(feed(Bench(file, objects=GEODETIC), 1, geodetic_pdos(30.0))) == 1

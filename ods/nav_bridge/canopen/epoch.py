@@ -4,11 +4,17 @@ from collections import Counter
 from dataclasses import dataclass
 
 from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.canopen.object_map import SEQUENCE
 from ods.nav_bridge.canopen.pdo_layout import PdoLayout, PdoSet
 from ods.nav_bridge.canopen.two_senders import TwoSenders
 
 TIMEOUT_NS = 100_000_000
 """An epoch that is not complete after this time never will be; the sequence number may have wrapped since."""
+LOST_SLACK = 3
+LOST_SHARE = 0.02
+"""By so many epochs, and this share of them, number and time may disagree on how many were lost."""
+PERIOD_GAIN = 0.1
+"""Share of the newest period in the mean."""
 EVIDENCE = 3
 """Pieces needed: one may come of a damaged number on a serial line."""
 
@@ -27,8 +33,9 @@ class EpochAssembler:
     """Puts epochs together from single PDOs.
 
     PDOs that carry the sequence number are tied by it. One that does not is taken only directly after its
-    predecessor in the set, so that it cannot slip in from another epoch. In a set without sequence numbers the first
-    PDO opens an epoch, and each other one is taken directly after its predecessor and within `window_ns`.
+    predecessor in the set. That proves its epoch if a PDO with the number follows; those behind the last number are
+    taken within `window_ns` of the epoch's first PDO only. In a set without sequence numbers the first PDO opens an
+    epoch, and that holds for all others.
 
     Counts `pdo_short`, `pdo_duplicate` (also those of a repeated epoch), `pdo_stray` (without sequence number and out
     of place), `epoch_torn` (given up incomplete), `epoch_missing` (numbers never seen), `sequence_reset` (went back),
@@ -41,6 +48,9 @@ class EpochAssembler:
         self._all = frozenset(layout.cob_id for layout in pdo_set.layouts)
         self._modulus = pdo_set.sequence_modulus
         self._timeout_ns = window_ns if self._modulus is None else TIMEOUT_NS
+        self._window_ns = window_ns
+        self._last_numbered = max((n.place for n in pdo_set.layouts if SEQUENCE in n.fields), default=-1)
+        self._period_ns = 0.0
         self._numbers: tuple[int | None, int | None] = (None, None)  # of the newest two epochs
         self._finished = True
         self._values: dict[str, float] = {}
@@ -85,10 +95,15 @@ class EpochAssembler:
             self._taken.setdefault(layout.cob_id, data)  # for the next one to contradict
             self._counters["pdo_duplicate"] += 1
             return False
-        if self._finished or not in_time or (number is None and layout.place != self._place + 1):
+        if self._finished or not in_time or (number is None and not self._follows(layout, t_ns)):
             self._counters["pdo_stray"] += 1
             return False
         return True
+
+    def _follows(self, layout: PdoLayout, t_ns: int) -> bool:
+        """Tell whether a PDO without number comes where and when one of the open epoch does."""
+        in_window = layout.place < self._last_numbered or t_ns - self._t_ns <= self._window_ns
+        return layout.place == self._place + 1 and in_window
 
     def _open(self, number: int | None, t_ns: int) -> None:
         self._give_up()
@@ -107,12 +122,27 @@ class EpochAssembler:
         assert self._modulus is not None
         before, last = self._numbers
         self._numbers = last, number
-        if last is None or number == last:
+        if last is None:
             return
         ahead = (number - last - 1) % self._modulus
-        if before not in (None, last) and ahead and (number - before) % self._modulus <= 1:
+        lost = self._lost(ahead, t_ns - self._t_ns)
+        if number == last and lost is None:
+            return
+        if not ahead:
+            self._period_ns += (PERIOD_GAIN if self._period_ns else 1.0) * (t_ns - self._t_ns - self._period_ns)
+        if last not in (before, number) and before is not None and ahead and (number - before) % self._modulus <= 1:
             self.two_senders.seen(t_ns)
-        elif ahead < self._modulus // 2:
-            self._counters["epoch_missing"] += ahead
+        elif lost is not None:
+            self._counters["epoch_missing"] += lost
         else:
             self._counters["sequence_reset"] += 1
+
+    def _lost(self, ahead: int, elapsed_ns: int) -> int | None:
+        """Return how many epochs were lost, by number and time, None if the number was set back."""
+        assert self._modulus is not None
+        if self._period_ns > 0.0:
+            by_time = elapsed_ns / self._period_ns - 1.0
+            lost = ahead + self._modulus * round((by_time - ahead) / self._modulus)
+            if lost >= 0 and abs(lost - by_time) <= LOST_SLACK + LOST_SHARE * by_time:
+                return lost
+        return ahead if ahead < self._modulus // 2 else None

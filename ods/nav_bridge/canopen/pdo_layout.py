@@ -31,6 +31,7 @@ NOT_VALID = 1 << 31
 EXTENDED = 1 << 29
 COB_ID_MASK = 0x7FF
 MAX_BYTES = 8
+MAX_MAPPED = 64
 
 
 @dataclass(frozen=True)
@@ -107,19 +108,31 @@ def _layouts(
     for number in range(TPDO_COUNT):
         if FIRST_TPDO + number not in dictionary:
             continue
+        if not _carries_any(dictionary, FIRST_MAPPING + number, objects):
+            continue  # whatever its entries say
         cob_id = number_of(dictionary, FIRST_TPDO + number, 1)
         if cob_id & (NOT_VALID | EXTENDED):
             continue
         entries = list(_entries(dictionary, FIRST_MAPPING + number, objects, carried))
         fields = tuple(name for entry in entries for name in entry.fields)
-        if not fields:
-            continue
         packed = struct.Struct("<" + "".join(entry.code for entry in entries))
         if packed.size > MAX_BYTES:
             raise ValueError(f"TPDO {number + 1} maps {packed.size} bytes, more than a CAN frame holds")
         factors = tuple(factor for entry in entries for factor in entry.factors)
         yield PdoLayout(place, cob_id & COB_ID_MASK, packed, fields, factors)
         place += 1
+
+
+def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject]) -> bool:
+    """Tell whether a mapping record, as far as it can be read, maps one of `objects`."""
+    for subindex in range(1, MAX_MAPPED + 1):
+        try:
+            mapped = number_of(dictionary, index, subindex)
+        except ValueError:
+            continue
+        if (mapped >> 16, mapped >> 8 & 0xFF) in objects:
+            return True
+    return False
 
 
 def _entries(

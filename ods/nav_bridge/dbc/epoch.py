@@ -61,7 +61,10 @@ class DbcEpochAssembler:
         self._values |= message.fields(counts)
         proven = self._read_clock(message.clock, counts, t_ns) if message.clock is not None else None
         self._next += 1
-        return (self._finish(t_ns) if self._next == len(self._epoch) else None) or proven
+        complete = self._finish(t_ns) if self._next == len(self._epoch) else None
+        if proven and complete:  # one at a time: the newer one waits for the next reading
+            self._held = complete
+        return proven or complete
 
     def _read_clock(self, clock: Clock, counts: dict[str, float], t_ns: int) -> DbcEpoch | None:
         """Set the epoch's instant; return the epoch held back if no instant is missing between it and this one."""
