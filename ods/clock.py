@@ -4,8 +4,6 @@ import time
 from collections import deque
 
 NS = 1_000_000_000
-MAX_STAMP_AGE_NS = 50_000_000
-"""A receive stamp older than this is no stamp of the frame just read, but a stepped wall clock."""
 DRIFT_DIVISOR = 10_000
 """A device's clock drifts by at most one part in this many: 100 ppm."""
 CONFIRMATIONS = 4
@@ -29,17 +27,6 @@ def utc_offset_ns() -> int:
         before, utc, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
         readings.append((after - before, utc - (before + after) // 2))
     return min(readings)[1]
-
-
-def arrival_ns(stamp_utc_s: float) -> int:
-    """Return the monotonic time of a frame just read whose driver stamped it with the wall clock, s since 1970.
-
-    A step of the wall clock between stamp and reading shifts the result by MAX_STAMP_AGE_NS at most.
-    """
-    age = time.time_ns() - round(
-        stamp_utc_s * NS
-    )  # first: a pause between both clocks then makes it later, not earlier
-    return time.monotonic_ns() - min(max(age, 0), MAX_STAMP_AGE_NS)
 
 
 class OffsetEstimator:

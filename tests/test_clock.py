@@ -94,18 +94,6 @@ def test_a_backlog_read_in_one_go_is_no_jump() -> None:
     assert estimator.jumps == 0
 
 
-def test_an_arrival_stamp_survives_a_step_of_the_wall_clock(monkeypatch: pytest.MonkeyPatch) -> None:
-    now = SimpleNamespace(wall=1_700_000_000 * NS, mono=1_000 * NS)
-    fake = SimpleNamespace(time_ns=lambda: now.wall, monotonic_ns=lambda: now.mono)
-    monkeypatch.setattr(clock, "time", fake)
-    stamp_s = now.wall / NS - 0.002
-    assert clock.arrival_ns(stamp_s) == pytest.approx(now.mono - 2 * MS, abs=1000)
-    now.wall += 100 * NS
-    assert clock.arrival_ns(stamp_s) == now.mono - 50 * MS
-    now.wall -= 200 * NS
-    assert clock.arrival_ns(stamp_s) == now.mono
-
-
 def test_utc_of_a_monotonic_instant(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(clock, "time", SimpleNamespace(time_ns=lambda: 1_700_000_000 * NS, monotonic_ns=lambda: 5 * NS))
     assert clock.utc_ns() == 1_700_000_000 * NS

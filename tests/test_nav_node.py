@@ -186,7 +186,8 @@ def test_every_object_of_the_eds_is_read_by_an_sdo_client(client: tuple[Bench, c
     assert told[0x1000, 0] == told[0x1018, 1] == 0
     assert told[0x1001, 0] == 0x91
     assert told[0x1003, 0] == len(Fault)
-    assert {told[0x1003, sub] for sub in range(1, 7)} == {0x8100, 0x8130, 0x8210, 0xFF01, 0xFF02, 0xFF03}
+    codes = {told[0x1003, sub] for sub in range(1, 1 + len(Fault))}
+    assert codes == {0x8100, 0x8130, 0x8140, 0x8210, 0xFF01, 0xFF02, 0xFF03}
     assert (told[0x1005, 0], told[0x1006, 0]) == (0x40000080, 20_000)
     assert told[0x1008, 0] == "ODS navigation bridge"
     assert told[0x100A, 0] == __version__

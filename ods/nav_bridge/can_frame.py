@@ -1,4 +1,4 @@
-"""One received CAN data frame, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
+"""What comes off a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
 
 from typing import NamedTuple
 
@@ -29,5 +29,16 @@ class Frame(NamedTuple):
     extended: bool
     """29-bit identifier: never CANopen, even when the number is that of a PDO."""
     data: bytes
+    t_ns: int
+    """Arrival, CLOCK_MONOTONIC."""
+
+
+class ErrorFrame(NamedTuple):
+    """What the driver tells of the CAN controller in the form of a frame (Linux, can/error.h)."""
+
+    classes: int
+    """Bits, each a kind of error."""
+    data: bytes
+    """Details of them."""
     t_ns: int
     """Arrival, CLOCK_MONOTONIC."""

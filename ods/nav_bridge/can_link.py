@@ -3,7 +3,6 @@
 import contextlib
 import logging
 import os
-import socket
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -13,9 +12,13 @@ import can
 
 from ods import clock
 from ods.errors import OdsError
-from ods.nav_bridge.can_frame import CanId, Frame
+from ods.nav_bridge.bus_errors import BusErrors
+from ods.nav_bridge.can_frame import CanId, ErrorFrame, Frame
+from ods.nav_bridge.other_bus import OtherBus
 from ods.nav_bridge.settings import CanSettings
 from ods.nav_bridge.slcan_bus import SlcanBus
+from ods.nav_bridge.socketcan_bus import SocketcanBus
+from ods.nav_bridge.wall_clock import WallClock
 
 log = logging.getLogger(__name__)
 
@@ -27,14 +30,15 @@ SEND_TIMEOUT_S = 0.02
 FIRST_RETRY_NS, LAST_RETRY_NS = 100_000_000, 1_000_000_000
 IFF_UP = 1
 FailedBus = (can.CanError, OSError)
+AnyBus = SocketcanBus | SlcanBus | OtherBus
 
 
 class CanLink:
     """One CAN interface, kept open.
 
     Without a thread: its owner calls `read` when the descriptor given to `opened` is readable, and `tick` often.
-    `closing` comes before that descriptor is closed. Counts `can_opened`, `can_lost`, `can_silent`, `can_ignored`
-    (remote, error and FD frames), `can_unsent`.
+    `closing` comes before that descriptor is closed. Counts `can_opened`, `can_lost`, `can_silent`, `can_unsent`, and
+    what `BusErrors`, `WallClock` and the buses count.
     """
 
     def __init__(
@@ -50,7 +54,9 @@ class CanLink:
         self._counters = counters
         self._opened, self._closing = opened, closing
         self._silence_ns = round(settings.silence_s * clock.NS)
-        self._bus: can.BusABC | None = None
+        self._errors = BusErrors(counters)
+        self._wall_clock = WallClock(counters)
+        self._bus: AnyBus | None = None
         self._fd: int | None = None
         self._why = "not open yet"
         self._said = ""
@@ -75,19 +81,22 @@ class CanLink:
             self._open(now_ns)
 
     def read(self) -> Iterator[Frame]:
-        """Yield the frames that have arrived."""
+        """Yield the data frames that have arrived."""
+        if self._bus is None:
+            return
+        count = 0
         try:
-            for _ in range(READ_LIMIT):
-                message = self._bus.recv(0) if self._bus is not None else None
-                if message is None:
-                    return
-                self._heard(clock.arrival_ns(message.timestamp))
-                if message.is_remote_frame or message.is_error_frame or message.is_fd:
-                    self._counters["can_ignored"] += 1
-                    continue
-                yield Frame(message.arbitration_id, message.is_extended_id, bytes(message.data), self._heard_ns)
+            for received in self._bus.receive(READ_LIMIT):
+                count += 1
+                if isinstance(received, ErrorFrame):
+                    self._errors.take(received)
+                else:
+                    self._heard(received.t_ns)
+                    yield received
         except FailedBus as error:
             self._lost(error)
+        if count < READ_LIMIT:
+            self._wall_clock.emptied()
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send a standard data frame; one that cannot go out is counted and forgotten."""
@@ -101,14 +110,18 @@ class CanLink:
 
     def problems(self) -> list[str]:
         """Say in plain words what is wrong with the interface."""
+        now_ns = clock.monotonic_ns()
+        found = [*self._errors.problems(now_ns), *self._complaints(now_ns)]
+        return [f"{self._settings.channel}: {problem}" for problem in found]
+
+    def _complaints(self, now_ns: int) -> Iterator[str]:
+        silent_ns = now_ns - self._heard_ns
         if self._bus is None:
-            return [f"{self._settings.channel}: {self._why}"]
-        if self._settings.interface == "socketcan" and not _is_up(self._settings.channel):
-            return [f"{self._settings.channel}: is down"]
-        silent_ns = clock.monotonic_ns() - self._heard_ns
-        if silent_ns > self._silence_ns:
-            return [f"{self._settings.channel}: no CAN frame for {silent_ns / clock.NS:.1f} s"]
-        return []
+            yield self._why
+        elif self._settings.interface == "socketcan" and not _is_up(self._settings.channel):
+            yield "is down"
+        elif silent_ns > self._silence_ns:
+            yield f"no CAN frame for {silent_ns / clock.NS:.1f} s"
 
     def close(self) -> None:
         """Give the interface back."""
@@ -124,6 +137,7 @@ class CanLink:
             port.close()
 
     def _open(self, now_ns: int) -> None:
+        self._wall_clock.emptied()
         try:
             self._bus = self._new_bus()
         except (*FailedBus, ValueError, NotImplementedError, TypeError) as error:
@@ -136,27 +150,23 @@ class CanLink:
             self._fd = self._bus.fileno()
         self._opened(self._fd)
 
-    def _new_bus(self) -> can.BusABC:
-        settings = self._settings
-        options: dict[str, Any] = {}
-        if settings.bitrate is not None:
-            options["bitrate"] = settings.bitrate
-        if settings.interface == "socketcan":  # the kernel filters at no cost; elsewhere python-can would, slowly
-            options["can_filters"] = [
-                {"can_id": number, "can_mask": FULL_MASK[extended], "extended": extended}
-                for number, extended in self._ids
-            ]
-        options |= settings.options
+    def _new_bus(self) -> AnyBus:
+        settings, counters = self._settings, self._counters
+        options: dict[str, Any] = {} if settings.bitrate is None else {"bitrate": settings.bitrate}
         if settings.interface == "slcan":
-            return SlcanBus(settings.channel, self._counters, **options)
-        bus = can.Bus(settings.channel, settings.interface, ignore_config=True, **options)
-        sock = getattr(bus, "socket", None)
-        if isinstance(sock, socket.socket):
-            _enlarge(sock, settings.receive_buffer_bytes)
-        return bus
+            return SlcanBus(settings.channel, counters, **options | settings.options)
+        if settings.interface != "socketcan":
+            bus = can.Bus(settings.channel, settings.interface, ignore_config=True, **options | settings.options)
+            return OtherBus(bus, self._wall_clock, counters)
+        options["can_filters"] = [  # the kernel filters at no cost; elsewhere python-can would, slowly
+            {"can_id": number, "can_mask": FULL_MASK[extended], "extended": extended} for number, extended in self._ids
+        ]
+        size = settings.receive_buffer_bytes
+        return SocketcanBus(settings.channel, self._wall_clock, counters, size, **options | settings.options)
 
     def _lost(self, error: Exception) -> None:
         self._counters["can_lost"] += 1
+        self._errors.lost()
         self.close()
         self._try_later(error)
 
@@ -171,6 +181,7 @@ class CanLink:
 
     def _heard(self, arrival_ns: int) -> None:
         self._heard_ns = arrival_ns
+        self._errors.works()
         self._delay_ns = FIRST_RETRY_NS
         if self._said:
             self._said = ""
@@ -204,12 +215,3 @@ def _refuse_bad_settings(settings: CanSettings, error: BaseException) -> None:
             text = " ".join(str(error).split())
             raise OdsError(f"nav.can: {settings.interface} {settings.channel}: {text}") from error
         cause = cause.__cause__
-
-
-def _enlarge(sock: socket.socket, size: int) -> None:
-    """Set the receive buffer, beyond the system's limit where the process may."""
-    so_rcvbufforce = 33
-    try:
-        sock.setsockopt(socket.SOL_SOCKET, so_rcvbufforce, size)
-    except OSError:
-        sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, size)

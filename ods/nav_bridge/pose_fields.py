@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from ods.clock import NS
 from ods.errors import OdsError
 from ods.geodesy import LocalFrame
-from ods.geometry import rotation_matrix
 from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 
@@ -131,8 +130,7 @@ class PoseMaker:
         first, second, third = (values[name] for name in self._velocity)
         if self._velocity == VELOCITIES[0]:
             return first, second, third
-        u, v, w = (rotation_matrix(attitude).T @ (first, second, third)).tolist()
-        return u, v, w
+        return _to_body((first, second, third), attitude)
 
 
 def _choice(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
@@ -163,4 +161,15 @@ def _quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
         sr * cp * cy - cr * sp * sy,
         cr * sp * cy + sr * cp * sy,
         cr * cp * sy - sr * sp * cy,
+    )
+
+
+def _to_body(vector: Vector3, attitude: Quaternion) -> Vector3:
+    """Return `rotation_matrix(attitude).T @ vector` of `ods.geometry`, in plain floats for the same reason."""
+    (north, east, down), (w, x, y, z) = vector, attitude
+    a, b, c = 2.0 * (y * down - z * east), 2.0 * (z * north - x * down), 2.0 * (x * east - y * north)
+    return (
+        north - w * a + y * c - z * b,
+        east - w * b + z * a - x * c,
+        down - w * c + x * b - y * a,
     )

@@ -8,11 +8,12 @@ from ods.config import OnboardConfig
 from ods.geodesy import LocalFrame
 from ods.nav_bridge.can_link import CanLink
 from ods.nav_bridge.sources import make_source
-from ods.nav_bridge.wall_clock import WallClock
 from ods.service import TICK_S, Service, Worker
 
-GATHER_S = 0.001
+GATHER_S = 0.002
 """After the first frame of an epoch: six PDOs take 1.5 ms on a bus of 500 kbit/s, and cost half when read together."""
+LATE_S = 0.0005
+"""For what has not come by then."""
 
 
 class NavWorker(Worker[OnboardConfig]):
@@ -23,7 +24,7 @@ class NavWorker(Worker[OnboardConfig]):
         nav, counters = settings.nav, service.counters
         frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
         self._source = make_source(nav, frame, self._send, counters)
-        self._wall_clock = WallClock(counters)
+        self._gather_s = GATHER_S
         self._link = CanLink(nav.can, self._source.ids, counters, self._opened, self._closing)
 
     def start(self) -> None:
@@ -35,14 +36,14 @@ class NavWorker(Worker[OnboardConfig]):
     def readable(self, fd: int) -> None:
         """Read, and so stamp, the first frame at once; let the rest of its epoch come before `tick` reads on."""
         self._read()
-        time.sleep(GATHER_S)
+        time.sleep(self._gather_s)
+        self._gather_s = LATE_S
 
     def tick(self) -> None:
         """Read the bus empty, whatever woke the loop; keep bus and source going."""
         self._read()
         self._link.tick()
         now_ns = clock.monotonic_ns()
-        self._wall_clock.watch(now_ns, clock.utc_ns(now_ns))
         if self._link.is_open:
             self._source.tick(now_ns)
 
@@ -50,6 +51,7 @@ class NavWorker(Worker[OnboardConfig]):
         for frame in self._link.read():
             pose = self._source.take(frame)
             if pose is not None:
+                self._gather_s = GATHER_S
                 self.service.publish("pose", pose)
                 self.service.counters["poses"] += 1
 

@@ -28,6 +28,10 @@ WATCH_S = 1.0
 SPIN_PERCENT = 60.0
 """A process that waits properly takes a few per cent of a core, one that spins takes all of it."""
 FLOOD_HZ = 8000
+CONTROLLER_PROBLEM, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100
+"""Classes of error frames (Linux, can/error.h)."""
+EMCY_RECOVERED = 0x8140
+"""CiA 301: recovered from bus-off."""
 
 
 class Ins(threading.Thread):
@@ -76,9 +80,10 @@ class Rig:
         return self.client.health.counters.get(name, 0)
 
     def flows(self) -> None:
-        """Wait until poses come; at most as long as a recovery may take."""
+        """Wait until new poses come; at most as long as a recovery may take."""
+        begun_ns = clock.monotonic_ns()
         self.client.poses.clear()
-        self.client.until(lambda: len(self.client.poses) > 3, RECOVERY_S)
+        self.client.until(lambda: sum(pose.t_ns > begun_ns for pose in self.client.poses) > 3, RECOVERY_S)
 
     def is_well(self) -> None:
         """Wait until poses come and nothing is complained about any more."""
@@ -227,6 +232,47 @@ def test_the_ins_stops_in_mid_epoch(rig: Rig) -> None:
     rig.ins.only = None
     rig.is_well()
     assert torn > 10
+
+
+@pytest.mark.parametrize("ends_by", ["a restart", "a good frame"])
+def test_bus_off(rig: Rig, vcan0: str, ends_by: str) -> None:
+    """What a controller's driver tells, told by another socket, as vcan has no controller."""
+    names = ("can_error_frames", "can_bus_off", "can_recovered", "can_ignored")
+    before = {name: rig.counter(name) for name in names}
+    rig.ins.mute = True
+    rig.says("no pose for")
+    with can.Bus(vcan0, "socketcan", ignore_config=True) as controller:
+        controller.send(error_frame(CONTROLLER_PROBLEM, 0x20))
+        rig.says(f"{vcan0}: many errors on the bus (error-passive)")
+        controller.send(error_frame(BUS_OFF))
+        rig.says(f"{vcan0}: bus-off: wiring, termination or bit rate")
+        rig.does_not_spin()
+        if ends_by == "a restart":
+            controller.send(error_frame(RESTARTED))
+        else:
+            rig.ins.mute = False
+        rig.client.until(lambda: not rig.client.says("bus-off"), RECOVERY_S)
+        assert EMCY_RECOVERED in emergencies(controller)
+    rig.ins.mute = False
+    rig.is_well()
+    counted = {name: rig.counter(name) - count for name, count in before.items()}
+    told = 3 if ends_by == "a restart" else 2
+    assert counted == {"can_error_frames": told, "can_bus_off": 1, "can_recovered": 1, "can_ignored": 0}
+
+
+def error_frame(classes: int, detail: int = 0) -> can.Message:
+    """Return what a driver sends; `detail`: its second byte."""
+    data = bytes([0, detail, 0, 0, 0, 0, 0, 0])
+    return can.Message(arbitration_id=classes, is_error_frame=True, is_extended_id=False, data=data)
+
+
+def emergencies(bus: can.BusABC) -> list[int]:
+    """Return the codes that our node has sent since `bus` was opened, and sends within half a second."""
+    codes, deadline_s = [], time.monotonic() + 0.5
+    while (message := bus.recv(max(0.0, deadline_s - time.monotonic()))) is not None:
+        if message.arbitration_id == 0x080 + 32 and len(message.data) == 8:
+            codes.append(struct.unpack_from("<H", message.data)[0])
+    return codes
 
 
 def test_an_emergency_is_told_and_taken_back(rig: Rig, vcan0: str) -> None:

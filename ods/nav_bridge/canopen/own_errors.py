@@ -18,6 +18,8 @@ class Fault(IntEnum):
     """The CAN interface failed and was opened again; no pose since."""
     HEARTBEAT_LOST = 0x8130
     """The INS's heartbeat."""
+    BUS_OFF_OVER = 0x8140
+    """The CAN controller recovered from bus-off, within the last second."""
     PDO_SHORT = 0x8210
     """A PDO of the INS was shorter than its mapping, within the last second."""
     NO_POSE = 0xFF01

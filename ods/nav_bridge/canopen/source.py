@@ -17,6 +17,7 @@ from ods.nav_bridge.canopen.own_errors import Fault
 from ods.nav_bridge.canopen.own_node import OwnNode
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
+from ods.nav_bridge.canopen.recent import Recent
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import PoseSource, Send
@@ -25,8 +26,6 @@ SYNC_AGE_NS = 20_000_000
 """A SYNC older than this when an epoch begins did not trigger it."""
 START_PERIOD_NS = NS
 """Between two commands that start the INS."""
-SHORT_PDO_NS = NS
-"""For so long after a short PDO that is a fault."""
 
 
 class CanopenSource(PoseSource):
@@ -65,8 +64,7 @@ class CanopenSource(PoseSource):
         }
         self._utc_of = utc_of
         self._commanded_ns = now_ns - START_PERIOD_NS
-        self._short = 0
-        self._short_ns = now_ns - SHORT_PDO_NS
+        self._pdo_short, self._recovered = Recent("pdo_short", counters), Recent("can_recovered", counters)
         self._opened = self._reopened = False
 
     @property
@@ -125,12 +123,11 @@ class CanopenSource(PoseSource):
         return bool(silent) or self.monitor.state in (BOOT_UP, PRE_OPERATIONAL)
 
     def _faults(self, now_ns: int) -> Set[Fault]:
-        if self._counters["pdo_short"] != self._short:
-            self._short, self._short_ns = self._counters["pdo_short"], now_ns
         found = {
             Fault.BUS_LOST: self._reopened,
             Fault.HEARTBEAT_LOST: self.monitor.silent_ns(now_ns),
-            Fault.PDO_SHORT: now_ns - self._short_ns < SHORT_PDO_NS,
+            Fault.BUS_OFF_OVER: self._recovered.now(now_ns),
+            Fault.PDO_SHORT: self._pdo_short.now(now_ns),
             Fault.NO_POSE: self.stale_ns(now_ns),
             Fault.INS_TWICE: self._is_twice(now_ns),
             Fault.OWN_ID_TAKEN: self._node.another.now(now_ns),

@@ -1,8 +1,9 @@
 """The signal map: which signals of a DBC file make which pose fields, resolved once at start."""
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
@@ -72,7 +73,7 @@ class DbcMessage:
     clock: Clock | None = None
     conditions: list[Condition] = field(default_factory=list)
 
-    @property
+    @cached_property
     def can_id(self) -> CanId:
         """Identifier; the DBC tells standard and extended ones apart."""
         return CanId(self.layout.frame_id, self.layout.is_extended_frame)
@@ -85,17 +86,16 @@ class DbcMessage:
     def counts(self, data: bytes) -> dict[str, float] | None:
         """Return the raw counts of all signals, None when one that is needed is not finite; `data` is long enough."""
         counts: dict[str, float] = self.layout.decode(data, decode_choices=False, scaling=False)  # type: ignore[assignment]
-        return counts if all(math.isfinite(counts[name]) for name in self._needed()) else None
+        return counts if all(math.isfinite(counts[name]) for name in self._needed) else None
 
     def fields(self, counts: Mapping[str, float]) -> dict[str, float]:
         """Return the pose fields."""
         return {item.field: item.scale * counts[item.signal] + item.offset for item in self.readings}
 
-    def _needed(self) -> Iterator[str]:
-        yield from (item.signal for item in self.readings)
-        yield from (item.signal for item in self.conditions)
-        if self.clock is not None:
-            yield self.clock.signal
+    @cached_property
+    def _needed(self) -> tuple[str, ...]:
+        clock = [self.clock.signal] if self.clock is not None else []
+        return (*(item.signal for item in self.readings), *(item.signal for item in self.conditions), *clock)
 
 
 @dataclass(frozen=True)

@@ -55,7 +55,8 @@ class DbcSource(PoseSource):
         return {can_id: message.layout.name for can_id, message in self._map.messages.items()}
 
     def _take(self, frame: Frame) -> Pose | None:
-        message = self._map.messages.get(CanId(frame.can_id, frame.extended))
+        can_id = CanId(frame.can_id, frame.extended)
+        message = self._map.messages.get(can_id)
         if message is None:
             self._counters["frame_twin"] += CanId(frame.can_id, not frame.extended) in self._map.messages
             return None
@@ -66,8 +67,8 @@ class DbcSource(PoseSource):
         if counts is None:
             self._counters["frame_not_finite"] += 1
             return None
-        self._heard_ns[message.can_id] = frame.t_ns
-        self._unmet[message.can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
+        self._heard_ns[can_id] = frame.t_ns
+        self._unmet[can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
         return self._pose(message, counts, frame.t_ns) if message.place is not None else None
 
     def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
