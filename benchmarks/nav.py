@@ -26,6 +26,7 @@ import can
 import numpy as np
 import psutil
 import zmq
+from numpy.typing import NDArray
 
 from ods import bus, clock, service, settings_file
 from ods.config import OnboardConfig
@@ -47,6 +48,8 @@ ECHOES = 10
 WARM_UP_S = 3.0
 START_S = 120.0
 MS = 1_000_000
+LONGEST = 20_000
+"""Epochs remembered."""
 
 
 class TimedTracker(TrackerWorker):
@@ -107,16 +110,26 @@ def main() -> None:
             stack.enter_context(SlcanHub([Path(channel), Path(far)]))
         tracker = stack.enter_context(_tracker(config))
         nav = stack.enter_context(_nav(config))
-        stack.enter_context(_process(_send, args.source, interface, far, 1e-3 * args.frame_ms))
+        sent = multiprocessing.get_context("spawn").Array("q", 2 * LONGEST, lock=False)
+        stack.enter_context(_process(_send, args.source, interface, far, 1e-3 * args.frame_ms, sent))
         stack.enter_context(_pinging(run_dir))
         time.sleep(WARM_UP_S)
         begun_ns, cpu_percent = clock.monotonic_ns(), _use_of(nav, args.seconds)
         ended_ns = clock.monotonic_ns()
-        ages_ms = [(at_ns - t_ns) / MS for at_ns, t_ns in tracker() if begun_ns < at_ns < ended_ns]
-    p50, p99 = np.percentile(ages_ms, [50, 99])
-    print(f"{args.source} on {interface}: {len(ages_ms)} poses of about {round(args.seconds * RATE_HZ)}")
+        poses = [(at_ns, t_ns) for at_ns, t_ns in tracker() if begun_ns < at_ns < ended_ns]
+        instants, ends = np.array(sent).reshape(2, LONGEST)
+    print(f"{args.source} on {interface}: {len(poses)} poses of about {round(args.seconds * RATE_HZ)}")
     print(f"nav: {cpu_percent:.1f} % of a core")
-    print(f"age of a pose when the tracker has it: p50 {p50:.2f} ms, p99 {p99:.2f} ms, longest {max(ages_ms):.1f} ms")
+    taken_ns, told_ns = np.array(poses).T
+    epoch = np.abs(instants - told_ns[:, None]).argmin(axis=1)
+    _show("age of a pose when the tracker has it", taken_ns - told_ns)
+    _show("of that until its last frame has left the INS", ends[epoch] - instants[epoch])
+    _show("and from then on", taken_ns - ends[epoch])
+
+
+def _show(what: str, times_ns: NDArray[np.int64]) -> None:
+    p50, p99 = np.percentile(times_ns / MS, [50, 99])
+    print(f"{what}: p50 {p50:.2f} ms, p99 {p99:.2f} ms, longest {times_ns.max() / MS:.1f} ms")
 
 
 def _config(source: str, run_dir: Path, interface: str, channel: str) -> Path:
@@ -184,8 +197,8 @@ def _track(config: Path, out: Connection) -> None:
     out.send(taken)
 
 
-def _send(source: str, interface: str, channel: str, frame_s: float) -> None:
-    """Be the INS, until terminated."""
+def _send(source: str, interface: str, channel: str, frame_s: float, sent: Any) -> None:
+    """Be the INS, until terminated; note in `sent` the newest instants, ns, and when their last frames had left."""
     options: dict[str, Any] = {"sleep_after_open": 0.0} if interface == "slcan" else {}
     with can.Bus(channel, interface, **options) as real:
         far: Any = PacedBus(real, frame_s)
@@ -194,9 +207,12 @@ def _send(source: str, interface: str, channel: str, frame_s: float) -> None:
             ins = SimulatedIns(far, CONFIG / "ins.eds")
         else:
             ins = SimulatedDbcIns(far, CONFIG / "sbg.dbc", LocalFrame(57.0480, 9.9187))
-        while True:
+        for number in itertools.count():
             time.sleep((PERIOD_NS - clock.utc_ns() % PERIOD_NS) / clock.NS)
-            ins.send(clock.utc_ns() // PERIOD_NS * PERIOD_NS, (0.0, 0.0, 5.0), (1.0, 0.0, 0.0, 0.0), (1.5, 0.0, 0.0))
+            now_ns, utc_ns = clock.monotonic_ns(), clock.utc_ns()
+            ins.send(utc_ns // PERIOD_NS * PERIOD_NS, (0.0, 0.0, 5.0), (1.0, 0.0, 0.0, 0.0), (1.5, 0.0, 0.0))
+            sent[number % LONGEST] = now_ns - utc_ns % PERIOD_NS
+            sent[LONGEST + number % LONGEST] = clock.monotonic_ns()
 
 
 @contextmanager

@@ -35,7 +35,7 @@ class Owner:
         self.link = CanLink(config, [CanId(0x185, extended=False)], self.counters, self.fds.append, self.fds.remove)
 
     def read(self) -> list[Frame]:
-        return list(self.link.read())
+        return list(self.link.read(clock.monotonic_ns()))
 
     def until(self, wanted: str, patience_s: float = 5.0) -> None:
         """Tick until the counter `wanted` has risen."""
@@ -274,7 +274,7 @@ def receive(bus: SlcanBus, wanted: int) -> list[tuple[bool, bytes]]:
     found: list[tuple[bool, bytes]] = []
     deadline_s = time.monotonic() + 5.0
     while len(found) < wanted and time.monotonic() < deadline_s:
-        found += [(frame.extended, frame.data) for frame in bus.receive(512)]
+        found += [(frame.extended, frame.data) for frame in bus.receive(512, 0)]
     return found
 
 

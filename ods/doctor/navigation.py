@@ -94,7 +94,7 @@ def _hear(settings: OnboardConfig, source: PoseSource, counters: Counter[str], s
     try:
         while clock.monotonic_ns() < stop_ns:
             link.tick()
-            for frame in link.read():
+            for frame in link.read(clock.monotonic_ns()):
                 frames[CanId(frame.can_id, frame.extended)] += 1
                 pose = source.take(frame)
                 if pose is not None:

@@ -80,13 +80,13 @@ class CanLink:
         if self._bus is None and now_ns >= self._retry_ns:
             self._open(now_ns)
 
-    def read(self) -> Iterator[Frame]:
-        """Yield the data frames that have arrived."""
+    def read(self, woken_ns: int) -> Iterator[Frame]:
+        """Yield the data frames that have arrived; `woken_ns`: when the first of them came, if nothing stamps them."""
         if self._bus is None:
             return
         count = 0
         try:
-            for received in self._bus.receive(READ_LIMIT):
+            for received in self._bus.receive(READ_LIMIT, woken_ns):
                 count += 1
                 if isinstance(received, ErrorFrame):
                     self._errors.take(received)

@@ -17,8 +17,8 @@ class OtherBus:
         self._bus, self._wall_clock, self._counters = bus, wall_clock, counters
         self.send, self.fileno, self.shutdown = bus.send, bus.fileno, bus.shutdown
 
-    def receive(self, limit: int) -> Iterator[Frame | ErrorFrame]:
-        """Yield what is waiting, at most `limit` frames. Never waits. Raises CanError."""
+    def receive(self, limit: int, _woken_ns: int) -> Iterator[Frame | ErrorFrame]:
+        """Yield what is waiting, at most `limit` frames, by the driver's stamps. Never waits. Raises CanError."""
         for _ in range(limit):
             message = self._bus.recv(0)
             if message is None:

@@ -15,7 +15,6 @@ from typing import Any
 import can
 from can.interfaces.slcan import slcanBus
 
-from ods import clock
 from ods.nav_bridge.can_frame import Frame
 
 CR, BELL = b"\r", b"\a"
@@ -49,15 +48,17 @@ class SlcanBus(slcanBus):
         self._rest = b""
         super().__init__(channel, **{"sleep_after_open": 0.0, "timeout": 0.0} | options)
 
-    def receive(self, limit: int) -> Iterator[Frame]:
-        """Yield what is waiting, `limit` frames or a little more. Never waits. Raises CanOperationError."""
+    def receive(self, limit: int, woken_ns: int) -> Iterator[Frame]:
+        """Yield what is waiting, `limit` frames or a little more, stamped `woken_ns`. Never waits.
+
+        Raises CanOperationError.
+        """
         *lines, self._rest = (self._rest + self._read_bytes(limit * MAX_LINE)).split(CR)
-        t_ns = clock.monotonic_ns()
         if len(self._rest) > MAX_LINE:
             lines, self._rest = [*lines, self._rest], b""
         for answered in lines:
             line = answered.lstrip(BELL)
-            frame = parse(line, t_ns)
+            frame = parse(line, woken_ns)
             if frame is None:
                 self._counters["can_garbage"] += not ANSWER.fullmatch(line)
             elif line[0] in REMOTE:

@@ -32,8 +32,8 @@ class SocketcanBus(PythonCanBus):
         super().__init__(channel, **options)
         _enlarge(self.socket, buffer_bytes)
 
-    def receive(self, limit: int) -> Iterator[Frame | ErrorFrame]:
-        """Yield what is waiting, at most `limit` frames. Never waits. Raises OSError."""
+    def receive(self, limit: int, _woken_ns: int) -> Iterator[Frame | ErrorFrame]:
+        """Yield what is waiting, at most `limit` frames, by the kernel's stamps. Never waits. Raises OSError."""
         for _ in range(limit):
             try:
                 raw, ancillary, _, _ = self.socket.recvmsg(CAN_FD_BYTES, ANCILLARY_BYTES, socket.MSG_DONTWAIT)
