@@ -87,8 +87,9 @@ class PacedBus:
         self.recv = real.recv
 
     def send(self, message: can.Message, timeout: float | None = None) -> None:
-        """Send when the frame before is over."""
-        time.sleep(max(0.0, self._free_s - time.monotonic()))
+        """Send when the frame before is over, to some microseconds: a sleep would take too long."""
+        while time.monotonic() < self._free_s:
+            pass
         self._free_s = max(self._free_s, time.monotonic() - self._frame_s) + self._frame_s
         self._real.send(message, timeout)
 
