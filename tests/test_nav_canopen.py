@@ -380,3 +380,23 @@ def test_what_is_wrong_with_us_is_sent_as_emergencies_and_their_end_too() -> Non
     bench.take(0x705, b"\x05", 6 * NS)
     bench.epoch(600)
     assert emergencies(bench, 6 * NS)[0] == 0
+
+
+def test_an_nmt_state_is_kept_when_the_bus_comes_back_and_boot_up_is_said_once() -> None:
+    bench = Bench()
+    bench.source.opened()
+    bench.take(0x000, b"\x02\x20", 0)  # stop node 32
+    for _ in range(3):
+        bench.source.opened()
+    bench.source.tick(NS)
+    heartbeats = [data for can_id, data in bench.sent if can_id == 0x720]
+    assert heartbeats.count(b"\x00") == 1
+    assert heartbeats[-1] == b"\x04"
+
+
+@pytest.mark.parametrize("cob_id", ["0x100", "0x080", "0x720", "0x620"])
+def test_a_pdo_with_the_identifier_of_another_service_is_refused(tmp_path: Path, cob_id: str) -> None:
+    file = tmp_path / "ins.eds"
+    file.write_text(EDS.read_text().replace("DefaultValue=$NODEID+0x180", f"DefaultValue={cob_id}"))
+    with pytest.raises(EdsError, match=f"COB-ID 0x{int(cob_id, 16):X}, which another CANopen service needs"):
+        Bench(file)

@@ -577,7 +577,7 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
             {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_EKF_POS.LATITUDE", mask=1)]},
             "nav.dbc.valid[0]: SBG_ECAN_MSG_EKF_POS.LATITUDE is no unsigned integer",
         ),
-        ({"file": CONFIG / "none.dbc"}, "No such file or directory"),
+        ({"file": CONFIG / "none.dbc"}, "nav.dbc.file: No such file or directory"),
         ({"file": CONFIG / "ins.eds"}, "not a usable DBC: "),
         (
             {"signals": {"yaw": "SBG_ECAN_MSG_EKF_EULER.YAW"}},
@@ -594,11 +594,32 @@ def test_a_table_that_does_not_fit_is_one_line(changes: dict[str, object], said:
 
 
 @pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {"time": TimeSettings(signal="SBG_ECAN_MSG_EKF_INFO.TIME_STAMP", wraps_at=1e-6)},
+            "nav.dbc.time: wraps_at: 1e-06 is hardly more than the signal's step",
+        ),
+        (
+            {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_STATUS_03.SOLUTION", mask=1 << 40)]},
+            "nav.dbc.valid[0]: SBG_ECAN_MSG_STATUS_03.SOLUTION has 32 bits only",
+        ),
+    ],
+)
+def test_numbers_that_no_signal_has_are_refused(changes: dict[str, object], said: str) -> None:
+    with pytest.raises(DbcError) as error:
+        Bench(dbc_of(**changes))
+    assert str(error.value).endswith(said)
+
+
+@pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ('source = "dbc"', 'source = "canopen"', "nav: canopen: missing, as source is 'canopen'"),
         ('file = "sbg.dbc"', "", "nav.dbc.file: missing"),
         ("mask = 0x30", "", "mask: give mask, accept or both"),
+        ("mask = 0x30", "mask = 0", "nav.dbc.valid[0]: mask: 0 lets everything pass"),
+        ("mask = 0x30", "accept = []", "nav.dbc.valid[0]: accept: no value at all would be good"),
         ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: expected `float` > 0.0"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sine = 1}', "sine: unknown key"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sign = 2}', "sign: "),

@@ -1,5 +1,6 @@
 """The CAN interface: python-can's `virtual` bus, an slcan adapter on a pty, and settings."""
 
+import contextlib
 import os
 import time
 import tty
@@ -291,3 +292,29 @@ def test_a_burst_is_read_whole_and_garbage_is_dropped_line_by_line() -> None:
     bus.shutdown()
     os.close(slave)
     os.close(master)
+
+
+def test_an_adapter_that_takes_no_bytes_holds_nobody_up() -> None:
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    os.set_blocking(slave, False)
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            os.write(slave, bytes(1024))  # until the line is full
+    owner = Owner(interface="slcan", channel=os.ttyname(slave), bitrate=500_000)
+    owner.link.tick()
+    assert not owner.link.is_open
+    assert "write" in owner.link.problems()[0].lower()
+    os.close(slave)
+    os.close(master)
+
+
+def test_an_adapter_that_is_gone_reads_as_an_error_not_as_silence() -> None:
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    bus = SlcanBus(os.ttyname(slave), Counter())
+    os.close(slave)
+    os.close(master)
+    with pytest.raises(can.CanOperationError):
+        receive(bus, 1)
+    bus.serialPortOrig.close()

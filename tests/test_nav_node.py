@@ -204,7 +204,7 @@ def test_every_object_of_the_eds_is_read_by_an_sdo_client(client: tuple[Bench, c
 
 def test_the_eds_lists_each_object_once_and_counters_the_docs_explain() -> None:
     text = NODE_EDS.read_text()
-    dictionary: Any = read_dictionary(NODE_EDS, 32)
+    dictionary: Any = read_dictionary(NODE_EDS, 32, "nav.canopen.node_eds")
     listed = [int(line.split("=")[1], 16) for line in text.splitlines() if line.partition("=")[0].isdigit()]
     assert sorted(listed) == sorted(dictionary)
     for entry in dictionary.values():

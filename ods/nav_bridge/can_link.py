@@ -141,7 +141,8 @@ class CanLink:
         try:
             self._bus = self._new_bus()
         except (*FailedBus, ValueError, NotImplementedError, TypeError) as error:
-            _refuse_bad_settings(self._settings, error)
+            if not self._opened_ns:  # it has worked with these settings otherwise
+                _refuse_bad_settings(self._settings, error)
             self._try_later(error)
             return
         self._counters["can_opened"] += 1

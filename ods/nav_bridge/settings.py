@@ -190,6 +190,10 @@ class ValiditySettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if self.mask is None and self.accept is None:
             raise ValueError("mask: give mask, accept or both")
+        if self.mask == 0:
+            raise ValueError("mask: 0 lets everything pass")
+        if self.accept == []:
+            raise ValueError("accept: no value at all would be good")
 
 
 class DbcSettings(Settings, frozen=True):

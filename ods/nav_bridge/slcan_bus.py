@@ -22,6 +22,7 @@ FRAME = re.compile(rb"(?:[tr]([0-7][0-9A-F]{2})|[TR]([01][0-9A-F]{7}))([0-8])((?
 ANSWER = re.compile(rb"[zZ]?|[VvNF][0-9A-Za-z]*")
 """What adapters say beside frames: acknowledgements, versions, status."""
 MAX_LINE = 64
+WRITE_TIMEOUT_S = 0.1
 REMOTE = b"rR"
 
 
@@ -65,6 +66,12 @@ class SlcanBus(slcanBus):
                 self._counters["can_ignored"] += 1
             else:
                 yield frame
+
+    def _write(self, string: str) -> None:
+        """Write as python-can does, but not for ever: an adapter may stop taking bytes."""
+        if self.serialPortOrig.write_timeout != WRITE_TIMEOUT_S:
+            self.serialPortOrig.write_timeout = WRITE_TIMEOUT_S
+        super()._write(string)
 
     def _read_bytes(self, limit: int) -> bytes:
         """Return what has arrived. pyserial does the same with three system calls instead of one."""

@@ -12,12 +12,12 @@ class EdsError(OdsError):
     """An EDS file cannot be used; the text says which and why."""
 
 
-def read_dictionary(eds: Path, node_id: int) -> ObjectDictionary:
-    """Read an EDS or DCF file, in UTF-8 or Latin-1. Raises EdsError."""
+def read_dictionary(eds: Path, node_id: int, key: str) -> ObjectDictionary:
+    """Read an EDS or DCF file, in UTF-8 or Latin-1, that the setting `key` names. Raises EdsError."""
     try:
         raw = eds.read_bytes()
     except OSError as error:
-        raise EdsError(f"{eds}: {error.strerror}") from error
+        raise EdsError(f"{eds}: {key}: {error.strerror}") from error
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError:
@@ -27,7 +27,7 @@ def read_dictionary(eds: Path, node_id: int) -> ObjectDictionary:
     try:
         return import_od(source, node_id)
     except Exception as error:  # canopen lets through whatever a malformed file runs into
-        raise EdsError(f"{eds}: not a usable EDS: {' '.join(repr(error).split())}") from error
+        raise EdsError(f"{eds}: {key}: not a usable EDS: {' '.join(repr(error).split())}") from error
 
 
 def number_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int:

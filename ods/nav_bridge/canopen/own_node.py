@@ -48,7 +48,8 @@ class OwnNode:
         self._sync_period_ns = round(settings.sync_period_s * NS)
         self._sync_due_ns = 0
         self._network = LoopNetwork(send)
-        self._node = canopen.LocalNode(settings.node_id, read_dictionary(settings.node_eds, settings.node_id))
+        dictionary = read_dictionary(settings.node_eds, settings.node_id, "nav.canopen.node_eds")
+        self._node = canopen.LocalNode(settings.node_id, dictionary)
         self._network[settings.node_id] = self._node
         objects = OwnObjects(nav, settings, monitor, self._errors, counters)
         self._node.add_read_callback(objects.read)  # type: ignore[no-untyped-call]
@@ -69,6 +70,11 @@ class OwnNode:
     def state(self) -> str:
         """NMT state by its CiA 301 name."""
         return str(self._node.nmt.state)
+
+    def opened(self) -> None:
+        """Take note that the bus is open: boot at the first time; an NMT state is kept when the bus comes back."""
+        if self.state == "INITIALISING":
+            self.boot()
 
     def boot(self) -> None:
         """Announce the node and become operational by itself, as CiA 301 allows a self-starting device."""

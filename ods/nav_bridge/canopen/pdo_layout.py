@@ -84,7 +84,7 @@ class _Entry(NamedTuple):
 
 def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject]) -> PdoSet:
     """Return the INS's valid transmit PDOs that carry one of `objects`. Raises EdsError."""
-    dictionary = read_dictionary(eds, node_id)
+    dictionary = read_dictionary(eds, node_id, "nav.canopen.ins_eds")
     carried: set[Where] = set()
     try:
         layouts = tuple(_layouts(dictionary, objects, carried))

@@ -62,6 +62,9 @@ class CanopenSource(PoseSource):
             EMCY + settings.ins_node_id: self.monitor.emergency,
             HEARTBEAT + settings.ins_node_id: self.monitor.heartbeat,
         }
+        taken = sorted(self._layouts.keys() & self._handlers.keys())
+        if taken:
+            raise EdsError(f"{settings.ins_eds}: a PDO has COB-ID 0x{taken[0]:X}, which another CANopen service needs")
         self._utc_of = utc_of
         self._commanded_ns = now_ns - START_PERIOD_NS
         self._pdo_short, self._recovered = Recent("pdo_short", counters), Recent("can_recovered", counters)
@@ -82,7 +85,7 @@ class CanopenSource(PoseSource):
     def opened(self) -> None:
         """Announce our own node."""
         self._reopened, self._opened = self._opened, True
-        self._node.boot()
+        self._node.opened()
 
     def tick(self, now_ns: int) -> None:
         """Keep our own node alive; start the INS if that is our job."""

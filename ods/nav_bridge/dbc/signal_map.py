@@ -20,6 +20,8 @@ from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, V
 
 T = TypeVar("T", SignalSettings, TimeSettings)
 MAX_BYTES = 8
+LEAST_COUNTS = 2
+"""A clock that wraps sooner tells nothing."""
 
 
 class DbcError(OdsError):
@@ -156,6 +158,8 @@ class _Resolver:
         if mapped.wraps_at is not None:
             wraps_at = mapped.wraps_at / float(signal.scale)
             wraps_at = round(wraps_at) if not signal.is_float else wraps_at
+            if wraps_at < LEAST_COUNTS:
+                raise self._error(key, f"wraps_at: {mapped.wraps_at:g} is hardly more than the signal's step")
         message.clock = Clock(signal.name, seconds * NS, wraps_at)
         return message.clock
 
@@ -164,6 +168,8 @@ class _Resolver:
         if signal.is_float or signal.is_signed:
             raise self._error(key, f"{validity.signal} is no unsigned integer")
         accept = [validity.mask or 0] if validity.accept is None else validity.accept
+        if max(validity.mask or 0, *accept) >> signal.length:
+            raise self._error(key, f"{validity.signal} has {signal.length} bits only")
         holds_ns = round(validity.holds_s * NS)
         message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
 
@@ -210,7 +216,8 @@ class _Resolver:
         try:
             return conversion(unit if unit is not None else signal.unit or "", wanted)
         except ValueError as error:
-            raise self._error(key, f"{error}; give unit or factor") from error
+            advice = "give unit" if wanted == "s" else "give unit or factor"
+            raise self._error(key, f"{error}; {advice}") from error
 
     def _error(self, key: str, text: str) -> DbcError:
         return DbcError(f"{self._file}: {key}: {text}")
@@ -221,7 +228,7 @@ def _read(file: Path) -> Database:
     try:
         raw = file.read_bytes()
     except OSError as error:
-        raise DbcError(f"{file}: {error.strerror}") from error
+        raise DbcError(f"{file}: nav.dbc.file: {error.strerror}") from error
     try:
         text = raw.decode("utf-8")
     except UnicodeDecodeError:
