@@ -27,6 +27,12 @@ log = logging.getLogger(__name__)
 
 MAX_MESSAGE_BYTES = 64 * 1024 * 1024
 MAX_REQUEST_BYTES = 64 * 1024
+READ_REQUEST_BYTES = 4 * 1024 * 1024
+"""Requests up to this size are answered with the reason; on longer ones ZeroMQ hangs up without a word."""
+REQUEST_QUEUE = 16
+"""Requests that wait of each peer: what bounds the memory that long ones take."""
+UNREADABLE = (msgspec.DecodeError, RecursionError)
+"""What decoding may raise: too deep a nesting is no DecodeError."""
 HIGH_WATER_MARK = 256
 FIRST_PART, LAST_PART = int(zmq.SNDMORE | zmq.DONTWAIT), int(zmq.DONTWAIT)
 """Plain integers: the sum of two flags is dear."""
@@ -145,9 +151,9 @@ class Responder:
         self._encoder = msgspec.msgpack.Encoder()
         self._socket = context.socket(zmq.ROUTER)
         self._socket.setsockopt(zmq.LINGER, 0)
-        self._socket.setsockopt(zmq.RCVHWM, HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
-        self._socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, READ_REQUEST_BYTES)
         address = endpoint(run_dir, name)
         try:
             self._socket.bind(address)
@@ -163,11 +169,17 @@ class Responder:
             except zmq.Again:
                 break
             try:
-                received.append((peer, self._decoder.decode(body)))
-            except msgspec.DecodeError as error:
+                received.append((peer, self._decode(body)))
+            except UNREADABLE as error:
                 self.counters[f"bad_{self._row.name}"] += 1
                 self.answer(peer, self._row.answer(ok=False, reason=f"bad request: {error}"))
         return received
+
+    def _decode(self, body: bytes) -> Any:
+        """Raises one of UNREADABLE."""
+        if len(body) > MAX_REQUEST_BYTES:
+            raise msgspec.DecodeError(f"{len(body)} bytes are more than {MAX_REQUEST_BYTES}")
+        return self._decoder.decode(body)
 
     def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
         """Answer one request; an answer that nobody takes is dropped."""
@@ -226,7 +238,7 @@ class Subscription:
     def _decode(self, body: bytes) -> Any:
         try:
             return self._decoder.decode(body)
-        except msgspec.DecodeError as error:
+        except UNREADABLE as error:
             self.counters[f"bad_{self.topic}"] += 1
             if not self._complained:
                 log.warning("dropped a bad %s message: %s", self.topic, error)

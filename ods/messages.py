@@ -16,6 +16,10 @@ Quaternion = tuple[float, float, float, float]
 Scale = Literal["linear", "db", "log8"]
 SampleType = Literal["u1", "u2", "f4"]
 Count = Annotated[int, msgspec.Meta(ge=0)]
+SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
+"""What a sonar can be asked for, m."""
+SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
+"""Power and gain that a sonar can be asked for, dB."""
 
 SAMPLE_DTYPES: dict[str, np.dtype[np.generic]] = {
     "u1": np.dtype(np.uint8),
@@ -222,10 +226,10 @@ class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
     The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
     """
 
-    range_m: Annotated[float, msgspec.Meta(gt=0.0)] | None = None
-    power_db: float | None = None
+    range_m: SonarRange | None = None
+    power_db: SonarLevel | None = None
     """dB re 1 uPa at 1 m."""
-    gain_db: float | None = None
+    gain_db: SonarLevel | None = None
 
 
 class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):

@@ -6,6 +6,9 @@ import msgspec
 
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 NonNegative = Annotated[float, msgspec.Meta(ge=0.0)]
+Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=86_400.0)]
+"""A duration, a day at most: longer ones overflow where they become ns or a wait of the operating system."""
+NonNegativeSeconds = Annotated[float, msgspec.Meta(ge=0.0, le=86_400.0)]
 Fraction = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 PositiveInt = Annotated[int, msgspec.Meta(ge=1)]
 NonNegativeInt = Annotated[int, msgspec.Meta(ge=0)]

@@ -12,6 +12,8 @@ from ods import bus
 from ods.messages import Pose, SonarAnswer, SonarRequest
 
 Context = zmq.Context[zmq.Socket[bytes]]
+NESTED = b"\x81\xa1x" + b"\x91" * 60_000 + b"\xc0"
+"""An unknown field, nested too deep to be skipped."""
 
 
 @pytest.fixture
@@ -53,13 +55,13 @@ def test_bad_messages_are_dropped_and_counted(context: Context, tmp_path: Path) 
     publisher = bus.Publisher(context, tmp_path, "nav")
     subscriber = bus.Subscriber(context, tmp_path, ["pose"])
     connected(publisher, subscriber)
-    for body in (b"", b"\xc1", msgpack.packb({"seq": -1}), msgpack.packb([1, 2]), b"\xdf\xff\xff\xff\xff"):
+    for body in (b"", b"\xc1", msgpack.packb({"seq": -1}), msgpack.packb([1, 2]), b"\xdf\xff\xff\xff\xff", NESTED):
         publisher._socket.send_multipart([b"pose", body])
     publisher.publish("pose", pose(5))
     time.sleep(0.1)
     received, _ = subscriber.receive(1.0)
     assert [message.seq for _, message in received] == [5]
-    assert subscriber.subscriptions[0].counters["bad_pose"] == 5
+    assert subscriber.subscriptions[0].counters["bad_pose"] == 6
 
 
 def test_a_second_process_cannot_steal_the_address(context: Context, tmp_path: Path) -> None:
@@ -121,9 +123,33 @@ def test_a_responder_answers_in_any_order_and_never_blocks_for_one_that_has_gone
     for peer, request in reversed(asked):
         responder.answer(peer, SonarAnswer(ok=True, reason="", range_m=request.range_m))
     assert [msgpack.unpackb(client.recv())["range_m"] for client in (first, second)] == [10.0, 11.0]
-    first.send(bytes(bus.MAX_REQUEST_BYTES + 1))  # ZeroMQ hangs up on it
-    second.send(b"\xc1")
+    responder.close()
+
+
+@pytest.mark.parametrize(
+    ("body", "reason"),
+    [
+        (b"\xc1", "bad request: "),
+        (NESTED, "bad request: "),
+        (bytes(1_000_000), f"bad request: 1000000 bytes are more than {bus.MAX_REQUEST_BYTES}"),
+        (bytes(bus.MAX_REQUEST_BYTES + 1), "bad request: "),
+        *(
+            (msgpack.packb({name: value}), "bad request: ")
+            for name in ("range_m", "power_db", "gain_db")
+            for value in (1e39, -1e300, 1e300, float("nan"), float("-inf"), 2**63)
+        ),
+    ],
+)
+def test_what_is_no_request_is_counted_and_answered(context: Context, tmp_path: Path, body: bytes, reason: str) -> None:
+    responder = bus.Responder(context, tmp_path, "sonar-requests")
+    client = context.socket(zmq.REQ)
+    client.setsockopt(zmq.RCVTIMEO, 5000)
+    client.connect(bus.endpoint(tmp_path, "sonar-requests"))
+    client.send(body)
     while not responder.counters:
         assert responder.receive() == []
-    assert msgpack.unpackb(second.recv())["ok"] is False
+    answer = msgpack.unpackb(client.recv())
+    assert answer["ok"] is False
+    assert answer["reason"].startswith(reason)
+    assert responder.counters == {"bad_sonar-requests": 1}
     responder.close()

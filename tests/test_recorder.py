@@ -1,6 +1,7 @@
 """What is written when: contacts by what changed, poses thinned, losses counted; writing and mending files."""
 
 import math
+from collections import Counter
 from pathlib import Path
 
 import msgspec
@@ -11,7 +12,9 @@ from sonar_samples import UTC_NS, make_ping
 
 from ods.cli import main
 from ods.geodesy import LocalFrame
+from ods.geometry import quat_from_euler
 from ods.messages import ObstacleList, Ping, Pose
+from ods.recording import command
 from ods.recording.recorder import DEVICES, Recorder
 from ods.sonar_link.files.s7k_catalogue import encode_file_header, text_field, with_catalogue
 from ods.sonar_link.files.s7k_writer import S7kWriter, mend_s7k, write_s7k
@@ -90,6 +93,27 @@ def test_what_does_not_fit_is_counted_and_the_rest_written(tmp_path: Path) -> No
     assert recorder.counters == {
         "unfit_pings": 6, "unfit_poses": 1, "unfit_contacts": 1, "poses": 1, "contacts": 1, "pings": 1, "lost_pings": 3,
     }  # fmt: skip
+
+
+def test_gaps_in_each_sequence_are_counted_whoever_dropped_what(tmp_path: Path) -> None:
+    poses = [pose_at(T + n * 10_000_000, n) for n in (5, 6, 9, 300, 0, 2)]
+    lists = [obstacles_at(T, seq) for seq in (3, 5)]
+    _, recorder = recorded(tmp_path / "x.s7k", make_ping(0), *poses, *lists, make_ping(3))
+    lost = {name: count for name, count in recorder.counters.items() if name.startswith("lost_")}
+    assert lost == {"lost_poses": 2 + 290 + 1, "lost_lists": 1, "lost_pings": 2}
+
+
+def test_what_the_bus_dropped_is_not_counted_beside_the_gaps_that_it_left() -> None:
+    counters = Counter({"dropped_ping": 3, "dropped_obstacles": 1, "bad_pose": 2})
+    assert command._unreadable(counters) == {"bad_pose": 2}
+    assert not counters
+
+
+def test_a_heading_to_port_of_north_is_written_from_0_to_2_pi(tmp_path: Path) -> None:
+    w, x, y, z = quat_from_euler(0.0, 0.0, -0.5).tolist()
+    records, _ = recorded(tmp_path / "x.s7k", msgspec.structs.replace(pose_at(T), attitude=(w, x, y, z)))
+    (heading,) = (record.head["heading"] for record in records if record.type == 1013)
+    assert heading == pytest.approx(math.tau - 0.5, abs=1e-6)
 
 
 def test_a_sonar_process_that_started_anew_lost_nothing(tmp_path: Path) -> None:

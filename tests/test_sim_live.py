@@ -61,13 +61,27 @@ def sonar() -> SonarModel:
     return load_sonar(SONAR)
 
 
+class PunctualSonar(LiveSonar):
+    """Each step comes just when it is due, however long the last one took: the clock is the test's."""
+
+    def __init__(self, images: ImageSimulator, wire: Wire, patch: pytest.MonkeyPatch) -> None:
+        self._now_ns = self._due_ns = 100 * clock.NS
+        patch.setattr(clock, "monotonic_ns", lambda: self._now_ns)
+        settings = SimSettings(scene=SCENE, sonar=SONAR, ins_eds=CONFIG / "ins.eds")
+        super().__init__(images, settings, Mission(self._now_ns, []), wire)
+        self._due_ns = super().step()
+
+    def step(self) -> int:
+        self._now_ns = self._due_ns
+        self._due_ns = super().step()
+        return self._due_ns
+
+
 @pytest.fixture
-def live(sonar: SonarModel) -> tuple[LiveSonar, Wire]:
-    """A sonar whose mission began long ago, so that each step pings at once."""
+def live(sonar: SonarModel, monkeypatch: pytest.MonkeyPatch) -> tuple[LiveSonar, Wire]:
+    """A sonar that pings at each step."""
     wire = Wire()
-    settings = SimSettings(scene=SCENE, sonar=SONAR, ins_eds=CONFIG / "ins.eds")
-    mission = Mission(clock.monotonic_ns() - 20 * clock.NS, [])
-    return LiveSonar(ImageSimulator(sonar, load_scene(SCENE)), settings, mission, wire), wire
+    return PunctualSonar(ImageSimulator(sonar, load_scene(SCENE)), wire, monkeypatch), wire
 
 
 def pings_of(wire: Wire) -> list[Ping]:

@@ -1,6 +1,7 @@
 """Joining records into pings: what belongs together, what changes when, what is counted, when it was transmitted."""
 
 import dataclasses
+import struct
 
 import msgspec
 import numpy as np
@@ -10,7 +11,7 @@ from sonar_samples import UTC_NS, link, make_ping
 from ods import clock
 from ods.messages import Ping
 from ods.sonar_link import s7k
-from ods.sonar_link.assembler import Assembler
+from ods.sonar_link.assembler import Assembler, TimeMap
 from ods.sonar_link.drf import Record
 from ods.sonar_link.framer import Framer
 
@@ -51,6 +52,78 @@ def test_a_beam_table_stands_until_the_next_one_and_over_a_clock_set_back() -> N
     assembler = Assembler()
     settings, _, samples = records(make_ping(2, utc_ns=UTC_NS - 3_600_000_000_000))
     assert len(feed(assembler, records(make_ping(1)), [settings, samples])) == 2
+
+
+def test_a_lost_beam_table_costs_its_ping_where_each_ping_has_its_own() -> None:
+    """The fan becomes narrower at a ping whose beam table is lost."""
+    assembler = Assembler()
+    sent = [make_ping(n, utc_ns=UTC_NS + n * 150_000_000) for n in range(20)]
+    narrow = [msgspec.structs.replace(p, bearing_rad=[0.5 * b for b in p.bearing_rad]) for p in sent]
+    groups = [records(p) for p in [*sent[:4], *narrow[4:]]]
+    for lost in (4, 9, 10, 15):
+        del groups[lost][1]
+    pings = feed(assembler, *groups)
+    assert [p.ping_number for p in pings] == [n for n in range(20) if n not in (4, 9, 10, 15)]
+    assert all(p.bearing_rad == (sent if p.ping_number < 4 else narrow)[p.ping_number].bearing_rad for p in pings)
+    assert assembler.counters == {"pings": 16, "lost_pings": 4, "data_without_geometry": 4}
+
+
+@pytest.mark.parametrize("own", [1, 2, 20])
+def test_a_sonar_that_sends_its_beam_table_at_the_start_or_stops_to_send_it_goes_on(own: int) -> None:
+    assembler = Assembler()
+    groups = [records(make_ping(n, utc_ns=UTC_NS + n * 150_000_000)) for n in range(60)]
+    for group in groups[own:]:
+        del group[1]
+    pings = feed(assembler, *groups)
+    lost = 4 if own == 20 else 0  # until it is clear that it has stopped
+    assert [p.ping_number for p in pings] == [*range(own), *range(own + lost, 60)]
+    assert assembler.counters["data_without_geometry"] == lost
+
+
+def test_a_table_sent_ahead_is_not_for_the_ping_before() -> None:
+    """Of a sonar that sends tables at changes only, with another number of samples and the same of beams."""
+    first, second = (make_ping(n, utc_ns=UTC_NS + n * 150_000_000) for n in (1, 2))
+    narrow = msgspec.structs.replace(second, bearing_rad=[0.5 * b for b in second.bearing_rad])
+    now, later = records(first), records(narrow)
+    pings = feed(Assembler(), now[:2], later[1:2], now[2:], later[:1], later[2:])
+    assert [p.bearing_rad for p in pings] == [first.bearing_rad, narrow.bearing_rad]
+
+
+def test_settings_of_another_ping_are_not_used() -> None:
+    first = make_ping(1)
+    second = msgspec.structs.replace(make_ping(2, utc_ns=UTC_NS + 150_000_000), sound_speed=1450.0, frequency_hz=2e5)
+    now, later = records(first), records(second)
+    assembler = Assembler()
+    pings = feed(assembler, now[:2], later[:2], now[2:], later[2:])
+    assert [(p.sound_speed, p.frequency_hz) for p in pings] == [(1500.0, 455e3), (1450.0, 2e5)]
+    lost = records(make_ping(3, utc_ns=UTC_NS + 300_000_000))[1:]
+    assert feed(assembler, lost) == []
+    assert assembler.counters["data_without_settings"] == 1
+
+
+def test_samples_of_fewer_than_the_sonar_takes_have_the_spacing_of_their_own_record() -> None:
+    """7000 tells the sonar's sampling rate, 7042 the one behind its down-sampling, here by 4."""
+    ping = make_ping(1, range0_m=1.0, dr_m=0.25)
+    settings, geometry, samples = records(ping)
+    body = bytearray(settings.body)
+    struct.pack_into("<f", body, 18, 4 * 0.5 * 1500.0 / 0.25)
+    (back,) = feed(Assembler(), [dataclasses.replace(settings, body=bytes(body)), geometry, samples])
+    assert (back.dr_m, back.range0_m) == (0.25, 1.0)
+
+
+def test_each_sonar_has_its_own_clock() -> None:
+    made: list[int] = []
+
+    def new_time_map() -> TimeMap:
+        made.append(len(made))
+        return lambda _device_ns, _arrival_ns, number=made[-1]: number  # type: ignore[misc]
+
+    groups = [records(make_ping(n), device=1 + n % 2) for n in range(4)]
+    assembler = Assembler(new_time_map)
+    pings = feed(assembler, *groups)
+    assert len(made) == 2
+    assert pings[0].t_ns - pings[2].t_ns == 0
+    assert pings[1].t_ns - pings[0].t_ns == 1
 
 
 def test_gaps_duplicates_and_restarts_are_counted() -> None:
@@ -99,7 +172,7 @@ def test_transmission_is_when_the_record_left_less_listening_and_latency() -> No
         told.append((device_ns, arrival_ns))
         return device_ns - UTC_NS + 1_000_000_000
 
-    (back,) = feed(Assembler(map_time, latency_ns=2_000_000), records(ping, first_ns=77))
+    (back,) = feed(Assembler(lambda: map_time, latency_ns=2_000_000), records(ping, first_ns=77))
     delay_ns = 13_333_333 + 2_000_000
     assert told == [(UTC_NS + delay_ns, 77)]
     assert (back.t_ns, back.t_rx_ns, back.utc_ns) == (1_000_000_000, 87, UTC_NS)
@@ -108,8 +181,7 @@ def test_transmission_is_when_the_record_left_less_listening_and_latency() -> No
 def test_transmission_times_follow_the_device_through_a_jittery_line() -> None:
     """The line holds records back by 3 ms on the average, now and then by 15; the device's clock is an hour wrong."""
     rng = np.random.default_rng(5)
-    estimator = clock.OffsetEstimator()
-    assembler = Assembler(estimator.map, latency_ns=2_000_000)
+    assembler = Assembler(lambda: clock.OffsetEstimator().map, latency_ns=2_000_000)
     error_ns = []
     for number in range(200):
         transmit_ns = 50_000_000_000 + 150_000_000 * number

@@ -106,6 +106,21 @@ def test_a_setting_that_does_not_show_is_sent_again_a_limited_number_of_times_an
     assert wanted.problems() == []
 
 
+def test_of_orders_in_quick_succession_the_last_one_is_sent_and_other_settings_do_not_wait() -> None:
+    wanted = control()
+    asked = []
+    for number in range(100):
+        wanted.order("range_m", 10.0 + number)
+        if number == 50:
+            wanted.order("gain_db", 20.0)
+        asked += [(number, *request) for request in sent(wanted, number / 100)]
+    asked += [(101, *request) for request in sent(wanted, 1.01)]
+    assert asked == [
+        (0, 1003, 10.0), (20, 1003, 30.0), (40, 1003, 50.0), (50, 1008, 20.0), (60, 1003, 70.0), (80, 1003, 90.0),
+        (101, 1003, 109.0),
+    ]  # fmt: skip
+
+
 def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted = control(range_m=500.0)
     (request,) = wanted.requests(0)

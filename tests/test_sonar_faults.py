@@ -262,7 +262,7 @@ def test_the_wall_clock_steps(process: Process, sonar: Sonar) -> None:
 def test_a_clock_50_ppm_off_is_followed_for_ten_minutes(fast_ppm: float) -> None:
     """30 ms would come together; no process, as nobody waits so long."""
     late_ns = np.random.default_rng(7).exponential(2 * MS, 4000)
-    framer, assembler = Framer(), Assembler(clock.OffsetEstimator().map)
+    framer, assembler = Framer(), Assembler(lambda: clock.OffsetEstimator().map)
     errors_ms = []
     for number in range(4000):
         transmitted_ns = clock.NS + 150 * MS * number

@@ -202,7 +202,7 @@ def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: FarEnd, start: Cal
     request.connect(f"ipc://{process.run_dir}/sonar-requests.sock")
     for body, ok, reason in (
         (msgpack.packb({"range_m": 40}), True, ""),
-        (msgpack.packb({"range_m": -1.0}), False, "bad request: Expected `float` > 0.0 - at `$.range_m`"),
+        (msgpack.packb({"range_m": -1.0}), False, "bad request: Expected `float` >= 0.1 - at `$.range_m`"),
         (msgpack.packb({"range_m": float("nan")}), False, "bad request"),
         (b"\xc1", False, "bad request"),
         (b"", False, "bad request"),

@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
+from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
@@ -29,7 +29,7 @@ class CanSettings(Settings, frozen=True):
     """More keyword arguments of python-can's bus class, for instance tty_baudrate of slcan."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """Size of the kernel's receive buffer (socketcan)."""
-    silence_s: Positive = 1.0
+    silence_s: Seconds = 1.0
     """Without any frame for so long the interface is closed and opened again."""
 
     def __post_init__(self) -> None:
@@ -116,7 +116,7 @@ class CanopenSettings(Settings, frozen=True):
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
     """Bit of the status object that says that position, attitude, velocity or time_of_day is valid; a part left out
     always is."""
-    epoch_window_s: Positive = 0.005
+    epoch_window_s: Seconds = 0.005
     """Without sequence numbers: time from the first to the last PDO of one instant; shorter than the time between two
     instants, s."""
     start_ins: bool = False
@@ -184,7 +184,7 @@ class ValiditySettings(Settings, frozen=True):
     """Values, after the mask, that are good; none: all bits of the mask set."""
     says: str = "pose"
     """What is not valid otherwise, for the health report."""
-    holds_s: Positive = 2.0
+    holds_s: Seconds = 2.0
     """A status older than this is none."""
 
     def __post_init__(self) -> None:
@@ -207,7 +207,7 @@ class DbcSettings(Settings, frozen=True):
     """The INS's clock; none: arrival is a pose's instant."""
     epoch: list[str] | None = None
     """Messages of one instant in the order of sending; none: those with mapped signals, by identifier."""
-    window_s: Positive = 0.008
+    window_s: Seconds = 0.008
     """An epoch must be complete so soon after its instant; shorter than the INS's period, so that no frame of a later
     instant can be in it."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
@@ -224,9 +224,9 @@ class NavSettings(Settings, frozen=True):
     dbc: DbcSettings | None = None
     """For source "dbc"."""
     can: CanSettings = CanSettings()
-    stale_s: Positive = 0.5
+    stale_s: Seconds = 0.5
     """Time without a pose that is a problem, s."""
-    clock_jump_s: Positive = 0.1
+    clock_jump_s: Seconds = 0.1
     """A step of the INS's clock by more than this is taken at once, when four epochs in a row confirm it."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()

@@ -90,7 +90,7 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
                 heard[topic] = now
                 recorder.take(message)
             for subscription in subscriber.subscriptions:
-                recorder.counters.update(_taken(subscription.counters))
+                recorder.counters.update(_unreadable(subscription.counters))
             if sync_due.at(now):
                 writer.sync()
             if status_due.at(now):
@@ -112,11 +112,11 @@ class _Every:
         return due
 
 
-def _taken(counters: "Counter[str]") -> "Counter[str]":
-    """Return the counts and set them to 0."""
-    taken = counters.copy()
+def _unreadable(counters: "Counter[str]") -> dict[str, int]:
+    """Return the counts of bad messages and set all to 0; what was dropped shows in the gaps of the sequences."""
+    bad = {name: count for name, count in counters.items() if not name.startswith("dropped_")}
     counters.clear()
-    return taken
+    return bad
 
 
 def _silence(heard: dict[str, int], now: int) -> str:

@@ -26,8 +26,9 @@ MAX_EXTRAPOLATION_S = 0.5
 class Recorder:
     """Writes what it is given, in the order given.
 
-    Counters: pings, contacts, poses written; lost_pings (gaps in their sequence); unfit_pings (nothing that s7k can
-    carry), unfit_contacts, unfit_poses; contacts_without_pose. Methods raise OSError when the file cannot be written.
+    Counters: pings, contacts, poses written (not each pose that came is); lost_pings, lost_poses, lost_lists (of
+    obstacles): gaps in their sequences, whoever dropped them; unfit_pings (nothing that s7k can carry), unfit_contacts,
+    unfit_poses; contacts_without_pose. Methods raise OSError when the file cannot be written.
     """
 
     def __init__(self, writer: S7kWriter, frame: LocalFrame) -> None:
@@ -36,8 +37,7 @@ class Recorder:
         self._frame = frame
         self._poses = PoseBuffer(POSES_KEPT, MAX_EXTRAPOLATION_S)
         self._last_period: int | None = None
-        self._last_ping = -1
-        self._last_list = -1
+        self._last_seq: dict[str, int] = {}
         self._known: dict[int, tuple[str, int]] = {}
 
     def take(self, message: msgspec.Struct) -> None:
@@ -49,10 +49,16 @@ class Recorder:
         elif isinstance(message, Pose):
             self._take_pose(message)
 
+    def _follow(self, what: str, seq: int) -> bool:
+        """Count a gap in a sequence; tell whether it began anew, as its publisher did."""
+        last = self._last_seq.get(what, seq)
+        self._last_seq[what] = seq
+        if seq > last + 1:
+            self.counters[f"lost_{what}"] += seq - last - 1
+        return seq < last
+
     def _take_ping(self, ping: Ping) -> None:
-        if 0 <= self._last_ping < ping.seq:
-            self.counters["lost_pings"] += ping.seq - self._last_ping - 1
-        self._last_ping = ping.seq
+        self._follow("pings", ping.seq)
         try:
             frames = s7k.encode_ping(ping, recorded=True)
         except (ValueError, ArithmeticError):
@@ -62,6 +68,7 @@ class Recorder:
         self.counters["pings"] += 1
 
     def _take_pose(self, pose: Pose) -> None:
+        self._follow("poses", pose.seq)
         self._poses.insert(pose)
         period = pose.t_ns // POSE_PERIOD_NS
         if period == self._last_period:
@@ -81,9 +88,8 @@ class Recorder:
         self.counters["poses"] += 1
 
     def _take_obstacles(self, picture: ObstacleList) -> None:
-        if picture.seq < self._last_list:
+        if self._follow("lists", picture.seq):
             self._known.clear()  # another tracker, which may give the same ids anew
-        self._last_list = picture.seq
         changes = [
             (obstacle, change) for obstacle in picture.obstacles if (change := self._change(obstacle)) is not None
         ]

@@ -2,6 +2,10 @@
 
 What a ping says of itself comes from the records sent with it, so a change of range, sound speed or beams takes effect
 at that very ping. A ping whose settings or geometry were lost is dropped and counted, never guessed.
+
+A sonar may send its beam table with each ping or only when it changes. All records of one ping bear the same 7KTIME, so
+a table with that of a ping's samples is the ping's own. Where most of the last HABIT pings had their own, one without
+has lost it; else the table that was sent last holds.
 """
 
 from collections import Counter, deque
@@ -16,6 +20,10 @@ from ods.sonar_link.water_column import RecordError, WaterColumn
 NS = 1_000_000_000
 KEPT = 4
 """Settings and beam tables kept of each sonar: a sonar may announce the next ping before this one's samples are out."""
+HABIT = 8
+"""Pings by which a sonar's way to send beam tables is told."""
+LEAST_HABIT = 4
+"""Fewer pings tell nothing: a sonar may announce its beams more than once at its start."""
 MAX_SONARS = 8
 MAX_GAP = 1000
 """A ping number further ahead than this is a sonar that started afresh, not pings lost."""
@@ -38,11 +46,18 @@ class Assembler:
     """
 
     def __init__(
-        self, map_time: TimeMap = device_time, latency_ns: int = 0, counters: "Counter[str] | None" = None
+        self,
+        new_time_map: Callable[[], TimeMap] = lambda: device_time,
+        latency_ns: int = 0,
+        counters: "Counter[str] | None" = None,
     ) -> None:
-        """Make an assembler; `latency_ns`: from the last sample's arrival at the sonar to its record's first byte."""
+        """Make an assembler.
+
+        `new_time_map` is called for each sonar, as each has its own clock; `latency_ns`: from the last sample's arrival
+        at the sonar to its record's first byte.
+        """
         self.counters: Counter[str] = Counter() if counters is None else counters
-        self._map_time = map_time
+        self._new_time_map = new_time_map
         self._latency_ns = latency_ns
         self._sonars: dict[tuple[int, int], _Sonar] = {}
         self._seq = 0
@@ -71,7 +86,9 @@ class Assembler:
         key = record.device, record.enumerator
         if key not in self._sonars and len(self._sonars) >= MAX_SONARS:
             self._sonars.clear()
-        return self._sonars.setdefault(key, _Sonar())
+        if key not in self._sonars:
+            self._sonars[key] = _Sonar(self._new_time_map())
+        return self._sonars[key]
 
     def _complete(self, record: Record, data: WaterColumn, sonar: "_Sonar") -> Ping:
         if sonar.delivered == (data.ping_number, data.multi_ping):
@@ -82,7 +99,7 @@ class Assembler:
             geometry = _geometry(settings, table, data)
             listened_m = geometry.range0_m + (data.frame.shape[1] - 1) * geometry.dr_m
             delay_ns = round(2.0 * listened_m / geometry.sound_speed * NS) + self._latency_ns
-            t_ns, utc_ns = self._transmit_time(record, delay_ns)
+            t_ns, utc_ns = self._transmit_time(record, delay_ns, sonar.map_time)
             ping = build_ping(
                 data.frame, geometry, seq=self._seq, ping_number=data.ping_number, t_ns=t_ns,
                 t_rx_ns=record.last_ns, utc_ns=utc_ns,
@@ -103,21 +120,24 @@ class Assembler:
         elif ahead > 1:
             self.counters["lost_pings"] += ahead - 1
 
-    def _transmit_time(self, record: Record, delay_ns: int) -> tuple[int, int]:
+    def _transmit_time(self, record: Record, delay_ns: int, map_time: TimeMap) -> tuple[int, int]:
         """Return local time and UTC of transmission; the record left the sonar `delay_ns` after it at the earliest."""
         if record.time_ns is None:
             self.counters["no_device_time"] += 1
             return record.first_ns - delay_ns, 0
-        return self._map_time(record.time_ns + delay_ns, record.first_ns) - delay_ns, record.time_ns
+        return map_time(record.time_ns + delay_ns, record.first_ns) - delay_ns, record.time_ns
 
 
 class _Sonar:
     """What one sonar said last."""
 
-    def __init__(self) -> None:
+    def __init__(self, map_time: TimeMap) -> None:
+        self.map_time = map_time
         self.settings: deque[s7k.SonarSettings] = deque(maxlen=KEPT)
         self.tables: deque[tuple[int | None, BeamTable | None]] = deque(maxlen=KEPT)
         self.delivered: tuple[int, int] | None = None
+        self._own_tables: deque[bool] = deque(maxlen=HABIT)
+        """Whether the last pings had a beam table of their own."""
 
     def settings_of(self, data: WaterColumn) -> s7k.SonarSettings:
         for settings in reversed(self.settings):
@@ -126,9 +146,20 @@ class _Sonar:
         raise RecordError("data_without_settings")
 
     def table_at(self, time_ns: int | None) -> BeamTable:
-        """Return the newest beam table that is not from a later ping."""
-        if not self.tables:
+        """Return the beam table of the ping whose samples are of `time_ns`. Raises RecordError when it was lost."""
+        owns = any(told_ns == time_ns for told_ns, _ in self.tables)
+        lost = not owns and self._sends_with_each_ping()
+        self._own_tables.append(owns)
+        if lost or not self.tables:
             raise RecordError("data_without_geometry")
+        return self._newest_table(time_ns)
+
+    def _sends_with_each_ping(self) -> bool:
+        known = len(self._own_tables)
+        return known >= LEAST_HABIT and 2 * sum(self._own_tables) > known
+
+    def _newest_table(self, time_ns: int | None) -> BeamTable:
+        """Return the newest beam table that is not from a later ping. Raises RecordError when it was a bad one."""
         table = self.tables[-1][1]
         for told_ns, candidate in reversed(self.tables):
             if told_ns is None or time_ns is None or told_ns <= time_ns:

@@ -16,6 +16,9 @@ from ods.sonar_link.port import NS
 from ods.sonar_link.remote_control import Reply, Request
 from ods.sonar_link.s7k import Controls
 
+LEAST_INTERVAL_NS = NS // 5
+"""Between two requests for one setting: orders in quick succession are one, the last."""
+
 
 @dataclass(frozen=True)
 class Knob:
@@ -53,7 +56,6 @@ class _Order:
     value: float
     state: State = State.ASKED
     attempts: int = 0
-    sent_ns: int = 0
     due: bool = True
     ticket: int = 0
     error: int | None = None
@@ -79,7 +81,9 @@ class SonarControl:
         self.told: Controls | None = None
         """What the sonar last said of itself."""
         self._orders = {name: _Order(value) for name, value in wanted.items()}
+        self._sent_ns: dict[str, int] = {}  # by the orders' names
         self._repeat_ns = round(repeat_s * NS)
+        self._interval_ns = min(LEAST_INTERVAL_NS, self._repeat_ns)
         self._attempts = attempts
         self._records = records
         self._subscription = 0  # its ticket
@@ -106,8 +110,9 @@ class SonarControl:
             self._subscription = self._next_ticket()
             due.append(remote_control.subscribe(self._subscription, self._records))
         for name, order in self._orders.items():
-            if order.due:
-                order.due, order.sent_ns, order.ticket = False, now_ns, self._next_ticket()
+            if order.due and now_ns - self._sent_ns.get(name, -self._interval_ns) >= self._interval_ns:
+                order.due, order.ticket = False, self._next_ticket()
+                self._sent_ns[name] = now_ns
                 order.attempts += 1
                 due.append(remote_control.set_value(KNOBS[name].command, order.ticket, order.value))
         self.counters["control_requests"] += len(due)
@@ -122,7 +127,7 @@ class SonarControl:
             elif order.state is State.TAKEN:
                 self.counters["control_lost"] += 1
                 order.renew()
-            elif order.state is State.ASKED and not order.due and now_ns - order.sent_ns >= self._repeat_ns:
+            elif order.state is State.ASKED and not order.due and now_ns - self._sent_ns[name] >= self._repeat_ns:
                 order.due = order.attempts < self._attempts
                 order.state = State.ASKED if order.due else State.FAILED
 

@@ -13,7 +13,7 @@ from ods.messages import SonarRequest
 from ods.service import Service, Worker
 from ods.sonar_link import remote_control, s7k
 from ods.sonar_link.address import tcp_address
-from ods.sonar_link.assembler import Assembler
+from ods.sonar_link.assembler import Assembler, TimeMap
 from ods.sonar_link.control import KNOBS, SonarControl
 from ods.sonar_link.drf import Record
 from ods.sonar_link.link import SonarLink
@@ -43,8 +43,7 @@ class SonarWorker(Worker[OnboardConfig]):
         sonar = settings.sonar
         self._counters = service.counters
         self._link = SonarLink(sonar, self._counters)
-        self._offset = clock.OffsetEstimator()
-        self._assembler = Assembler(self._offset.map, round(sonar.latency_ms * 1e6), self._counters)
+        self._assembler = Assembler(self._new_time_map, round(sonar.latency_ms * 1e6), self._counters)
         self._control = _control(sonar, self._counters)
         self._planners = PlannerRequests(self._control, sonar.control_patience_s, service.answer)
         self._sonar = s7k.DEVICE, 0
@@ -80,8 +79,6 @@ class SonarWorker(Worker[OnboardConfig]):
         if self._link.fd is not None:
             self._send_requests(now)
         self._planners.answer(now)
-        self._counters["device_clock_jumps"] = self._offset.jumps
-        self._counters["wild_device_times"] = self._offset.wild
         for name in LOGGED & ((+self._counters).keys() - self._logged):
             self._logged.add(name)
             log.warning("first %s (counted from now on)", name)
@@ -102,6 +99,19 @@ class SonarWorker(Worker[OnboardConfig]):
         """Close the port."""
         self._link.close()
         self._follow_port()
+
+    def _new_time_map(self) -> TimeMap:
+        """Return the map of one sonar's clock; all of them count together."""
+        estimator = clock.OffsetEstimator()
+
+        def map_time(device_ns: int, arrival_ns: int) -> int:
+            jumps, wild = estimator.jumps, estimator.wild
+            t_ns = estimator.map(device_ns, arrival_ns)
+            self._counters["device_clock_jumps"] += estimator.jumps - jumps
+            self._counters["wild_device_times"] += estimator.wild - wild
+            return t_ns
+
+        return map_time
 
     def _take(self, records: list[Record]) -> None:
         for record in records:

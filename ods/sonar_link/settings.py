@@ -4,7 +4,8 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from ods.settings import NonNegative, Positive, PositiveInt, Settings
+from ods.messages import SonarLevel, SonarRange
+from ods.settings import NonNegativeSeconds, Seconds, Settings
 from ods.sonar_link.address import tcp_address
 
 
@@ -14,33 +15,33 @@ class SonarSettings(Settings, frozen=True):
     port: str
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar that speaks network frames; or
     "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
-    baud: PositiveInt = 12_000_000
+    baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bits a second of the serial line."""
-    latency_ms: NonNegative = 0.0
+    latency_ms: Annotated[float, msgspec.Meta(ge=0.0, le=60_000.0)] = 0.0
     """From the arrival of the last echo at the sonar to the first byte of its record on the line, ms."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
     """Longest record believed, bytes; a header that claims more is noise."""
-    record_timeout_s: Positive = 1.0
+    record_timeout_s: Seconds = 1.0
     """A record that takes longer to arrive is given up, s; more than the longest one's time on the line. A false header
     holds pings up for so long at most."""
-    reopen_min_s: Positive = 0.1
+    reopen_min_s: Seconds = 0.1
     """First pause before a lost port is tried again, s; it doubles with every failure."""
-    reopen_max_s: Positive = 1.0
+    reopen_max_s: Seconds = 1.0
     """Longest such pause, s."""
-    silence_s: NonNegative = 5.0
+    silence_s: NonNegativeSeconds = 5.0
     """A TCP connection without a byte for so long is closed and made anew, s; 0: never. Serial lines stay open."""
     samples_record: Literal[7042, 7018] = 7042
     """The record of the samples that is asked for over tcp://, beside 7000 and 7004; a serial line sends what it is
     set to, and both are read from it."""
-    range_m: Positive | None = None
+    range_m: SonarRange | None = None
     """Range that the sonar is set to after each connection, m; left out: as the sonar is."""
-    power_db: float | None = None
+    power_db: SonarLevel | None = None
     """Transmit power likewise, dB re 1 uPa at 1 m."""
-    gain_db: float | None = None
+    gain_db: SonarLevel | None = None
     """Receiver gain likewise, dB."""
-    control_repeat_s: Positive = 1.0
+    control_repeat_s: Seconds = 1.0
     """Time for a setting to show in the sonar's record 7000 before it is sent again, s."""
-    control_attempts: PositiveInt = 3
+    control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """How often a setting is sent before it counts as not taken."""
 
     @property
