@@ -168,8 +168,9 @@ class _Resolver:
         if signal.is_float or signal.is_signed:
             raise self._error(key, f"{validity.signal} is no unsigned integer")
         accept = [validity.mask or 0] if validity.accept is None else validity.accept
-        if max(validity.mask or 0, *accept) >> signal.length:
-            raise self._error(key, f"{validity.signal} has {signal.length} bits only")
+        for name, numbers in (("mask", [validity.mask or 0]), ("accept", accept)):
+            if max(numbers) >> signal.length:
+                raise self._error(key, f"{name}: {validity.signal} has {signal.length} bits only")
         holds_ns = round(validity.holds_s * NS)
         message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
 
