@@ -6,6 +6,7 @@ protocol from the work loop itself, so that a hung loop is seen.
 
 import contextlib
 import ctypes
+import gc
 import logging
 import os
 import signal
@@ -204,6 +205,8 @@ def run(worker_type: type[Worker[Any]], process: Process, settings: Any) -> None
 
 
 def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> None:
+    gc.collect()
+    gc.freeze()  # what start-up made stays: no later collection has to look through it
     health_due = 0.0
     was_ready = False
     while not stopping:

@@ -575,7 +575,7 @@ def test_a_map_that_does_not_fit_is_one_line(floats: Path, changes: dict[str, st
         ({"valid": [ValiditySettings(signal="A.B", mask=1)]}, "nav.dbc.valid[0]: no message 'A' in the DBC"),
         (
             {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_EKF_POS.LATITUDE", mask=1)]},
-            "nav.dbc.valid[0]: mask: SBG_ECAN_MSG_EKF_POS.LATITUDE is no unsigned integer",
+            "nav.dbc.valid[0]: SBG_ECAN_MSG_EKF_POS.LATITUDE is no unsigned integer",
         ),
         ({"file": CONFIG / "none.dbc"}, "nav.dbc.file: No such file or directory"),
         ({"file": CONFIG / "ins.eds"}, "not a usable DBC: "),
@@ -602,7 +602,7 @@ def test_a_table_that_does_not_fit_is_one_line(changes: dict[str, object], said:
         ),
         (
             {"valid": [ValiditySettings(signal="SBG_ECAN_MSG_STATUS_03.SOLUTION", mask=1 << 40)]},
-            "nav.dbc.valid[0]: SBG_ECAN_MSG_STATUS_03.SOLUTION has 32 bits only",
+            "nav.dbc.valid[0]: mask: SBG_ECAN_MSG_STATUS_03.SOLUTION has 32 bits only",
         ),
     ],
 )
