@@ -42,6 +42,8 @@ benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.pipeline
 	$(BIN)/python -m benchmarks.tracker
 	$(BIN)/python -m benchmarks.sonar_link --seconds 60
+	$(BIN)/python -m benchmarks.nav
+	$(BIN)/python -m benchmarks.nav --source dbc
 
 clean:
 	rm -rf $(VENV) out
