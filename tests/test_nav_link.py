@@ -317,4 +317,6 @@ def test_an_adapter_that_is_gone_reads_as_an_error_not_as_silence() -> None:
     os.close(master)
     with pytest.raises(can.CanOperationError):
         receive(bus, 1)
+    with contextlib.suppress(can.CanOperationError):
+        bus.shutdown()
     bus.serialPortOrig.close()
