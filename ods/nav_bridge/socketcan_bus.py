@@ -17,12 +17,13 @@ CAN_FD_BYTES = 72
 EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
 TIMESPEC = struct.Struct("@ll")
-ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size)
-SO_RCVBUFFORCE = 33
+DROPPED = struct.Struct("@I")
+ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size) + socket.CMSG_SPACE(DROPPED.size)
+SO_RCVBUFFORCE, SO_RXQ_OVFL = 33, 40
 
 
 class SocketcanBus(PythonCanBus):
-    """A SocketCAN interface. Counts `can_ignored`: remote and FD frames."""
+    """A SocketCAN interface. Counts `can_ignored` (remote, FD) and `can_overflow` (lost in a full receive buffer)."""
 
     def __init__(
         self, channel: str, wall_clock: WallClock, counters: Counter[str], buffer_bytes: int, **options: Any
@@ -30,6 +31,8 @@ class SocketcanBus(PythonCanBus):
         """`buffer_bytes`: size of the kernel's receive buffer."""
         self._wall_clock, self._counters = wall_clock, counters
         super().__init__(channel, **options)
+        self._dropped = 0
+        self.socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
         _enlarge(self.socket, buffer_bytes)
 
     def receive(self, limit: int, _woken_ns: int) -> Iterator[Frame | ErrorFrame]:
@@ -50,10 +53,16 @@ class SocketcanBus(PythonCanBus):
                 yield Frame(number, extended, data[:length], self._arrival_ns(ancillary))
 
     def _arrival_ns(self, ancillary: list[tuple[int, int, bytes]]) -> int:
-        for _, _, stamp in ancillary:  # python-can has asked for SO_TIMESTAMPNS alone
-            seconds, nanoseconds = TIMESPEC.unpack(stamp)
-            return self._wall_clock.arrival_ns(seconds * clock.NS + nanoseconds)
-        return clock.monotonic_ns()
+        arrival_ns = None
+        for _, kind, told in ancillary:
+            if kind == SO_RXQ_OVFL:
+                (dropped,) = DROPPED.unpack(told)
+                self._counters["can_overflow"] += (dropped - self._dropped) % (1 << 32)
+                self._dropped = dropped
+            else:  # SO_TIMESTAMPNS, for which python-can has asked
+                seconds, nanoseconds = TIMESPEC.unpack(told)
+                arrival_ns = self._wall_clock.arrival_ns(seconds * clock.NS + nanoseconds)
+        return clock.monotonic_ns() if arrival_ns is None else arrival_ns
 
 
 def _enlarge(sock: socket.socket, size: int) -> None:

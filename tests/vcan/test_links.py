@@ -1,6 +1,7 @@
 """What in_vcan promises: two real buses, kernel time stamps, and links that can be broken and mended."""
 
 import errno
+from collections import Counter
 from collections.abc import Callable
 
 import can
@@ -8,6 +9,8 @@ import pytest
 
 from in_vcan import links
 from ods import clock
+from ods.nav_bridge.socketcan_bus import SocketcanBus
+from ods.nav_bridge.wall_clock import WallClock
 
 FRAME = can.Message(arbitration_id=0x185, data=b"\x01\x02\x03", is_extended_id=False)
 
@@ -46,3 +49,17 @@ def test_a_broken_link_is_an_error_and_mends(
     with on(vcan0) as near, on(vcan0) as far:
         far.send(FRAME)
         assert near.recv(1.0) is not None
+
+
+def test_frames_that_the_kernel_drops_are_counted(vcan0: str) -> None:
+    counters: Counter[str] = Counter()
+    near = SocketcanBus(vcan0, WallClock(counters), counters, buffer_bytes=4096)
+    with on(vcan0) as far:
+        for _ in range(200):
+            far.send(FRAME)
+        read = len(list(near.receive(1000, 0)))
+        assert read < 200
+        far.send(FRAME)
+        assert len(list(near.receive(1000, 0))) == 1
+    near.shutdown()
+    assert read + counters["can_overflow"] == 200
