@@ -304,6 +304,7 @@ OBJECTS = object_map(POSE_OBJECTS)
             "DefaultValue=$NODEID+0x80000480",
             "no transmit PDO carries 0x2011:1 (roll), 0x2011:2",
         ),
+        ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x20000480", "no transmit PDO carries 0x2011:1 (roll)"),
         ("DefaultValue=$NODEID+0x480\n", "", "0x1803:1"),
         ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x380", "the same COB-ID"),
         ("Dummy0002=0\n", "", "not a usable EDS"),
