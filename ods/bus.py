@@ -106,11 +106,7 @@ class Publisher:
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
-        address = endpoint(run_dir, process)
-        try:
-            self._socket.bind(address)
-        except zmq.ZMQError as error:
-            raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+        _bind(self._socket, endpoint(run_dir, process))
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:
         """Send `message`; never blocks."""
@@ -121,6 +117,13 @@ class Publisher:
         """Close the socket and give the lock back."""
         self._socket.close()
         self._lock.close()
+
+
+def _bind(socket: "zmq.Socket[bytes]", address: str) -> None:
+    try:
+        socket.bind(address)
+    except zmq.ZMQError as error:
+        raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
 
 
 def _take_lock(run_dir: Path, process: str) -> IO[str]:
@@ -154,11 +157,7 @@ class Responder:
         self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
         self._socket.setsockopt(zmq.MAXMSGSIZE, READ_REQUEST_BYTES)
-        address = endpoint(run_dir, name)
-        try:
-            self._socket.bind(address)
-        except zmq.ZMQError as error:
-            raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+        _bind(self._socket, endpoint(run_dir, name))
 
     def receive(self) -> list[tuple[list[bytes], Any]]:
         """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""

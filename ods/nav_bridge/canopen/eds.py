@@ -6,6 +6,7 @@ from pathlib import Path
 from canopen import ObjectDictionary, import_od
 
 from ods.errors import OdsError
+from ods.nav_bridge.text_file import read_text
 
 
 class EdsError(OdsError):
@@ -15,14 +16,9 @@ class EdsError(OdsError):
 def read_dictionary(eds: Path, node_id: int, key: str) -> ObjectDictionary:
     """Read an EDS or DCF file, in UTF-8 or Latin-1, that the setting `key` names. Raises EdsError."""
     try:
-        raw = eds.read_bytes()
+        source = io.StringIO(read_text(eds, "latin-1"))
     except OSError as error:
         raise EdsError(f"{eds}: {key}: {error.strerror}") from error
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        text = raw.decode("latin-1")
-    source = io.StringIO(text)
     source.name = str(eds)  # canopen tells the format by the name
     try:
         return import_od(source, node_id)

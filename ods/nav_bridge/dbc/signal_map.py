@@ -17,6 +17,7 @@ from ods.nav_bridge.can_frame import CanId
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, ValiditySettings
+from ods.nav_bridge.text_file import read_text
 
 T = TypeVar("T", SignalSettings, TimeSettings)
 MAX_BYTES = 8
@@ -227,13 +228,9 @@ class _Resolver:
 def _read(file: Path) -> Database:
     """Read a DBC file, in UTF-8 or, as the format has it, Windows-1252."""
     try:
-        raw = file.read_bytes()
+        text = read_text(file, "cp1252")
     except OSError as error:
         raise DbcError(f"{file}: nav.dbc.file: {error.strerror}") from error
-    try:
-        text = raw.decode("utf-8")
-    except UnicodeDecodeError:
-        text = raw.decode("cp1252", errors="replace")
     try:
         database = cantools.database.load_string(text, "dbc")
     except Exception as error:  # cantools lets through whatever a malformed file runs into

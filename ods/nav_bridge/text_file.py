@@ -1,0 +1,12 @@
+"""Text files of other makers, whose encoding nobody tells."""
+
+from pathlib import Path
+
+
+def read_text(file: Path, encoding: str) -> str:
+    """Return the text of a file in UTF-8 or, if it is not that, in `encoding`. Raises OSError."""
+    raw = file.read_bytes()
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode(encoding, errors="replace")
