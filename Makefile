@@ -16,8 +16,8 @@ bench-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
 test: $(VENV)/.ready lint
-	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/test_chain.py
-	$(BIN)/pytest tests/test_chain.py
+	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain/test_chain.py
+	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
 
 # 125: no vcan to be had, and the reason was said; the tests are then reported as skipped, or failed for ODS_REQUIRE_VCAN

@@ -7,8 +7,8 @@ import argparse
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ods.base.arrays import AnyArray, Floats
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
@@ -43,9 +43,9 @@ def chain_of(filters: Stages, detector: dict[str, Any]) -> Chain:
     return Chain(PipelineSettings(stage=({"use": "equalize.mean_range"}, *filters, only), min_range_m=0.0))
 
 
-def recorded(kind: str, amplitude: NDArray[np.float64]) -> Ping:
+def recorded(kind: str, amplitude: Floats) -> Ping:
     """Return the ping of amplitudes (beams, samples) of mean square 1, as one kind of sonar records them."""
-    counts: NDArray[np.generic]
+    counts: AnyArray
     if kind == "u1 linear":
         counts = np.minimum(20.0 * amplitude, 255.0).astype(np.uint8)
     elif kind == "u2 linear":
@@ -61,7 +61,7 @@ def recorded(kind: str, amplitude: NDArray[np.float64]) -> Ping:
     )  # fmt: skip
 
 
-def rates(kind: str, chains: list[Chain], images: int) -> NDArray[np.float64]:
+def rates(kind: str, chains: list[Chain], images: int) -> Floats:
     """Return the (chains, images) share of cells marked; all chains get the same images."""
     rng = np.random.default_rng(5)
     shares = np.empty((len(chains), images))

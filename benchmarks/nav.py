@@ -26,17 +26,18 @@ import can
 import numpy as np
 import psutil
 import zmq
-from numpy.typing import NDArray
 
-from ods import bus, clock, service, settings_file
+from ods.base import clock, settings_file
+from ods.base.arrays import Ints
+from ods.base.geodesy import LocalFrame
 from ods.config import OnboardConfig
-from ods.geodesy import LocalFrame
 from ods.messages import Detection, Detections, Sector
-from ods.processes import PROCESSES
-from ods.sim_sonar.can_bus import can_of
-from ods.sim_sonar.ins import SimulatedIns
-from ods.sim_sonar.ins_dbc import SimulatedDbcIns
-from ods.sim_sonar.slcan_hub import SlcanHub
+from ods.runtime import bus, service
+from ods.runtime.processes import PROCESSES
+from ods.sim_sonar.device.can_bus import can_of
+from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
+from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.tracker.service import TrackerWorker
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -128,7 +129,7 @@ def main() -> None:
     _show("and from then on", taken_ns - ends[epoch])
 
 
-def _show(what: str, times_ns: NDArray[np.int64]) -> None:
+def _show(what: str, times_ns: Ints) -> None:
     p50, p99 = np.percentile(times_ns / MS, [50, 99])
     print(f"{what}: p50 {p50:.2f} ms, p99 {p99:.2f} ms, longest {times_ns.max() / MS:.1f} ms")
 

@@ -17,17 +17,16 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage, signal
 from skimage import filters as skimage_filters
 from skimage import measure as skimage_measure
 
+from ods.base.arrays import Bytes, Floats32, Image
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
+from ods.pipeline.filter.linear import lowpass_weights
 from ods.pipeline.settings import AttentionSettings, PipelineSettings
-from ods.pipeline.smooth import lowpass_weights
 
-Image = NDArray[np.float32]
 Filter = Callable[[Any], Any]
 Task = Callable[[], Any]
 ROUNDS = 40
@@ -142,7 +141,7 @@ def scipy_filters() -> dict[str, Filter]:
     }
 
 
-def both_sides(taps: int, cutoff: float) -> NDArray[np.float32]:
+def both_sides(taps: int, cutoff: float) -> Floats32:
     """Return all weights of our low-pass, (taps,)."""
     half = lowpass_weights(taps, cutoff)
     return np.concatenate((half[:0:-1], half)).astype(np.float32)
@@ -164,7 +163,7 @@ def their_chains(name: str, ping: Ping) -> dict[str, Task]:
     return tasks
 
 
-def equalized(frame: NDArray[np.uint8]) -> Image:
+def equalized(frame: Bytes) -> Image:
     """Return the frame over its mean at each range."""
     image = frame.astype(np.float32)
     image /= image.mean(axis=0)

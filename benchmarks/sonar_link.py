@@ -21,13 +21,13 @@ import psutil
 import tomli_w
 import zmq
 
-from ods import clock
-from ods.bus import Subscriber
+from ods.base import clock
 from ods.messages import Health, Ping
-from ods.sim_sonar.serial_line import SerialLine
-from ods.sonar_link import s7k
-from ods.sonar_link.assembler import Assembler
-from ods.sonar_link.framer import Framer
+from ods.runtime.bus import Subscriber
+from ods.sim_sonar.device.serial_line import SerialLine
+from ods.sonar_link.s7k import records
+from ods.sonar_link.s7k.assembler import Assembler
+from ods.sonar_link.s7k.framer import Framer
 
 CONFIG = Path("config/onboard.toml")
 BYTES_A_SECOND = 1_200_000
@@ -58,7 +58,7 @@ def make_pings(count: int) -> list[Ping]:
 
 def wire_of(ping: Ping, number: int) -> bytes:
     """Return the records of a ping that leaves the sonar now."""
-    return s7k.encode_ping(msgspec.structs.replace(ping, ping_number=number, utc_ns=clock.utc_ns()))
+    return records.encode_ping(msgspec.structs.replace(ping, ping_number=number, utc_ns=clock.utc_ns()))
 
 
 class Uart(threading.Thread):

@@ -18,15 +18,16 @@ from matplotlib.figure import Figure
 from ods.assess.track.case import observe
 from ods.assess.track.chart import COLOURS, dress, number, save
 from ods.assess.track.scenarios import SONAR, in_sector, world
-from ods.clock import NS
-from ods.fan_plot import INK, PAPER
+from ods.base.clock import NS
 from ods.messages import Pose
-from ods.pose_buffer import PoseBuffer
-from ods.tracker import reception, scenario
-from ods.tracker.archive import MapObject
-from ods.tracker.measurement import Fix
-from ods.tracker.observers import OBSERVERS, make_observer
-from ods.tracker.scan import Scan, echoes_of
+from ods.plots.fan import INK, PAPER
+from ods.runtime.pose_buffer import PoseBuffer
+from ods.tracker import scenario
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.model import Fix
+from ods.tracker.measurement.scan import Scan, echoes_of
+from ods.tracker.observer.registry import OBSERVERS, make_observer
 from ods.tracker.scenario import Scenario
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
@@ -128,9 +129,9 @@ def receptions() -> dict[int, float]:
             began = time.process_time()
             sent = poses.at(2 * NS + 10_000 * turn)
             assert sent is not None
-            listening = reception.listen(sent, 100.0, 1500.0, poses.at)
+            listening = motion_during_reception.listen(sent, 100.0, 1500.0, poses.at)
             assert listening is not None
-            reception.at_transmission(echoes, listening)
+            motion_during_reception.at_transmission(echoes, listening)
             spent.append(1e3 * (time.process_time() - began))
         found[detections] = float(np.median(spent))
     return found

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from ods import __version__
-from ods.errors import OdsError
-from ods.processes import PROCESSES, on_board
+from ods.base.errors import OdsError
+from ods.runtime.processes import PROCESSES, on_board
 
 ONBOARD_CONFIG = Path("config/onboard.toml")
 BENCH_CONFIG = Path("config/bench.toml")
@@ -178,7 +178,8 @@ def _named(path: str) -> Any:
 
 
 def _process(args: argparse.Namespace) -> None:
-    from ods import service, settings_file
+    from ods.base import settings_file
+    from ods.runtime import service
 
     process = PROCESSES[args.command]
     settings = settings_file.load(args.config, _named(process.settings))
@@ -186,9 +187,9 @@ def _process(args: argparse.Namespace) -> None:
 
 
 def _run(args: argparse.Namespace) -> None:
-    from ods import supervisor
+    from ods.base.settings_file import load
     from ods.config import OnboardConfig
-    from ods.settings_file import load
+    from ods.runtime import supervisor
 
     settings = load(args.config, OnboardConfig)
     supervisor.supervise(on_board(), args.config, settings.bus.run_dir, settings.supervise)
@@ -201,17 +202,17 @@ def _bench(args: argparse.Namespace) -> int:
 
 
 def _watch(args: argparse.Namespace) -> None:
-    from ods import watch
+    from ods.base.settings_file import load
+    from ods.commands import watch
     from ods.config import OnboardConfig
-    from ods.settings_file import load
 
     watch.watch(load(args.config, OnboardConfig).bus.run_dir)
 
 
 def _set_sonar(args: argparse.Namespace) -> None:
+    from ods.base.settings_file import load
     from ods.client import Sonar, SonarRequest
     from ods.config import OnboardConfig
-    from ods.settings_file import load
 
     sonar = Sonar(load(args.config, OnboardConfig).bus.run_dir)
     try:
@@ -233,8 +234,8 @@ def _record(args: argparse.Namespace) -> None:
     if args.finish:
         record.finish(args.finish)
         return
+    from ods.base.settings_file import load
     from ods.config import OnboardConfig
-    from ods.settings_file import load
 
     record.record(args.s7k, load(args.config, OnboardConfig), args.seconds)
 
@@ -258,7 +259,7 @@ def _simulate(args: argparse.Namespace) -> None:
 
 
 def _detect(args: argparse.Namespace) -> None:
-    from ods import offline
+    from ods.commands import offline
 
     offline.detect(
         args.file, args.config, fan=args.fan, out=args.out, mask=args.mask, as_json=args.json, plot=args.plot
@@ -266,7 +267,7 @@ def _detect(args: argparse.Namespace) -> None:
 
 
 def _track(args: argparse.Namespace) -> None:
-    from ods import offline
+    from ods.commands import offline
 
     offline.track(args.file, args.config, args.out)
 
@@ -291,7 +292,7 @@ def _map_merge(args: argparse.Namespace) -> None:
 
 def _map_prune(args: argparse.Namespace) -> None:
     from ods.map import command as map_command
-    from ods.tracker.map_prune import Criteria
+    from ods.map.prune import Criteria
 
     criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
     map_command.prune(args.file, args.config, criteria, dry_run=args.dry_run)

@@ -17,9 +17,10 @@ from pathlib import Path
 import msgspec
 import zmq
 
-from ods import bus, clock
-from ods.errors import OdsError
+from ods.base import clock
+from ods.base.errors import OdsError
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest
+from ods.runtime import bus
 
 __all__ = [
     "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Sonar", "SonarAnswer", "SonarError",

@@ -5,11 +5,11 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.settings import Settings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
-from ods.settings import Settings
+from ods.runtime.supervisor import SuperviseSettings
 from ods.sonar_link.settings import SonarSettings
-from ods.supervisor import SuperviseSettings
 from ods.tracker.settings import TrackerSettings
 
 

@@ -9,7 +9,8 @@ from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
+
+from ods.base.arrays import AnyArray
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -296,7 +297,7 @@ class Truth(msgspec.Struct, frozen=True):
     objects: list[TruthObject]
 
 
-def frame_of(ping: Ping) -> NDArray[np.generic]:
+def frame_of(ping: Ping) -> AnyArray:
     """Return the ping's samples, (beams, samples), as a read-only view without copying.
 
     Raises ValueError when the buffer's length does not fit the shape.

@@ -10,10 +10,11 @@ from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hin
 
 import msgspec
 
-from ods import bus, messages
+from ods import messages
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.processes import PROCESSES
+from ods.runtime import bus
+from ods.runtime.processes import PROCESSES
 
 HEAD = """# Messages
 

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import zmq
 
-from ods import bus
 from ods.client import Obstacles
 from ods.messages import ObstacleList
+from ods.runtime import bus
 
 
 def picture(seq: int) -> ObstacleList:

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from ods.base.settings_file import ConfigError, load
 from ods.bench.settings import BenchConfig
 from ods.cli import main
 from ods.config import OnboardConfig
-from ods.settings_file import ConfigError, load
 
 CONFIG = Path(__file__).parents[1] / "config"
 

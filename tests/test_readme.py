@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 import zmq
 
-from ods import bus
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, SonarAnswer, SonarRequest
+from ods.runtime import bus
 
 README = Path(__file__).parents[1] / "README.md"
 ALL = re.findall(r"```python\n(.*?)```", README.read_text(), re.DOTALL)

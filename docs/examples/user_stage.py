@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from ods.pipeline.fan import Fan, Image
-from ods.pipeline.registry import ImageStep, image_stage
-from ods.settings import Positive, Settings
+from ods.base.arrays import Image
+from ods.base.settings import Positive, Settings
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.stage.registry import ImageStep, image_stage
 
 
 class BeamGain(Settings, frozen=True):

@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from ods.assess.chains import DEFAULT
 from ods.assess.metrics import pareto_front
-from ods.errors import OdsError
-from ods.fan_plot import INK, MARK, PAPER
+from ods.base.errors import OdsError
+from ods.plots.fan import INK, MARK, PAPER
 
 if TYPE_CHECKING:
     from ods.assess.detect import Row

@@ -12,14 +12,13 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
 from ods.assess.labelled import LabelledImage, Target
+from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
 
-Array = NDArray[np.float64]
-Strokes = list[tuple[Array, float]]
+Strokes = list[tuple[Floats, float]]
 """Polylines (points, 2), in units of the object's half size, and their brightness, dB."""
 
 BEAMS = (96, 128, 256)
@@ -48,9 +47,9 @@ class Scene:
         self.floor = self._floor()
         self.power = self.floor.copy()
         self.free = np.ones(self.power.shape, np.bool_)
-        self.objects: list[NDArray[np.bool_]] = []
+        self.objects: list[Mask] = []
 
-    def _floor(self) -> Array:
+    def _floor(self) -> Floats:
         """Return the floor's intensity over that of the receiver's noise, which is 1."""
         rng, along = self.rng, np.linspace(0.0, 1.0, self.samples)
         begin, width = rng.uniform(-0.2, 0.3), rng.uniform(0.01, 0.2)
@@ -93,18 +92,18 @@ class Scene:
         self.power += 10.0 ** (rng.uniform(2.0, 20.0) / 10.0) * np.median(self.floor[shown]) * echo
         self.objects.append(shown)
 
-    def _add_shadow(self, shown: NDArray[np.bool_], size: float) -> None:
+    def _add_shadow(self, shown: Mask, size: float) -> None:
         cells = round(self.rng.uniform(0.5, 4.0) * size / self.step)
         seen = np.cumsum(shown, axis=1)
         behind = seen - np.pad(seen, ((0, 0), (cells, 0)))[:, : self.samples] > 0
         keep = 10.0 ** (-self.rng.uniform(0.0, 15.0) / 10.0)
         self.power[behind & ~shown] = 1.0 + keep * (self.power[behind & ~shown] - 1.0)
 
-    def labels(self, counts: NDArray[np.uint8]) -> list[Target]:
+    def labels(self, counts: Bytes) -> list[Target]:
         """Return the labels of all objects in recorded samples."""
         return [self._label(shown, counts) for shown in self.objects]
 
-    def _label(self, shown: NDArray[np.bool_], counts: NDArray[np.uint8]) -> Target:
+    def _label(self, shown: Mask, counts: Bytes) -> Target:
         rows, columns = np.nonzero(shown.any(axis=1))[0], np.nonzero(shown.any(axis=0))[0]
         first, last = max(0, rows[0] - MARGIN), min(self.beams - 1, rows[-1] + MARGIN)
         near, far = max(0, columns[0] - MARGIN), min(self.samples - 1, columns[-1] + MARGIN)
@@ -129,7 +128,7 @@ class Scene:
         wall = 10.0 ** (rng.uniform(5.0, 25.0) / 10.0) * np.exp(-((off / width) ** 2))
         self.power += np.where(self.free, wall, 0.0) * np.median(self.floor)
 
-    def counts(self) -> NDArray[np.uint8]:
+    def counts(self) -> Bytes:
         """Return the recorded samples: beam pattern, side lobes, speckle, gain faults, logarithm."""
         rng = self.rng
         heard = gaussian_filter1d(self.power, self.beams / 128 * rng.uniform(0.4, 1.0), axis=0, mode="nearest")
@@ -143,7 +142,7 @@ class Scene:
         db_level = 0.5 * decade * np.log10(intensity) + rng.uniform(-20.0, 40.0)
         return np.asarray(np.clip(np.rint(db_level), 0, 255).astype(np.uint8))
 
-    def _speckle(self) -> Array:
+    def _speckle(self) -> Floats:
         """Return intensity of mean 1: a complex field of a given correlation times a texture, of one to four looks."""
         rng, shape = self.rng, self.power.shape
         width = rng.uniform(0.0, 1.6) * self.beams / 128, rng.uniform(0.0, 2.5)
@@ -209,11 +208,11 @@ def _strokes(rng: np.random.Generator) -> Strokes:
     return [(_line(x, y, x + 0.05, y), 0.0) for x, y in rng.uniform(-0.6, 0.6, (int(rng.integers(1, 4)), 2))]  # knobs
 
 
-def _line(x: float, y: float, to_x: float, to_y: float) -> Array:
+def _line(x: float, y: float, to_x: float, to_y: float) -> Floats:
     return np.array(((x, y), (to_x, to_y)))
 
 
-def _away(points: Array, u: Array, v: Array) -> Array:
+def _away(points: Floats, u: Floats, v: Floats) -> Floats:
     """Return the distance of each cell to a polyline."""
     least = np.full(u.shape, np.inf)
     for (x, y), (to_x, to_y) in pairwise(points):
@@ -223,5 +222,5 @@ def _away(points: Array, u: Array, v: Array) -> Array:
     return least
 
 
-def _unit(field: Array) -> Array:
+def _unit(field: Floats) -> Floats:
     return np.asarray(field / field.std())

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ods.base.arrays import Floats32
 from ods.messages import Ping
 
 
@@ -28,7 +28,7 @@ class LabelledImage:
 
     ping: Ping
     targets: list[Target]
-    mean: NDArray[np.float32] | None = field(default=None)
+    mean: Floats32 | None = field(default=None)
     """(beams, samples) expected amplitude without speckle, where it is known."""
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ods.assess.labelled import LabelledImage, Target
-from ods.errors import OdsError
+from ods.base.errors import OdsError
 from ods.messages import Ping
 
 

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from ods.assess.chains import Setting
 from ods.assess.labelled import LabelledImage
@@ -19,6 +18,7 @@ from ods.assess.metrics import (
     noise_suppression_db,
 )
 from ods.assess.tap import filtered
+from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, Detections, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings, StageTable
@@ -71,7 +71,7 @@ def turns_of(settings: PipelineSettings) -> int:
     return settings.attention.every if settings.attention.near_m > 0.0 else 1
 
 
-def _median(values: Sequence[float] | NDArray[np.float64]) -> float:
+def _median(values: Sequence[float] | Floats) -> float:
     return float(np.median(values)) if len(values) else float("nan")
 
 
@@ -91,7 +91,7 @@ def filter_figures(filters: Sequence[StageTable], images: Sequence[LabelledImage
     return (float(np.mean(noise)), float(np.mean(edges))) if noise else (float("nan"), float("nan"))
 
 
-def _without_speckle(image: LabelledImage, mean: NDArray[np.float32]) -> Ping:
+def _without_speckle(image: LabelledImage, mean: Floats32) -> Ping:
     return msgspec.structs.replace(image.ping, dtype="f4", data=mean.tobytes(), scale="linear", scale_factor=1.0)
 
 

@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ods.assess.labelled import Target
+from ods.base.arrays import Image, Mask
 from ods.messages import Detection
-
-Array = NDArray[np.float64]
-Image = NDArray[np.float32]
 
 
 @dataclass
@@ -95,7 +92,7 @@ def nearest_score(scores: Sequence[Score], wanted: float) -> int:
     return int(np.argmin(np.abs(np.log(rates / wanted))))
 
 
-def noise_suppression_db(before: Image, after: Image, quiet: NDArray[np.bool_]) -> float:
+def noise_suppression_db(before: Image, after: Image, quiet: Mask) -> float:
     """Return how far filters lower the fluctuation (standard deviation over mean) where no object is.
 
     before, after: (beams, samples); quiet: the cells that show background alone.

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from ods import geometry
 from ods.assess.labelled import LabelledImage, Target, circle_target
+from ods.base import geometry
 from ods.messages import TruthObject
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.imperfection_settings import Belt, DropIn, Dropout, ImageLevels
-from ods.sim_sonar.scene import Scene, VehicleState
-from ods.sim_sonar.scene_settings import (
+from ods.sim_sonar.receiver.settings import Belt, DropIn, Dropout, ImageLevels
+from ods.sim_sonar.scene.scene import Scene, VehicleState
+from ods.sim_sonar.scene.settings import (
     Cylinder,
     Plane,
     Roughness,
@@ -25,7 +25,7 @@ from ods.sim_sonar.scene_settings import (
     Surface,
     VehiclePath,
 )
-from ods.sim_sonar.sonar import SonarModel, load_sonar
+from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
 SONAR = Path("config/sonars/seabat6012.toml")
 

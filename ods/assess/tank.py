@@ -8,13 +8,11 @@ recordings: the declared one differs from the one that was used.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from ods.assess.labelled import LabelledImage, Target
+from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
-
-Array = NDArray[np.float64]
 
 BEAMS, SAMPLES = 128, 500
 HALF_FAN_RAD = float(np.radians(15.0))
@@ -55,7 +53,7 @@ def tank_image(rng: np.random.Generator, index: int) -> LabelledImage:
     return LabelledImage(_ping(frame, index, factor), targets)
 
 
-def _ping(frame: NDArray[np.uint8], index: int, factor: float) -> Ping:
+def _ping(frame: Bytes, index: int, factor: float) -> Ping:
     return Ping(
         seq=index,
         ping_number=index,
@@ -75,7 +73,7 @@ def _ping(frame: NDArray[np.uint8], index: int, factor: float) -> Ping:
     )
 
 
-def _floor(rng: np.random.Generator) -> Array:
+def _floor(rng: np.random.Generator) -> Floats:
     """Return the mean level, dB over the receiver's noise: a floor between two ranges, uneven, with a gain ramp."""
     begin, end = rng.uniform(1.2, 2.5), rng.uniform(4.0, 6.0)
     slope = rng.uniform(0.1, 0.5)
@@ -88,7 +86,7 @@ def _floor(rng: np.random.Generator) -> Array:
     return np.asarray(10.0 * np.log10(power) + ramp + 8.0)
 
 
-def _add_body(rng: np.random.Generator, floor: Array, level: Array, taken: NDArray[np.bool_]) -> Target | None:
+def _add_body(rng: np.random.Generator, floor: Floats, level: Floats, taken: Mask) -> Target | None:
     """Add a body's echo and its shadow to level, where there is room; return its label."""
     for _ in range(20):
         size = rng.uniform(0.1, 0.3)
@@ -115,7 +113,7 @@ def _add_body(rng: np.random.Generator, floor: Array, level: Array, taken: NDArr
     return _label(shown)
 
 
-def _shown(rng: np.random.Generator, body: NDArray[np.bool_], u: Array, v: Array, y: float) -> NDArray[np.bool_]:
+def _shown(rng: np.random.Generator, body: Mask, u: Floats, v: Floats, y: float) -> Mask:
     """Return the cells of a body that shine: all, its near half, its outline, or a few glints."""
     kind = rng.integers(4)
     if kind == 0:
@@ -132,21 +130,21 @@ def _shown(rng: np.random.Generator, body: NDArray[np.bool_], u: Array, v: Array
     return glints
 
 
-def _shadow_of(body: NDArray[np.bool_], length_m: float) -> NDArray[np.bool_]:
+def _shadow_of(body: Mask, length_m: float) -> Mask:
     cells = round(length_m / DR_M)
     behind = np.cumsum(body, axis=1)
     before = np.pad(behind, ((0, 0), (cells, 0)))[:, :SAMPLES]
     return np.asarray((behind - before > 0) & ~body)
 
 
-def _label(shown: NDArray[np.bool_]) -> Target:
+def _label(shown: Mask) -> Target:
     beams, samples = np.nonzero(shown.any(axis=1))[0], np.nonzero(shown.any(axis=0))[0]
     first, last = max(0, beams[0] - MARGIN), min(BEAMS - 1, beams[-1] + MARGIN)
     near, far = NEAR_M + DR_M * (samples[0] - MARGIN), NEAR_M + DR_M * (samples[-1] + MARGIN)
     return Target((float(near), float(far)), (float(_BEARING[first]), float(_BEARING[last])))
 
 
-def _add_wall(rng: np.random.Generator, floor: Array, level: Array, taken: NDArray[np.bool_]) -> None:
+def _add_wall(rng: np.random.Generator, floor: Floats, level: Floats, taken: Mask) -> None:
     """Add a straight line of echoes, and a weaker second one behind it."""
     distance, turn = rng.uniform(4.6, 5.6), rng.uniform(-0.5, 0.5)
     strength = rng.uniform(8.0, 22.0)
@@ -157,7 +155,7 @@ def _add_wall(rng: np.random.Generator, floor: Array, level: Array, taken: NDArr
         level[line] = np.maximum(level[line], floor[line] + strength - loss)
 
 
-def _speckle(rng: np.random.Generator) -> Array:
+def _speckle(rng: np.random.Generator) -> Floats:
     """Return the amplitude of speckle of mean intensity 1, of one to three looks, correlated over a few cells."""
     looks = rng.integers(1, 4)
     width = rng.uniform(0.7, 1.1), rng.uniform(0.6, 1.5)

@@ -4,13 +4,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ods.base.arrays import Image
+from ods.base.settings import Settings
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.fan import Fan, Image
-from ods.pipeline.regions import Regions
-from ods.pipeline.registry import DetectStep, detect_stage
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.regions import Regions
 from ods.pipeline.settings import PipelineSettings, StageTable
-from ods.settings import Settings
+from ods.pipeline.stage.registry import DetectStep, detect_stage
 
 _STAGE = "assess.tap"
 _seen: list[Image] = []

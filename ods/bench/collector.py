@@ -6,9 +6,10 @@ from pathlib import Path
 
 import zmq
 
-from ods import bus, clock
+from ods.base import clock
 from ods.messages import Detections, Health, ObstacleList, Ping, Truth
-from ods.processes import PROCESSES
+from ods.runtime import bus
+from ods.runtime.processes import PROCESSES
 
 
 @dataclass

@@ -6,12 +6,12 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
+from ods.base.arrays import Floats
+from ods.base.clock import NS
 from ods.bench.collector import Record
 from ods.bench.settings import LimitSettings
-from ods.clock import NS
 from ods.messages import Health, Obstacle, ObstacleList, Truth, TruthObject
 
 GATE_M = 5.0
@@ -108,7 +108,7 @@ def summarize(record: Record, limits: LimitSettings, settle_s: float) -> Summary
     return msgspec.structs.replace(summary, broken=_broken(summary, limits))
 
 
-def _latencies_ms(record: Record, answered: dict[int, tuple[int, ObstacleList]]) -> NDArray[np.float64]:
+def _latencies_ms(record: Record, answered: dict[int, tuple[int, ObstacleList]]) -> Floats:
     """Return the time from each ping's last byte to its list.
 
     Writer and reader both stamp the last byte, each a little late when it has to wait for a core: the earlier counts.
@@ -121,7 +121,7 @@ def _latencies_ms(record: Record, answered: dict[int, tuple[int, ObstacleList]])
     return np.array(found)
 
 
-def _percentile(values: NDArray[np.float64], percent: float) -> float:
+def _percentile(values: Floats, percent: float) -> float:
     return float(np.percentile(values, percent)) if len(values) else math.inf
 
 

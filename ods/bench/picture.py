@@ -8,10 +8,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
-from ods import geometry
+from ods.base import geometry
 from ods.bench.collector import Record
-from ods.fan_plot import INK, PAPER, draw_detections, draw_fan, level_db
 from ods.messages import Detections, Obstacle, ObstacleList, Ping, Sector, Truth
+from ods.plots.fan import INK, PAPER, draw_detections, draw_fan, level_db
 
 STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
 

@@ -13,17 +13,17 @@ import msgspec
 import psutil
 import tomli_w
 
-from ods import clock
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.base.settings import Settings
+from ods.base.settings_file import load
 from ods.bench import picture, report
 from ods.bench.collector import Collector, Record
 from ods.bench.metrics import summarize
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.errors import OdsError
-from ods.settings import Settings
-from ods.settings_file import load
-from ods.sim_sonar.can_bus import can_of
-from ods.sim_sonar.sonar_line import port_of
+from ods.sim_sonar.device.can_bus import can_of
+from ods.sim_sonar.device.sonar_line import port_of
 
 START_S = 180.0
 """The first start compiles the pipeline's and the simulator's kernels."""

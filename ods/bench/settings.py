@@ -5,9 +5,9 @@ from typing import Literal
 
 import msgspec
 
+from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
 from ods.config import BusSettings
-from ods.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
-from ods.sim_sonar.live_settings import SimSettings
+from ods.sim_sonar.device.settings import SimSettings
 
 
 class KillSettings(Settings, frozen=True):

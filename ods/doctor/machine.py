@@ -10,7 +10,7 @@ from contextlib import closing
 
 import zmq
 
-from ods import clock
+from ods.base import clock
 from ods.doctor.finding import Finding
 
 YEAR_2024_NS = 1_704_067_200 * clock.NS

@@ -8,19 +8,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods import clock
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.base.geometry import euler_from_quat
 from ods.config import OnboardConfig
 from ods.doctor import running
 from ods.doctor.finding import Finding
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
-from ods.geometry import euler_from_quat
 from ods.messages import Pose
-from ods.nav_bridge.can_frame import CanId
-from ods.nav_bridge.can_link import CanLink
+from ods.nav_bridge.can.frame import CanId
+from ods.nav_bridge.can.link import CanLink
+from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
-from ods.nav_bridge.sources import make_source
 
 PAUSE_S = 0.005
 QUIET = {"can_opened", "can_ignored", "emcy", "ins_boot_up", "poses", "sync", "time"}

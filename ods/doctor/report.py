@@ -6,11 +6,11 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
+from ods.base.errors import OdsError
+from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.doctor import can_interface, machine, navigation, running, sonar_port
 from ods.doctor.finding import Finding
-from ods.errors import OdsError
-from ods.settings_file import load
 
 COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import zmq
 
-from ods import bus, clock
+from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Health
-from ods.processes import on_board
+from ods.runtime import bus
+from ods.runtime.processes import on_board
 
 LISTEN_S = 1.5
 

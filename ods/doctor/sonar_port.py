@@ -6,15 +6,15 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ods import clock
+from ods.base import clock
 from ods.config import OnboardConfig
 from ods.doctor import running, serial_device
 from ods.doctor.finding import Finding
-from ods.sonar_link import remote_control, s7k
-from ods.sonar_link.address import TcpAddress, tcp_address
-from ods.sonar_link.assembler import Assembler
-from ods.sonar_link.drf import CHECKSUM_BYTES, HEADER_BYTES
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
+from ods.sonar_link.port.address import TcpAddress, tcp_address
+from ods.sonar_link.s7k import records, remote_control
+from ods.sonar_link.s7k.assembler import Assembler
+from ods.sonar_link.s7k.drf import CHECKSUM_BYTES, HEADER_BYTES
 from ods.sonar_link.settings import SonarSettings
 
 CONNECT_S = 2.0
@@ -109,8 +109,8 @@ def _subscription(sonar: SonarSettings) -> bytes:
     address = tcp_address(sonar.port)
     if address is None or not address.framed:
         return b""
-    request = remote_control.subscribe(1, (s7k.SONAR_SETTINGS, s7k.BEAM_GEOMETRY, sonar.samples_record))
-    return remote_control.encode_request(request, clock.utc_ns(), s7k.DEVICE)
+    request = remote_control.subscribe(1, (records.SONAR_SETTINGS, records.BEAM_GEOMETRY, sonar.samples_record))
+    return remote_control.encode_request(request, clock.utc_ns(), records.DEVICE)
 
 
 def _hear(link: SonarLink, assembler: Assembler, subscription: bytes, seconds: float) -> Heard:

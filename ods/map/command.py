@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from ods import clock
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
 from ods.map.export import points_of, utc_text, write_geojson, write_geopackage
-from ods.settings_file import load
-from ods.tracker.archive import MapObject
-from ods.tracker.map_merge import Spread, merge, moved
-from ods.tracker.map_prune import Criteria, why_not
-from ods.tracker.map_store import MapStore, copy_of_map, open_map, sole_access
+from ods.map.merge import Spread, merge, moved
+from ods.map.prune import Criteria, why_not
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.store import MapStore, copy_of_map, open_map, sole_access
 from ods.tracker.settings import TrackerSettings
 
 Area = tuple[float, float, float]

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ods.geodesy import LocalFrame
+from ods.base.geodesy import LocalFrame
 from ods.map import geopackage
-from ods.tracker.archive import MapObject
+from ods.tracker.map.hibernated import MapObject
 
 LAYER = "obstacles"
 FIELDS = {

@@ -1,6 +1,6 @@
 """The INS's clock, mapped onto CLOCK_MONOTONIC."""
 
-from ods.clock import OffsetEstimator
+from ods.base.clock import OffsetEstimator
 
 MS = 1_000_000
 DAY_MS = 86_400_000

@@ -4,9 +4,9 @@ import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
 
-from ods.clock import NS
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
 from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 
@@ -152,7 +152,7 @@ def _spread(values: Mapping[str, float], names: tuple[str, ...], default: float)
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return what `ods.geometry.quat_from_euler` does, in plain floats: twenty times faster for one attitude."""
+    """Return what `ods.base.geometry.quat_from_euler` does, in plain floats: twenty times faster for one attitude."""
     cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
     cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)
@@ -165,7 +165,7 @@ def _quaternion(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def _to_body(vector: Vector3, attitude: Quaternion) -> Vector3:
-    """Return `rotation_matrix(attitude).T @ vector` of `ods.geometry`, in plain floats for the same reason."""
+    """Return `rotation_matrix(attitude).T @ vector` of `ods.base.geometry`, in plain floats for the same reason."""
     (north, east, down), (w, x, y, z) = vector, attitude
     a, b, c = 2.0 * (y * down - z * east), 2.0 * (z * north - x * down), 2.0 * (x * east - y * north)
     return (

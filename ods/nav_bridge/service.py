@@ -3,12 +3,12 @@
 import logging
 import time
 
-from ods import clock
+from ods.base import clock
+from ods.base.geodesy import LocalFrame
 from ods.config import OnboardConfig
-from ods.geodesy import LocalFrame
-from ods.nav_bridge.can_link import CanLink
-from ods.nav_bridge.sources import make_source
-from ods.service import TICK_S, Service, Worker
+from ods.nav_bridge.can.link import CanLink
+from ods.nav_bridge.registry import make_source
+from ods.runtime.service import TICK_S, Service, Worker
 
 GATHER_S = 0.0018
 """After the first frame of an epoch: six PDOs take 1.5 ms on a bus of 500 kbit/s, and cost half when read together."""

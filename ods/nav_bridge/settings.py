@@ -5,7 +5,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
+from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool

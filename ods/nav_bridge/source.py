@@ -3,9 +3,9 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from ods.clock import NS
+from ods.base.clock import NS
 from ods.messages import Pose
-from ods.nav_bridge.can_frame import CanId, Frame
+from ods.nav_bridge.can.frame import CanId, Frame
 
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""

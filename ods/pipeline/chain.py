@@ -3,20 +3,20 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ods.kernel import kernel
+from ods.base.arrays import AnyArray
+from ods.base.kernel import kernel
+from ods.base.settings import Settings
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.amplitude import Table
-from ods.pipeline.params import StageError, read_params, stage_label
-from ods.pipeline.pings import Look
+from ods.pipeline.image.amplitude import Table
 from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan, table_for
-from ods.pipeline.registry import Stage, find_stage, load_plugins
-from ods.pipeline.ring import LEARNT_CELLS, Mask, Ring
+from ods.pipeline.prepared_chain import LEARNT_CELLS, Mask, Ring
 from ods.pipeline.settings import PipelineSettings
-from ods.pose_buffer import PoseEstimate
-from ods.settings import Settings
+from ods.pipeline.stage.motion_compensation import Look
+from ods.pipeline.stage.params import StageError, read_params, stage_label
+from ods.pipeline.stage.registry import Stage, find_stage, load_plugins
+from ods.runtime.pose_buffer import PoseEstimate
 
 
 class Chain:
@@ -99,7 +99,7 @@ def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]
     return stages
 
 
-def _checked_frame(ping: Ping) -> NDArray[np.generic]:
+def _checked_frame(ping: Ping) -> AnyArray:
     try:
         frame = frame_of(ping)
     except ValueError as error:
@@ -110,7 +110,7 @@ def _checked_frame(ping: Ping) -> NDArray[np.generic]:
 
 
 @kernel
-def _shows_something(frame: NDArray[np.generic]) -> bool:
+def _shows_something(frame: AnyArray) -> bool:
     """Tell an image from a drop-out, in which all samples are alike."""
     for b in range(frame.shape[0]):
         row = frame[b]

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from ods.base.arrays import AnyArray, Floats
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
-from ods.pipeline.ring import Mask
+from ods.pipeline.prepared_chain import Mask
 from ods.pipeline.settings import PipelineSettings
 
 log = logging.getLogger(__name__)
@@ -46,7 +46,7 @@ def detect_pings(pings: Iterable[Ping], settings: PipelineSettings, *, masks: bo
             log.warning("left out ping %d of the file: %s", index, error)
 
 
-def detection_table(results: Iterable[PingResult]) -> NDArray[np.float64]:
+def detection_table(results: Iterable[PingResult]) -> Floats:
     """Return the (detections, 8) table `det`: ping index, then COLUMNS."""
     rows = [
         [result.place, *(getattr(detection, name) for name in COLUMNS)]
@@ -61,7 +61,7 @@ def save_npz(path: Path, results: Sequence[PingResult]) -> None:
 
     Pings that were left out have a mask of zeros. Raises ValueError for masks of pings of different shapes.
     """
-    arrays: dict[str, NDArray[np.generic]] = {"det": detection_table(results)}
+    arrays: dict[str, AnyArray] = {"det": detection_table(results)}
     masks = {result.place: result.mask for result in results if result.mask is not None}
     if masks:
         shapes = {mask.shape for mask in masks.values()}

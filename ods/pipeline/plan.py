@@ -6,11 +6,11 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ods.base.arrays import Floats
 from ods.messages import SAMPLE_DTYPES, Ping, Sector
-from ods.pipeline.amplitude import Table, amplitude_table
-from ods.pipeline.fan import Fan, beam_borders
+from ods.pipeline.image.amplitude import Table, amplitude_table
+from ods.pipeline.image.fan import Fan, beam_borders
 from ods.pipeline.settings import AttentionSettings, PipelineSettings
 
 MAX_BEARING = math.pi
@@ -185,7 +185,7 @@ def _check_numbers(ping: Ping) -> None:
         raise PingError(f"range0_m: {ping.range0_m} is not a range")
 
 
-def _beam_table(values: list[float], beams: int, name: str) -> NDArray[np.float64]:
+def _beam_table(values: list[float], beams: int, name: str) -> Floats:
     table = np.array(values, np.float64)
     if len(table) != beams:
         raise PingError(f"{name} has {len(table)} entries for {beams} beams")
@@ -194,9 +194,7 @@ def _beam_table(values: list[float], beams: int, name: str) -> NDArray[np.float6
     return table
 
 
-def _beam_width(
-    ping: Ping, bearing: NDArray[np.float64], rows: slice, settings: PipelineSettings
-) -> NDArray[np.float64]:
+def _beam_width(ping: Ping, bearing: Floats, rows: slice, settings: PipelineSettings) -> Floats:
     """Return the (beams,) widths of one plane: as the ping tells, else as configured, else the spacing."""
     if ping.beam_width_rad:
         width = _beam_table(ping.beam_width_rad, ping.beams, "beam_width_rad")[rows]

@@ -3,15 +3,15 @@
 from collections import deque
 from typing import Any
 
-from ods import clock
+from ods.base import clock
 from ods.config import OnboardConfig
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.params import StageError
 from ods.pipeline.plan import PingError
+from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
-from ods.pose_buffer import PoseBuffer
-from ods.service import Service, StartError, Worker
+from ods.runtime.pose_buffer import PoseBuffer
+from ods.runtime.service import Service, StartError, Worker
 
 _SMOOTHING = 0.1
 """Weight of the newest ping in the running means."""

@@ -5,8 +5,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from ods.pipeline.params import BUILT_IN, StageError, read_params, stage_label
-from ods.settings import NonNegative, Settings
+from ods.base.settings import NonNegative, Settings
+from ods.pipeline.stage.params import BUILT_IN, StageError, read_params, stage_label
 
 StageTable = dict[str, Any]
 

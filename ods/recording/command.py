@@ -12,12 +12,13 @@ from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
-from ods import bus, clock
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
 from ods.config import OnboardConfig
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
 from ods.recording.recorder import DEVICES, Recorder
-from ods.sonar_link.files.s7k_writer import S7kWriter, mend_s7k
+from ods.runtime import bus
+from ods.sonar_link.s7k.writer import S7kWriter, mend_s7k
 
 TOPICS = ("ping", "obstacles", "pose")
 WRITTEN = ("pings", "contacts", "poses")

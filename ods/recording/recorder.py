@@ -5,17 +5,17 @@ from collections import Counter
 import msgspec
 import numpy as np
 
-from ods.clock import NS
-from ods.geodesy import LocalFrame
-from ods.geometry import body_to_polar, euler_from_quat, global_to_body
+from ods.base.clock import NS
+from ods.base.geodesy import LocalFrame
+from ods.base.geometry import body_to_polar, euler_from_quat, global_to_body
 from ods.messages import Obstacle, ObstacleList, Ping, Pose
-from ods.pose_buffer import PoseBuffer, PoseEstimate
-from ods.sonar_link import s7k, s7k_navigation
-from ods.sonar_link.files.s7k_writer import S7kWriter
-from ods.sonar_link.s7k_contact import Change, Contact, encode_contact
+from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.sonar_link.s7k import navigation, records
+from ods.sonar_link.s7k.contact import Change, Contact, encode_contact
+from ods.sonar_link.s7k.writer import S7kWriter
 
 DEVICES = (
-    s7k.DEVICE, s7k_navigation.POSITION_SENSOR, s7k_navigation.HEADING_SENSOR, s7k_navigation.ATTITUDE_SENSOR,
+    records.DEVICE, navigation.POSITION_SENSOR, navigation.HEADING_SENSOR, navigation.ATTITUDE_SENSOR,
 )  # fmt: skip
 POSE_PERIOD_NS = NS // 20
 """Readers interpolate; at 100 Hz poses would be nine tenths of all records."""
@@ -60,7 +60,7 @@ class Recorder:
     def _take_ping(self, ping: Ping) -> None:
         self._follow("pings", ping.seq)
         try:
-            frames = s7k.encode_ping(ping, recorded=True)
+            frames = records.encode_ping(ping, recorded=True)
         except (ValueError, ArithmeticError):
             self.counters["unfit_pings"] += 1
             return
@@ -80,7 +80,7 @@ class Recorder:
         try:
             if not np.isfinite(numbers).all():
                 raise ValueError("a pose is not a number")
-            frames = s7k_navigation.encode_pose(pose.utc_ns, *map(float, numbers))
+            frames = navigation.encode_pose(pose.utc_ns, *map(float, numbers))
         except (ValueError, ArithmeticError):
             self.counters["unfit_poses"] += 1
             return

@@ -2,32 +2,27 @@
 
 from typing import NamedTuple
 
-import numpy as np
-from numpy.typing import NDArray
-
+from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
-from ods.sim_sonar import bodies
-from ods.sim_sonar.bed import Bed
-from ods.sim_sonar.grid import grid_of
-from ods.sim_sonar.imperfection_settings import ImageLevels
-from ods.sim_sonar.mean_area import mean_area
-from ods.sim_sonar.quantize import PingMaker
-from ods.sim_sonar.receiver import Receiver
-from ods.sim_sonar.reception import as_heard
-from ods.sim_sonar.scene import Scene
-from ods.sim_sonar.sonar import SonarModel
-from ods.sim_sonar.truth import truth_of
-
-Array = NDArray[np.float64]
-Image = NDArray[np.float32]
+from ods.sim_sonar.echo.mean_area import mean_area
+from ods.sim_sonar.echo.motion_during_reception import as_heard
+from ods.sim_sonar.receiver.quantize import PingMaker
+from ods.sim_sonar.receiver.receiver import Receiver
+from ods.sim_sonar.receiver.settings import ImageLevels
+from ods.sim_sonar.scene import bodies
+from ods.sim_sonar.scene.scene import Scene
+from ods.sim_sonar.scene.truth import truth_of
+from ods.sim_sonar.sea_bed.model import Bed
+from ods.sim_sonar.sonar.grid import grid_of
+from ods.sim_sonar.sonar.model import SonarModel
 
 
 def render_image(
     sonar: SonarModel,
-    objects: Array,
+    objects: Floats,
     sea_bed: Bed | None,
-    position_ned: Array,
-    attitude: Array,
+    position_ned: Floats,
+    attitude: Floats,
     levels: ImageLevels | None = None,
     *,
     seed: int = 0,
@@ -53,11 +48,11 @@ class _Moment(NamedTuple):
     """A scene at the instant of a ping."""
 
     t_s: float
-    pose: tuple[Array, Array]
+    pose: tuple[Floats, Floats]
     """The vehicle's position (3,) and attitude (4,) at transmission."""
-    heard: Array
+    heard: Floats
     """Rows of the objects as they are heard, see `as_heard`."""
-    area: Array
+    area: Floats
     """(beams, samples) m2."""
 
 
@@ -86,7 +81,7 @@ class ImageSimulator:
         self._grid = grid_of(sonar)
         self._newest: _Moment | None = None
 
-    def mean_area(self, t_s: float) -> Array:
+    def mean_area(self, t_s: float) -> Floats:
         """Return the area, m2, (beams, samples) float64, that each sample hears of a ping sent at scene time `t_s`.
 
         Do not write to it.

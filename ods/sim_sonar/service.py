@@ -7,21 +7,21 @@ from pathlib import Path
 
 import can
 
-from ods import clock
+from ods.base import clock
+from ods.base.geodesy import LocalFrame
+from ods.base.settings_file import load
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.geodesy import LocalFrame
-from ods.service import Service, Worker
-from ods.settings_file import load
-from ods.sim_sonar.can_bus import SLCAN_PORT, can_of
+from ods.runtime.service import Service, Worker
+from ods.sim_sonar.device.can_bus import SLCAN_PORT, can_of
+from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
+from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
+from ods.sim_sonar.device.slcan_hub import SlcanHub
+from ods.sim_sonar.device.sonar_line import open_line
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.ins import SimulatedIns
-from ods.sim_sonar.ins_dbc import SimulatedDbcIns
-from ods.sim_sonar.live import Device, LiveIns, LiveSonar, Mission
-from ods.sim_sonar.scene import load_scene
-from ods.sim_sonar.slcan_hub import SlcanHub
-from ods.sim_sonar.sonar import load_sonar
-from ods.sim_sonar.sonar_line import open_line
+from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.sonar.model import load_sonar
 
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""

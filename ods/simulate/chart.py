@@ -6,9 +6,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ods.errors import OdsError
-from ods.fan_plot import INK, PAPER
-from ods.sim_sonar.sonar import SonarModel
+from ods.base.errors import OdsError
+from ods.plots.fan import INK, PAPER
+from ods.sim_sonar.sonar.model import SonarModel
 from ods.simulate.speed import Curve, curve_of
 
 SCENES = {

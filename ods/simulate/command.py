@@ -9,14 +9,14 @@ import numpy as np
 from rich.console import Console
 from rich.progress import track
 
-from ods import clock
-from ods.errors import OdsError
+from ods.base import clock
+from ods.base.errors import OdsError
 from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene import load_scene
+from ods.sim_sonar.scene.scene import load_scene
 from ods.simulate.files import find_sonar
 from ods.sonar_link.files.npz_writer import write_ping_file
-from ods.sonar_link.files.s7k_writer import write_s7k
+from ods.sonar_link.s7k.writer import write_s7k
 
 START_UTC_NS = 1_577_836_800_000_000_000
 """UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""
@@ -105,7 +105,7 @@ def _write_s7k(path: Path, shots: Iterable[Shot]) -> None:
 
 def _write_png(path: Path, shots: Iterable[Shot]) -> None:
     """One picture is `path` itself; of more, each has its ping's number before the ending."""
-    from ods.fan_plot import draw_fan, level_db, new_figure
+    from ods.plots.fan import draw_fan, level_db, new_figure
 
     drawn: Path | None = None
     for shot in shots:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from ods.errors import OdsError
-from ods.sim_sonar.scene import Scene, load_scene
-from ods.sim_sonar.sonar import SonarModel, load_sonar
+from ods.base.errors import OdsError
+from ods.sim_sonar.scene.scene import Scene, load_scene
+from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
 CHECKOUT = Path(__file__).parents[2] / "config"
 """The configuration beside this package, where it runs from its sources."""

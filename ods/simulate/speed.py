@@ -5,23 +5,21 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 from scipy.ndimage import uniform_filter
 
-from ods.sim_sonar.bed import Bed
-from ods.sim_sonar.detail import levels
-from ods.sim_sonar.grid import grid_of
+from ods.base.arrays import Floats
+from ods.sim_sonar.echo.detail import levels
+from ods.sim_sonar.echo.mean_area import mean_area
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.imperfection_settings import ImageLevels
-from ods.sim_sonar.mean_area import mean_area
-from ods.sim_sonar.receiver import Receiver
-from ods.sim_sonar.scene import Scene
-from ods.sim_sonar.sonar import SonarModel
+from ods.sim_sonar.receiver.receiver import Receiver
+from ods.sim_sonar.receiver.settings import ImageLevels
+from ods.sim_sonar.scene.scene import Scene
+from ods.sim_sonar.sea_bed.model import Bed
+from ods.sim_sonar.sonar.grid import grid_of
+from ods.sim_sonar.sonar.model import SonarModel
 from ods.simulate.files import find_scene
-
-Array = NDArray[np.float64]
 
 TABLE_SCENES = ("figure11_imperfect", "rough_figure11")
 TABLE_1 = {"objects": 85, "sea-bed": 103, "imperfections": 7, "noise": 29, "total": 224}
@@ -64,7 +62,7 @@ def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
     plain = ImageLevels(**{name: getattr(file.image, name) for name in NOISE_KEYS})
     imperfect, perfect = Receiver(sonar, file.image, file.seed), Receiver(sonar, plain, file.seed)
 
-    def area_of(rows: Array, sea_bed: Bed | None) -> Array:
+    def area_of(rows: Floats, sea_bed: Bed | None) -> Floats:
         return mean_area(grid, rows, sea_bed, *pose, shadows=file.shadows, max_error=file.image.max_error)
 
     area = area_of(bodies, scene.sea_bed)
@@ -100,7 +98,7 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     start, file, grid = scene.vehicle_at(0.0), scene.file, grid_of(sonar)
     receiver = Receiver(sonar, file.image, file.seed)
 
-    def area_of(max_error: float) -> Array:
+    def area_of(max_error: float) -> Floats:
         return mean_area(
             grid, scene.bodies_at(0.0), scene.sea_bed, start.position_ned, start.attitude,
             shadows=file.shadows, max_error=max_error,
@@ -122,13 +120,13 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     return Curve(name, points, points[chosen.index(file.image.max_error)])
 
 
-def relative_error(area: Array, reference: Array) -> float:
+def relative_error(area: Floats, reference: Floats) -> float:
     """Return rms(area - reference) / rms(reference), both smoothed, (beams, samples); 0 where both are empty."""
     size = float(np.linalg.norm(_smooth(reference)))
     return float(np.linalg.norm(_smooth(area - reference))) / size if size > 0.0 else float(np.any(area != 0.0))
 
 
-def error_db(area: Array, reference: Array, noise: float) -> float:
+def error_db(area: Floats, reference: Floats, noise: float) -> float:
     """Return the rms difference of the smoothed images' levels, dB, above a floor of `noise`, in their unit."""
     floor = max(noise, 1e-12)
     ratio = (np.maximum(_smooth(area), 0.0) + floor) / (np.maximum(_smooth(reference), 0.0) + floor)
@@ -158,5 +156,5 @@ def _cpu_s(job: Callable[[], object]) -> float:
     return time.thread_time() - began
 
 
-def _smooth(image: Array) -> Array:
+def _smooth(image: Floats) -> Floats:
     return np.asarray(uniform_filter(image, SMOOTHING, mode="nearest"))

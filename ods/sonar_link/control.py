@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
 
-from ods.sonar_link import remote_control
-from ods.sonar_link.port import NS
-from ods.sonar_link.remote_control import Reply, Request
-from ods.sonar_link.s7k import Controls
+from ods.sonar_link.port.port import NS
+from ods.sonar_link.s7k import remote_control
+from ods.sonar_link.s7k.records import Controls
+from ods.sonar_link.s7k.remote_control import Reply, Request
 
 LEAST_INTERVAL_NS = NS // 5
 """Between two requests for one setting: orders in quick succession are one, the last."""

@@ -2,14 +2,14 @@
 
 from collections import Counter
 
-from ods.sonar_link.address import tcp_address
-from ods.sonar_link.drf import Record
-from ods.sonar_link.framer import Framer
-from ods.sonar_link.network_frame import Deframer, frame_record
-from ods.sonar_link.port import NS, Port
-from ods.sonar_link.serial_port import SerialPort
+from ods.sonar_link.port.address import tcp_address
+from ods.sonar_link.port.port import NS, Port
+from ods.sonar_link.port.serial_port import SerialPort
+from ods.sonar_link.port.tcp_port import TcpPort
+from ods.sonar_link.s7k.drf import Record
+from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.settings import SonarSettings
-from ods.sonar_link.tcp_port import TcpPort
 
 GATHER_S = 0.008
 """Longest pause for bytes to gather in the port's buffer: fewer and larger reads."""

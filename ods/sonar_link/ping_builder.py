@@ -4,11 +4,10 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ods.base.arrays import AnyArray, Floats, Indices
 from ods.messages import Ping, SampleType, Scale
-
-Array = NDArray[np.float64]
 
 MAX_BEAMS = 4096
 MAX_SAMPLES = 65536
@@ -31,15 +30,15 @@ _SAMPLE_TYPES: dict[np.dtype[np.generic], SampleType] = {
 class BeamTable:
     """Where the beams look. Made by `make_beam_table`, which checks it."""
 
-    bearing_rad: Array
+    bearing_rad: Floats
     """(beams,) starboard positive, strictly increasing within a plane."""
-    elevation_rad: Array
+    elevation_rad: Floats
     """(beams,) up positive."""
-    width_rad: Array
+    width_rad: Floats
     """(beams,) horizontal -3 dB width; (0,) when not told."""
     planes: int
 
-    def part(self, rows: NDArray[np.intp]) -> "BeamTable":
+    def part(self, rows: Indices) -> "BeamTable":
         """Return the table of the beams with these numbers. Raises ValueError when they do not make one."""
         beams = self.bearing_rad.size
         if np.array_equal(rows, np.arange(beams)):
@@ -88,7 +87,7 @@ def make_beam_table(bearing_rad: ArrayLike, elevation_rad: ArrayLike, width_rad:
     return BeamTable(bearing, elevation, width, _planes(bearing, elevation))
 
 
-def _planes(bearing: Array, elevation: Array) -> int:
+def _planes(bearing: Floats, elevation: Floats) -> int:
     if np.all(np.diff(bearing) > 0.0):
         return 1
     planes = len(np.unique(elevation))
@@ -101,7 +100,7 @@ def _planes(bearing: Array, elevation: Array) -> int:
 
 
 def build_ping(
-    frame: NDArray[np.generic],
+    frame: AnyArray,
     geometry: Geometry,
     *,
     seq: int,

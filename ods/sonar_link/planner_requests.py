@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from ods.messages import SonarAnswer, SonarRequest
 from ods.sonar_link.control import KNOBS, SonarControl, State
-from ods.sonar_link.port import NS
+from ods.sonar_link.port.port import NS
 
 Peer = list[bytes]
 Send = Callable[[Peer, SonarAnswer], None]

@@ -6,20 +6,20 @@ from collections import Counter
 
 import msgspec
 
-from ods import clock
-from ods.bus import TOPICS
+from ods.base import clock
 from ods.config import OnboardConfig
 from ods.messages import SonarRequest
-from ods.service import Service, Worker
-from ods.sonar_link import remote_control, s7k
-from ods.sonar_link.address import tcp_address
-from ods.sonar_link.assembler import Assembler, TimeMap
+from ods.runtime.bus import TOPICS
+from ods.runtime.service import Service, Worker
 from ods.sonar_link.control import KNOBS, SonarControl
-from ods.sonar_link.drf import Record
 from ods.sonar_link.link import SonarLink
 from ods.sonar_link.planner_requests import PlannerRequests
+from ods.sonar_link.port.address import tcp_address
+from ods.sonar_link.s7k import records, remote_control
+from ods.sonar_link.s7k.assembler import Assembler, TimeMap
+from ods.sonar_link.s7k.drf import Record
+from ods.sonar_link.s7k.water_column import RecordError
 from ods.sonar_link.settings import SonarSettings
-from ods.sonar_link.water_column import RecordError
 
 log = logging.getLogger(__name__)
 
@@ -46,7 +46,7 @@ class SonarWorker(Worker[OnboardConfig]):
         self._assembler = Assembler(self._new_time_map, round(sonar.latency_ms * 1e6), self._counters)
         self._control = _control(sonar, self._counters)
         self._planners = PlannerRequests(self._control, sonar.control_patience_s, service.answer)
-        self._sonar = s7k.DEVICE, 0
+        self._sonar = records.DEVICE, 0
         self._watched: int | None = None
         self._newest_ns = clock.monotonic_ns()
         self._logged: set[str] = set()
@@ -130,9 +130,9 @@ class SonarWorker(Worker[OnboardConfig]):
         """Take what a record says of the sonar's own state. Raises RecordError."""
         if record.record_type in REPLIES:
             self._control.answered(remote_control.decode_reply(record))
-        elif record.record_type == s7k.SONAR_SETTINGS:
-            settings = s7k.decode(record)
-            if isinstance(settings, s7k.SonarSettings):
+        elif record.record_type == records.SONAR_SETTINGS:
+            settings = records.decode(record)
+            if isinstance(settings, records.SonarSettings):
                 self._sonar = record.device, record.enumerator
                 self._control.hear(settings.controls, record.last_ns)
 
@@ -156,11 +156,11 @@ class SonarWorker(Worker[OnboardConfig]):
 
 def _control(sonar: SonarSettings, counters: "Counter[str]") -> SonarControl:
     address = tcp_address(sonar.port)
-    records = s7k.SONAR_SETTINGS, s7k.BEAM_GEOMETRY, sonar.samples_record
+    wanted = records.SONAR_SETTINGS, records.BEAM_GEOMETRY, sonar.samples_record
     return SonarControl(
         {name: value for name in KNOBS if (value := getattr(sonar, name)) is not None},
         repeat_s=sonar.control_repeat_s,
         attempts=sonar.control_attempts,
-        records=records if address and address.framed else (),
+        records=wanted if address and address.framed else (),
         counters=counters,
     )

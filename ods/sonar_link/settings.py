@@ -4,9 +4,9 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
-from ods.settings import NonNegativeSeconds, Seconds, Settings
-from ods.sonar_link.address import tcp_address
+from ods.sonar_link.port.address import tcp_address
 
 
 class SonarSettings(Settings, frozen=True):

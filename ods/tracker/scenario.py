@@ -13,13 +13,14 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ods.clock import NS
-from ods.errors import OdsError
-from ods.geometry import Array, quat_from_euler
+from ods.base.arrays import Floats
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geometry import quat_from_euler
+from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
-from ods.settings import Fraction, NonNegative, Positive
-from ods.tracker.picture import Picture
-from ods.tracker.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.output.snapshot import Picture
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -63,13 +64,13 @@ class Meta(msgspec.Struct, frozen=True):
 class Scenario:
     """K scans with M detections."""
 
-    t: Array
+    t: Floats
     """(K,) s, never falling."""
-    auv_pos: Array
+    auv_pos: Floats
     """(K, 3) NED."""
-    auv_rpy: Array
+    auv_rpy: Floats
     """(K, 3) roll, pitch, yaw, rad."""
-    det: Array
+    det: Floats
     """(M, 5) scan index, range_m, bearing_rad, radius_m, amplitude."""
     meta: Meta
 
@@ -78,9 +79,9 @@ class Scenario:
 class Tracks:
     """The result of a run."""
 
-    trk: Array
+    trk: Floats
     """(P, 8) scan index, track id, x, y, vx, vy, radius, status."""
-    wall_ms: Array
+    wall_ms: Floats
     """(K,) time of each step."""
 
 
@@ -171,7 +172,7 @@ def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
     return Tracks(np.concatenate(rows), np.array(wall_ms))
 
 
-def rows_of(scan: int, picture: Picture) -> Array:
+def rows_of(scan: int, picture: Picture) -> Floats:
     """Return the rows of `Tracks.trk` for the objects of a picture."""
     columns = [np.full(len(picture), scan), picture.id, *picture.position[:2], *picture.velocity[:2], picture.radius]
     return np.column_stack([*columns, picture.state]).astype(np.float64)

@@ -3,19 +3,19 @@
 from collections import deque
 from typing import Any
 
-from ods import clock
+from ods.base import clock
 from ods.config import OnboardConfig
 from ods.messages import Detections, ObstacleList
-from ods.pose_buffer import PoseBuffer, PoseEstimate
-from ods.service import Service, StartError, Worker
-from ods.tracker import reception
-from ods.tracker.approach import Course
-from ods.tracker.map_keeper import MapKeeper
-from ods.tracker.obstacle_list import ObstacleLister
-from ods.tracker.picture import Picture
-from ods.tracker.scan import Echoes, Scan, Vehicle, echoes_of, table_of, vehicle_at
+from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.runtime.service import Service, StartError, Worker
+from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echoes_of, table_of, vehicle_at
+from ods.tracker.output.closest_approach import Course
+from ods.tracker.output.obstacle_list import ObstacleLister
+from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.validity import Watch
 from ods.tracker.tracker import Tracker
-from ods.tracker.validity import Watch
 from ods.tracker.warm_up import warm_up
 
 FUTURE_NS = clock.NS
@@ -109,11 +109,13 @@ class TrackerWorker(Worker[OnboardConfig]):
         vehicle, fan_turn = None, 0.0
         if sent is not None:
             seen_from = sent
-            listening = reception.listen(sent, message.sector.range_max_m, message.sound_speed, self._poses.at)
+            listening = motion_during_reception.listen(
+                sent, message.sector.range_max_m, message.sound_speed, self._poses.at
+            )
             if listening is None:
                 self.service.counters["pings_without_reception_pose"] += 1
             else:
-                echoes, fan_turn = reception.at_transmission(echoes, listening)
+                echoes, fan_turn = motion_during_reception.at_transmission(echoes, listening)
                 seen_from = listening.end
             # the bearings' error is that of the attitude at reception
             vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, seen_from.sigma_attitude)

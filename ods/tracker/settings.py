@@ -5,7 +5,7 @@ from typing import Annotated
 
 import msgspec
 
-from ods.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
+from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
 
 Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 

@@ -9,26 +9,22 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from ods.clock import NS
-from ods.geometry import Array
-from ods.kernel import kernel
-from ods.tracker import existence, joining, life, measurement
-from ods.tracker.archive import Archive, MapObject
-from ods.tracker.associations import association_of
-from ods.tracker.belief import Estimate, mixture
-from ods.tracker.clutter import Clutter
-from ods.tracker.look import WAKE_MARGIN_M, Look, look
-from ods.tracker.observers import make_observer
-from ods.tracker.picture import Picture, map_objects, picture_of, picture_of_map
-from ods.tracker.scan import Scan, Vehicle
+from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.clock import NS
+from ods.base.kernel import kernel
+from ods.tracker.association.clutter import Clutter
+from ods.tracker.association.match import WAKE_MARGIN_M, Look, look
+from ods.tracker.association.registry import association_of
+from ods.tracker.map.hibernated import Archive, MapObject
+from ods.tracker.measurement import model
+from ods.tracker.measurement.scan import Scan, Vehicle
+from ods.tracker.observer.belief import Estimate, mixture
+from ods.tracker.observer.registry import make_observer
+from ods.tracker.output.snapshot import Picture, map_objects, picture_of, picture_of_map
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.tracks import Tracks
-
-Rows = NDArray[np.intp]
-Mask = NDArray[np.bool_]
-States = NDArray[np.int64]
+from ods.tracker.track import existence, lifecycle, stitching
+from ods.tracker.track.tracks import Tracks
 
 FIRST_LOOKS = 2
 """In so many images after the start all objects are new: one that is there may be missed in the very first."""
@@ -97,7 +93,7 @@ class Tracker:
         self._start(seen, scan, scan.vehicle)
         return outcome
 
-    def picture(self, within: tuple[Array, float] | None = None) -> Picture:
+    def picture(self, within: tuple[Floats, float] | None = None) -> Picture:
         """Return all confirmed objects at the newest scan.
 
         `within`: position (3,) of the vehicle and the distance up to which sleeping objects are included; by default
@@ -111,8 +107,8 @@ class Tracker:
         """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""
         estimate = self._tracks.estimate()
         live = picture_of(self._tracks, estimate)
-        static = estimate.static[self._tracks.state != life.TENTATIVE] >= life.STATIC
-        return map_objects(live.take(static & (live.state != life.HIBERNATED)), utc_ns)
+        static = estimate.static[self._tracks.state != lifecycle.TENTATIVE] >= lifecycle.STATIC
+        return map_objects(live.take(static & (live.state != lifecycle.HIBERNATED)), utc_ns)
 
     def _advance(self, t_ns: int) -> None:
         dt = 0.0 if self._t_ns is None else (t_ns - self._t_ns) / NS
@@ -137,19 +133,19 @@ class Tracker:
         """Correct the states of the objects seen."""
         tracks, rows = self._tracks, seen.objects
         since_s = (scan.t_ns - tracks.last[rows]) / NS
-        tracks.observer.reopen(rows[tracks.state[rows] >= life.STAND_BY])
+        tracks.observer.reopen(rows[tracks.state[rows] >= lifecycle.STAND_BY])
         tracks.observer.update(rows, seen.fix, since_s)
         tracks.seen(rows, scan.t_ns, scan.utc_ns)
 
-    def _judge(self, seen: Look, estimate: Estimate, t_ns: int) -> States:
+    def _judge(self, seen: Look, estimate: Estimate, t_ns: int) -> Ints:
         """Judge existence by the image; return each object's next state."""
         tracks, settings = self._tracks, self.settings
-        tentative = tracks.state == life.TENTATIVE
+        tentative = tracks.state == lifecycle.TENTATIVE
         probabilities = tracks.probabilities
         carried = existence.carry_on(probabilities, tracks.echoes, seen.watched, self._since_judged, settings.echo)
         probabilities[...] = existence.judge(carried, seen.hit, seen.evidence, seen.expected)
         self._since_judged = 0.0
-        evidence = life.Evidence(
+        evidence = lifecycle.Evidence(
             hit=seen.hit,
             inside=seen.inside,
             skipped=seen.skipped,
@@ -158,40 +154,42 @@ class Tracker:
             existence=tracks.existence,
             visible=probabilities[existence.VISIBLE],
             first_visible=tracks.first_visible,
-            static=estimate.static >= life.REST,
-            covered=joining.covered(estimate, tracks.state == life.STAND_BY, seen.hit & (tracks.state == life.ACTIVE)),
-            stray=joining.strays(tracks, estimate, tentative & seen.hit, ~tentative & ~seen.hit),
+            static=estimate.static >= lifecycle.REST,
+            covered=stitching.covered(
+                estimate, tracks.state == lifecycle.STAND_BY, seen.hit & (tracks.state == lifecycle.ACTIVE)
+            ),
+            stray=stitching.strays(tracks, estimate, tentative & seen.hit, ~tentative & ~seen.hit),
             sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
         )
-        return life.next_states(tracks.state, evidence, settings.life)
+        return lifecycle.next_states(tracks.state, evidence, settings.life)
 
-    def _change(self, after: States, seen: Look, scan: Scan, outcome: Outcome) -> None:
+    def _change(self, after: Ints, seen: Look, scan: Scan, outcome: Outcome) -> None:
         """Carry out the changes of state."""
         tracks = self._tracks
         before = tracks.state.copy()
         tracks.state[:] = after
-        tracks.observer.settle(((after == life.STAND_BY) & ~seen.inside).nonzero()[0])
-        if (after == before).all() and not (after == life.HIBERNATED).any():
+        tracks.observer.settle(((after == lifecycle.STAND_BY) & ~seen.inside).nonzero()[0])
+        if (after == before).all() and not (after == lifecycle.HIBERNATED).any():
             return
-        joined = self._name(((before == life.TENTATIVE) & (after == life.ACTIVE)).nonzero()[0])
-        ended = (after == life.TERMINATED) & (before != life.TENTATIVE) & ~joined
-        stored = (after == life.HIBERNATED) & (before != life.HIBERNATED) & ~joined
-        asleep = (after == life.HIBERNATED) & ~seen.near & ~joined
+        joined = self._name(((before == lifecycle.TENTATIVE) & (after == lifecycle.ACTIVE)).nonzero()[0])
+        ended = (after == lifecycle.TERMINATED) & (before != lifecycle.TENTATIVE) & ~joined
+        stored = (after == lifecycle.HIBERNATED) & (before != lifecycle.HIBERNATED) & ~joined
+        asleep = (after == lifecycle.HIBERNATED) & ~seen.near & ~joined
         tracks.observer.rest(stored.nonzero()[0])
         if (ended | stored | asleep).any():
             self._report(ended, stored, asleep, scan.utc_ns, outcome)
-        leaving = (after == life.TERMINATED) | joined | asleep
+        leaving = (after == lifecycle.TERMINATED) | joined | asleep
         if leaving.any():
             tracks.keep(~leaving)
 
-    def _name(self, confirmed: Rows) -> Mask:
+    def _name(self, confirmed: Indices) -> Mask:
         """Give objects just confirmed their ids; return (n,) which old objects live on in one of them."""
         tracks = self._tracks
         joined = np.zeros(len(tracks), bool)
         if not len(confirmed):
             return joined
-        silent = np.flatnonzero((tracks.state != life.TENTATIVE) & (tracks.state != life.TERMINATED))
-        young, old = joining.successors(tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas)
+        silent = np.flatnonzero((tracks.state != lifecycle.TENTATIVE) & (tracks.state != lifecycle.TERMINATED))
+        young, old = stitching.successors(tracks, tracks.estimate(), confirmed, silent, self.settings.echo.gate_sigmas)
         tracks.inherit(young, old)
         joined[old] = True
         fresh = np.setdiff1d(confirmed, young)
@@ -202,7 +200,7 @@ class Tracker:
     def _report(self, ended: Mask, stored: Mask, asleep: Mask, utc_ns: int, outcome: Outcome) -> None:
         """Put into the outcome what ended and what belongs in the map, and into the archive what sleeps."""
         tracks = self._tracks
-        reported = tracks.state != life.TENTATIVE
+        reported = tracks.state != lifecycle.TENTATIVE
         picture = picture_of(tracks, tracks.estimate())
         if ended.any():
             outcome.ended = picture.take(ended[reported])
@@ -221,14 +219,14 @@ class Tracker:
     def _start(self, seen: Look, scan: Scan, vehicle: Vehicle) -> None:
         """Start a tentative object from each echo that belongs to none."""
         if len(seen.new):
-            fix = measurement.fix(scan.echoes.take(seen.new), vehicle, scan.sector.half_vertical_rad)
+            fix = model.fix(scan.echoes.take(seen.new), vehicle, scan.sector.half_vertical_rad)
             echo = self.settings.echo
             births = echo.births_at_start if self._looks <= FIRST_LOOKS else echo.births_per_scan
             self._tracks.start(fix, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
 
 
 @kernel
-def _in_opening(places: Array, vehicle: Vehicle, port: float, starboard: float, margin_m: float) -> Mask:
+def _in_opening(places: Floats, vehicle: Vehicle, port: float, starboard: float, margin_m: float) -> Mask:
     """Tell which of the (2, k) north-east places are between two bearings, or not farther off than `margin_m`."""
     inside = np.empty(places.shape[1], np.bool_)
     for i in range(len(inside)):

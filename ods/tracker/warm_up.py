@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from ods.clock import NS
-from ods.geometry import Array, quat_from_euler
+from ods.base.arrays import Floats
+from ods.base.clock import NS
+from ods.base.geometry import quat_from_euler
 from ods.messages import Sector
-from ods.pose_buffer import PoseEstimate
-from ods.tracker import reception
-from ods.tracker.archive import MapObject
-from ods.tracker.observers import make_observer
-from ods.tracker.scan import Scan, echoes_of, vehicle_at
+from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.observer.registry import make_observer
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -41,18 +42,20 @@ def _find_again(name: str) -> None:
     observer.reopen(row)
 
 
-def _receive(table: Array) -> None:
+def _receive(table: Floats) -> None:
     """Let echoes come back to a vehicle at rest."""
     zeros = np.zeros(3)
     at_rest = PoseEstimate(0, zeros, np.array([1.0, 0.0, 0.0, 0.0]), zeros, zeros, zeros, 0.0)
-    reception.at_transmission(echoes_of(table)[0], reception.Listening(at_rest, at_rest, at_rest, 100.0))
+    motion_during_reception.at_transmission(
+        echoes_of(table)[0], motion_during_reception.Listening(at_rest, at_rest, at_rest, 100.0)
+    )
 
 
 def _echo(range_m: float, bearing: float, radius: float) -> tuple[float, ...]:
     return range_m, bearing, 0.0, radius, 0.2, 0.02, 0.3
 
 
-def _scan(k: int, table: Array, looks_back: bool) -> Scan:
+def _scan(k: int, table: Floats, looks_back: bool) -> Scan:
     t_ns = k * NS // 7
     attitude = quat_from_euler(0.0, 0.0, np.pi if looks_back else 0.0)
     vehicle = vehicle_at(np.zeros(3), attitude, np.zeros(3), np.zeros(3))

@@ -17,11 +17,11 @@ import can
 import psutil
 import pytest
 import zmq
-from nav_chain import CONFIG, EDS, MS, PERIOD_S, Client
 
 from in_vcan import links
-from ods import clock
-from ods.sim_sonar.ins import SimulatedIns
+from ods.base import clock
+from ods.sim_sonar.device.ins import SimulatedIns
+from tests.nav_bridge.nav_chain import CONFIG, EDS, MS, PERIOD_S, Client
 
 RECOVERY_S = 2.0
 """From the end of the cause to the next pose."""

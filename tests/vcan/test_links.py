@@ -8,9 +8,9 @@ import can
 import pytest
 
 from in_vcan import links
-from ods import clock
-from ods.nav_bridge.socketcan_bus import SocketcanBus
-from ods.nav_bridge.wall_clock import WallClock
+from ods.base import clock
+from ods.nav_bridge.can.socketcan_bus import SocketcanBus
+from ods.nav_bridge.can.stamp_clock import WallClock
 
 FRAME = can.Message(arbitration_id=0x185, data=b"\x01\x02\x03", is_extended_id=False)
 

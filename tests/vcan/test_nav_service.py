@@ -1,17 +1,17 @@
-"""The nav process end to end, as in tests/test_nav_service.py, on a real SocketCAN interface."""
+"""The nav process end to end, as in tests/nav_bridge/test_service.py, on a real SocketCAN interface."""
 
 from collections.abc import Iterator
 
 import can
 import pytest
-from nav_chain import Client, Vehicle, wired_up
-from test_nav_service import (  # noqa: F401  # run here with this module's `wired`
-    test_every_epoch_arrives_as_it_was_sent,
-    test_silence_is_reported_while_it_lasts_and_lived_down,
-)
 
 from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanSettings
+from tests.nav_bridge.nav_chain import Client, Vehicle, wired_up
+from tests.nav_bridge.test_service import (  # noqa: F401  # run here with this module's `wired`
+    test_every_epoch_arrives_as_it_was_sent,
+    test_silence_is_reported_while_it_lasts_and_lived_down,
+)
 
 
 @pytest.fixture

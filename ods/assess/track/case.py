@@ -5,14 +5,10 @@ from pathlib import Path
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
-from ods.errors import OdsError
-from ods.geometry import Array
+from ods.base.arrays import Floats, Indices, Mask
+from ods.base.errors import OdsError
 from ods.tracker.scenario import Meta, Scenario
-
-Mask = NDArray[np.bool_]
-Ints = NDArray[np.intp]
 
 X, Y, Z, VX, VY, VZ, RADIUS = range(7)
 """Columns of a truth table."""
@@ -24,20 +20,20 @@ FALSE, MERGED = -1, -2
 class World:
     """K scans of N objects."""
 
-    t: Array
+    t: Floats
     """(K,) s."""
-    position: Array
+    position: Floats
     """(K, 3) of the vehicle, NED."""
-    yaw: Array
+    yaw: Floats
     """(K,) rad; roll and pitch are 0."""
-    truth: Array
+    truth: Floats
     """(K, N, 7)."""
     meta: Meta
     sounding: Mask
     """(K, N) the object gives echoes."""
-    noise: Array
+    noise: Floats
     """(K, N) factor on the standard deviations of its detections."""
-    pose_error: Array
+    pose_error: Floats
     """(K, 3) north, east, yaw: reported minus true."""
     unresolved: bool = False
     """Objects close to each other give one echo."""
@@ -51,15 +47,15 @@ class Case:
 
     name: str
     scenario: Scenario
-    truth: Array
+    truth: Floats
     """(K, N, 7)."""
-    position: Array
+    position: Floats
     """(K, 3) and"""
-    yaw: Array
+    yaw: Floats
     """(K,) of the vehicle, true."""
     in_view: Mask
     """(K, N) inside sector and fan, hidden or silent ones too."""
-    source: Ints
+    source: Indices
     """(M,) object that each detection comes from, FALSE or MERGED."""
 
     @property
@@ -68,7 +64,7 @@ class Case:
         return np.asarray((np.abs(self.truth[:, :, VX : VZ + 1]) > 1e-9).any(axis=(0, 2)))
 
 
-def polar(world_truth: Array, position: Array, yaw: Array) -> tuple[Array, Array, Array]:
+def polar(world_truth: Floats, position: Floats, yaw: Floats) -> tuple[Floats, Floats, Floats]:
     """Return slant range, bearing and elevation, (K, N) each, from (K, 3) positions and (K,) headings."""
     offset = world_truth[:, :, :3] - position[:, None]
     cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
@@ -112,14 +108,14 @@ def observe(name: str, world: World, rng: np.random.Generator) -> Case:
     )
 
 
-def _false_alarms(meta: Meta, rng: np.random.Generator) -> Array:
+def _false_alarms(meta: Meta, rng: np.random.Generator) -> Floats:
     """Return (m, 3) range, bearing and radius, spread evenly over the sector's area."""
     count = rng.poisson(meta.clutter_lambda or 0.0)
     distance = meta.range_max * np.sqrt(rng.random(count))
     return np.column_stack([distance, rng.uniform(-meta.half_fov, meta.half_fov, count), rng.uniform(0.3, 3.0, count)])
 
 
-def hidden(slant: Array, bearing: Array, radius: Array) -> Mask:
+def hidden(slant: Floats, bearing: Floats, radius: Floats) -> Mask:
     """Return (K, N): the object's centre is behind the circle of a nearer one."""
     half_width = np.arctan2(radius, slant)
     turned = np.abs(bearing[:, :, None] - bearing[:, None, :])
@@ -127,7 +123,9 @@ def hidden(slant: Array, bearing: Array, radius: Array) -> Mask:
     return np.asarray((behind & (turned < half_width[:, None, :])).any(axis=2))
 
 
-def merged(true: Array, who: Ints, range_m: float = 1.0, bearing_rad: float = np.deg2rad(2.0)) -> tuple[Array, Ints]:
+def merged(
+    true: Floats, who: Indices, range_m: float = 1.0, bearing_rad: float = np.deg2rad(2.0)
+) -> tuple[Floats, Indices]:
     """Merge the first two echoes nearer to each other than the sonar resolves into one between them, (m, 3)."""
     for i in range(len(who)):
         for j in range(i + 1, len(who)):

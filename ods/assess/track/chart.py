@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ods.assess.track.measure import Row
-from ods.errors import OdsError
-from ods.fan_plot import INK, MARK, PAPER
+from ods.base.errors import OdsError
+from ods.plots.fan import INK, MARK, PAPER
 
 COLOURS = (MARK, "#ffa657", "#7ee787", "#d2a8ff", "#ff7b72", "#8b949e", "#f2cc60", "#ffffff")
 

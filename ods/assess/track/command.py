@@ -10,7 +10,7 @@ from ods.assess.track.case import save
 from ods.assess.track.measure import rows
 from ods.assess.track.scenarios import KINDS, make
 from ods.assess.track.table import table_of
-from ods.errors import OdsError
+from ods.base.errors import OdsError
 
 QUICK = ("paper", "static 10", "50 false alarms")
 SEEDS = 5
@@ -45,7 +45,8 @@ def draw_paper(path: Path) -> None:
 
 def draw_forms(path: Path, *, quick: bool) -> None:
     """Draw where each form of the covariance update breaks, and print what each costs. Raises OdsError."""
-    from ods.assess.track import chart, forms, forms_chart
+    from benchmarks import forms, forms_chart
+    from ods.assess.track import chart
 
     grid = forms.measure(forms.QUICK if quick else forms.FULL)
     Console(width=120).print(forms_chart.table(grid))

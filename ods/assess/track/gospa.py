@@ -6,10 +6,9 @@ Rahmathullah, Garcia-Fernandez, Svensson: Generalized optimal sub-pattern assign
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from ods.geometry import Array
+from ods.base.arrays import Floats, Indices
 
 CUTOFF_M = 10.0
 ORDER = 2.0
@@ -19,13 +18,13 @@ ORDER = 2.0
 class Pairing:
     """The best assignment of tracks to objects."""
 
-    objects: NDArray[np.intp]
-    tracks: NDArray[np.intp]
-    distance: Array
+    objects: Indices
+    tracks: Indices
+    distance: Floats
     """(pairs,) m, below the cutoff."""
 
 
-def pair(distance: Array, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairing:
+def pair(distance: Floats, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairing:
     """Return the assignment that minimises GOSPA for (objects, tracks) distances: pairs at the cutoff are none."""
     rows, columns = linear_sum_assignment(np.minimum(distance, cutoff) ** order)
     near = distance[rows, columns] < cutoff
@@ -33,7 +32,7 @@ def pair(distance: Array, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pai
     return Pairing(rows, columns, distance[rows, columns])
 
 
-def gospa(distance: Array, missed: int, false: int, cutoff: float = CUTOFF_M, order: float = ORDER) -> float:
+def gospa(distance: Floats, missed: int, false: int, cutoff: float = CUTOFF_M, order: float = ORDER) -> float:
     """Return the metric, m, of (pairs,) distances, and how many objects and tracks have no partner."""
     alone = 0.5 * cutoff**order * (missed + false)
     return float((np.sum(distance**order) + alone) ** (1.0 / order))

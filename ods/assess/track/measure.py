@@ -11,9 +11,9 @@ from ods.assess.track.case import Case
 from ods.assess.track.record import Record
 from ods.assess.track.scenarios import KINDS, Limits, make
 from ods.assess.track.scores import Scores, score
-from ods.geometry import Array
-from ods.tracker.associations import ASSOCIATIONS
-from ods.tracker.observers import OBSERVERS
+from ods.base.arrays import Floats
+from ods.tracker.association.registry import ASSOCIATIONS
+from ods.tracker.observer.registry import OBSERVERS
 from ods.tracker.settings import TrackerSettings
 
 RELATIVE_LIMIT = 0.01
@@ -114,7 +114,7 @@ def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Sc
     )
 
 
-def _mean(values: Sequence[float] | Array) -> float:
+def _mean(values: Sequence[float] | Floats) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
 
 

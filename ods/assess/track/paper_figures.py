@@ -11,16 +11,16 @@ import msgspec
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from ods.assess.track.case import RADIUS, VX, VZ, Case, X, Z, observe
 from ods.assess.track.chart import COLOURS, dress
 from ods.assess.track.scenarios import paper
-from ods.fan_plot import INK, PAPER
-from ods.geometry import Array
-from ods.tracker import life, scenario
-from ods.tracker.picture import Picture
+from ods.base.arrays import Floats, Ints
+from ods.plots.fan import INK, PAPER
+from ods.tracker import scenario
+from ods.tracker.output.snapshot import Picture
 from ods.tracker.settings import TrackerSettings
+from ods.tracker.track import lifecycle
 
 SEED = 7
 BURST_S = (1.5, 4.0)
@@ -29,7 +29,7 @@ BURST_M_S, BURST_RAD_S = 0.8, 0.01
 LOST_SIGMA_M = 7.2
 DROP_EXISTENCE = 1e-6
 STARTED_S = 1.0
-STYLES = {life.ACTIVE: "-", life.STAND_BY: ":", life.HIBERNATED: "--"}
+STYLES = {lifecycle.ACTIVE: "-", lifecycle.STAND_BY: ":", lifecycle.HIBERNATED: "--"}
 PATH = "#8b949e"
 TITLES = (
     *("figure 7: north, m", "down, m: not resolved by the sonar", "radius, m"),
@@ -85,9 +85,9 @@ def lives(run: Example) -> list[Life]:
     t = run.case.scenario.t
     found = []
     for identity in sorted({i for picture in run.pictures for i in picture.id.tolist()}):
-        states = np.array([next(iter(p.state[p.id == identity]), life.TENTATIVE) for p in run.pictures])
-        there = np.flatnonzero(states != life.TENTATIVE)
-        waits = np.flatnonzero((states[1:] == life.STAND_BY) & (states[:-1] == life.ACTIVE)) + 1
+        states = np.array([next(iter(p.state[p.id == identity]), lifecycle.TENTATIVE) for p in run.pictures])
+        there = np.flatnonzero(states != lifecycle.TENTATIVE)
+        waits = np.flatnonzero((states[1:] == lifecycle.STAND_BY) & (states[:-1] == lifecycle.ACTIVE)) + 1
         last = int(there[-1])
         found.append(
             Life(
@@ -108,7 +108,7 @@ def story(run: Example) -> list[str]:
         line = f"object {one.id}: from t = {one.began:.1f} s"
         line += f", stand-by at {one.stand_by:.1f} s" if one.stand_by is not None else ""
         line += f", discarded at {one.ended:.1f} s" if one.ended is not None else ""
-        active = column.state == life.ACTIVE
+        active = column.state == lifecycle.ACTIVE
         lines.append(f"{line}; radius {column.radius[active][-1]:.2f} m")
     return lines
 
@@ -117,13 +117,13 @@ def story(run: Example) -> list[str]:
 class _Course:
     """One object's estimates over its life."""
 
-    t: Array
-    state: NDArray[np.int64]
-    position: Array
+    t: Floats
+    state: Ints
+    position: Floats
     """(k, 3)."""
-    velocity: Array
-    radius: Array
-    sigma_velocity: Array
+    velocity: Floats
+    radius: Floats
+    sigma_velocity: Floats
     """(k, 3)."""
 
 
@@ -173,16 +173,18 @@ def draw(run: Example) -> Figure:
     return figure
 
 
-def _quantities(course: _Course) -> tuple[Array, ...]:
+def _quantities(course: _Course) -> tuple[Floats, ...]:
     return (course.position[:, 0], course.position[:, 2], course.radius, course.velocity[:, 0], course.velocity[:, 2])
 
 
-def _line(axes: Axes, x: Array, y: Array, state: NDArray[np.int64], colour: str, label: str) -> None:
+def _line(axes: Axes, x: Floats, y: Floats, state: Ints, colour: str, label: str) -> None:
     """Draw a course, each state in its own style."""
     for value, style in STYLES.items():
         there = np.where(state == value, y, np.nan)
         if np.isfinite(there).any():
-            axes.plot(x, there, style, color=colour, lw=1.8, label=label if value == life.ACTIVE and label else None)
+            axes.plot(
+                x, there, style, color=colour, lw=1.8, label=label if value == lifecycle.ACTIVE and label else None
+            )
 
 
 def _mark(axes: Axes, one: Life, course: _Course, colour: str) -> None:

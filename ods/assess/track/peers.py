@@ -13,7 +13,7 @@ import numpy as np
 
 from ods.assess.track.case import Case
 from ods.assess.track.record import Record
-from ods.tracker import life
+from ods.tracker.track import lifecycle
 
 CONFIRMED = 5
 SILENT_S = 3.0
@@ -47,7 +47,7 @@ def follow(case: Case, association: str) -> Record:
             north, v_north, east, v_east = np.asarray(track.state.mean, float).ravel()
             covariance = np.asarray(track.state.covar, float)
             identity = names.setdefault(track.id, len(names) + 1)
-            rows.append(np.array([[k, identity, north, east, v_north, v_east, 0.0, life.ACTIVE]]))
+            rows.append(np.array([[k, identity, north, east, v_north, v_east, 0.0, lifecycle.ACTIVE]]))
             spreads.append(np.array([[covariance[0, 0], covariance[2, 2], covariance[0, 2]]]))
     return Record(np.concatenate(rows), np.concatenate(spreads), np.array(cpu_ms))
 

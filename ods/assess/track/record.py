@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ods.geometry import Array
+from ods.base.arrays import Floats
 from ods.tracker import scenario
 from ods.tracker.scenario import Scenario
 from ods.tracker.settings import TrackerSettings
@@ -18,11 +18,11 @@ SCAN, ID, NORTH, EAST, STATUS = 0, 1, 2, 3, 7
 class Record:
     """The tracks of one run over K scans."""
 
-    trk: Array
+    trk: Floats
     """(P, 8) as `ods track` writes it."""
-    spread: Array
+    spread: Floats
     """(P, 3) variances of north and east and their covariance, m^2; nan where the tracker does not tell."""
-    cpu_ms: Array
+    cpu_ms: Floats
     """(K,) CPU time of each step."""
 
 

@@ -7,10 +7,10 @@ not move are filtered as that. An object is reported from its third echo on, a m
 
 import numpy as np
 
-from ods.assess.track.case import Case, Ints, Mask
+from ods.assess.track.case import Case
 from ods.assess.track.record import Record
-from ods.geometry import Array
-from ods.tracker import life
+from ods.base.arrays import Floats, Indices, Mask
+from ods.tracker.track import lifecycle
 
 ECHOES = 3
 KEPT_S = 10.0
@@ -45,7 +45,7 @@ def follow(case: Case) -> Record:
     return Record(np.concatenate(rows), np.concatenate(spreads), np.full(len(case.scenario.t), np.nan))
 
 
-def fixes(case: Case, k: int, rows: Ints) -> tuple[Array, Array]:
+def fixes(case: Case, k: int, rows: Indices) -> tuple[Floats, Floats]:
     """Return (m, 2) places and (m, 2, 2) noise of some detections of scan k, with the pose's uncertainty."""
     meta, det = case.scenario.meta, case.scenario.det[rows]
     angle = det[:, 2] + case.scenario.auv_rpy[k, 2]
@@ -58,7 +58,7 @@ def fixes(case: Case, k: int, rows: Ints) -> tuple[Array, Array]:
     return case.scenario.auv_pos[k, :2] + det[:, 1, None] * ray, noise
 
 
-def _predict(state: Array, covariance: Array, dt: float, moving: Mask) -> None:
+def _predict(state: Floats, covariance: Floats, dt: float, moving: Mask) -> None:
     step = np.eye(4)
     step[0, 2] = step[1, 3] = dt
     axis = ACCELERATION_NOISE * np.array([[dt**3 / 3.0, dt**2 / 2.0], [dt**2 / 2.0, dt]])
@@ -66,13 +66,13 @@ def _predict(state: Array, covariance: Array, dt: float, moving: Mask) -> None:
     covariance[:] = step @ covariance @ step.T + np.kron(axis, np.eye(2)) * moving[:, None, None]
 
 
-def _start(state: Array, covariance: Array, who: Ints, place: Array, noise: Array, moving: Mask) -> None:
+def _start(state: Floats, covariance: Floats, who: Indices, place: Floats, noise: Floats, moving: Mask) -> None:
     state[who, :2] = place
     covariance[who, :2, :2] = noise
     covariance[who, 2, 2] = covariance[who, 3, 3] = VELOCITY_SIGMA**2 * moving[who]
 
 
-def _update(state: Array, covariance: Array, who: Ints, place: Array, noise: Array) -> None:
+def _update(state: Floats, covariance: Floats, who: Indices, place: Floats, noise: Floats) -> None:
     if not len(who):
         return
     prior = covariance[who]
@@ -82,7 +82,7 @@ def _update(state: Array, covariance: Array, who: Ints, place: Array, noise: Arr
     covariance[who] = keep @ prior @ keep.swapaxes(1, 2) + gain @ noise @ gain.swapaxes(1, 2)
 
 
-def _rows(k: int, told: Ints, state: Array, case: Case) -> Array:
-    status = np.where(case.in_view[k, told], life.ACTIVE, life.STAND_BY)
+def _rows(k: int, told: Indices, state: Floats, case: Case) -> Floats:
+    status = np.where(case.in_view[k, told], lifecycle.ACTIVE, lifecycle.STAND_BY)
     scan, radius = np.full(len(told), k), case.truth[k, told, 6]
     return np.column_stack([scan, told, state[told], radius, status]).astype(np.float64)

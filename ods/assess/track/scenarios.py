@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ods.assess.track.case import RADIUS, VX, VY, VZ, Case, World, X, Y, observe
-from ods.errors import OdsError
-from ods.geometry import Array
+from ods.base.arrays import Floats
+from ods.base.errors import OdsError
 from ods.tracker.scenario import Meta
 
 RATE_HZ = 7.0
@@ -58,12 +58,12 @@ MOVING = Limits(gospa=1.3)
 HALF_SILENT = Limits(gospa=1.5, switches=1)
 
 
-def clock(seconds: float = SECONDS) -> Array:
+def clock(seconds: float = SECONDS) -> Floats:
     """Return the (K,) times of the scans."""
     return np.arange(int(seconds * RATE_HZ)) / RATE_HZ
 
 
-def world(t: Array, starts: Array, velocities: Array, radius: Array, speed: float, meta: Meta = SONAR) -> World:
+def world(t: Floats, starts: Floats, velocities: Floats, radius: Floats, speed: float, meta: Meta = SONAR) -> World:
     """Return a vehicle that goes north at `speed` from (0, 0, 4), and objects on straight lines: (N, 3) each."""
     count = len(starts)
     truth = np.empty((len(t), count, 7))
@@ -76,7 +76,7 @@ def world(t: Array, starts: Array, velocities: Array, radius: Array, speed: floa
     return World(t, position, np.zeros_like(t), truth, meta, np.ones(shape, bool), np.ones(shape), pose)
 
 
-def scattered(rng: Random, count: int, draw: Callable[[], tuple[float, float]], apart_m: float) -> Array:
+def scattered(rng: Random, count: int, draw: Callable[[], tuple[float, float]], apart_m: float) -> Floats:
     """Return (count, 3) places, none nearer than `apart_m` to another."""
     places = np.zeros((0, 3))
     for _ in range(1000 * count):
@@ -120,7 +120,7 @@ def in_view_300(rng: Random) -> World:
     return world(clock(), places, np.zeros_like(places), rng.uniform(0.3, 1.0, 300), 0.0)
 
 
-def in_sector(rng: Random, count: int, near: float, far: float, apart_m: float) -> Array:
+def in_sector(rng: Random, count: int, near: float, far: float, apart_m: float) -> Floats:
     """Return (count, 3) places spread evenly over the sector of the first scan, 2 deg from its edges."""
     half = SONAR.half_fov - math.radians(2.0)
 

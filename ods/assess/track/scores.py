@@ -3,13 +3,12 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ods.assess.track.case import Case, Mask, polar
+from ods.assess.track.case import Case, polar
 from ods.assess.track.gospa import CUTOFF_M, gospa, pair
 from ods.assess.track.record import EAST, ID, NORTH, SCAN, STATUS, Record
-from ods.geometry import Array
-from ods.tracker import life
+from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.tracker.track import lifecycle
 
 BAND_M, BAND_RAD = 2.0, np.deg2rad(1.5)
 """Objects and tracks so near to the sector's edge do not count in view."""
@@ -21,8 +20,6 @@ REMEMBERED_S = 10.0
 """Moving objects are remembered so long after they left the view."""
 SETTLED_S = 1.0
 """Consistency is judged from so long after the first echo on."""
-
-Ints = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,7 @@ class Scores:
     """Identities that never were an object's."""
     latency_s: float
     """From an object's first echo to its first report, mean."""
-    nees: Array
+    nees: Floats
     """(objects,) mean of each one's normalised squared error in north and east: 2 if errors are as large as told."""
     ms: float
     """CPU time of a scan, median."""
@@ -60,9 +57,9 @@ class _Tally:
     """Object to the time of its first report."""
     in_view: list[float] = field(default_factory=list)
     memory: list[float] = field(default_factory=list)
-    errors: list[Array] = field(default_factory=list)
+    errors: list[Floats] = field(default_factory=list)
     """(pairs, 2) squared error, squared error over range."""
-    nees: list[Array] = field(default_factory=list)
+    nees: list[Floats] = field(default_factory=list)
     """(pairs, 2) object, normalised squared error."""
 
 
@@ -80,7 +77,7 @@ def score(case: Case, record: Record) -> Scores:
         offset = places[None] - case.truth[k, :, None, :2]
         distance = np.hypot(offset[:, :, 0], offset[:, :, 1])
         objects, tracks = _identify(distance, trk[:, ID].astype(np.int64), tally, now)
-        told = views[k][objects] & (trk[tracks, STATUS] == life.ACTIVE)
+        told = views[k][objects] & (trk[tracks, STATUS] == lifecycle.ACTIVE)
         objects, tracks = objects[told], tracks[told]
         _count_errors(tally, offset[objects, tracks], slant[k, objects])
         settled = now - first_echo[objects] >= SETTLED_S
@@ -112,7 +109,7 @@ def _remembered(case: Case) -> Mask:
     return np.asarray((_seen_scans(case) >= REMEMBERED_SCANS) & (recent | ~case.moving))
 
 
-def _first_echo(case: Case) -> Array:
+def _first_echo(case: Case) -> Floats:
     """Return (N,) time of each object's first echo; infinite without any."""
     first = np.full(case.truth.shape[1], np.inf)
     real = case.source >= 0
@@ -120,7 +117,7 @@ def _first_echo(case: Case) -> Array:
     return first
 
 
-def _identify(distance: Array, ids: Ints, tally: _Tally, now: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _identify(distance: Floats, ids: Ints, tally: _Tally, now: float) -> tuple[Indices, Indices]:
     """Say whose track each is: an object keeps the one that it had while that is near. Return objects and tracks."""
     row_of = {identity: row for row, identity in enumerate(ids.tolist())}
     pairs = {
@@ -141,13 +138,13 @@ def _identify(distance: Array, ids: Ints, tally: _Tally, now: float) -> tuple[ND
     return np.array(list(pairs), np.intp), np.array(list(pairs.values()), np.intp)
 
 
-def _count_errors(tally: _Tally, error: Array, range_m: Array) -> None:
+def _count_errors(tally: _Tally, error: Floats, range_m: Floats) -> None:
     """Count (pairs, 2) errors at the (pairs,) objects' ranges."""
     square = (error**2).sum(axis=1)
     tally.errors.append(np.column_stack([square, square / range_m**2]))
 
 
-def _count_nees(tally: _Tally, objects: NDArray[np.intp], error: Array, spread: Array) -> None:
+def _count_nees(tally: _Tally, objects: Indices, error: Floats, spread: Floats) -> None:
     """Count (pairs, 2) errors against the (pairs, 3) covariances told."""
     nn, ee, ne = spread.T
     north, east = error.T
@@ -155,7 +152,7 @@ def _count_nees(tally: _Tally, objects: NDArray[np.intp], error: Array, spread: 
     tally.nees.append(np.column_stack([objects, normalised]))
 
 
-def _in_view(case: Case, k: int, trk: Array, distance: Array, view: Mask) -> float:
+def _in_view(case: Case, k: int, trk: Floats, distance: Floats, view: Mask) -> float:
     """Return GOSPA of what is in view now: active tracks, and any other one inside the sector."""
     meta = case.scenario.meta
     places = np.zeros((len(trk), 7))
@@ -165,11 +162,11 @@ def _in_view(case: Case, k: int, trk: Array, distance: Array, view: Mask) -> flo
     inside = (slant < meta.range_max) & (np.abs(bearing) < meta.half_fov)
     edge = np.abs(slant - meta.range_max) < BAND_M
     edge |= (np.abs(np.abs(bearing) - meta.half_fov) < BAND_RAD) & (slant < meta.range_max + BAND_M)
-    counts = (trk[:, STATUS] == life.ACTIVE) | inside
+    counts = (trk[:, STATUS] == lifecycle.ACTIVE) | inside
     return partial_gospa(distance[:, counts], view, ~view, edge[counts])
 
 
-def partial_gospa(distance: Array, wanted: Mask, optional: Mask, excused: Mask) -> float:
+def partial_gospa(distance: Floats, wanted: Mask, optional: Mask, excused: Mask) -> float:
     """Return GOSPA of the `wanted` objects for (objects, tracks) distances.
 
     A track without a partner does not count if it is `excused` or within the gate of an `optional` object.
@@ -184,7 +181,7 @@ def partial_gospa(distance: Array, wanted: Mask, optional: Mask, excused: Mask) 
     return gospa(pairing.distance, missed, int(alone.sum()), CUTOFF_M)
 
 
-def _summary(record: Record, tally: _Tally, first_echo: Array, seen: Mask) -> Scores:
+def _summary(record: Record, tally: _Tally, first_echo: Floats, seen: Mask) -> Scores:
     errors, nees = np.concatenate(tally.errors), np.concatenate(tally.nees)
     delays = [when - first_echo[thing] for thing, when in tally.first.items() if seen[thing]]
     ids = set(record.trk[:, ID].astype(int).tolist())
@@ -201,5 +198,5 @@ def _summary(record: Record, tally: _Tally, first_echo: Array, seen: Mask) -> Sc
     )
 
 
-def _root_mean(squares: Array) -> float:
+def _root_mean(squares: Floats) -> float:
     return float(np.sqrt(np.mean(squares))) if len(squares) else float("nan")

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from canopen import ObjectDictionary, import_od
 
-from ods.errors import OdsError
-from ods.nav_bridge.text_file import read_text
+from ods.base.errors import OdsError
+from ods.nav_bridge.encoding import read_text
 
 
 class EdsError(OdsError):

@@ -3,10 +3,10 @@
 from collections import Counter
 from dataclasses import dataclass
 
-from ods.nav_bridge.can_frame import Frame
+from ods.nav_bridge.can.frame import Frame
+from ods.nav_bridge.canopen.duplicate_node import TwoSenders
 from ods.nav_bridge.canopen.object_map import SEQUENCE
 from ods.nav_bridge.canopen.pdo_layout import PdoLayout, PdoSet
-from ods.nav_bridge.canopen.two_senders import TwoSenders
 
 TIMEOUT_NS = 100_000_000
 """An epoch that is not complete after this time never will be; the sequence number may have wrapped since."""

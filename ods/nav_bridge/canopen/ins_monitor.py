@@ -5,9 +5,9 @@ from collections import Counter, deque
 
 from canopen.emcy import EmcyError
 
-from ods.clock import NS
-from ods.nav_bridge.can_frame import Frame
-from ods.nav_bridge.canopen.two_senders import TwoSenders
+from ods.base.clock import NS
+from ods.nav_bridge.can.frame import Frame
+from ods.nav_bridge.canopen.duplicate_node import TwoSenders
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 STATES = {BOOT_UP: "starting", STOPPED: "stopped", OPERATIONAL: "operational", PRE_OPERATIONAL: "pre-operational"}

@@ -4,7 +4,7 @@ from typing import Any
 
 import canopen
 
-from ods.clock import NS
+from ods.base.clock import NS
 from ods.nav_bridge.source import Send
 
 

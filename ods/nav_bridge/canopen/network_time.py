@@ -3,8 +3,8 @@
 import struct
 from collections import Counter
 
-from ods.clock import NS, OffsetEstimator
-from ods.nav_bridge.can_frame import Frame
+from ods.base.clock import NS, OffsetEstimator
+from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.ins_clock import day_ms, utc_ns
 
 TIME_FRAME = struct.Struct("<IH")

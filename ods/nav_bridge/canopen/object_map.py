@@ -4,7 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ods.errors import OdsError
+from ods.base.errors import OdsError
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import ObjectSettings
 

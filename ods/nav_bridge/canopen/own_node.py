@@ -6,14 +6,14 @@ from typing import Any
 
 import canopen
 
-from ods.clock import NS
-from ods.nav_bridge.can_frame import EMCY, HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST, SYNC, Frame
+from ods.base.clock import NS
+from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST, SYNC, Frame
+from ods.nav_bridge.canopen.duplicate_node import TwoSenders
 from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.loop_network import LoopNetwork
 from ods.nav_bridge.canopen.own_errors import Fault, OwnErrors
 from ods.nav_bridge.canopen.own_objects import OwnObjects
-from ods.nav_bridge.canopen.two_senders import TwoSenders
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import Send
 

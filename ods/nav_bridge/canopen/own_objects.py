@@ -9,7 +9,7 @@ from canopen import SdoAbortedError
 from canopen.objectdictionary import ODVariable
 
 from ods import __version__
-from ods.nav_bridge.can_frame import SYNC
+from ods.nav_bridge.can.frame import SYNC
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.own_errors import OwnErrors
 from ods.nav_bridge.settings import CanopenSettings, NavSettings

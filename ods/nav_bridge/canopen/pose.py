@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from ods.clock import NS
+from ods.base.clock import NS
 from ods.messages import Pose
 from ods.nav_bridge.canopen.epoch import Epoch
 from ods.nav_bridge.canopen.object_map import STATUS

@@ -3,11 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Set
 
-from ods.clock import NS
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
-from ods.nav_bridge.can_frame import EMCY, HEARTBEAT, SYNC, TIME, CanId, Frame
+from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, SYNC, TIME, CanId, Frame
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.epoch import Epoch, EpochAssembler
 from ods.nav_bridge.canopen.ins_monitor import BOOT_UP, PRE_OPERATIONAL, InsMonitor
@@ -17,7 +17,7 @@ from ods.nav_bridge.canopen.own_errors import Fault
 from ods.nav_bridge.canopen.own_node import OwnNode
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
-from ods.nav_bridge.canopen.recent import Recent
+from ods.nav_bridge.canopen.recent_event import Recent
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import PoseSource, Send

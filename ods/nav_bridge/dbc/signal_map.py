@@ -11,13 +11,13 @@ import cantools
 from cantools.database import Database
 from cantools.database.can import Message, Signal
 
-from ods.clock import NS
-from ods.errors import OdsError
-from ods.nav_bridge.can_frame import CanId
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.nav_bridge.can.frame import CanId
 from ods.nav_bridge.dbc.units import conversion
+from ods.nav_bridge.encoding import read_text
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, ValiditySettings
-from ods.nav_bridge.text_file import read_text
 
 T = TypeVar("T", SignalSettings, TimeSettings)
 MAX_BYTES = 8

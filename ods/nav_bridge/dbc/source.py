@@ -3,11 +3,11 @@
 from collections import Counter
 from collections.abc import Callable, Iterator
 
-from ods.clock import NS
-from ods.errors import OdsError
-from ods.geodesy import LocalFrame
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
-from ods.nav_bridge.can_frame import CanId, Frame
+from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
 from ods.nav_bridge.pose_fields import PoseMaker

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from ods.base.arrays import Bytes
 from ods.sonar_link.files import video1
 from ods.sonar_link.files.mapped_file import map_file
 from ods.sonar_link.files.ping_sequence import PingFileError
 
-Pixels = NDArray[np.uint8]
+Pixels = Bytes
 
 _LISTS = (b"RIFF", b"LIST")
 _FRAMES = (b"00dc", b"00db")

@@ -5,16 +5,14 @@ from typing import Annotated, Literal
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
+from ods.base.arrays import Bytes, Floats, Mask
+from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Ping
-from ods.settings import NonNegative, Positive, Settings
 from ods.sonar_link.files.avi import AviFrames
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.ping_builder import Geometry, make_beam_table
-
-Array = NDArray[np.float64]
 
 
 class FanGeometry(Settings, frozen=True):
@@ -83,7 +81,7 @@ class FanClipDecoder(Decoder):
         return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
 
 
-def _places(fan: FanGeometry) -> tuple[Array, Array]:
+def _places(fan: FanGeometry) -> tuple[Floats, Floats]:
     """Return (beams, samples) rows and columns of the image where the samples lie."""
     bearing, distance = _bearings(fan), _ranges(fan)
     rows = fan.apex_y_px - fan.pixels_per_m * np.outer(np.cos(bearing), distance)
@@ -103,24 +101,24 @@ def _geometry(fan: FanGeometry) -> Geometry:
     )
 
 
-def _bearings(fan: FanGeometry) -> Array:
+def _bearings(fan: FanGeometry) -> Floats:
     """Return (beams,) the middle of each beam, rad."""
-    bearing: Array = np.radians(_middles(fan.bearing_min_deg, fan.bearing_max_deg, fan.beams))
+    bearing: Floats = np.radians(_middles(fan.bearing_min_deg, fan.bearing_max_deg, fan.beams))
     return bearing
 
 
-def _ranges(fan: FanGeometry) -> Array:
+def _ranges(fan: FanGeometry) -> Floats:
     """Return (samples,) the middle of each sample, m."""
     return _middles(fan.range_min_m, fan.range_max_m, fan.samples)
 
 
-def _middles(begin: float, end: float, count: int) -> Array:
+def _middles(begin: float, end: float, count: int) -> Floats:
     """Return the middles of `count` equal parts of begin to end."""
-    middles: Array = begin + (end - begin) / count * (np.arange(count, dtype=np.float64) + 0.5)
+    middles: Floats = begin + (end - begin) / count * (np.arange(count, dtype=np.float64) + 0.5)
     return middles
 
 
-def sample_image(image: NDArray[np.uint8], rows: Array, columns: Array) -> NDArray[np.uint8]:
+def sample_image(image: Bytes, rows: Floats, columns: Floats) -> Bytes:
     """Return image (rows, columns) at the given places, of any shape, between its pixels' centres bilinearly.
 
     0 outside of the image.
@@ -135,5 +133,5 @@ def sample_image(image: NDArray[np.uint8], rows: Array, columns: Array) -> NDArr
     return np.where(inside, np.rint(upper * (1.0 - down) + lower * down), 0.0).astype(np.uint8)
 
 
-def _inside(rows: Array, columns: Array, shape: tuple[int, int]) -> NDArray[np.bool_]:
+def _inside(rows: Floats, columns: Floats, shape: tuple[int, int]) -> Mask:
     return (rows >= 0.0) & (rows <= shape[0] - 1.0) & (columns >= 0.0) & (columns <= shape[1] - 1.0)

@@ -5,9 +5,9 @@ import zipfile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ods.clock import NS
+from ods.base.arrays import AnyArray, Floats
+from ods.base.clock import NS
 from ods.messages import Ping, Scale
 from ods.sonar_link.files import polar_npz
 from ods.sonar_link.files.decoder import Decoder
@@ -17,7 +17,7 @@ from ods.sonar_link.ping_builder import BeamTable, Geometry, make_beam_table
 LOG_FACTOR = 40.0
 """F of scale `log8` when the file does not tell it."""
 
-Arrays = dict[str, NDArray[np.generic]]
+Arrays = dict[str, AnyArray]
 
 
 class NpzDecoder(Decoder):
@@ -89,7 +89,7 @@ def _geometry(arrays: Arrays, table: BeamTable) -> Geometry:
     )
 
 
-def _frames(arrays: Arrays, table: BeamTable) -> NDArray[np.generic]:
+def _frames(arrays: Arrays, table: BeamTable) -> AnyArray:
     frames = _array(arrays, "frames")
     beams = table.bearing_rad.size
     if frames.ndim != 3 or 0 in frames.shape:
@@ -127,7 +127,7 @@ def _times_ns(arrays: Arrays, count: int) -> list[int]:
     return [round(seconds * NS) for seconds in t.tolist()]
 
 
-def _poses(arrays: Arrays, count: int) -> tuple[NDArray[np.float64] | None, NDArray[np.float64] | None]:
+def _poses(arrays: Arrays, count: int) -> tuple[Floats | None, Floats | None]:
     if "pos_ned" not in arrays and "quat" not in arrays:
         return None, None
     position, attitude = _numbers(arrays, "pos_ned", 2), _numbers(arrays, "quat", 2)
@@ -139,7 +139,7 @@ def _poses(arrays: Arrays, count: int) -> tuple[NDArray[np.float64] | None, NDAr
     return position, attitude / norm
 
 
-def _truth(arrays: Arrays, count: int) -> NDArray[np.float64] | None:
+def _truth(arrays: Arrays, count: int) -> Floats | None:
     if "truth" not in arrays:
         return None
     truth = _numbers(arrays, "truth", 3)
@@ -148,13 +148,13 @@ def _truth(arrays: Arrays, count: int) -> NDArray[np.float64] | None:
     return truth
 
 
-def _array(arrays: Arrays, name: str) -> NDArray[np.generic]:
+def _array(arrays: Arrays, name: str) -> AnyArray:
     if name not in arrays:
         raise ValueError(f"no array `{name}`")
     return arrays[name]
 
 
-def _numbers(arrays: Arrays, name: str, dimensions: int) -> NDArray[np.float64]:
+def _numbers(arrays: Arrays, name: str, dimensions: int) -> Floats:
     array = _array(arrays, name)
     if array.dtype.kind not in "fiu" or array.ndim != dimensions:
         raise ValueError(f"{name}: not an array of numbers with {dimensions} dimension{'s' if dimensions > 1 else ''}")

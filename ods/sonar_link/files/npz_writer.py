@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ods.clock import NS
+from ods.base.clock import NS
 from ods.messages import Ping, frame_of
 
 COMMON = (

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ods.base.arrays import AnyArray, Floats32
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.mapped_file import map_file
@@ -109,7 +110,7 @@ def _ping(data: mmap, offset: int, size: int, index: int) -> Ping:
     )
     counts = _lines(data[offset : offset + size], result)
     linear = result.gamma in (0, FULL_GAMMA)
-    frame: NDArray[np.generic] = counts if linear else _undo_gamma(counts, result.gamma / FULL_GAMMA)
+    frame: AnyArray = counts if linear else _undo_gamma(counts, result.gamma / FULL_GAMMA)
     return recorded_ping(frame.T, geometry, index, ping_number=result.ping_number)
 
 
@@ -126,9 +127,9 @@ def _lines(message: bytes, result: _Result) -> NDArray[np.unsignedinteger]:
     return np.ascontiguousarray(image.reshape(result.lines, line_bytes)[:, gain_bytes:]).view(dtype)
 
 
-def _undo_gamma(counts: NDArray[np.unsignedinteger], gamma: float) -> NDArray[np.float32]:
+def _undo_gamma(counts: NDArray[np.unsignedinteger], gamma: float) -> Floats32:
     """Return amplitudes on the same full scale, of which the sonar sent the power `gamma`."""
     full_scale = np.iinfo(counts.dtype).max
     table = np.asarray(full_scale * np.linspace(0.0, 1.0, full_scale + 1) ** (1.0 / gamma), np.float32)
-    linear: NDArray[np.float32] = table[counts]
+    linear: Floats32 = table[counts]
     return linear

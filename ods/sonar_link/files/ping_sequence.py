@@ -5,10 +5,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import overload
 
-import numpy as np
-from numpy.typing import NDArray
-
-from ods.errors import OdsError
+from ods.base.arrays import AnyArray, Floats
+from ods.base.errors import OdsError
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, build_ping
 
@@ -41,7 +39,7 @@ class LazyPings(Sequence[Ping]):
 
 
 def recorded_ping(
-    frame: NDArray[np.generic], geometry: Geometry, index: int, t_ns: int = 0, ping_number: int | None = None
+    frame: AnyArray, geometry: Geometry, index: int, t_ns: int = 0, ping_number: int | None = None
 ) -> Ping:
     """Return one ping of a file that tells one time a ping, and perhaps the sonar's own number of it.
 
@@ -58,11 +56,11 @@ class PingSequence:
     pings: Sequence[Ping]
     timed: bool = True
     """False when nothing is known of the times: the pings are single images."""
-    position_ned: NDArray[np.float64] | None = None
+    position_ned: Floats | None = None
     """(pings, 3) the vehicle at transmission, m."""
-    attitude: NDArray[np.float64] | None = None
+    attitude: Floats | None = None
     """(pings, 4) unit quaternions w, x, y, z, body to global; present together with `position_ned`."""
-    truth: NDArray[np.float64] | None = None
+    truth: Floats | None = None
     """(pings, objects, 7) x, y, z, vx, vy, vz, r, global NED; nan where absent."""
     losses: Counter[str] = field(default_factory=Counter)
     """What the file holds and the pings do not, by kind."""

@@ -5,9 +5,10 @@ They have `bearings_deg`, `dr`, and perhaps `range0`, `t_us`, `c`, `freq`; frame
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Arrays = dict[str, NDArray[np.generic]]
+from ods.base.arrays import AnyArray
+
+Arrays = dict[str, AnyArray]
 
 _OTHER_NAMES = {
     "bearings_deg": ("bearing_rad", np.pi / 180.0),

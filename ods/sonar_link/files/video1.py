@@ -6,9 +6,10 @@ block is coded; blocks that are skipped keep what the frame before showed. Sourc
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
-Pixels = NDArray[np.uint8]
+from ods.base.arrays import Bytes
+
+Pixels = Bytes
 
 _SKIP, _SKIP_MASK = 0x84, 0xFC
 _TWO_COLOURS_BELOW, _EIGHT_COLOURS_FROM = 0x80, 0x90

@@ -1,0 +1,56 @@
+"""The picture and the table of `ods assess track --forms`."""
+
+import numpy as np
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from rich.table import Table
+
+from benchmarks.forms import FORMS, TIMED_FILTERS, TYPES, Grid
+from ods.assess.track.chart import dress
+from ods.plots.fan import COLOURS, INK, PAPER
+
+LEAST, MOST = -17.0, 0.0
+"""Borders of the colours, powers of ten."""
+
+
+def draw(grid: Grid) -> Figure:
+    """Return one panel for each precision and form: colour is the error, a cross lost positive definiteness."""
+    figure = Figure(figsize=(14.0, 7.5), dpi=110, facecolor=PAPER, layout="constrained")
+    axes = figure.subplots(len(TYPES), len(FORMS), sharex=True, sharey=True, squeeze=False)
+    x, y = np.log10(grid.effort.ratios), np.log10(grid.effort.intervals)
+    for row, precision in enumerate(TYPES):
+        for column, name in enumerate(FORMS):
+            panel, place = grid.panels[precision, name], axes[row, column]
+            level = np.log10(np.clip(panel.error, 10.0**LEAST, 10.0**MOST))
+            mesh = place.pcolormesh(x, y, level, shading="nearest", cmap=COLOURS, norm=Normalize(LEAST, MOST))
+            lines, rows = np.nonzero(panel.broken)
+            place.plot(x[rows], y[lines], "x", color="#39d0ff", ms=4, mew=1.0)
+            dress(place, f"{name}, {precision}", "", "")
+            place.grid(visible=False)
+    for place in axes[-1]:
+        place.set_xlabel("log10 of noise ratio", color=INK)
+    for place in axes[:, 0]:
+        place.set_ylabel("log10 of interval, s", color=INK)
+    bar = figure.colorbar(mesh, ax=axes)
+    bar.set_label("log10 of worst relative error of the covariance", color=INK)
+    bar.ax.tick_params(colors=INK)
+    updates = grid.effort.updates * len(x) * len(y)
+    figure.suptitle(f"Covariance updates, {updates:,} a panel; cross: not positive definite", color=INK)
+    return figure
+
+
+def table(grid: Grid) -> Table:
+    """Return one line for each precision and form."""
+    result = Table(title=f"{grid.effort.updates} updates of each filter; time of {TIMED_FILTERS} filters, both updates")
+    for heading in ("precision", "form", "us", "broken", "worst error", "worst asymmetry"):
+        result.add_column(heading, justify="left" if heading in ("precision", "form") else "right")
+    for (precision, name), panel in grid.panels.items():
+        result.add_row(
+            precision,
+            name,
+            f"{panel.microseconds:.1f}",
+            f"{panel.broken.mean():.0%}",
+            f"{panel.error.max():.0e}",
+            f"{panel.asymmetry.max():.0e}",
+        )
+    return result

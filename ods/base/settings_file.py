@@ -1,0 +1,67 @@
+"""Reads TOML files into typed settings; an unknown key or a bad value is one line that names file and key."""
+
+import math
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from ods.base.errors import OdsError
+from ods.base.settings import Settings
+
+T = TypeVar("T", bound=Settings)
+
+
+class ConfigError(OdsError):
+    """The configuration is wrong; the text is one line: file, key, what is wrong with it."""
+
+
+def load(path: Path, kind: type[T]) -> T:
+    """Read a TOML file as `kind`. Relative paths inside are taken from the file's own folder.
+
+    Raises ConfigError.
+    """
+    try:
+        data = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ConfigError(f"{path}: {error.strerror}") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    _refuse_non_finite(data, path, "")
+    folder = path.resolve().parent
+
+    def hook(wanted: type, value: Any) -> Any:
+        if wanted is Path and isinstance(value, str):
+            return Path(os.path.normpath(folder / Path(value).expanduser()))
+        raise TypeError(f"Expected `str`, got `{type(value).__name__}`")
+
+    try:
+        return msgspec.convert(data, kind, dec_hook=hook)
+    except msgspec.ValidationError as error:
+        raise ConfigError(f"{path}: {_in_plain_words(str(error))}") from error
+
+
+def _refuse_non_finite(value: Any, path: Path, key: str) -> None:
+    if isinstance(value, dict):
+        for name, item in value.items():
+            _refuse_non_finite(item, path, f"{key}.{name}" if key else name)
+    elif isinstance(value, list):
+        for index, item in enumerate(value):
+            _refuse_non_finite(item, path, f"{key}[{index}]")
+    elif isinstance(value, float) and not math.isfinite(value):
+        raise ConfigError(f"{path}: {key}: must be a finite number, got {value}")
+
+
+def _in_plain_words(text: str) -> str:
+    """Turn "Expected `float`, got `str` - at `$.a.b`" into "a.b: expected `float`, got `str`"."""
+    match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
+    message, key = (match[1], match[2]) if match else (text, "")
+    message = message.replace(" | null", "")  # TOML has no null
+    field = re.search(r"(unknown|required) field `([^`]+)`", message)
+    if field:
+        key = f"{key}.{field[2]}" if key else field[2]
+        message = "unknown key" if field[1] == "unknown" else "missing"
+    return f"{key}: {message[:1].lower()}{message[1:]}" if key else message

@@ -1,0 +1,99 @@
+"""`ods watch`: a live table of obstacles and health in the terminal."""
+
+from pathlib import Path
+
+import zmq
+from rich.console import Console, Group
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from ods.base import clock
+from ods.messages import Health, ObstacleList
+from ods.runtime import bus
+from ods.runtime.processes import on_board
+
+REFRESH_S = 0.25
+
+
+def watch(run_dir: Path) -> None:
+    """Show what `run_dir` publishes until interrupted."""
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    names = [process.name for process in on_board()]
+    newest: ObstacleList | None = None
+    health: dict[str, Health] = {}
+    with bus.Subscriber(context, run_dir, ["obstacles"], names) as subscriber, Live(console=Console()) as live:
+        while True:
+            received, _ = subscriber.receive(REFRESH_S)
+            for _, message in received:
+                if isinstance(message, Health):
+                    health[message.process] = message
+                else:
+                    newest = message
+            live.update(screen(newest, health, clock.monotonic_ns()))
+
+
+def screen(newest: ObstacleList | None, health: dict[str, Health], now_ns: int) -> Group:
+    """Return what the terminal shows at `now_ns`."""
+    return Group(_verdict(newest, now_ns), _obstacles(newest), _processes(health, now_ns))
+
+
+def _verdict(newest: ObstacleList | None, now_ns: int) -> Text:
+    if newest is None:
+        return Text("no obstacle list yet", style="bold red")
+    age_s = (now_ns - newest.t_ns) / clock.NS
+    if age_s > bus.TOPICS["obstacles"].stale_s:
+        return Text(f"NOT VALID: no obstacle list for {age_s:.1f} s", style="bold red")
+    if not newest.valid:
+        return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
+    return Text(f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles", style="bold green")
+
+
+def _obstacles(newest: ObstacleList | None) -> Table:
+    table = Table(
+        "id", "state", "north m", "east m", "down m", "speed m/s", "radius m", "nearest m, in s", "exists", "seen"
+    )
+    for column in table.columns:
+        column.justify = "right"
+    for item in newest.obstacles if newest else []:
+        north, east, down = item.position_ned
+        sigma = item.sigma_position
+        speed = (item.velocity_ned[0] ** 2 + item.velocity_ned[1] ** 2) ** 0.5
+        table.add_row(
+            str(item.id),
+            item.state,
+            f"{north:.1f} ±{sigma[0]:.1f}",
+            f"{east:.1f} ±{sigma[1]:.1f}",
+            f"{down:.1f} ±{sigma[2]:.1f}",
+            f"{speed:.2f}",
+            f"{item.radius_m:.1f} ±{item.sigma_radius:.1f}",
+            f"{item.cpa.distance_m:.1f} ±{item.cpa.sigma_m:.1f}, {item.cpa.time_s:.0f}" if item.cpa else "",
+            f"{item.existence:.2f}",
+            str(item.times_seen),
+        )
+    return table
+
+
+def _processes(health: dict[str, Health], now_ns: int) -> Table:
+    table = Table("process", "state", "rates Hz", "CPU %", "MB", "counters")
+    for process in on_board():
+        item = health.get(process.name)
+        if item is None:
+            table.add_row(process.name, Text("not seen", style="red"))
+            continue
+        age_s = (now_ns - item.t_ns) / clock.NS
+        if age_s > bus.HEALTH_STALE_S:
+            state = Text(f"silent for {age_s:.0f} s", style="bold red")
+        elif item.problems:
+            state = Text("; ".join(item.problems), style="yellow")
+        else:
+            state = Text("ready" if item.ready else "starting", style="green" if item.ready else "yellow")
+        table.add_row(
+            process.name,
+            state,
+            "  ".join(f"{topic} {rate:.1f}" for topic, rate in item.rates_hz.items()),
+            f"{item.cpu_percent:.0f}",
+            f"{item.rss_mb:.0f}",
+            "  ".join(f"{name} {count}" for name, count in sorted(item.counters.items()) if count),
+        )
+    return table

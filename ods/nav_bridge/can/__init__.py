@@ -1,0 +1,1 @@
+"""The CAN interface: links, frames, buses, time stamps."""

@@ -1,0 +1,20 @@
+"""The register of navigation sources: `nav.source` to the object that speaks with it."""
+
+from collections import Counter
+
+from ods.base import clock
+from ods.base.geodesy import LocalFrame
+from ods.nav_bridge.canopen.source import CanopenSource
+from ods.nav_bridge.dbc.source import DbcSource
+from ods.nav_bridge.settings import NavSettings
+from ods.nav_bridge.source import PoseSource, Send
+
+
+def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource:
+    """Return the source that the settings choose. Raises OdsError when its files cannot be used."""
+    now_ns = clock.monotonic_ns()
+    if nav.source == "dbc":
+        assert nav.dbc is not None  # `NavSettings` has seen to it
+        return DbcSource(nav, nav.dbc, frame, now_ns, clock.utc_ns, counters)
+    assert nav.canopen is not None
+    return CanopenSource(nav, nav.canopen, frame, send, now_ns, clock.utc_ns, counters)

@@ -1,0 +1,1 @@
+"""Stages `detect.*`: from an image to the regions that stand out."""

@@ -1,0 +1,48 @@
+"""Echoes at the image's border, where filters see less: they have to be stronger to count.
+
+A filter mirrors the image there, so half of its samples count twice, and its noise has up to twice the power that it
+has elsewhere; the equalizers, too, know only one side.
+"""
+
+import numpy as np
+
+from ods.base.arrays import Image
+from ods.base.kernel import kernel
+from ods.pipeline.image.regions import Runs
+
+_BEAMS, _SAMPLES = 2, 4
+"""Width of the border, cells: that of the default filter's half window."""
+_LEAST_BEAMS, _LEAST_SAMPLES = 16, 64
+"""An image of fewer has no such border: it would be all border."""
+
+
+def drop_weak_at_border(image: Image, runs: Runs, total: int, high: float, raised: float) -> int:
+    """Drop regions whose cells above `high` all lie in the border, unless one is above `raised`.
+
+    Returns how many stay; runs (of image (beams, samples)) are numbered anew, from 1 without a gap, 0: dropped.
+    """
+    beams = _BEAMS if image.shape[0] >= _LEAST_BEAMS else 0
+    samples = _SAMPLES if image.shape[1] >= _LEAST_SAMPLES else 0
+    return int(_drop(image, runs, total, np.float32(high), np.float32(raised), beams, samples))
+
+
+@kernel
+def _drop(image: Image, runs: Runs, total: int, high: np.float32, raised: np.float32, beams: int, samples: int) -> int:
+    number = np.zeros(total + 1, np.int32)
+    for i in range(runs.shape[0]):
+        beam, first, stop, region = runs[i]
+        outer = beam < beams or beam >= image.shape[0] - beams
+        for j in range(first, stop):
+            ends = j < samples or j >= image.shape[1] - samples
+            if image[beam, j] > (raised if outer or ends else high):
+                number[region] = 1
+                break
+    kept = 0
+    number[0] = 0
+    for k in range(1, total + 1):
+        if number[k]:
+            kept += 1
+            number[k] = kept
+    for i in range(runs.shape[0]):
+        runs[i, 3] = number[runs[i, 3]]
+    return kept

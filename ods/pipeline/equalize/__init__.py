@@ -1,0 +1,1 @@
+"""Stages `equalize.*`: the same background level everywhere."""

@@ -1,0 +1,113 @@
+"""Equalization by place: the mean around each place is brought to 1."""
+
+import numpy as np
+
+from ods.base.arrays import AnyArray, Floats32, Image, Ints
+from ods.base.kernel import kernel
+from ods.pipeline.equalize.by_range import sorted_middle
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.gained import GainStep, Samples, load_row
+from ods.pipeline.stage.params import LocalParams
+from ods.pipeline.stage.registry import image_stage
+
+
+@image_stage("equalize.local", LocalParams)
+def local(params: LocalParams, fan: Fan) -> GainStep:
+    """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
+
+    The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as within a
+    factor of `guard` of its surroundings along the range, so that an object, however wide, does not erase itself.
+    """
+    beams, samples = fan.shape
+    beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
+    range_edges = np.linspace(0, samples, min(params.range_blocks, samples) + 1).astype(np.int64)
+    means = np.empty((beam_edges.size - 1, range_edges.size - 1), np.float32)
+    gain = np.empty_like(means)
+    rows = np.empty((len(means), samples), np.float32)
+    row = np.empty(samples, np.float32)
+    above, share_of_beam = _between(beam_edges)
+    before, share_of_column = _between(range_edges)
+    guard = np.float32(params.guard)
+
+    def regain(samples: Samples) -> Samples:
+        block_means(*samples.args, beam_edges, range_edges, row, means)
+        block_gains(means, guard, gain)
+        interpolate_columns(gain, before, share_of_column, samples.gain[0], rows)
+        return samples._replace(gain=rows, above=above, share=share_of_beam, plain=False)
+
+    return GainStep(regain)
+
+
+def _between(edges: Ints) -> tuple[Ints, Floats32]:
+    """Return, for each cell, the last block whose middle is not behind it and how far it is on the way to the next."""
+    middle = 0.5 * (edges[1:] + edges[:-1] - 1)
+    place = np.interp(np.arange(edges[-1]), middle, np.arange(len(middle)))
+    block = np.minimum(place.astype(np.int64), max(0, len(middle) - 2))
+    return block, (place - block).astype(np.float32)
+
+
+@kernel
+def block_means(
+    cells: AnyArray,
+    first: int,
+    offset: np.float32,
+    gain: Image,
+    above: Ints,
+    share: Floats32,
+    beam_edges: Ints,
+    range_edges: Ints,
+    row: Floats32,
+    means: Image,
+) -> None:
+    """Fill means (beam blocks, range blocks) with the mean of samples (`Samples.args`) over each block.
+
+    row (samples,) is work space.
+    """
+    for p in range(means.shape[0]):
+        means[p, :] = np.float32(0.0)
+        for b in range(beam_edges[p], beam_edges[p + 1]):
+            load_row(cells, first, offset, gain, above, share, b, row)
+            for q in range(means.shape[1]):
+                part = row[range_edges[q] : range_edges[q + 1]]
+                total = np.float32(0.0)
+                for j in range(part.size):
+                    total += part[j]
+                means[p, q] += total
+        for q in range(means.shape[1]):
+            means[p, q] /= np.float32((beam_edges[p + 1] - beam_edges[p]) * (range_edges[q + 1] - range_edges[q]))
+
+
+@kernel
+def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
+    """Fill gain with 1 / means (beam blocks, range blocks), 1 where there is no mean.
+
+    A mean is limited to a factor of guard of the median of five blocks along the range: what lasts there is a beam's
+    gain, what does not is an object, however wide, or the dark that the equalization per range leaves beside it.
+    """
+    work = np.empty(5, np.float32)
+    for p in range(means.shape[0]):
+        for q in range(means.shape[1]):
+            around = sorted_middle(means[p, max(0, q - 2) : q + 3], work)
+            level = min(max(means[p, q], around / guard), around * guard)
+            gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
+
+
+@kernel
+def interpolate_columns(gain: Image, before: Ints, share: Floats32, others: Floats32, rows: Image) -> None:
+    """Fill rows (beam blocks, samples) with gain (beam blocks, range blocks), interpolated along the range.
+
+    It is multiplied by `others` (samples,), the gain that the samples have already.
+    """
+    last = gain.shape[1] - 1
+    begin = 0
+    for q in range(last + 1):
+        end = begin
+        while end < before.size and before[end] == q:
+            end += 1
+        weight, other = share[begin:end], others[begin:end]
+        for p in range(rows.shape[0]):
+            near, step = gain[p, q], gain[p, min(q + 1, last)] - gain[p, q]
+            row = rows[p, begin:end]
+            for j in range(row.size):
+                row[j] = (near + weight[j] * step) * other[j]
+        begin = end

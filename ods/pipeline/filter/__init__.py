@@ -1,0 +1,1 @@
+"""Stages `filter.*`: against noise and speckle."""

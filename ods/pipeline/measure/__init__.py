@@ -1,0 +1,1 @@
+"""From regions to echoes: place, size and uncertainty."""

@@ -1,0 +1,265 @@
+"""Parameters of the stages that come with ODS: what a `[[pipeline.stage]]` table may say. No numba here."""
+
+import re
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from ods.base.errors import OdsError
+from ods.base.settings import Fraction, NonNegative, NonNegativeInt, OddInt, Positive, PositiveInt, Settings
+
+
+class MeanRangeParams(Settings, frozen=True):
+    """equalize.mean_range: bring the mean at each range to 1."""
+
+    window: PositiveInt = 160
+    """Range samples that count as the surroundings. What is longer than half of it, across the fan, is levelled."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
+    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+    side_lobe_db: Positive = 30.0
+    """How far under a strong echo its mirror images in other beams stay: a range's level is at least this far under its
+    strongest sample. As that is a crest of the speckle, take 5 dB more than the beams' side lobes are down."""
+
+
+class MedianRangeParams(Settings, frozen=True):
+    """equalize.median_range: bring the median at each range to that of speckle of mean 1."""
+
+    window: PositiveInt = 160
+    """Range samples that count as the surroundings."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
+    """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
+
+
+class LocalParams(Settings, frozen=True):
+    """equalize.local: bring the mean around each place to 1."""
+
+    beam_blocks: PositiveInt = 8
+    """Blocks that the beams are parted into."""
+    range_blocks: PositiveInt = 16
+    """Blocks that the range is parted into; what is longer than two of them is levelled."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.2
+    """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
+
+
+class BoxParams(Settings, frozen=True):
+    """filter.box: moving average over range samples."""
+
+    window: OddInt = 9
+    """Range samples."""
+    beams: OddInt = 1
+    """Beams; 1: along the range only."""
+
+
+class FirParams(Settings, frozen=True):
+    """filter.fir: low-pass filter, Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
+
+    taps: OddInt = 9
+    """Range samples."""
+    cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.1
+    """-6 dB point, as a fraction of the Nyquist frequency (half the sampling rate in range)."""
+    object_m: NonNegative = 0.0
+    """Minimum object size, m: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
+    beams: OddInt = 1
+    """Taps across the beams; 1: along the range only."""
+    round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0)] = 0.0
+    """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but over no more
+    than this standard deviation, beams. Nothing where beams are far apart, the speckle of fine beams otherwise."""
+    beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.4
+    """-6 dB point across the beams, as a fraction of half a cycle a beam."""
+
+
+class GaussianParams(Settings, frozen=True):
+    """filter.gaussian: Gaussian weights, cut at three standard deviations."""
+
+    sigma: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.5
+    """Standard deviation, range samples."""
+    beam_sigma: Annotated[float, msgspec.Meta(ge=0.0, le=10.0)] = 0.0
+    """Standard deviation, beams; 0: along the range only."""
+
+
+class WienerParams(Settings, frozen=True):
+    """filter.wiener: adaptive smoothing over range samples, strong where only noise is."""
+
+    window: OddInt = 9
+    """Range samples."""
+    beams: OddInt = 1
+    """Beams; 1: along the range only."""
+
+
+class MedianParams(Settings, frozen=True):
+    """filter.median: median over range samples."""
+
+    window: Literal[3, 5, 7, 9] = 9
+    """Range samples."""
+    beams: Literal[1, 3, 5] = 1
+    """Beams; the median of their medians is taken. 1: along the range only."""
+
+
+class IirParams(Settings, frozen=True):
+    """filter.iir: recursive low-pass over range samples, forwards and backwards."""
+
+    length: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 3.0
+    """Range samples over which the weights fall to 1/e."""
+
+
+class MinObjectParams(Settings, frozen=True):
+    """filter.min_object: suppress what is smaller than an object, by grey opening."""
+
+    size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0)] = 0.5
+    """Smallest object that stays, in range and across, m."""
+
+
+class BeamGainParams(Settings, frozen=True):
+    """equalize.beam_gain: bring the beams to one level."""
+
+    limit: Annotated[float, msgspec.Meta(ge=1.0)] = 4.0
+    """Factor by which a beam is raised or lowered at most."""
+
+
+class PingIirParams(Settings, frozen=True):
+    """filter.ping_iir: recursive mean over pings, motion-compensated."""
+
+    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)] = 0.4
+    """Weight of the newest ping."""
+    longest_gap_s: Positive = 2.0
+    """After a longer pause it starts anew, s."""
+
+
+class PingMedianParams(Settings, frozen=True):
+    """filter.ping_median: median over pings, motion-compensated."""
+
+    pings: Literal[3, 5, 7] = 3
+    """Pings, the newest one included."""
+    longest_gap_s: Positive = 2.0
+    """After a longer pause it starts anew, s."""
+
+
+class BackgroundParams(Settings, frozen=True):
+    """equalize.background: bring the mean over pings of each cell to 1."""
+
+    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)] = 0.02
+    """Weight of the newest ping in the mean."""
+    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.5
+    """Factor up to which a cell's mean may differ from that of its range, and is levelled in full."""
+    longest_gap_s: Positive = 10.0
+    """After a longer pause it starts anew, s."""
+
+
+class GroupParams(Settings, frozen=True):
+    """How cells are put together to regions, and which regions count."""
+
+    connectivity: Literal[4, 8] = 8
+    """8: cells that touch by a corner belong together; 4: they have to share a side."""
+    min_cells: PositiveInt = 4
+    """Regions of fewer cells (beams x range samples) are dropped."""
+    max_cells: NonNegativeInt = 0
+    """Regions of more cells are dropped; 0: however large, it stays."""
+    min_extent_m: NonNegative = 0.0
+    """Regions smaller than this, in range and across, m, are dropped."""
+    max_extent_m: NonNegative = 0.0
+    """Regions larger than this, in range or across, m, are dropped; 0: however large, it stays."""
+    strongest: Fraction = 1.0
+    """Regions must have one of this share of the ping's recorded samples, the strongest ones: equalization lifts what
+    is nearly silent, and noise there is no echo. 1: none is dropped for that."""
+    border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 1.0
+    """How many times as high over the background an echo has to reach that lies within 2 beams or 4 range samples of
+    the image's border: filters mirror the image there, which doubles the power of its noise. 1: like all others."""
+    split_db: NonNegative = 0.0
+    """Regions are split where a valley this deep under their crest, dB, parts them; 0: never."""
+
+
+class TwoLevelParams(GroupParams, frozen=True):
+    """detect.two_level: the high level says that an object exists, the low level how far it extends."""
+
+    levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
+    """noise: levels are background + value * noise; background: levels are value * background; both are measured on
+    each image: the background is its median, the noise the distance from there to its 84 % quantile. absolute: levels
+    of the filtered image. false_alarm: the high level is the one that `rate` tells, the low one as with noise."""
+    high: Positive = 6.0
+    """A region needs a cell above this level; of images of 120,000 cells of filtered speckle one in fifty has one."""
+    low: Positive = 2.5
+    """Cells above this level belong to it."""
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    """Wanted share of the cells without echoes above the high level, when levels = "false_alarm"."""
+
+    def __post_init__(self) -> None:
+        if self.low > self.high:
+            raise ValueError(f"low: {self.low} is above high, {self.high}")
+
+
+class OneLevelParams(GroupParams, frozen=True):
+    """detect.one_level: cells above one level; for comparison with detect.two_level."""
+
+    levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
+    """What `level` is given in, as in detect.two_level."""
+    level: Positive = 5.0
+    """Cells above this level are echoes."""
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    """Wanted share of the cells without echoes above the level, when levels = "false_alarm"."""
+
+
+class CfarParams(GroupParams, frozen=True):
+    """detect.cfar: cells above the level of their own surroundings in range (H. Rohling, IEEE Trans. AES 19, 1983)."""
+
+    method: Literal["ca", "goca", "soca", "os"] = "ca"
+    """Level of the surroundings: mean of both sides, the greater or the smaller side's mean, or an order statistic."""
+    guard: PositiveInt = 24
+    """Range samples on each side of a cell that do not count, as the object itself may fill them."""
+    train: PositiveInt = 48
+    """Range samples beyond them, on each side, that do."""
+    rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.75
+    """os: quantile of the surroundings that is taken."""
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    """Wanted share of the cells without echoes above the high level; the level is measured on each image, not derived
+    from a distribution that speckle is supposed to have."""
+    low: Positive = 2.5
+    """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
+
+
+BUILT_IN: Mapping[str, type[Settings]] = {
+    "equalize.mean_range": MeanRangeParams,
+    "equalize.median_range": MedianRangeParams,
+    "equalize.local": LocalParams,
+    "equalize.beam_gain": BeamGainParams,
+    "equalize.background": BackgroundParams,
+    "filter.box": BoxParams,
+    "filter.fir": FirParams,
+    "filter.gaussian": GaussianParams,
+    "filter.median": MedianParams,
+    "filter.iir": IirParams,
+    "filter.min_object": MinObjectParams,
+    "filter.ping_iir": PingIirParams,
+    "filter.ping_median": PingMedianParams,
+    "filter.wiener": WienerParams,
+    "detect.two_level": TwoLevelParams,
+    "detect.one_level": OneLevelParams,
+    "detect.cfar": CfarParams,
+}
+"""Parameters of every stage that comes with ODS."""
+
+
+class StageError(OdsError, ValueError):
+    """The chain cannot be built, or a stage failed; the text is one line that names the key and what is wrong."""
+
+
+def stage_label(index: int, stage: Mapping[str, Any]) -> str:
+    """Return how complaints name entry `index` of `[[pipeline.stage]]`."""
+    return f"stage[{index}] ({stage.get('use')})"
+
+
+def read_params(kind: type[Settings], stage: Mapping[str, Any]) -> Settings:
+    """Turn a `[[pipeline.stage]]` table into the stage's parameters. Raises StageError, which names the parameter."""
+    try:
+        return msgspec.convert({key: value for key, value in stage.items() if key != "use"}, kind)
+    except msgspec.ValidationError as error:
+        raise StageError(_in_plain_words(str(error))) from error
+
+
+def _in_plain_words(text: str) -> str:
+    """Turn "Expected `int`, got `str` - at `$.taps`" into "taps: expected `int`, got `str`"."""
+    field = re.search(r"(unknown|required) field `([^`]+)`", text)
+    if field:
+        return f"{field[2]}: " + ("unknown key" if field[1] == "unknown" else "missing")
+    message, _, key = text.partition(" - at `$.")
+    return f"{key.rstrip('`')}: {message[:1].lower()}{message[1:]}" if key else message

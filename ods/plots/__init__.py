@@ -1,0 +1,1 @@
+"""Pictures; only commands off board draw."""

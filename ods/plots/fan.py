@@ -1,0 +1,241 @@
+"""True fan pictures: a sonar image in metres, x across, y ahead, with detections on it.
+
+Figures are made without pyplot, so nothing global is touched and no display is needed.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle
+from matplotlib.patheffects import AbstractPathEffect, withStroke
+from numpy.typing import ArrayLike
+
+from ods.base.arrays import Floats, Floats32
+from ods.messages import Detection, Detections, Ping, frame_of
+
+PAPER = "#0d1117"
+"""Background of the figure."""
+INK = "#c9d1d9"
+"""Text, ticks and rings."""
+MARK = "#39d0ff"
+"""Detections."""
+COLOURS = "inferno"
+PIXELS = 900
+"""Of the longer side of a fan."""
+
+
+@dataclass(frozen=True)
+class Raster:
+    """A fan drawn on square pixels."""
+
+    level: Floats32
+    """(rows, columns), row 0 nearest to the sonar; NaN outside the fan."""
+    extent: tuple[float, float, float, float]
+    """Left, right, bottom, top, m."""
+
+
+def level_db(ping: Ping) -> Floats32:
+    """Return the recorded amplitudes of a ping in dB, (beams, samples); 0 dB is an amplitude of one unit.
+
+    Raises ValueError when the ping's buffer does not fit its shape.
+    """
+    frame = frame_of(ping).astype(np.float32)
+    if ping.scale == "db":
+        return frame * np.float32(ping.scale_factor)
+    if ping.scale == "log8":
+        return frame * np.float32(20.0 / ping.scale_factor)
+    half_a_count = 0.0 if ping.dtype == "f4" else 0.5
+    return np.asarray(20.0 * np.log10(np.maximum(frame + half_a_count, 1e-6)), np.float32)
+
+
+def rasterize(level: Floats32, bearing_rad: ArrayLike, range0_m: float, dr_m: float, pixels: int = PIXELS) -> Raster:
+    """Turn a polar image, (beams, samples), into a Cartesian one whose longer side has `pixels` pixels.
+
+    Every pixel shows the beam and the range that it lies in. Where several samples or beams fall into one pixel it
+    shows the highest, so that small echoes stay visible.
+    """
+    bearing = np.asarray(bearing_rad, np.float64)
+    borders = _borders(bearing)
+    far = range0_m + (level.shape[1] - 0.5) * dr_m
+    arc = np.linspace(borders[0], borders[-1], 181)
+    left, right = min(0.0, far * np.sin(arc).min()), max(0.0, far * np.sin(arc).max())
+    bottom, top = min(0.0, far * np.cos(arc).min()), max(0.0, far * np.cos(arc).max())
+    size = max(right - left, top - bottom) / pixels
+    x = left + (np.arange(max(1, round((right - left) / size))) + 0.5) * size
+    y = bottom + (np.arange(max(1, round((top - bottom) / size))) + 0.5) * size
+    pooled = _pool(level, max(1, round(size / dr_m)))
+    raster = _look_up(pooled, borders, range0_m, dr_m, x, y)
+    crowded = int(np.clip((size / np.diff(borders).min() - range0_m) / dr_m, 0, level.shape[1]))
+    if crowded:  # so near, beams are finer than pixels
+        _keep_highest(raster, level[:, :crowded], bearing, range0_m, dr_m, (left, bottom, size))
+    return Raster(raster, (left, left + len(x) * size, bottom, bottom + len(y) * size))
+
+
+def _pool(level: Floats32, window: int) -> Floats32:
+    """Return the highest of `window` neighbouring range samples around each one, same shape."""
+    padded = np.pad(level, ((0, 0), (window // 2, (window - 1) // 2)), mode="edge")
+    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, window, axis=1).max(axis=-1))
+
+
+def _borders(bearing: Floats) -> Floats:
+    """Return (beams + 1,) bearings half-way between the beams and as far outside at the ends; a lone beam has 1 deg."""
+    if len(bearing) < 2:
+        return np.asarray(bearing[0] + np.radians([-0.5, 0.5]))
+    middle = 0.5 * (bearing[1:] + bearing[:-1])
+    return np.concatenate(([2.0 * bearing[0] - middle[0]], middle, [2.0 * bearing[-1] - middle[-1]]))
+
+
+def _look_up(
+    level: Floats32,
+    borders: Floats,
+    range0_m: float,
+    dr_m: float,
+    x: Floats,
+    y: Floats,
+) -> Floats32:
+    """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN where the fan is half a pixel away."""
+    across, ahead = np.meshgrid(x, y)
+    beam = np.searchsorted(borders, np.arctan2(across, ahead)) - 1
+    sample = np.rint((np.hypot(across, ahead) - range0_m) / dr_m).astype(np.int64)
+    nearest = np.clip(sample, 0, level.shape[1] - 1)
+    inside = (beam >= 0) & (beam < level.shape[0]) & (np.abs(sample - nearest) * dr_m <= 0.5 * (x[-1] - x[0]) / len(x))
+    raster = np.full(across.shape, np.nan, np.float32)
+    raster[inside] = level[beam[inside], nearest[inside]]
+    return raster
+
+
+def _keep_highest(
+    raster: Floats32,
+    level: Floats32,
+    bearing: Floats,
+    range0_m: float,
+    dr_m: float,
+    grid: tuple[float, float, float],
+) -> None:
+    """Raise each pixel to the highest of the cells whose centres lie in it, in place; grid: left, bottom, size."""
+    left, bottom, size = grid
+    distance = range0_m + dr_m * np.arange(level.shape[1])
+    column = np.floor((np.sin(bearing)[:, None] * distance - left) / size).astype(np.int64)
+    row = np.floor((np.cos(bearing)[:, None] * distance - bottom) / size).astype(np.int64)
+    place = np.clip(row, 0, raster.shape[0] - 1) * raster.shape[1] + np.clip(column, 0, raster.shape[1] - 1)
+    highest = np.full(raster.size, -np.inf, np.float32)
+    np.maximum.at(highest, place.ravel(), level.ravel())
+    np.fmax(raster, highest.reshape(raster.shape), out=raster, where=np.isfinite(highest.reshape(raster.shape)))
+
+
+def new_figure(title: str, bearing_rad: ArrayLike) -> tuple[Figure, Axes]:
+    """Return a dark figure with one pair of axes, of a shape that suits a fan of these bearings."""
+    borders = _borders(np.asarray(bearing_rad, np.float64))
+    arc = np.linspace(borders[0], borders[-1], 181)
+    across = max(0.0, np.sin(arc).max()) - min(0.0, np.sin(arc).min())
+    ahead = max(0.0, np.cos(arc).max()) - min(0.0, np.cos(arc).min())
+    scale = min(8.0 / ahead, 11.0 / across)
+    size = (max(2.4, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
+    figure = Figure(figsize=size, dpi=120, facecolor=PAPER, layout="constrained")
+    axes = figure.add_subplot()
+    axes.set_title(title, color=INK, fontsize=12)
+    return figure, axes
+
+
+def draw_fan(
+    axes: Axes,
+    level: Floats32,
+    bearing_rad: ArrayLike,
+    range0_m: float,
+    dr_m: float,
+    *,
+    limits_db: tuple[float, float] | None = None,
+    label: str = "level, dB",
+    pixels: int = PIXELS,
+) -> None:
+    """Draw an image in dB, (beams, samples), as the fan it is, with range rings and a colour scale.
+
+    limits_db: ends of the colour scale; without them the 5 % and 99.9 % quantiles of the image.
+    """
+    raster = rasterize(level, bearing_rad, range0_m, dr_m, pixels)
+    shown = raster.level[np.isfinite(raster.level)]
+    low, high = limits_db or (float(np.quantile(shown, 0.05)), float(np.quantile(shown, 0.999)))
+    picture = axes.imshow(
+        raster.level,
+        extent=raster.extent,
+        origin="lower",
+        cmap=COLOURS,
+        vmin=low,
+        vmax=max(high, low + 1.0),
+        interpolation="nearest",
+        aspect="equal",
+    )
+    bar = axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02)
+    bar.set_label(label, color=INK)
+    bar.ax.tick_params(colors=INK)
+    bar.outline.set_visible(False)
+    _draw_rings(axes, _borders(np.asarray(bearing_rad, np.float64)), range0_m + dr_m * level.shape[1])
+    _dress(axes)
+
+
+def _draw_rings(axes: Axes, borders: Floats, far_m: float) -> None:
+    """Draw arcs at round ranges and the edges of the sector."""
+    step = _round_step(far_m / 6.0)
+    arc = np.linspace(borders[0], borders[-1], 121)
+    for distance in np.arange(step, far_m, step):
+        axes.plot(distance * np.sin(arc), distance * np.cos(arc), color=INK, lw=0.5, alpha=0.35)
+        axes.annotate(
+            f"{distance:g} m",
+            (distance * np.sin(borders[-1]), distance * np.cos(borders[-1])),
+            xytext=(4, -4),
+            textcoords="offset points",
+            color=INK,
+            fontsize=8,
+        )
+    for edge in (borders[0], borders[-1]):
+        axes.plot([0.0, far_m * np.sin(edge)], [0.0, far_m * np.cos(edge)], color=INK, lw=0.5, alpha=0.35)
+
+
+def _round_step(rough: float) -> float:
+    """Return the nearest of 1, 2 and 5 times a power of ten that is not below `rough`."""
+    power = 10.0 ** np.floor(np.log10(rough))
+    return float(next(factor * power for factor in (1.0, 2.0, 5.0, 10.0) if factor * power >= rough * (1.0 - 1e-9)))
+
+
+def _dress(axes: Axes) -> None:
+    axes.set_facecolor(PAPER)
+    axes.set_xlabel("across, m (starboard right)", color=INK)
+    axes.set_ylabel("ahead, m", color=INK)
+    axes.tick_params(colors=INK)
+    for spine in axes.spines.values():
+        spine.set_visible(False)
+
+
+def draw_detections(axes: Axes, detections: Sequence[Detection], *, colour: str = MARK, numbers: bool = True) -> None:
+    """Draw the circles that stand for the detections, numbered from 1 in their order, with dots for centres."""
+    outline: list[AbstractPathEffect] = [withStroke(linewidth=3.0, foreground=PAPER)]
+    for number, detection in enumerate(detections, 1):
+        x = detection.range_m * np.sin(detection.bearing_rad)
+        y = detection.range_m * np.cos(detection.bearing_rad)
+        circle = Circle((x, y), detection.radius_m, fill=False, ec=colour, lw=1.4)
+        circle.set_path_effects(outline)
+        axes.add_patch(circle)
+        axes.plot([x], [y], ".", color=colour, ms=2.5)
+        if numbers:
+            offset = 0.71 * detection.radius_m
+            axes.annotate(
+                str(number), (x + offset, y + offset), xytext=(2, 2), textcoords="offset points", color=colour,
+                fontsize=8, path_effects=outline,
+            )  # fmt: skip
+
+
+def ping_figure(ping: Ping, detections: Detections, title: str = "") -> Figure:
+    """Return the picture of one ping with its detections; of several planes the highest level is shown.
+
+    Raises ValueError when the ping's buffer does not fit its shape.
+    """
+    heading = title or f"ping {ping.ping_number}: {len(detections.detections)} detections"
+    beams = ping.beams // ping.planes
+    figure, axes = new_figure(heading if detections.usable else f"{heading}, drop-out", ping.bearing_rad[:beams])
+    level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
+    draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
+    draw_detections(axes, detections.detections)
+    return figure

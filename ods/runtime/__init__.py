@@ -1,0 +1,1 @@
+"""What makes a process of a worker: bus, life of a process, process table, supervisor."""

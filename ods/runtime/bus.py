@@ -1,0 +1,306 @@
+"""The one topic table, the one request table, and their ZeroMQ sockets.
+
+Each process binds one PUB socket, ipc://<run_dir>/<process>.sock, and publishes all its topics there as two parts:
+topic name, msgpack map. A process that takes requests binds a ROUTER socket besides. Subscribers open one SUB socket a
+topic, read it empty and keep the newest messages, because a full ZeroMQ queue keeps the oldest and CONFLATE breaks
+multipart messages.
+"""
+
+import contextlib
+import fcntl
+import logging
+import time
+from collections import Counter, deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any
+
+import msgspec
+import zmq
+
+from ods import messages
+from ods.base.errors import OdsError
+
+log = logging.getLogger(__name__)
+
+MAX_MESSAGE_BYTES = 64 * 1024 * 1024
+MAX_REQUEST_BYTES = 64 * 1024
+READ_REQUEST_BYTES = 4 * 1024 * 1024
+"""Requests up to this size are answered with the reason; on longer ones ZeroMQ hangs up without a word."""
+REQUEST_QUEUE = 16
+"""Requests that wait of each peer: what bounds the memory that long ones take."""
+UNREADABLE = (msgspec.DecodeError, RecursionError)
+"""What decoding may raise: too deep a nesting is no DecodeError."""
+HIGH_WATER_MARK = 256
+FIRST_PART, LAST_PART = int(zmq.SNDMORE | zmq.DONTWAIT), int(zmq.DONTWAIT)
+"""Plain integers: the sum of two flags is dear."""
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One row of the topic table."""
+
+    name: str
+    message: type[msgspec.Struct]
+    publisher: str
+    """The process that publishes it."""
+    rate_hz: float
+    """Expected rate; a topic is stale when nothing came for `stale_s`."""
+    queue: int
+    """Messages a subscriber keeps when it lags: the newest."""
+    stale_s: float
+    """Silence after which a consumer calls the topic dead."""
+
+
+TOPICS: dict[str, Topic] = {
+    topic.name: topic
+    for topic in (
+        Topic("ping", messages.Ping, "sonar", 6.7, queue=8, stale_s=1.0),
+        Topic("pose", messages.Pose, "nav", 100.0, queue=200, stale_s=0.5),
+        Topic("detections", messages.Detections, "pipeline", 6.7, queue=16, stale_s=1.0),
+        Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
+        Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+    )
+}
+"""Every topic but health, which each process publishes under the name `health` on its own socket."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """One row of the request table: a socket that answers."""
+
+    name: str
+    """Of the socket: ipc://<run_dir>/<name>.sock."""
+    request: type[msgspec.Struct]
+    answer: type[msgspec.Struct]
+    process: str
+    """The process that answers."""
+
+
+REQUESTS: dict[str, Request] = {
+    row.name: row for row in (Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar"),)
+}
+
+HEALTH = "health"
+HEALTH_PERIOD_S = 0.5
+HEALTH_STALE_S = 2.0
+
+
+class BusError(OdsError):
+    """The bus cannot be used; the text says why in one line."""
+
+
+def endpoint(run_dir: Path, process: str) -> str:
+    """Return the ZeroMQ address that `process` binds."""
+    return f"ipc://{run_dir / process}.sock"
+
+
+class Publisher:
+    """The PUB socket of one process. A lock file keeps a second process from stealing the path silently."""
+
+    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, process: str) -> None:
+        self._lock = _take_lock(run_dir, process)
+        self._encoder = msgspec.msgpack.Encoder()
+        self._socket = context.socket(zmq.PUB)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
+        _bind(self._socket, endpoint(run_dir, process))
+
+    def publish(self, topic: str, message: msgspec.Struct) -> None:
+        """Send `message`; never blocks."""
+        self._socket.send(topic.encode(), FIRST_PART)
+        self._socket.send(self._encoder.encode(message), LAST_PART)
+
+    def close(self) -> None:
+        """Close the socket and give the lock back."""
+        self._socket.close()
+        self._lock.close()
+
+
+def _bind(socket: "zmq.Socket[bytes]", address: str) -> None:
+    try:
+        socket.bind(address)
+    except zmq.ZMQError as error:
+        raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+
+
+def _take_lock(run_dir: Path, process: str) -> IO[str]:
+    try:
+        run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
+        lock = (run_dir / f"{process}.lock").open("w")
+    except OSError as error:
+        raise BusError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        lock.close()
+        raise BusError(f"another `ods {process}` already runs on {run_dir}") from error
+    return lock
+
+
+class Responder:
+    """The ROUTER socket behind one row of REQUESTS: every request gets one answer, at once or later; never blocks.
+
+    Bad requests are answered with the reason and counted as bad_<name>.
+    """
+
+    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, name: str) -> None:
+        """Bind. The process's Publisher holds the lock that keeps a second one from stealing the path."""
+        self.counters: Counter[str] = Counter()
+        self._row = REQUESTS[name]
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(self._row.request)
+        self._encoder = msgspec.msgpack.Encoder()
+        self._socket = context.socket(zmq.ROUTER)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
+        self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, READ_REQUEST_BYTES)
+        _bind(self._socket, endpoint(run_dir, name))
+
+    def receive(self) -> list[tuple[list[bytes], Any]]:
+        """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""
+        received = []
+        for _ in range(HIGH_WATER_MARK):
+            try:
+                *peer, body = self._socket.recv_multipart(zmq.DONTWAIT)
+            except zmq.Again:
+                break
+            try:
+                received.append((peer, self._decode(body)))
+            except UNREADABLE as error:
+                self.counters[f"bad_{self._row.name}"] += 1
+                self.answer(peer, self._row.answer(ok=False, reason=f"bad request: {error}"))
+        return received
+
+    def _decode(self, body: bytes) -> Any:
+        """Raises one of UNREADABLE."""
+        if len(body) > MAX_REQUEST_BYTES:
+            raise msgspec.DecodeError(f"{len(body)} bytes are more than {MAX_REQUEST_BYTES}")
+        return self._decoder.decode(body)
+
+    def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
+        """Answer one request; an answer that nobody takes is dropped."""
+        with contextlib.suppress(zmq.ZMQError):
+            self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+class Subscription:
+    """One SUB socket: the newest messages of one topic, decoded and checked."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        run_dir: Path,
+        topic: str,
+        publisher: str,
+        message: type[msgspec.Struct],
+        queue: int,
+    ) -> None:
+        self.topic = topic
+        self.counters: Counter[str] = Counter()
+        self.longest = 0
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(message)
+        self._waiting: deque[bytes] = deque(maxlen=queue)
+        self._complained = False
+        self.socket = context.socket(zmq.SUB)
+        self.socket.setsockopt(zmq.LINGER, 0)
+        self.socket.setsockopt(zmq.RCVHWM, HIGH_WATER_MARK)
+        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE_BYTES)
+        self.socket.setsockopt(zmq.RECONNECT_IVL, 50)
+        self.socket.setsockopt(zmq.RECONNECT_IVL_MAX, 200)
+        self.socket.connect(endpoint(run_dir, publisher))
+        self.socket.setsockopt(zmq.SUBSCRIBE, topic.encode())
+
+    def receive(self) -> list[Any]:
+        """Read the socket empty; return the newest messages in order, at most the topic's queue length."""
+        arrived = 0
+        while True:
+            try:
+                parts = self.socket.recv_multipart(zmq.DONTWAIT)
+            except zmq.Again:
+                break
+            arrived += 1
+            if len(self._waiting) == self._waiting.maxlen:
+                self.counters[f"dropped_{self.topic}"] += 1
+            self._waiting.append(parts[-1])
+        self.longest = max(self.longest, arrived)
+        good = [message for message in map(self._decode, self._waiting) if message is not None]
+        self._waiting.clear()
+        return good
+
+    def _decode(self, body: bytes) -> Any:
+        try:
+            return self._decoder.decode(body)
+        except UNREADABLE as error:
+            self.counters[f"bad_{self.topic}"] += 1
+            if not self._complained:
+                log.warning("dropped a bad %s message: %s", self.topic, error)
+                self._complained = True
+            return None
+
+    def close(self) -> None:
+        """Close the socket."""
+        self.socket.close()
+
+
+class Subscriber:
+    """Subscriptions to several topics and to the health of several processes, polled together."""
+
+    def __init__(
+        self,
+        context: "zmq.Context[zmq.Socket[bytes]]",
+        run_dir: Path,
+        topics: Iterable[str],
+        health_of: Iterable[str] = (),
+        queue: int | None = None,
+    ) -> None:
+        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number."""
+        rows = [TOPICS[name] for name in topics]
+        self.subscriptions = [
+            Subscription(context, run_dir, row.name, row.publisher, row.message, queue or row.queue) for row in rows
+        ]
+        self.subscriptions += [
+            Subscription(context, run_dir, HEALTH, process, messages.Health, queue=4) for process in health_of
+        ]
+        self._poller = zmq.Poller()
+        for subscription in self.subscriptions:
+            self._poller.register(subscription.socket, zmq.POLLIN)
+
+    def __enter__(self) -> "Subscriber":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def watch_fd(self, fd: int) -> None:
+        """Let `receive` wake up when `fd` becomes readable."""
+        self._poller.register(fd, zmq.POLLIN)
+
+    def unwatch_fd(self, fd: int) -> None:
+        """Undo `watch_fd`."""
+        self._poller.unregister(fd)
+
+    def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
+        """Wait at most `timeout_s`; return (topic, message) pairs and the watched descriptors that are readable."""
+        if not self._poller.sockets:  # ZeroMQ would not wait at all
+            time.sleep(timeout_s)
+            return [], []
+        ready = dict(self._poller.poll(max(0, round(timeout_s * 1000))))
+        received: list[tuple[str, Any]] = []
+        for subscription in self.subscriptions:
+            if ready.pop(subscription.socket, None):
+                received += [(subscription.topic, message) for message in subscription.receive()]
+        return received, [fd for fd in ready if isinstance(fd, int)]
+
+    def close(self) -> None:
+        """Close all sockets."""
+        for subscription in self.subscriptions:
+            subscription.close()

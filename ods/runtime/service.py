@@ -1,0 +1,253 @@
+"""The life of a process: start, ready, work loop, health, watchdog, stop.
+
+The same for every process, under `ods run` and under systemd: readiness and the watchdog go out by the sd_notify
+protocol from the work loop itself, so that a hung loop is seen.
+"""
+
+import contextlib
+import ctypes
+import gc
+import logging
+import os
+import signal
+import socket
+import time
+from abc import ABC
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+import msgspec
+import psutil
+import zmq
+
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.base.settings import Settings
+from ods.messages import Health
+from ods.runtime import bus
+from ods.runtime.processes import Process
+
+log = logging.getLogger(__name__)
+
+SettingsT = TypeVar("SettingsT", bound=Settings)
+
+TICK_S = 0.05
+"""Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
+
+
+class StartError(OdsError):
+    """A process cannot do its work and trying again will not help; the text says why in one line."""
+
+
+class Service:
+    """What a worker may use of its process: bus, counters, complaints. One a process."""
+
+    def __init__(self, process: Process, run_dir: Path) -> None:
+        self.process = process
+        self.counters: Counter[str] = Counter()
+        self.subscriber: bus.Subscriber
+        self._complained: set[str] = set()
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
+        self._publisher = bus.Publisher(self._context, run_dir, process.name)
+        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, process.watches)
+        self._responder = bus.Responder(self._context, run_dir, process.answers) if process.answers else None
+        self._flow: Counter[str] = Counter()
+        self._newest_ns: dict[str, int] = {}
+        self._health_seq = 0
+        self._health_ns = clock.monotonic_ns()
+        self._usage = psutil.Process()
+        self._usage.cpu_percent()
+
+    def publish(self, topic: str, message: msgspec.Struct) -> None:
+        """Publish on one of this process's topics."""
+        self._publisher.publish(topic, message)
+        self._flow[topic] += 1
+
+    def requests(self) -> list[tuple[list[bytes], Any]]:
+        """Return the requests that have come since: whom to answer, and the request."""
+        return self._responder.receive() if self._responder else []
+
+    def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
+        """Answer a request, at once or later."""
+        if self._responder:
+            self._responder.answer(peer, message)
+
+    def complain_once(self, key: str, text: str) -> None:
+        """Count `key` every time, log `text` the first time."""
+        self.counters[key] += 1
+        if key not in self._complained:
+            self._complained.add(key)
+            log.warning("%s (said once, then counted as %s)", text, key)
+
+    def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
+        """Wait for messages or watched descriptors, and keep the books for the health report."""
+        received, fds = self.subscriber.receive(timeout_s)
+        now = clock.monotonic_ns()
+        for topic, _ in received:
+            self._flow[topic] += 1
+            self._newest_ns[topic] = now
+        return received, fds
+
+    def report_health(self, ready: bool, problems: list[str]) -> None:
+        """Publish the health message and start a new period."""
+        now = clock.monotonic_ns()
+        period_s = max(1e-9, (now - self._health_ns) / clock.NS)
+        counters = Counter(self.counters)
+        if self._responder:
+            counters.update(self._responder.counters)
+        lags: dict[str, int] = {}
+        for subscription in self.subscriber.subscriptions:
+            counters.update(subscription.counters)
+            if subscription.topic != bus.HEALTH:
+                lags[subscription.topic] = subscription.longest
+                subscription.longest = 0
+        self._publisher.publish(
+            bus.HEALTH,
+            Health(
+                process=self.process.name,
+                pid=os.getpid(),
+                seq=self._health_seq,
+                t_ns=now,
+                utc_ns=clock.utc_ns(),
+                ready=ready,
+                problems=problems,
+                counters=dict(counters),
+                rates_hz={
+                    topic: round(self._flow[topic] / period_s, 3)
+                    for topic in (*self.process.reads, *self.process.publishes)
+                },
+                ages_s={
+                    topic: (now - self._newest_ns[topic]) / clock.NS if topic in self._newest_ns else -1.0
+                    for topic in self.process.reads
+                },
+                lags=lags,
+                cpu_percent=self._usage.cpu_percent(),
+                rss_mb=self._usage.memory_info().rss / 1e6,
+            ),
+        )
+        self._health_seq += 1
+        self._health_ns = now
+        self._flow.clear()
+
+    def close(self) -> None:
+        """Give sockets and locks back."""
+        self.subscriber.close()
+        if self._responder:
+            self._responder.close()
+        self._publisher.close()
+        self._context.term()
+
+
+class Worker(ABC, Generic[SettingsT]):
+    """What a package's service.py provides: the wiring between its pure code, its device and the bus."""
+
+    def __init__(self, service: Service, settings: SettingsT) -> None:
+        self.service = service
+        self.settings = settings
+
+    def start(self) -> None:
+        """Warm up. Raise StartError when the work can never begin; a device that is away is no reason."""
+
+    def handle(self, topic: str, message: Any) -> None:
+        """Take one message of a topic that the process table says it reads."""
+
+    def asked(self, peer: list[bytes], request: Any) -> None:
+        """Take one request to the socket that the process table says it answers on; `service.answer` it, or later."""
+
+    def readable(self, fd: int) -> None:
+        """Take what a descriptor given to `service.subscriber.watch_fd` has."""
+
+    def tick(self) -> None:
+        """Run after every round of the loop, at least every TICK_S: time-outs, re-opening, catching up."""
+
+    def wait_s(self) -> float:
+        """Return how long the loop may wait before the next `tick`, TICK_S at most."""
+        return TICK_S
+
+    def ready(self) -> bool:
+        """Tell whether the device has answered and work goes on."""
+        return True
+
+    def problems(self) -> list[str]:
+        """Say in plain words what is wrong now."""
+        return []
+
+    def stop(self) -> None:
+        """Give the device back."""
+
+
+def notify(text: str) -> None:
+    """Tell the supervisor or systemd, by the sd_notify protocol, if one listens."""
+    address = os.environ.get("NOTIFY_SOCKET")
+    if not address:
+        return
+    with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
+        sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
+
+
+def run(worker_type: type[Worker[Any]], process: Process, settings: Any) -> None:
+    """Run one process until SIGTERM or SIGINT. Raises BusError or StartError when it cannot work."""
+    _die_with_supervisor()
+    stopping = _stop_signals()
+    service = Service(process, settings.bus.run_dir)
+    try:
+        worker = worker_type(service, settings)
+        notify(f"STATUS={process.name} is starting")
+        worker.start()
+        try:
+            _loop(service, worker, stopping)
+        finally:
+            notify("STOPPING=1")
+            worker.stop()
+    finally:
+        service.close()
+
+
+def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> None:
+    gc.collect()
+    gc.freeze()  # what start-up made stays: no later collection has to look through it
+    health_due = 0.0
+    was_ready = False
+    while not stopping:
+        received, fds = service.receive(worker.wait_s())
+        for topic, message in received:
+            worker.handle(topic, message)
+        for fd in fds:
+            worker.readable(fd)
+        for peer, request in service.requests():
+            worker.asked(peer, request)
+        worker.tick()
+        if worker.ready() and not was_ready:
+            was_ready = True
+            notify("READY=1")
+            log.info("ready")
+        if time.monotonic() >= health_due:
+            health_due = time.monotonic() + bus.HEALTH_PERIOD_S
+            problems = worker.problems()
+            notify("WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
+            service.report_health(worker.ready(), problems)
+
+
+def _stop_signals() -> list[int]:
+    """Return a list that stays empty until SIGTERM or SIGINT comes."""
+    seen: list[int] = []
+
+    def handler(number: int, _frame: Any) -> None:
+        seen.append(number)
+
+    signal.signal(signal.SIGTERM, handler)
+    signal.signal(signal.SIGINT, handler)
+    return seen
+
+
+def _die_with_supervisor() -> None:
+    """Ask Linux to end this process when its supervisor dies, so that no orphan keeps a device or a lock."""
+    parent = os.environ.get("ODS_SUPERVISOR_PID")
+    if parent is None:
+        return
+    pr_set_pdeathsig = 1
+    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGTERM)
+    if os.getppid() != int(parent):
+        raise StartError("the supervisor died while this process started")

@@ -1,0 +1,149 @@
+"""The simulated vehicle's inertial navigation system: a CANopen node that sends its pose as its EDS says."""
+
+import struct
+from collections import Counter
+from collections.abc import Iterable
+from pathlib import Path
+
+import can
+import canopen
+import numpy as np
+from canopen.objectdictionary import SIGNED_TYPES
+from canopen.pdo import PdoVariable
+from numpy.typing import ArrayLike
+
+from ods.base.geometry import euler_from_quat
+
+NMT, SYNC, TIME, EMCY, HEARTBEAT = 0x000, 0x080, 0x100, 0x080, 0x700
+BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
+NMT_COMMANDS = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL, 129: BOOT_UP, 130: BOOT_UP}
+TIME_OF_DAY = struct.Struct("<IH")
+ALL_VALID = 0b1111
+"""Position, attitude, velocity and time of day are valid."""
+MS, SECOND = 1_000_000, 1_000_000_000
+DAY_MS = 86_400_000
+DAYS_1970_TO_1984 = 5113
+SEND_TIMEOUT_S = 0.05
+
+
+class SimulatedIns:
+    """One INS on a CAN bus. It has no clock and no thread: each `send` is one instant of its life.
+
+    Frames that the bus does not take are counted as `unsent` in `counters`.
+    """
+
+    def __init__(self, bus: can.BusABC, eds: Path, node_id: int = 5, heartbeat_period_s: float = 0.2) -> None:
+        self.counters: Counter[str] = Counter()
+        self.state = BOOT_UP
+        self.status = ALL_VALID
+        self._bus = bus
+        self._node_id = node_id
+        self._heartbeat_period_ns = round(heartbeat_period_s * SECOND)
+        self._heartbeat_due_ns: int | None = None
+        self._second = -1
+        self._sequence = 0
+        node = canopen.LocalNode(node_id, str(eds))
+        canopen.Network()[node_id] = node
+        node.tpdo.read(from_od=True)  # type: ignore[no-untyped-call]
+        self._pdos = [pdo for pdo in node.tpdo.values() if pdo.enabled]
+
+    def send(
+        self,
+        t_device_utc_ns: int,
+        position_ned: ArrayLike,
+        attitude: ArrayLike,
+        velocity_body: ArrayLike,
+        sigma_position: ArrayLike = (0.1, 0.1, 0.1),
+        sigma_attitude: ArrayLike = (0.002, 0.002, 0.005),
+        only: Iterable[int] | None = None,
+    ) -> None:
+        """Send SYNC and one pose epoch, and heartbeat and TIME when due.
+
+        `t_device_utc_ns`: the INS's own clock, whole milliseconds (the protocol cuts off the rest). `position_ned` (3,)
+        m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s, standard deviations (3,) m and
+        rad. `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
+        """
+        self._obey()
+        if self.state == BOOT_UP:
+            self._transmit(HEARTBEAT + self._node_id, bytes([BOOT_UP]))
+            self.state = OPERATIONAL
+            self._heartbeat_due_ns = None
+        time_of_day = TIME_OF_DAY.pack(
+            t_device_utc_ns // MS % DAY_MS, t_device_utc_ns // MS // DAY_MS - DAYS_1970_TO_1984
+        )
+        self._send_periodic(t_device_utc_ns, time_of_day)
+        if self.state != OPERATIONAL:
+            return
+        self._transmit(SYNC, b"")
+        self._fill(_objects(position_ned, attitude, velocity_body, sigma_position, sigma_attitude), time_of_day)
+        wanted = None if only is None else set(only)
+        for number, pdo in enumerate(self._pdos, 1):
+            if wanted is None or number in wanted:
+                self._transmit(pdo.cob_id or 0, bytes(pdo.data))
+        self._sequence += 1
+
+    def emergency(self, code: int, register: int = 1, data: bytes = b"") -> None:
+        """Send an EMCY message; code 0 resets."""
+        self._transmit(EMCY + self._node_id, struct.pack("<HB5s", code, register, data))
+
+    def _send_periodic(self, t_ns: int, time_of_day: bytes) -> None:
+        if self._heartbeat_due_ns is None or t_ns >= self._heartbeat_due_ns:
+            self._transmit(HEARTBEAT + self._node_id, bytes([self.state]))
+            self._heartbeat_due_ns = t_ns + self._heartbeat_period_ns
+        if t_ns // SECOND != self._second:
+            self._second = t_ns // SECOND
+            self._transmit(TIME, time_of_day)
+
+    def _fill(self, objects: dict[tuple[int, int], float], time_of_day: bytes) -> None:
+        for pdo in self._pdos:
+            for variable in pdo.map:
+                where = (variable.index, variable.subindex)
+                if where == (0x2000, 0):
+                    variable.raw = self._sequence % (1 << variable.length)
+                elif where == (0x2001, 0):
+                    variable.raw = self.status
+                elif where == (0x2002, 0):
+                    variable.data = time_of_day
+                else:
+                    _write(variable, objects[where])
+
+    def _obey(self) -> None:
+        """Read the bus empty; carry out NMT commands."""
+        try:
+            while (message := self._bus.recv(0)) is not None:
+                is_command = message.arbitration_id == NMT and not message.is_extended_id and len(message.data) == 2
+                if is_command and message.data[1] in (0, self._node_id):
+                    self.state = NMT_COMMANDS.get(message.data[0], self.state)
+        except can.CanError:
+            self.counters["unread"] += 1
+
+    def _transmit(self, can_id: int, data: bytes) -> None:
+        try:
+            self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False), timeout=SEND_TIMEOUT_S)
+        except can.CanError:
+            self.counters["unsent"] += 1
+
+
+def _objects(
+    position: ArrayLike, attitude: ArrayLike, velocity: ArrayLike, sigma_position: ArrayLike, sigma_attitude: ArrayLike
+) -> dict[tuple[int, int], float]:
+    """Return physical values by object index and sub-index of config/ins.eds."""
+    sigma_north, sigma_east, sigma_down = np.asarray(sigma_position, np.float64).tolist()
+    sigma_roll, sigma_pitch, sigma_yaw = np.asarray(sigma_attitude, np.float64).tolist()
+    sigmas = [max(sigma_north, sigma_east), sigma_down, max(sigma_roll, sigma_pitch), sigma_yaw]
+    records: dict[int, list[float]] = {
+        0x2010: np.asarray(position, np.float64).tolist(),
+        0x2011: [float(angle) for angle in euler_from_quat(attitude)],
+        0x2012: np.asarray(velocity, np.float64).tolist(),
+        0x2013: sigmas,
+    }
+    return {(index, sub): value for index, values in records.items() for sub, value in enumerate(values, 1)}
+
+
+def _write(variable: PdoVariable, value: float) -> None:
+    """Write `value`, in the EDS's unit, as the nearest count that the variable holds."""
+    signed = variable.od.data_type in SIGNED_TYPES
+    low, high = (
+        (-(1 << variable.length - 1), (1 << variable.length - 1) - 1) if signed else (0, (1 << variable.length) - 1)
+    )
+    variable.raw = min(max(round(value / variable.od.factor), low), high)

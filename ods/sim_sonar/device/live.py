@@ -1,0 +1,190 @@
+"""The live devices of the bench, each in a thread at its own pace: the SeaBat on its line, the INS on CAN."""
+
+import dataclasses
+import logging
+import queue
+import threading
+from collections.abc import Callable
+
+from ods.base import clock
+from ods.messages import Truth
+from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
+from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
+from ods.sim_sonar.device.settings import FaultSettings, SimSettings
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.scene.scene import Scene
+from ods.sonar_link.s7k import records
+
+log = logging.getLogger(__name__)
+
+MS = 1_000_000
+PATIENCE_S = 0.12
+PATIENCE_OF_PERIOD = 0.8
+"""The reader of a telegram may take so long, s, or this share of the time between two pings if that is more. A line
+would not wait, but its driver holds five pings."""
+
+
+class Mission:
+    """Mission time: 0 at `start_ns` (CLOCK_MONOTONIC), UTC as it was then, and the faults that happen on the way."""
+
+    def __init__(self, start_ns: int, faults: list[FaultSettings]) -> None:
+        self.start_ns = start_ns
+        self.utc_offset_ns = clock.utc_offset_ns()
+        self._faults = faults
+
+    def seconds(self, t_ns: int) -> float:
+        """Return the mission time of a monotonic instant, s."""
+        return (t_ns - self.start_ns) / clock.NS
+
+    def faulty(self, kind: str, t_ns: int) -> bool:
+        """Tell whether a fault of this kind is on."""
+        seconds = self.seconds(t_ns)
+        return any(f.kind == kind and f.at_s <= seconds < f.at_s + f.for_s for f in self._faults)
+
+
+class Device(threading.Thread):
+    """A thread that does one step after another until stopped, and remembers why it ended if it fails."""
+
+    def __init__(self, name: str, step: Callable[[], int]) -> None:
+        super().__init__(name=name, daemon=True)
+        self._step = step
+        self._stopping = threading.Event()
+        self.failure = ""
+
+    def run(self) -> None:
+        """Call `step`, which returns the monotonic time of its next turn, on time and again."""
+        due_ns = clock.monotonic_ns()
+        try:
+            while not self._stopping.wait(max(0.0, (due_ns - clock.monotonic_ns()) / clock.NS)):
+                due_ns = self._step()
+        except Exception as error:
+            log.exception("%s failed", self.name)
+            self.failure = f"{self.name}: {error}"
+
+    def stop(self) -> None:
+        """End the thread."""
+        self._stopping.set()
+        self.join(2.0)
+
+
+class LiveSonar:
+    """The simulated SeaBat: an image at every ping period, written as s7k records when its echoes have come in.
+
+    What remote control asks for holds from the next ping on.
+    """
+
+    def __init__(self, images: ImageSimulator, settings: SimSettings, mission: Mission, line: Line) -> None:
+        self.truths: queue.SimpleQueue[Truth] = queue.SimpleQueue()
+        self.pings_late = 0
+        self._images = images
+        self._longest = images.sonar
+        self._offset_ns = round(settings.sonar_clock_offset_s * clock.NS)
+        self._mission = mission
+        self._line = line
+        self._plugged = True
+        self._remote = RemoteEnd(self._longest, line)
+        self._controls = self._remote.controls
+        self._latency_ms = settings.sonar_latency_ms
+        self._set_times()
+        self._ping_number = 0
+        self._transmit_ns = mission.start_ns
+        self._telegram: list[bytes] = []
+        self._render()
+
+    def step(self) -> int:
+        """Send the telegram whose time has come, render the next; return when that one is due."""
+        due_ns = self._transmit_ns + self._listen_ns
+        if clock.monotonic_ns() < due_ns:
+            return due_ns
+        self._plug_as_the_faults_say(due_ns)
+        if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
+            telegram = self._remote.wanted(self._telegram)
+            if telegram:
+                self._line.write(telegram, max(PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
+                self.truths.put(self._truth(clock.monotonic_ns()))
+        self._ping_number += 1
+        self._transmit_ns += self._period_ns
+        self._remote.listen(self._device_utc_ns(clock.monotonic_ns()))
+        self._obey()
+        while clock.monotonic_ns() > self._transmit_ns + self._listen_ns + self._period_ns:
+            self.pings_late += 1
+            self._transmit_ns += self._period_ns
+        self._render()
+        return self._transmit_ns + self._listen_ns
+
+    def _obey(self) -> None:
+        """Work with what has been asked for: as many samples as reach the range, tables made anew (some 50 ms)."""
+        if self._remote.controls == self._controls:
+            return
+        self._controls = self._remote.controls
+        sonar = self._longest
+        samples = 1 + round((self._controls.range_m - sonar.range0_m) / sonar.dr_m)
+        self._images = ImageSimulator(
+            dataclasses.replace(sonar, samples=min(max(samples, 1), sonar.samples)),
+            self._images.scene,
+            power_db=self._controls.power_db - NOMINAL_POWER_DB,
+            gain_db=self._controls.gain_db - NOMINAL_GAIN_DB,
+        )
+        self._set_times()
+
+    def _set_times(self) -> None:
+        sonar = self._images.sonar
+        self._period_ns = round(sonar.ping_period_s * clock.NS)
+        listen_s = 2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * self._latency_ms
+        self._listen_ns = round(listen_s * clock.NS)
+
+    def _device_utc_ns(self, t_ns: int) -> int:
+        return t_ns + self._mission.utc_offset_ns + self._offset_ns
+
+    def _render(self) -> None:
+        seconds, utc_ns = self._mission.seconds(self._transmit_ns), self._device_utc_ns(self._transmit_ns)
+        ping = self._images.ping(seconds, self._ping_number, self._transmit_ns, utc_ns)
+        self._telegram = records.ping_records(ping, controls=self._controls)
+
+    def _truth(self, sent_ns: int) -> Truth:
+        seconds = self._mission.seconds(self._transmit_ns)
+        vehicle = self._images.scene.vehicle_at(seconds)
+        north, east, down = vehicle.position_ned.tolist()
+        w, x, y, z = vehicle.attitude.tolist()
+        return Truth(
+            ping_number=self._ping_number,
+            t_ns=self._transmit_ns,
+            t_sent_ns=sent_ns,
+            position_ned=(north, east, down),
+            attitude=(w, x, y, z),
+            objects=self._images.truth(seconds, self._ping_number),
+        )
+
+    def _plug_as_the_faults_say(self, now_ns: int) -> None:
+        unplugged = self._mission.faulty("serial_unplugged", now_ns)
+        if unplugged and self._plugged:
+            self._line.unplug()
+        elif not unplugged and not self._plugged:
+            self._line.plug()
+        self._plugged = not unplugged
+
+
+class LiveIns:
+    """The simulated INS: one epoch every period."""
+
+    def __init__(
+        self, scene: Scene, settings: SimSettings, mission: Mission, ins: SimulatedIns | SimulatedDbcIns
+    ) -> None:
+        self._scene = scene
+        self._mission = mission
+        self._ins = ins
+        self._offset_ns = round(settings.ins_clock_offset_s * clock.NS)
+        self._period_ns = round(clock.NS / settings.pose_rate_hz)
+        self._due_ns = clock.monotonic_ns()
+
+    def step(self) -> int:
+        """Send the pose of now; return when the next is due."""
+        now = clock.monotonic_ns()
+        if not self._mission.faulty("ins_silent", now):
+            device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
+            beyond_ms = device_utc_ns % MS  # TIME_OF_DAY holds whole milliseconds
+            vehicle = self._scene.vehicle_at(self._mission.seconds(now - beyond_ms))
+            self._ins.send(device_utc_ns - beyond_ms, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
+        self._due_ns = max(self._due_ns + self._period_ns, now)
+        return self._due_ns

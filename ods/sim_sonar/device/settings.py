@@ -1,0 +1,54 @@
+"""Settings of the live simulator: the [sim] table of config/bench.toml."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import NonNegative, Positive, Settings
+
+
+class FaultSettings(Settings, frozen=True):
+    """A fault on the simulated side, to see that the on-board side recovers."""
+
+    kind: Literal["serial_unplugged", "sonar_silent", "ins_silent"]
+    """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing."""
+    at_s: NonNegative
+    """Mission time."""
+    for_s: Positive
+
+
+class SimSettings(Settings, frozen=True):
+    """What is simulated and where its far ends are."""
+
+    scene: Path
+    """TOML file of the scene, relative to the configuration."""
+    sonar: Path
+    """TOML file of the sonar."""
+    ins: Literal["canopen", "dbc"] = "canopen"
+    """How the simulated INS speaks; the on-board side's nav.source must be the same."""
+    ins_eds: Path | None = None
+    """For ins "canopen": its EDS file."""
+    ins_dbc: Path | None = None
+    """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
+    can: Literal["auto", "vcan0", "slcan"] = "auto"
+    """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
+    sonar_line: Literal["serial", "tcp"] = "serial"
+    """serial: a pseudo-terminal with the bare records; tcp: network frames for one client at 127.0.0.1."""
+    sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
+    """Where the simulated sonar listens when its line is tcp."""
+    boot_s: NonNegative = 2.0
+    """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
+    sonar_latency_ms: NonNegative = 2.0
+    """From the last echo to the first byte on the line; the bench tells the on-board side, as an integrator would."""
+    pose_rate_hz: Positive = 100.0
+    sonar_clock_offset_s: float = 0.25
+    """The sonar's clock minus UTC: the on-board side must not trust it."""
+    ins_clock_offset_s: float = -0.125
+    """The INS's clock minus UTC."""
+    fault: list[FaultSettings] = msgspec.field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        key, file = ("ins_eds", self.ins_eds) if self.ins == "canopen" else ("ins_dbc", self.ins_dbc)
+        if file is None:
+            raise ValueError(f"{key}: missing, as ins is {self.ins!r}")

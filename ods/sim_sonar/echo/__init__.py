@@ -1,0 +1,1 @@
+"""The mean echo of objects: rays, reflection, shadows, beams."""

@@ -1,0 +1,1 @@
+"""From echoes to samples: gain, speckle, noise, imperfections, quantization."""

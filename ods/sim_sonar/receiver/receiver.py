@@ -1,0 +1,183 @@
+"""From the area that each sample hears to the amplitude that the sonar shows: gain, speckle, noise, imperfections."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Image
+from ods.sim_sonar.kernel import compiled
+from ods.sim_sonar.receiver import gain
+from ods.sim_sonar.receiver.interference import arrivals, beam_weights
+from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, look_up, make_keys, mix, normal_table
+from ods.sim_sonar.receiver.settings import DropIn, Dropout, ImageLevels
+from ods.sim_sonar.receiver.speckle import SpeckleField
+from ods.sim_sonar.receiver.speckle_law import (
+    TABLE_NODES,
+    TABLE_REACH,
+    amplitude_table,
+    beam_overlap_correlation,
+    normal_correlation,
+)
+from ods.sim_sonar.sonar.model import SonarModel
+
+NOISE_STREAM, PING_STREAM = 5, 6
+
+
+class Levels(NamedTuple):
+    """What turns one ping's area into mean power; counts^2, float32."""
+
+    echo: Normals
+    """(samples,) of 1 m2."""
+    noise: Normals
+    """(samples,) of the receiver's noise."""
+    heard: Normals
+    """(sources, beams) of other sonars, by beam."""
+    arriving: Normals
+    """(sources, samples) share of each sample that they fill."""
+    over_range: Normals
+    """(samples,) amplitude gain of the setting, of belts and arcs, on echo and noise alike."""
+    over_beams: Normals
+    """(beams,) amplitude gain."""
+
+
+class Receiver:
+    """A sonar's receiver. The same seed, ping number and pose give the same bytes, in any order of calls.
+
+    Raises ValueError, naming the key, for levels that do not fit the sonar.
+    """
+
+    def __init__(
+        self, sonar: SonarModel, levels: ImageLevels, seed: int, *, power_db: float = 0.0, gain_db: float = 0.0
+    ) -> None:
+        """Prepare tables: a second or less. `power_db` raises the echoes, `gain_db` echoes and noise."""
+        self._sonar, self._levels, self._seed = sonar, levels, seed
+        self._normal = normal_table()
+        self._amplitude = amplitude_table(levels.looks)
+        self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
+        self._ranges = gain.sample_ranges(sonar)
+        self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
+        self._noise = _power(gain.noise_gain_db(self._ranges, levels.tvg), levels.noise_counts)
+        self._belts_db = gain.belts_db(self._ranges, levels.belts) + gain_db
+        self._over_beams = _amplitude(gain.beams_db(sonar, levels, seed))
+        self._field = SpeckleField(
+            sonar,
+            seed,
+            normal_correlation(levels.range_correlation, levels.looks),
+            beam_overlap_correlation(sonar, levels.looks)
+            if levels.beam_correlation is None
+            else normal_correlation(levels.beam_correlation, levels.looks),
+            levels.coherence_s,
+        )
+
+    def levels_of(self, position_ned: Floats, attitude: Floats, t_s: float, ping_number: int) -> Levels:
+        """Return the levels of one ping, transmitted at scene time `t_s` from a pose."""
+        sources, shape = self._levels.interference, (self._sonar.beams, self._sonar.samples)
+        heard, arriving = np.zeros((len(sources), shape[0])), np.zeros((len(sources), shape[1]))
+        for index, source in enumerate(sources):
+            heard[index] = source.level_counts**2 * beam_weights(self._sonar, source, position_ned, attitude)
+            arriving[index] = arrivals(self._sonar, source, t_s)
+        arcs: list[Dropout | DropIn] = [*self._levels.dropouts, *self._levels.drop_ins]
+        over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, ping_number)
+        return Levels(
+            self._echo,
+            self._noise,
+            heard.astype(np.float32),
+            arriving.astype(np.float32),
+            _amplitude(over_range),
+            self._over_beams,
+        )
+
+    def mean_image(self, area: Floats, levels: Levels) -> Image:
+        """Return the root mean square amplitude, counts, (beams, samples) float32, of a mean area (beams, samples)."""
+        power = area * levels.echo + levels.noise
+        power += levels.heard.T @ levels.arriving
+        image = np.sqrt(power, out=power).astype(np.float32)
+        image *= levels.over_range
+        image *= levels.over_beams[:, None]
+        return np.minimum(image, np.float32(self._levels.saturation_counts), out=image)
+
+    def receive(self, area: Floats, position_ned: Floats, attitude: Floats, t_s: float, ping_number: int) -> Image:
+        """Return the image of a mean area, m2, (beams, samples) float64: amplitude, counts, (beams, samples) float32.
+
+        Intensity is Gamma distributed about the mean of echo, noise and interference together. The echo's part keeps
+        its speckle as long as the pose stays; noise and interference are fresh in each ping.
+        """
+        levels = self.levels_of(position_ned, attitude, t_s, ping_number)
+        if not self._levels.speckle:
+            return self.mean_image(area, levels)
+        field = np.zeros(area.shape, np.float32)
+        if area.any():
+            field = self._field.at(position_ned, attitude, t_s, self._normal)
+        salt = np.uint32(bits64(self._seed, PING_STREAM, ping_number) & 0xFFFFFFFF)
+        saturation = np.float32(self._levels.saturation_counts)
+        _receive(area, levels, self._noise_keys, salt, self._normal, self._amplitude, saturation, field)
+        return field
+
+
+def _power(level_db: Floats, amplitude: float) -> Normals:
+    """Return the power of `amplitude` raised by a level."""
+    return np.asarray(amplitude**2 * 10.0 ** (0.1 * level_db), np.float32)
+
+
+def _amplitude(level_db: Floats) -> Normals:
+    return np.asarray(10.0 ** (0.05 * level_db), np.float32)
+
+
+@compiled
+def _receive(
+    area: Floats, levels: Levels, keys: Keys, salt: np.uint32, normal: Normals, law: Image, saturation: np.float32,
+    image: Image,
+) -> None:  # fmt: skip
+    """Turn `image`, the normal numbers of the echoes' speckle, (beams, samples), into amplitude."""
+    samples = len(levels.noise)
+    floor, fresh = np.empty(samples, np.float32), np.empty(samples, np.float32)
+    bits = np.empty(samples, np.uint32)
+    for beam in range(len(image)):
+        floor[:] = levels.noise
+        for source in range(len(levels.heard)):
+            _add(floor, levels.heard[source, beam], levels.arriving[source])
+        _refresh(keys[beam], salt, bits)
+        look_up(bits, normal, fresh)
+        _combine(image[beam], fresh, area[beam], levels.echo, floor)
+        _apply_law(image[beam], floor, law)
+        _amplify(image[beam], levels.over_range, levels.over_beams[beam], saturation)
+
+
+@compiled
+def _add(target: Normals, factor: np.float32, source: Normals) -> None:
+    for j in range(len(target)):
+        target[j] += factor * source[j]
+
+
+@compiled
+def _refresh(keys: Keys, salt: np.uint32, bits: Keys) -> None:
+    for j in range(len(bits)):
+        bits[j] = mix(np.uint32(mix(keys[j]) + salt))
+
+
+@compiled
+def _combine(row: Normals, fresh: Normals, area: Floats, echo: Normals, floor: Normals) -> None:
+    """Turn `row`, the echoes' normal numbers, into those of echo and noise together; `floor` into the amplitude."""
+    for j in range(len(row)):
+        signal = np.float32(area[j]) * echo[j]
+        root = np.float32(np.sqrt(max(signal + floor[j], np.float32(1e-30))))
+        row[j] = (np.float32(np.sqrt(signal)) * row[j] + np.float32(np.sqrt(floor[j])) * fresh[j]) / root
+        floor[j] = root
+
+
+@compiled
+def _apply_law(row: Normals, amplitude: Normals, law: Image) -> None:
+    """Turn the normal numbers in `row` into those of the speckle's law, times `amplitude`."""
+    scale = np.float32((TABLE_NODES - 1) / (2.0 * TABLE_REACH))
+    middle, last = np.float32(0.5 * (TABLE_NODES - 1)), np.float32(TABLE_NODES - 1.001)
+    for j in range(len(row)):
+        place = min(max(row[j] * scale + middle, np.float32(0.0)), last)
+        node = np.uint32(np.int32(place))
+        share = place - np.float32(np.int32(node))
+        row[j] = amplitude[j] * (law[node] + share * (law[node + np.uint32(1)] - law[node]))
+
+
+@compiled
+def _amplify(row: Normals, over_range: Normals, over_beam: np.float32, saturation: np.float32) -> None:
+    for j in range(len(row)):
+        row[j] = min(row[j] * over_range[j] * over_beam, saturation)

@@ -1,0 +1,131 @@
+"""The [image] table of config/scenes/*.toml: levels, speckle, the gain and its errors, the samples that are sent."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+
+Correlation = Annotated[float, msgspec.Meta(ge=0.0, le=0.95)]
+SampleKind = Literal["log8", "linear8", "linear16"]
+
+
+class Tvg(Settings, frozen=True, kw_only=True):
+    """What the water takes, and the time-varying gain that should give it back."""
+
+    spreading_db: NonNegative = 40.0
+    """What the water takes by spreading: dB a decade of range, there and back."""
+    absorption_db_per_m: NonNegative = 0.12
+    """What the water takes by absorption, one way, dB/m (0.12: sea water, 455 kHz)."""
+    set_spreading_db: NonNegative | None = None
+    """What the sonar is set to, dB a decade; none: as the water takes."""
+    set_absorption_db_per_m: NonNegative | None = None
+    """What the sonar is set to, dB/m; none: as the water takes."""
+    noise_range_m: NonNegative = 0.0
+    """Range at which the noise has `noise_counts`, as the gain lifts it; 0: the same at all ranges."""
+
+
+class Belt(Settings, frozen=True, kw_only=True):
+    """A belt of ranges where the gain is wrong."""
+
+    from_m: NonNegative
+    """Near edge, m."""
+    to_m: Positive
+    """Far edge, m."""
+    gain_db: float
+    """Below 0: a dark belt."""
+    edge_m: NonNegative = 1.0
+    """Width of the slope at both edges, m."""
+
+    def __post_init__(self) -> None:
+        if self.to_m <= self.from_m:
+            raise ValueError(f"to_m: must be greater than from_m, {self.from_m:g}")
+
+
+class _Arc(Settings, frozen=True, kw_only=True):
+    """An arc of constant range."""
+
+    range_m: Positive | None = None
+    """Middle of the arc; none: anywhere, drawn anew for each ping."""
+    width_m: Positive = 0.5
+    """Extent in range, m."""
+    chance: Fraction = 1.0
+    """Share of the pings that have it."""
+    pings: list[NonNegativeInt] = msgspec.field(default_factory=list)
+    """Numbers of the pings that have it; empty: by chance."""
+
+
+class Dropout(_Arc, frozen=True, kw_only=True):
+    """A dark arc over all beams; with a width beyond the range, a lost image."""
+
+    gain_db: Annotated[float, msgspec.Meta(le=0.0)] = -20.0
+    """Level inside."""
+
+
+class DropIn(_Arc, frozen=True, kw_only=True):
+    """A bright arc over all beams: the gain jumps."""
+
+    gain_db: NonNegative = 10.0
+    """Level inside."""
+
+
+class Interference(Settings, frozen=True, kw_only=True):
+    """Another sonar: each of its pulses leaves an arc, one without end a spoke."""
+
+    position_ned: tuple[float, float, float]
+    """Where it is: north, east, down, m."""
+    level_counts: Positive
+    """Root mean square amplitude in a beam that looks at it."""
+    period_s: NonNegative = 0.0
+    """From pulse to pulse; 0: it sounds without end."""
+    pulse_s: Positive = 0.0005
+    """Length of its pulse, s."""
+    start_s: float = 0.0
+    """Scene time of one of its pulses' arrivals, s."""
+
+
+class ImageLevels(Settings, frozen=True, kw_only=True):
+    """From reflected intensity to the samples that are sent."""
+
+    gain: Positive = 20000.0
+    """Counts of amplitude for 1 m2 of fully reflecting, fully lit area in one sample."""
+    noise_counts: NonNegative = 30.0
+    """Root mean square amplitude of the receiver's noise, counts; fresh in each ping."""
+    looks: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 1.0
+    """Looks of the speckle: intensity is Gamma distributed with this shape."""
+    speckle: bool = True
+    """False: the mean image, neither speckle nor noise drawn."""
+    range_correlation: Correlation = 0.0
+    """Correlation of the speckle's amplitude from one range sample to the next; 0: a pulse shorter than a sample."""
+    beam_correlation: Correlation | None = None
+    """The same from beam to beam; none: what the overlap of the sonar's beams makes it."""
+    coherence_s: NonNegative = 0.0
+    """Time after which speckle is new without any motion; 0: it stays for ever."""
+    max_error: Annotated[float, msgspec.Meta(gt=0.0, le=0.5)] = 0.03
+    """Relative error that the mean image may have."""
+    tvg: Tvg = Tvg()
+    """Spreading, absorption and the gain against them."""
+    belts: list[Belt] = msgspec.field(default_factory=list)
+    """Errors of the gain over range."""
+    beam_gain_db: list[float] = msgspec.field(default_factory=list)
+    """Error of each beam's gain, one value a beam; empty: none, or random ones."""
+    beam_gain_rms_db: NonNegative = 0.0
+    """Standard deviation of random errors of the beams' gains, the same in all pings."""
+    dropouts: list[Dropout] = msgspec.field(default_factory=list)
+    """Dark arcs."""
+    drop_ins: list[DropIn] = msgspec.field(default_factory=list)
+    """Bright arcs."""
+    interference: list[Interference] = msgspec.field(default_factory=list)
+    """Other sonars."""
+    saturation_counts: Positive = 1e9
+    """Highest amplitude that the receiver passes on."""
+    samples: SampleKind = "log8"
+    """log8: record 7042's 8-bit logarithm; linear8, linear16: proportional to amplitude."""
+    log_factor: Positive = 40.0
+    """log8: counts a decade of amplitude."""
+    full_scale_counts: Positive = 65535.0
+    """linear8, linear16: amplitude of the highest sample value."""
+
+    def __post_init__(self) -> None:
+        if self.beam_gain_db and self.beam_gain_rms_db:
+            raise ValueError("beam_gain_rms_db: goes without beam_gain_db")

@@ -1,0 +1,89 @@
+"""The law of speckle: from the asked looks and correlations to tables and filters."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from numpy.polynomial.hermite_e import hermegauss, hermeval
+from scipy.optimize import brentq
+from scipy.special import factorial, gammainccinv, gammaincinv, ndtr
+
+from ods.base.arrays import Floats, Image
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.sim_sonar.sonar.patterns import NODES_PER_WIDTH
+
+TABLE_REACH = 6.0
+"""Standard deviations of the normal variable that the table covers; one sample in 5e8 lies beyond."""
+TABLE_NODES = 4097
+TERMS = 24
+"""Terms of the Hermite series."""
+FAINT = 1e-3
+"""Correlation below which no filter is worth it."""
+
+
+def amplitude_table(looks: float) -> Image:
+    """Return sqrt(g) for normal quantiles even in +-TABLE_REACH, where g is Gamma distributed: mean 1, shape `looks`.
+
+    looks = 1 is fully developed speckle: Rayleigh amplitude, exponential intensity.
+    """
+    return _amplitude(np.linspace(-TABLE_REACH, TABLE_REACH, TABLE_NODES), looks).astype(np.float32)
+
+
+def normal_correlation(amplitude_correlation: float, looks: float) -> float:
+    """Return the correlation of normal numbers whose speckle amplitudes are correlated as asked, 0 to 1.
+
+    Source: the Hermite series of a function f of normal numbers, cov f(x) f(y) = sum of c_n^2 rho^n / n! for n > 0.
+    """
+    return _solve(amplitude_correlation, lambda normal: _amplitude(normal, looks))
+
+
+def beam_overlap_correlation(sonar: SonarModel, looks: float) -> float:
+    """Return the correlation of normal numbers between neighbouring beams of `sonar`.
+
+    Scatterers all around make the fields of two beams correlated as their patterns overlap, and intensities as the
+    square of that (J. W. Goodman, Speckle Phenomena in Optics, 2007, ch. 5).
+    """
+    if len(sonar.plane_bearing_rad) < 2:
+        return 0.0
+    step = float(np.median(np.diff(sonar.plane_bearing_rad))) / sonar.beam_width_rad
+    field = np.sqrt(np.diff(sonar.horizontal_cumulative) * NODES_PER_WIDTH)
+    offset = np.arange(len(field)) / NODES_PER_WIDTH
+    shared = float(field @ np.interp(offset - step, offset, field, left=0.0)) / float(field @ field)
+    return _solve(shared**2, lambda normal: _amplitude(normal, looks) ** 2)
+
+
+def taps(correlation: float) -> Floats:
+    """Return a Gaussian filter, odd length, that gives white noise this correlation from one sample to the next.
+
+    The variance stays 1.
+    """
+    if correlation < FAINT:
+        return np.ones(1)
+    width = float(brentq(lambda w: _neighbours(_gaussian(w)) - correlation, 0.1, 10.0))
+    return _gaussian(width)
+
+
+def _gaussian(width: float) -> Floats:
+    half = math.ceil(3.5 * width)
+    values = np.exp(-0.5 * (np.arange(-half, half + 1) / width) ** 2)
+    return np.asarray(values / np.linalg.norm(values))
+
+
+def _neighbours(values: Floats) -> float:
+    return float(values[1:] @ values[:-1])
+
+
+def _amplitude(normal: Floats, looks: float) -> Floats:
+    lower, upper = gammaincinv(looks, ndtr(normal)), gammainccinv(looks, ndtr(-normal))
+    return np.sqrt(np.where(normal < 0.0, lower, upper) / looks)
+
+
+def _solve(wanted: float, function: Callable[[Floats], Floats]) -> float:
+    nodes, weights = hermegauss(80)
+    values = function(nodes) * weights / math.sqrt(2.0 * math.pi)
+    orders = np.arange(1, TERMS)
+    series = np.array([values @ hermeval(nodes, np.eye(TERMS)[n]) for n in orders]) ** 2 / factorial(orders)
+    share = series / series.sum()
+    if wanted < FAINT:
+        return 0.0
+    return float(brentq(lambda rho: float(share @ rho**orders) - min(wanted, 0.999), 0.0, 1.0))

@@ -1,0 +1,73 @@
+"""Paths in time: where objects and the vehicle are, and how the vehicle is turned."""
+
+import math
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ods.base import geometry
+from ods.base.arrays import Floats
+from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
+
+Times = float | Floats
+"""Scene time, s: one, or an array of any shape (...)."""
+
+STILL = np.zeros(3)
+SLOW = 1e-6
+"""Horizontal speed below which a path has no heading, m/s."""
+
+
+class Motion:
+    """A path: constant velocity, or a natural cubic spline through waypoints that goes on straight at both ends."""
+
+    def __init__(self, path: Path) -> None:
+        self._start = np.array(path.position_ned or (0.0, 0.0, 0.0))
+        self._velocity = np.array(path.velocity_ned)
+        self._spline: CubicSpline | None = None
+        if path.waypoints:
+            times = [point.t_s for point in path.waypoints]
+            self._spline = CubicSpline(times, [point.position_ned for point in path.waypoints], bc_type="natural")
+
+    def position(self, t_s: Times) -> Floats:
+        """Return (..., 3) NED, m, at times (...)."""
+        if self._spline is None:
+            return np.asarray(self._start + np.multiply.outer(t_s, self._velocity))
+        inside = self._clamp(t_s)
+        return np.asarray(self._spline(inside) + (t_s - inside)[..., None] * self._spline(inside, 1))
+
+    def velocity(self, t_s: Times) -> Floats:
+        """Return (..., 3) NED, m/s, the derivative of `position`."""
+        if self._spline is None:
+            return np.asarray(self._velocity + np.multiply.outer(t_s, STILL))
+        return np.asarray(self._spline(self._clamp(t_s), 1))
+
+    def _clamp(self, t_s: Times) -> Floats:
+        assert self._spline is not None
+        return np.asarray(np.minimum(np.maximum(t_s, self._spline.x[0]), self._spline.x[-1]))
+
+
+class VehicleMotion(Motion):
+    """A vehicle's path with its attitude."""
+
+    def __init__(self, path: VehiclePath) -> None:
+        super().__init__(path)
+        self._path = path
+
+    def attitude(self, t_s: Times) -> Floats:
+        """Return the (..., 4) unit quaternions, body to global, at times (...)."""
+        roll, pitch, yaw = (_swing(part, t_s) for part in (self._path.roll, self._path.pitch, self._path.yaw))
+        return geometry.quat_from_euler(roll, pitch, self._heading(t_s) + yaw)
+
+    def _heading(self, t_s: Times) -> float | Floats:
+        """Return the path's heading, rad, without the swing."""
+        heading = math.radians(self._path.heading_deg)
+        if not self._path.follow_path:
+            return heading
+        velocity = self.velocity(t_s)
+        north, east = velocity[..., 0], velocity[..., 1]
+        return np.where(np.hypot(north, east) > SLOW, np.arctan2(east, north), heading)
+
+
+def _swing(part: Oscillation, t_s: Times) -> float | Floats:
+    phase = (2.0 * math.pi / part.period_s) * t_s + math.radians(part.phase_deg)
+    return np.asarray(math.radians(part.amplitude_deg) * np.sin(phase))

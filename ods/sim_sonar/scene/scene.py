@@ -1,0 +1,139 @@
+"""A scene: what is where at any time, from config/scenes/NAME.toml."""
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ods.base import geometry
+from ods.base.arrays import Floats
+from ods.base.settings_file import ConfigError, load
+from ods.sim_sonar.scene import bodies
+from ods.sim_sonar.scene.motion import Motion, Times, VehicleMotion
+from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
+from ods.sim_sonar.sea_bed.model import bed_of
+
+CHECK_STEP_S = 0.25
+"""Time between the instants at which a scene is checked."""
+MAX_CHECKS = 4000
+
+
+@dataclass(frozen=True, eq=False)
+class VehicleState:
+    """The vehicle at one time."""
+
+    position_ned: Floats
+    """(3,) m."""
+    attitude: Floats
+    """(4,) unit quaternion, body to global."""
+    velocity_body: Floats
+    """(3,) FRD, m/s: the derivative of position, turned into the body frame."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectStates:
+    """All bounded objects at one time; walls (planes without bounds) have no place and no circle."""
+
+    names: tuple[str, ...]
+    position_ned: Floats
+    """(n, 3) centres, m."""
+    velocity_ned: Floats
+    """(n, 3) m/s."""
+    radius_m: Floats
+    """(n,) of the circle that circumscribes the object seen from above."""
+
+
+class Scene:
+    """A checked scene. Raises ValueError, one line, for one that cannot be."""
+
+    def __init__(self, file: SceneFile) -> None:
+        self.file = file
+        self.sea_bed = bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
+        self._vehicle = VehicleMotion(file.vehicle)
+        self._paths = [Motion(item) for item in file.objects]
+        self._rows = np.array([_row(item) for item in file.objects]).reshape(-1, bodies.COLUMNS)
+        self.shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
+        """Rows of `bodies_at` that `objects_at` has: bounded objects."""
+        self._names = tuple(file.objects[i].name for i in self.shown)
+        self._radius = np.array([bodies.circle_radius(self._rows[i]) for i in self.shown])
+        self._check()
+
+    def pose_at(self, t_s: Times) -> tuple[Floats, Floats]:
+        """Return the vehicle's position (..., 3) NED, m, and attitude (..., 4), body to global, at times (...)."""
+        return self._vehicle.position(t_s), self._vehicle.attitude(t_s)
+
+    def vehicle_at(self, t_s: float) -> VehicleState:
+        """Return the vehicle's state at scene time `t_s`."""
+        position, attitude = self.pose_at(t_s)
+        velocity_body = self._vehicle.velocity(t_s) @ geometry.rotation_matrix(attitude)
+        return VehicleState(position, attitude, velocity_body)
+
+    def objects_at(self, t_s: float) -> ObjectStates:
+        """Return where the bounded objects are at scene time `t_s`."""
+        paths = [self._paths[i] for i in self.shown]
+        return ObjectStates(
+            self._names,
+            np.array([path.position(t_s) for path in paths]).reshape(-1, 3),
+            np.array([path.velocity(t_s) for path in paths]).reshape(-1, 3),
+            self._radius,
+        )
+
+    def bodies_at(self, t_s: float) -> Floats:
+        """Return the (n, bodies.COLUMNS) rows of all objects at `t_s`, centres and axes in NED."""
+        rows = self._rows.copy()
+        for row, path in zip(rows, self._paths, strict=True):
+            row[bodies.CENTRE : bodies.AXES] = path.position(t_s)
+        return rows
+
+    def _check(self) -> None:
+        """Refuse a vehicle under the sea-bed or inside an object at any time of the mission."""
+        steps = min(MAX_CHECKS, math.ceil(self.file.duration_s / CHECK_STEP_S)) + 1
+        for t_s in np.linspace(0.0, self.file.duration_s, steps):
+            place = self._vehicle.position(float(t_s))
+            if self.sea_bed is not None and not self.sea_bed.is_above(place):
+                raise ValueError(f"sea_bed.depth_m: the vehicle is under the sea-bed at t = {t_s:.2f} s")
+            for row, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
+                if bodies.contains(row, place):
+                    raise ValueError(f"objects: {item.name!r} is around the vehicle at t = {t_s:.2f} s")
+
+
+def load_scene(path: Path) -> Scene:
+    """Read a scene file. Raises ConfigError."""
+    file = load(path, SceneFile)
+    try:
+        return Scene(file)
+    except ValueError as error:
+        raise ConfigError(f"{path}: {error}") from error
+
+
+def _is_wall(item: Sphere | Cylinder | Plane) -> bool:
+    return isinstance(item, Plane) and item.width_m is None
+
+
+def _row(item: Sphere | Cylinder | Plane) -> Floats:
+    """Return the body row of an object, its centre still at the origin."""
+    row = np.zeros(bodies.COLUMNS)
+    axes = np.eye(3)
+    if isinstance(item, Sphere):
+        kind, half = bodies.SPHERE, (item.radius_m,) * 3
+    elif isinstance(item, Cylinder):
+        kind, half = bodies.CYLINDER, (item.radius_m, item.radius_m, 0.5 * item.length_m)
+        axes = _axes_of(np.array(item.axis_ned))
+    else:
+        size = [bodies.UNBOUNDED if side is None else 0.5 * side for side in (item.width_m, item.height_m)]
+        kind, half = bodies.PLANE, (size[0], size[1], 0.0)
+        axes = _axes_of(np.array(item.normal_ned))
+    row[bodies.KIND] = kind
+    row[bodies.AXES : bodies.HALF] = axes.ravel()
+    row[bodies.HALF : bodies.SURFACE] = half
+    row[bodies.SURFACE :] = item.surface.cd, item.surface.cs, math.radians(item.surface.sigma_deg)
+    return row
+
+
+def _axes_of(direction: Floats) -> Floats:
+    """Return local axes (rows) whose z is along `direction` and whose x is level, north where z is vertical."""
+    z = direction / np.linalg.norm(direction)
+    level = np.array([-z[1], z[0], 0.0])
+    x = np.array([1.0, 0.0, 0.0]) if np.linalg.norm(level) < 1e-9 else level / np.linalg.norm(level)
+    return np.stack([x, np.cross(z, x), z])

@@ -1,0 +1,1 @@
+"""The mean echo of the sea-bed, flat or rough."""

@@ -1,0 +1,296 @@
+"""A rough sea-bed's echo: columns of steps over its facets, marched outwards from the sonar.
+
+A column is a thin slice of the fan at one bearing. Going out, each step is a short piece of sea-bed of which the sonar
+sees what rises above all before it (the horizon). The piece returns gamma S^2 R^2 over the elevations that it fills
+(eq. 5; R^2 turns solid angle into area), spread over the ranges that it spans. gamma is that of the facet's own slope.
+Far away, where a column grows wider than the sea-bed's structure, it is split in two, which both inherit its horizon.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Floats32
+from ods.sim_sonar.echo.interpolation import look_up
+from ods.sim_sonar.echo.shadow import shades_on, visible_share
+from ods.sim_sonar.kernel import compiled
+from ods.sim_sonar.scene.bodies import FAR
+from ods.sim_sonar.sonar.grid import Grid
+
+STEEPEST = 0.02
+"""Least cosine between a step and the ray that is told apart from 0: there the whole step lies at one range."""
+LEAST_LEAN = 0.02
+"""Least cosine between the sonar's axis and a facet's normal, times the normal's length, at which it is a slope."""
+LEANING = 1.0002
+"""One over the cosine of the lean, about one degree, above which a trace is surveyed twice."""
+UP, SLOPE_X, SLOPE_Y, LAND_ROWS = 0, 1, 2, 3
+"""The sea-bed at the steps of a trace: metres up the sonar's axis, slopes in x and y."""
+RANGE, SINE, GAMMA, DENSITY, ECHO_ROWS = 0, 1, 2, 3, 4
+"""Its echo there: range, sine of elevation, gamma, lit area per metre of range (the density)."""
+NEAR, FAR_END, LOW, HIGH, AT_NEAR, AT_FAR, DENSE_NEAR, DENSE_FAR, SEEN, PIECE_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
+"""A visible piece of sea-bed, a row of numbers: of its two ends the ranges, sines of elevation, gamma and density; and
+the share of it that no object hides."""
+
+
+class RoughBed(NamedTuple):
+    """A rough sea-bed as the sonar sees it; its frame is the mean plane's: x, y in the plane, z down."""
+
+    nodes: Floats32
+    """HeightField.nodes, flattened."""
+    rows: int
+    columns: int
+    """Facets of the field in x and in y."""
+    facet_m: float
+    corner_m: tuple[float, float]
+    repeats: bool
+    sonar_m: Floats
+    """(3,) the sonar in the sea-bed's frame; z is negative."""
+    turn: Floats
+    """(3, 3) from the sonar's frame to the sea-bed's."""
+    gamma: Floats
+    """Eq. 3 over cos(alpha), even from 0 to 1."""
+
+
+class Trace(NamedTuple):
+    """The half plane of one bearing, in the sea-bed's frame; places in facets from the field's corner."""
+
+    start: tuple[float, float]
+    """Below the sonar."""
+    ahead: tuple[float, float]
+    """Change of place per metre ahead."""
+    upward: tuple[float, float]
+    """Change of place per metre up the sonar's axis."""
+    toward: tuple[float, float]
+    """Direction ahead, metres in x and y per metre."""
+    across: tuple[float, float, float]
+    """Unit normal."""
+    height: float
+    """Of the sonar above the mean plane, m."""
+    down: float
+    """Fall per metre ahead."""
+    per_side: tuple[float, float]
+    """One over the field's facets in x and in y."""
+    stretch: float
+    """Metres up the sonar's axis per metre of height."""
+
+
+@compiled
+def trace_of(bed: RoughBed, bearing_rad: float) -> Trace:
+    """Return the half plane of a bearing."""
+    c, s, m, unit = math.cos(bearing_rad), math.sin(bearing_rad), bed.turn, 1.0 / bed.facet_m
+    x, y = m[0, 0] * c + m[0, 1] * s, m[1, 0] * c + m[1, 1] * s
+    return Trace(
+        ((bed.sonar_m[0] - bed.corner_m[0]) * unit, (bed.sonar_m[1] - bed.corner_m[1]) * unit),
+        (x * unit, y * unit),
+        (-m[0, 2] * unit, -m[1, 2] * unit),
+        (x, y),
+        (m[0, 1] * c - m[0, 0] * s, m[1, 1] * c - m[1, 0] * s, m[2, 1] * c - m[2, 0] * s),
+        -bed.sonar_m[2],
+        m[2, 0] * c + m[2, 1] * s,
+        (1.0 / bed.rows, 1.0 / bed.columns),
+        1.0 / m[2, 2],
+    )
+
+
+@compiled
+def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats) -> None:
+    """Set `land` (LAND_ROWS, steps) to the sea-bed at the distances `ahead`, m, along a trace.
+
+    When the vehicle leans, where a point of the sea-bed lies depends on its height: a second look corrects the first.
+    """
+    up = land[UP]
+    for k in range(len(ahead)):
+        up[k] = (ahead[k] * trace.down - trace.height) * trace.stretch
+    _look(bed, trace, ahead, land)
+    if trace.stretch > LEANING:
+        _look(bed, trace, ahead, land)
+
+
+@compiled
+def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats) -> None:
+    """Set `land` to the sea-bed under the places that its row UP gives."""
+    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
+    line = np.uint64(3 * (bed.columns + 1))
+    south, east = float(bed.rows), float(bed.columns)
+    for k in range(len(ahead)):
+        p = trace.start[0] + ahead[k] * trace.ahead[0] + up[k] * trace.upward[0]
+        q = trace.start[1] + ahead[k] * trace.ahead[1] + up[k] * trace.upward[1]
+        if bed.repeats:
+            p -= south * math.floor(p * trace.per_side[0])
+            q -= east * math.floor(q * trace.per_side[1])
+        p, q = min(max(p, 0.0), south), min(max(q, 0.0), east)
+        i, j = min(math.floor(p), south - 1.0), min(math.floor(q), east - 1.0)
+        corner = np.uint64(np.int64(i)) * line + np.uint64(3) * np.uint64(np.int64(j))
+        a, b = np.float32(p - i), np.float32(q - j)
+        height = _between(bed.nodes, corner, line, a, b)
+        slope_x[k] = _between(bed.nodes, corner + np.uint64(1), line, a, b)
+        slope_y[k] = _between(bed.nodes, corner + np.uint64(2), line, a, b)
+        up[k] = (ahead[k] * trace.down - trace.height + height) * trace.stretch
+
+
+@compiled
+def _between(nodes: Floats32, corner: np.uint64, line: np.uint64, a: np.float32, b: np.float32) -> np.float32:
+    """Interpolate between the four nodes of a facet; unsigned places, or each load is checked for a negative one."""
+    right = corner + np.uint64(3)
+    first = nodes[corner] + a * (nodes[corner + line] - nodes[corner])
+    second = nodes[right] + a * (nodes[right + line] - nodes[right])
+    return np.float32(first + b * (second - first))
+
+
+@compiled
+def _reflect(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats, echo: Floats) -> None:
+    """Set `echo` (ECHO_ROWS, steps) from `land`: range, sine of elevation, gamma, density R^2 d(sine) / dR."""
+    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
+    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
+    upright = 1.0 / trace.stretch
+    lean_x, lean_y = bed.turn[0, 2], bed.turn[1, 2]
+    toward_x, toward_y = trace.toward
+    across_x, across_y, across_z = trace.across
+    for k in range(len(ahead)):
+        x, y = slope_x[k], slope_y[k]
+        distance = max(math.sqrt(ahead[k] * ahead[k] + up[k] * up[k]), 1e-9)
+        slope = (trace.down + x * toward_x + y * toward_y) / max(upright + x * lean_x + y * lean_y, LEAST_LEAN)
+        facing = max(ahead[k] * slope - up[k], 0.0)
+        aside = x * across_x + y * across_y + across_z
+        normal = 1.0 + x * x + y * y
+        tilted = max(0.0, normal - aside * aside) / (normal * (1.0 + slope * slope))
+        reach[k] = distance
+        sine[k] = up[k] / distance
+        gamma[k] = facing / distance * math.sqrt(tilted)
+        density[k] = ahead[k] * facing / max(abs(ahead[k] + up[k] * slope), STEEPEST * distance)
+    for k in range(len(ahead)):
+        gamma[k] = look_up(bed.gamma, gamma[k])
+
+
+@compiled
+def march(
+    bed: RoughBed, grid: Grid, bearing: Floats, ahead: Floats, horizon: Floats, shades: Floats, out: Floats
+) -> tuple[int, int]:
+    """Add the echo of columns, m2 per radian of bearing, to `out` (planes, columns, samples).
+
+    `bearing` (columns + 1) are the columns' borders, `ahead` the ends of the steps, m. `horizon` (columns,) is the sine
+    of the elevation up to which each column is filled, and is moved on. `shades`: see shadow. Returns the first and
+    last+1 sample touched.
+    """
+    pieces = np.empty((len(ahead), PIECE_COLUMNS))
+    land, echo = np.empty((LAND_ROWS, len(ahead))), np.empty((ECHO_ROWS, len(ahead)))
+    nearest, farthest = FAR, 0.0
+    for c in range(len(bearing) - 1):
+        trace = trace_of(bed, 0.5 * (bearing[c] + bearing[c + 1]))
+        survey(bed, trace, ahead, land)
+        _reflect(bed, trace, ahead, land, echo)
+        count, horizon[c] = _see(echo, horizon[c], pieces)
+        mine = shades_on(shades, bearing[c], bearing[c + 1])
+        for k in range(count if len(mine) else 0):
+            middle = 0.5 * (pieces[k, NEAR] + pieces[k, FAR_END])
+            pieces[k, SEEN] = visible_share(mine, pieces[k, LOW], pieces[k, HIGH], middle)
+        for plane in range(len(out)):
+            _fill(out[plane, c], pieces, count, grid.vertical[plane], grid)
+        for k in range(count):
+            nearest = min(nearest, pieces[k, NEAR], pieces[k, FAR_END])
+            farthest = max(farthest, pieces[k, NEAR], pieces[k, FAR_END])
+    first = min(max(int((nearest - grid.edge_m) / grid.dr_m), 0), grid.samples)
+    return first, min(max(int((farthest - grid.edge_m) / grid.dr_m) + 1, first), grid.samples)
+
+
+@compiled
+def _see(echo: Floats, horizon: float, pieces: Floats) -> tuple[int, float]:
+    """Set `pieces` to what is seen along a trace; return their number and the new horizon."""
+    count = 0
+    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
+    for k in range(1, echo.shape[1]):
+        low = max(sine[k - 1], horizon)
+        if sine[k] <= low:
+            continue
+        horizon = sine[k]
+        rest = (sine[k] - low) / (sine[k] - sine[k - 1])
+        piece = pieces[count]
+        piece[NEAR], piece[FAR_END] = reach[k] - rest * (reach[k] - reach[k - 1]), reach[k]
+        piece[LOW], piece[HIGH] = low, sine[k]
+        piece[AT_NEAR], piece[AT_FAR] = gamma[k] - rest * (gamma[k] - gamma[k - 1]), gamma[k]
+        piece[DENSE_NEAR], piece[DENSE_FAR] = density[k] - rest * (density[k] - density[k - 1]), density[k]
+        piece[SEEN] = 1.0
+        count += 1
+    return count, horizon
+
+
+@compiled
+def _fill(row: Floats, pieces: Floats, count: int, vertical: Floats, grid: Grid) -> None:
+    """Add the echo of `pieces` as heard by one vertical plane to `row` (samples,)."""
+    per_bin = 1.0 / grid.dr_m
+    for k in range(count):
+        near, reach = pieces[k, NEAR], pieces[k, FAR_END]
+        low, high = pieces[k, LOW], pieces[k, HIGH]
+        first = pieces[k, AT_NEAR] * look_up(vertical, 0.5 + 0.5 * low)
+        second = pieces[k, AT_FAR] * look_up(vertical, 0.5 + 0.5 * high)
+        one, other = pieces[k, DENSE_NEAR], pieces[k, DENSE_FAR]
+        middle = 0.5 * (near + reach)
+        # gamma and density change linearly: the mean of their product is more than the product of their means
+        power = 0.5 * (first + second) * middle * middle * (high - low)
+        power += (second - first) * (other - one) * (reach - near) / 12.0
+        if power > 0.0:
+            begin, finish = (near - grid.edge_m) * per_bin, (reach - grid.edge_m) * per_bin
+            _ramp(row, pieces[k, SEEN] * power, begin, finish, first * one, second * other)
+
+
+@compiled
+def _ramp(row: Floats, power: float, one: float, other: float, at_one: float, at_other: float) -> None:
+    """Spread `power` over the bins from `one` to `other`, in a density that changes linearly as the two given do."""
+    if other < one:
+        one, other, at_one, at_other = other, one, at_other, at_one
+    begin, finish = one, max(other, one + 1e-6)
+    total = at_one + at_other
+    if total <= 0.0:
+        at_one, at_other, total = 1.0, 1.0, 2.0
+    per_bin = 1.0 / (finish - begin)
+    unit = 2.0 * power * per_bin / total
+    rise = (at_other - at_one) * unit * per_bin
+    start = at_one * unit - rise * begin
+    low, high = max(begin, 0.0), min(finish, float(len(row)))
+    if low >= high:
+        return
+    first, last = int(low), min(int(high), len(row) - 1)
+    if first == last:
+        row[first] += (high - low) * (start + rise * 0.5 * (low + high))
+        return
+    row[first] += (first + 1 - low) * (start + rise * 0.5 * (low + first + 1))
+    row[last] += (high - last) * (start + rise * 0.5 * (high + last))
+    for j in range(first + 1, last):
+        row[j] += start + rise * (j + 0.5)
+
+
+@compiled
+def meet_ranges(bed: RoughBed, bearing: Floats, elevation: Floats, ahead: Floats, coarse_rad: float) -> Floats:
+    """Return the ranges, FAR where there is none, at which the rays through cells of a fan meet the sea-bed.
+
+    `bearing`, `elevation`: the cells' borders; (bearings, elevations). Rays beyond the last step meet nothing. Cells
+    within `coarse_rad` of bearing share one trace.
+    """
+    out = np.full((len(bearing) - 1, len(elevation) - 1), FAR)
+    aim = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
+    group = max(1, int(coarse_rad / (bearing[1] - bearing[0])))
+    land = np.empty((LAND_ROWS, len(ahead)))
+    for a in range(0, out.shape[0], group):
+        end = min(a + group, out.shape[0])
+        survey(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), ahead, land)
+        _meet(land[UP], aim, ahead, out[a])
+        for other in range(a + 1, end):
+            out[other] = out[a]
+    return out
+
+
+@compiled
+def _meet(up: Floats, aim: Floats, ahead: Floats, out: Floats) -> None:
+    """Set `out` to the ranges at which rays of rising sines of elevation, `aim`, meet the sea-bed."""
+    e, past, before = 0, 0.0, -1.0
+    for k in range(len(ahead)):
+        reach = max(math.sqrt(ahead[k] * ahead[k] + up[k] * up[k]), 1e-9)
+        sine = up[k] / reach
+        while e < len(out) and aim[e] < sine:
+            share = (aim[e] - before) / (sine - before) if aim[e] > before else 0.0
+            out[e] = past + share * (reach - past)
+            e += 1
+        past, before = reach, sine
+        if e == len(out):
+            break

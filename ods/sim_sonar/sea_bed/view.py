@@ -1,0 +1,102 @@
+"""How a sea-bed faces the sonar in one image: as open water, as a plane or as a height field."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.sim_sonar.echo.detail import Detail
+from ods.sim_sonar.echo.ray_budget import Fan
+from ods.sim_sonar.scene.bodies import FAR
+from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_ranges, hide_bed, reflectivity_profile
+from ods.sim_sonar.sea_bed.model import Bed
+from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges
+from ods.sim_sonar.sea_bed.rough_steps import add_rough_bed, steps_ahead
+from ods.sim_sonar.sonar.grid import Grid
+
+MIN_UPRIGHT = 0.15
+"""Cosine of the lean against the sea-bed's normal under which a rough sea-bed is drawn as its mean plane."""
+
+STEEP, GENTLEST = 0.1, 1.8
+"""Rms slope for which detail_of's laws are made; gentler beds do with steps longer by at most the latter."""
+
+
+class OpenWater:
+    """No sea-bed."""
+
+    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
+        """Return (bearings, elevations) ranges at which the sea-bed stops the rays of `fan`; FAR where it does not."""
+        del grid
+        return np.full((len(fan.bearing) - 1, len(fan.elevation) - 1), FAR)
+
+    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
+        """Add the sea-bed's echo, m2, to `image` (beams, samples), less what `shades` (see shadow) hide."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlatView(OpenWater):
+    """A plane."""
+
+    bed: FlatBed
+    detail: Detail
+
+    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
+        """See OpenWater."""
+        del grid
+        return flat_ranges(self.bed, fan.bearing, fan.elevation)
+
+    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
+        """See OpenWater."""
+        columns = bed_columns(self.bed, grid, self.detail.lean)
+        add_bed(image, columns, grid)
+        hide_bed(image, self.bed, columns, grid, shades, self.detail.reach)
+
+
+@dataclass(frozen=True, eq=False)
+class RoughView(OpenWater):
+    """A height field."""
+
+    bed: RoughBed
+    scale_m: float
+    """Length over which the echo changes: the heights' correlation length, or more for a gentle bed."""
+    detail: Detail
+
+    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
+        """See OpenWater."""
+        far = min(fan.farthest_m, grid.edge_m + grid.samples * grid.dr_m)
+        ahead = steps_ahead(-float(self.bed.sonar_m[2]), self.scale_m, far, self.detail)
+        coarse = self.detail.spacing * self.scale_m / far
+        return meet_ranges(self.bed, fan.bearing, fan.elevation, ahead, coarse)
+
+    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
+        """See OpenWater."""
+        add_rough_bed(image, self.bed, grid, self.scale_m, shades, self.detail)
+
+
+def view_of(bed: Bed | None, grid: Grid, position_ned: Floats, rotation: Floats, detail: Detail) -> OpenWater:
+    """Return `bed` as seen by a sonar at `position_ned` with body-to-global `rotation`; from below it is not seen."""
+    place = np.zeros(3) if bed is None else (position_ned - np.array([0.0, 0.0, bed.depth_m])) @ bed.axes
+    height = -float(place[2])
+    if bed is None or height <= 0.0:
+        return OpenWater()
+    turn = bed.axes.T @ rotation
+    field = bed.field
+    if field is None or turn[2, 2] < MIN_UPRIGHT:
+        surface = bed.surface
+        gamma = reflectivity_profile(grid, height, surface.cd, surface.cs, math.radians(surface.sigma_deg))
+        return FlatView(FlatBed(np.ascontiguousarray(turn[2]), height, gamma), detail)
+    rows, columns = field.nodes.shape[0] - 1, field.nodes.shape[1] - 1
+    rough = RoughBed(
+        nodes=field.nodes.ravel(),
+        rows=rows,
+        columns=columns,
+        facet_m=field.facet_m,
+        corner_m=field.corner_m,
+        repeats=field.repeats,
+        sonar_m=place,
+        turn=np.ascontiguousarray(turn),
+        gamma=bed.gamma,
+    )
+    ease = min(GENTLEST, max(1.0, math.sqrt(STEEP / field.slope)))
+    return RoughView(rough, ease * field.scale_m, detail)

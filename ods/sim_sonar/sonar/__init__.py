@@ -1,0 +1,1 @@
+"""The simulated sonar: geometry, timing, beam patterns."""

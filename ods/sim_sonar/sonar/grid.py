@@ -1,0 +1,70 @@
+"""What the image kernels know of the sonar: bins of range, beams, tables of the beam patterns."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.sim_sonar.kernel import compiled
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, NODES_PER_WIDTH
+
+STEPS_PER_SINE = 128
+"""Points over which the vertical pattern is averaged, for one unit of sin(elevation)."""
+
+
+class Grid(NamedTuple):
+    """A sonar in the shape that kernels take."""
+
+    edge_m: float
+    """Near edge of the first range bin."""
+    dr_m: float
+    samples: int
+    bearing_rad: Floats
+    """(beams of one plane,)."""
+    beam_width_rad: float
+    vertical: Floats
+    """(planes, ELEVATION_NODES) S^2 over sin(elevation)."""
+    horizontal: Floats
+    """Running integral of the horizontal pattern over beam widths."""
+
+
+def grid_of(sonar: SonarModel) -> Grid:
+    """Return the kernels' view of `sonar`."""
+    return Grid(
+        sonar.range0_m - 0.5 * sonar.dr_m,
+        sonar.dr_m,
+        sonar.samples,
+        np.ascontiguousarray(sonar.plane_bearing_rad),
+        sonar.beam_width_rad,
+        sonar.vertical_two_way,
+        sonar.horizontal_cumulative,
+    )
+
+
+@compiled
+def two_way(table: Floats, low: float, high: float) -> float:
+    """Return the mean of S^2 between two values of sin(elevation), from one plane's table."""
+    steps = 1 + int(abs(high - low) * STEPS_PER_SINE)
+    total = 0.0
+    for k in range(steps):
+        sine = low + (high - low) * (k + 0.5) / steps
+        place = (sine + 1.0) * (0.5 * (ELEVATION_NODES - 1))
+        node = min(max(int(place), 0), ELEVATION_NODES - 2)
+        share = place - node
+        total += table[node] + share * (table[node + 1] - table[node])
+    return total / steps
+
+
+@compiled
+def beam_share(table: Floats, first: float, last: float) -> float:
+    """Return the horizontal pattern's integral from `first` to `last`, offsets and result in beam widths."""
+    return _running(table, last) - _running(table, first)
+
+
+@compiled
+def _running(table: Floats, offset: float) -> float:
+    place = offset * NODES_PER_WIDTH + 0.5 * (len(table) - 1)
+    node = min(max(int(place), 0), len(table) - 2)
+    share = min(max(place - node, 0.0), 1.0)
+    return float(table[node] + share * (table[node + 1] - table[node]))

@@ -1,0 +1,81 @@
+"""What config/sonars/*.toml may say."""
+
+from itertools import pairwise
+from typing import Annotated
+
+import msgspec
+
+from ods.base.settings import NonNegative, Positive, Settings
+
+Degrees90 = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+Level = Annotated[float, msgspec.Meta(le=0.0)]
+
+
+class VerticalPattern(Settings, frozen=True, kw_only=True):
+    """S^2 of eq. 5 in dB, emission and reception together, symmetric about the axis; figure 8's shape by default."""
+
+    angle_deg: list[float] = msgspec.field(
+        default_factory=lambda: [0, 3, 6, 8, 10, 11, 12, 13, 14, 15.5, 17, 20, 24, 34, 42, 52, 65, 90]
+    )
+    """Angles off the axis, degrees, strictly increasing from 0."""
+    level_db: list[Level] = msgspec.field(
+        default_factory=lambda: [0, -0.5, -2, -3.7, -6, -10, -16, -24, -33, -35, -29, -26, -25, -26, -29, -33, -40, -55]
+    )
+    """Two-way level at those angles, dB, 0 at the first; held beyond the last."""
+    aperture_wavelengths: Annotated[float, msgspec.Meta(gt=0.0, le=200.0)] | None = None
+    """Instead of the table: height, in wavelengths, of an evenly lit aperture that both sends and receives."""
+
+    def __post_init__(self) -> None:
+        if len(self.angle_deg) != len(self.level_db) or len(self.angle_deg) < 2:
+            raise ValueError("vertical: angle_deg and level_db must have the same length, at least 2")
+        if self.angle_deg[0] != 0.0 or any(b <= a for a, b in pairwise(self.angle_deg)):
+            raise ValueError("vertical: angle_deg must rise strictly from 0")
+        if self.level_db[0] != 0.0:
+            raise ValueError("vertical: level_db must start at 0")
+
+
+class SonarFile(Settings, frozen=True, kw_only=True):
+    """A forward-looking sonar: config/sonars/NAME.toml."""
+
+    name: str
+    """Maker and model."""
+    frequency_hz: Positive
+    """Carrier frequency, Hz."""
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] = 1500.0
+    """m/s."""
+    beams_per_plane: Annotated[int, msgspec.Meta(ge=1, le=4096)] = 1
+    """Beams of one plane, evenly spaced about straight ahead; not read when bearing_deg is given."""
+    beam_spacing_deg: Positive = 1.0
+    """Between neighbouring beams, degrees; not read when bearing_deg is given."""
+    bearing_deg: list[Annotated[float, msgspec.Meta(gt=-180.0, lt=180.0)]] = msgspec.field(default_factory=list)
+    """Bearings of one plane's beams, strictly increasing, for sonars whose beams are not evenly spaced."""
+    plane_elevation_deg: Annotated[list[Degrees90], msgspec.Meta(min_length=1, max_length=64)] = msgspec.field(
+        default_factory=lambda: [0.0]
+    )
+    """Elevation of each plane's axis, degrees, up positive."""
+    beam_width_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)]
+    """Horizontal -3 dB width of a beam, degrees."""
+    side_lobe_db: Annotated[float, msgspec.Meta(ge=-60.0, le=-13.3)] = -25.0
+    """Highest horizontal side lobe, dB below the main lobe."""
+    half_vertical_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
+    """Half the vertical opening of one plane's main lobe, degrees."""
+    vertical: VerticalPattern = VerticalPattern()
+    """Two-way vertical pattern."""
+    range0_m: Positive
+    """Slant range of the first sample's centre, m."""
+    dr_m: Positive
+    """Sample spacing in slant range, m."""
+    samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
+    """Range samples of each beam."""
+    overhead_s: NonNegative = 0.0
+    """Time between the last sample of a ping and the next transmission, s."""
+
+    def __post_init__(self) -> None:
+        if any(b <= a for a, b in pairwise(self.bearing_deg)):
+            raise ValueError("bearing_deg: must rise strictly")
+        span = (self.beams_per_plane - 1) * self.beam_spacing_deg
+        if not self.bearing_deg and span >= 360.0:
+            raise ValueError(f"beam_spacing_deg: {self.beams_per_plane} beams would span {span:g} degrees")
+        beams = len(self.bearing_deg) or self.beams_per_plane
+        if beams * len(self.plane_elevation_deg) > 4096:
+            raise ValueError("plane_elevation_deg: more than 4096 beams in all")

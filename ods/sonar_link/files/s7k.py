@@ -1,0 +1,46 @@
+"""Recordings in the 7k Data Format, .s7k: the same records as on the wire, one after another."""
+
+from collections import Counter
+from pathlib import Path
+
+from ods.messages import Ping
+from ods.sonar_link.files.decoder import Decoder
+from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
+from ods.sonar_link.s7k import drf
+from ods.sonar_link.s7k.assembler import Assembler
+from ods.sonar_link.s7k.framer import Framer
+
+CHUNK_BYTES = 1024 * 1024
+MAX_RECORD_BYTES = 64 * 1024 * 1024
+
+
+class S7kDecoder(Decoder):
+    """Counts everything in a recording that is no ping."""
+
+    name = ".s7k"
+    signature = ((drf.SYNC_AT, drf.SYNC),)
+    suffix = ".s7k"
+
+    def read(self, path: Path) -> PingSequence:
+        """Read a recording. Raises PingFileError."""
+        counters: Counter[str] = Counter()
+        try:
+            pings = _pings(path, counters)
+        except OSError as error:
+            raise PingFileError(f"{path}: {error.strerror}") from error
+        if not pings:
+            told = ", ".join(f"{name} {count}" for name, count in sorted(counters.items()))
+            raise PingFileError(f"{path}: no ping in it ({told})")
+        del counters["pings"], counters["records"]
+        return PingSequence(pings, timed=not counters["no_device_time"], losses=+counters)
+
+
+def _pings(path: Path, counters: Counter[str]) -> list[Ping]:
+    framer = Framer(MAX_RECORD_BYTES, counters)
+    assembler = Assembler(counters=counters)
+    pings: list[Ping] = []
+    with path.open("rb") as file:
+        while chunk := file.read(CHUNK_BYTES):
+            pings += filter(None, map(assembler.feed, framer.feed(chunk)))
+    pings += filter(None, map(assembler.feed, framer.flush()))
+    return pings

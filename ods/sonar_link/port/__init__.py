@@ -1,0 +1,1 @@
+"""Ports that may vanish and come back: serial lines and TCP connections."""

@@ -1,0 +1,1 @@
+"""The RESON 7k Data Format, the protocol of SeaBat sonars."""

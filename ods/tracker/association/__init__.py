@@ -1,0 +1,1 @@
+"""Which echo is whose, chosen by `tracker.association`."""

@@ -1,0 +1,1 @@
+"""Hibernated objects: in memory and in the map file."""

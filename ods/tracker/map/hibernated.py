@@ -1,0 +1,91 @@
+"""Hibernated objects that are out of sight: they cost nothing a ping until the sonar looks at their place again.
+
+Their places are in an R-tree. What it finds around the vehicle is kept, and the R-tree is asked anew only when the
+vehicle has moved on by `SKIN_M` (the neighbour list of molecular dynamics, after Verlet) or an object came or went.
+"""
+
+import sqlite3
+from collections.abc import Iterable
+
+import msgspec
+import numpy as np
+
+from ods.base.arrays import Floats, Ints
+from ods.messages import Vector3
+from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, box
+
+SKIN_M = 20.0
+"""The vehicle may move so far before the R-tree is asked again."""
+
+
+class MapObject(msgspec.Struct, frozen=True, gc=False):
+    """A hibernated object, with what was known when it was last seen."""
+
+    id: int
+    position: Vector3
+    """NED, m."""
+    sigma: Vector3
+    """Standard deviations of the position, m."""
+    radius: float
+    sigma_radius: float
+    existence: float
+    times_seen: int
+    first_seen_utc_ns: int
+    last_seen_utc_ns: int
+    hibernated_utc_ns: int
+    covariance_ne: float = 0.0
+    """Covariance of north and east, m^2."""
+
+
+class Archive:
+    """Objects that sleep, by id. An object taken out wakes; it may be put back."""
+
+    def __init__(self, objects: Iterable[MapObject] = ()) -> None:
+        self._objects: dict[int, MapObject] = {}
+        self._tree = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
+        self._tree.execute(PLACE_TABLE)
+        self._near_ids = np.zeros(0, np.int64)
+        self._near_places = np.zeros((2, 0))
+        self._near_centre = np.full(2, np.nan)
+        self._near_reach = 0.0
+        self.put(list(objects))
+
+    def __len__(self) -> int:
+        return len(self._objects)
+
+    def put(self, objects: list[MapObject]) -> None:
+        """Add objects; one with the id of another replaces it."""
+        rows = [(o.id, o.position[0], o.position[0], o.position[1], o.position[1]) for o in objects]
+        self._tree.executemany("INSERT OR REPLACE INTO place VALUES (?, ?, ?, ?, ?)", rows)
+        self._objects |= {o.id: o for o in objects}
+        self._near_centre[:] = np.nan
+
+    def remove(self, ids: list[int]) -> list[MapObject]:
+        """Take objects out by id and return them; ids that are not here are passed over."""
+        removed = [self._objects.pop(i) for i in ids if i in self._objects]
+        self._tree.executemany("DELETE FROM place WHERE id = ?", [(o.id,) for o in removed])
+        self._near_centre[:] = np.nan
+        return removed
+
+    def places(self, centre: Floats, distance: float) -> tuple[Ints, Floats]:
+        """Return ids (k,) and north-east positions (2, k) of the objects not farther than `distance` from (2,)."""
+        if not np.hypot(*(centre - self._near_centre)) + distance <= self._near_reach:
+            self._look_around(centre, distance + SKIN_M)
+        close = np.hypot(*(self._near_places - centre[:, None])) <= distance
+        return self._near_ids[close], self._near_places[:, close]
+
+    def near(self, centre: Floats, distance: float) -> list[MapObject]:
+        """Return the objects not farther than `distance` from (2,)."""
+        return [self._objects[i] for i in self.places(centre, distance)[0].tolist()]
+
+    def all(self) -> list[MapObject]:
+        """Return every object that is here."""
+        return list(self._objects.values())
+
+    def _look_around(self, centre: Floats, reach: float) -> None:
+        """Ask the R-tree what is within `reach`."""
+        square = box(float(centre[0]), float(centre[1]), reach)
+        ids = [row[0] for row in self._tree.execute(f"SELECT id FROM place WHERE {INSIDE}", square)]
+        self._near_ids = np.array(ids, np.int64)
+        self._near_places = np.array([self._objects[i].position[:2] for i in ids], np.float64).reshape(-1, 2).T
+        self._near_centre, self._near_reach = centre.copy(), reach

@@ -1,0 +1,192 @@
+"""The map of hibernated objects on disk: one SQLite file in WAL mode, which survives a kill at any moment.
+
+Ids are never used twice: the file remembers up to which id this and earlier missions may have gone, so that an object
+of today never gets the id of one of last year. Positions are local: a file belongs to one origin.
+"""
+
+import math
+import sqlite3
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from ods.base.errors import OdsError
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.rtree import INSIDE, box
+from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
+
+ID_BLOCK = 1000
+"""Ids are reserved on disk by so many at a time."""
+LOCK_WAIT_S = 0.05
+"""Longest wait of a running tracker for another program that reads or writes the file."""
+OPEN_WAIT_S = 2.0
+"""The same when the file is opened."""
+COLUMNS = (
+    "id, north, east, down, sigma_north, sigma_east, sigma_down, radius, sigma_radius, existence, times_seen, "
+    "first_seen_utc_ns, last_seen_utc_ns, hibernated_utc_ns, covariance_ne"
+)
+
+
+class MapError(OdsError):
+    """The map cannot be used; the text is one line."""
+
+
+class MapStore:
+    """An open map. Made by `open_map`, `copy_of_map` or `sole_access`; every method may raise MapError."""
+
+    def __init__(self, path: Path, db: sqlite3.Connection) -> None:
+        """`db`: a map of today's schema, in autocommit mode; `path` is for messages."""
+        self._path = path
+        self._db = db
+
+    def origin_deg(self) -> tuple[float, float]:
+        """Return latitude and longitude of the local frame's origin."""
+        with _told(self._path):
+            latitude, longitude = self._db.execute("SELECT latitude_deg, longitude_deg FROM mission").fetchone()
+        return latitude, longitude
+
+    def load(self, area: tuple[float, float, float] | None = None) -> list[MapObject]:
+        """Return all objects, or those within `area`: north, east and distance, m. In order of their ids."""
+        query, square = f"SELECT {COLUMNS} FROM object", tuple[float, ...]()
+        if area is not None:
+            query += f" WHERE id IN (SELECT id FROM place WHERE {INSIDE})"
+            square = box(*area)
+        with _told(self._path):
+            rows = self._db.execute(f"{query} ORDER BY id", square).fetchall()
+            found = [_object_of(row) for row in rows]
+        if area is None:
+            return found
+        north, east, distance = area
+        return [o for o in found if math.hypot(o.position[0] - north, o.position[1] - east) <= distance]
+
+    def change(self, put: Iterable[MapObject], remove: Iterable[int]) -> None:
+        """Insert or replace objects and remove others by id, all or nothing."""
+        rows = [
+            (
+                *(o.id, *o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.times_seen),
+                *(o.first_seen_utc_ns, o.last_seen_utc_ns, o.hibernated_utc_ns, o.covariance_ne),
+            )
+            for o in put
+        ]
+        with _told(self._path), self._db:
+            self._db.execute("BEGIN IMMEDIATE")
+            self._db.executemany(f"INSERT OR REPLACE INTO object ({COLUMNS}) VALUES ({','.join('?' * 15)})", rows)
+            self._db.executemany("DELETE FROM object WHERE id = ?", [(i,) for i in remove])
+
+    def first_free_id(self) -> int:
+        """Return an id from which on none was ever used."""
+        with _told(self._path):
+            (highest,) = self._db.execute("SELECT coalesce(max(id), 0) FROM object").fetchone()
+            (next_id,) = self._db.execute("SELECT next_id FROM mission").fetchone()
+        return max(int(next_id), int(highest) + 1)
+
+    def reserve(self, next_id: int) -> None:
+        """Note that all ids below `next_id` may be in use."""
+        with _told(self._path):
+            self._db.execute("UPDATE mission SET next_id = ?", (next_id,))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._db.close()
+
+
+def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
+    """Open or create the map of a tracker, and bring it up to date.
+
+    Raises MapError when the file is damaged, foreign, of a newer program or of another origin.
+    """
+    with _told(path):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        db = sqlite3.connect(path, timeout=OPEN_WAIT_S, isolation_level=None)
+    with _told(path, db):
+        if version_of(db) < SCHEMA_VERSION:
+            with db:
+                db.execute("BEGIN IMMEDIATE")
+                bring_up_to_date(db)
+                unused = "WHERE NOT EXISTS (SELECT 1 FROM mission)"
+                db.execute(f"INSERT INTO mission SELECT ?, ?, 1 {unused}", (latitude_deg, longitude_deg))
+        db.execute("PRAGMA journal_mode = WAL")
+        db.execute("PRAGMA synchronous = NORMAL")
+        db.execute(f"PRAGMA busy_timeout = {round(1e3 * LOCK_WAIT_S)}")
+        store = MapStore(path, db)
+        latitude, longitude = store.origin_deg()
+        if (latitude, longitude) != (latitude_deg, longitude_deg):
+            raise ValueError(
+                f"its origin is {latitude}, {longitude}; "
+                f"site.latitude_deg and site.longitude_deg are {latitude_deg}, {longitude_deg}"
+            )
+    return store
+
+
+def copy_of_map(path: Path) -> MapStore:
+    """Return a copy in memory, of today's schema: the file may be in use, and is not changed. Raises MapError."""
+    with _told(path):
+        if not path.is_file():
+            raise ValueError("no such file")
+        db = sqlite3.connect(":memory:", isolation_level=None)
+    with _told(path, db):
+        in_use = _has_log(path)
+        _back_up(path, db, in_use)
+        if not in_use and _has_log(path):  # a tracker has just opened it
+            _back_up(path, db, in_use=True)
+        if version_of(db) == 0:
+            raise ValueError("not a map of this program")
+        bring_up_to_date(db)
+    return MapStore(path, db)
+
+
+def _has_log(path: Path) -> bool:
+    return path.with_name(f"{path.name}-wal").exists()
+
+
+def _back_up(path: Path, db: sqlite3.Connection, in_use: bool) -> None:
+    """Copy the file into `db`. One not in use is read without the files that SQLite would put beside it."""
+    mode = "mode=ro" if in_use else "mode=ro&immutable=1"
+    uri = f"{path.absolute().as_uri()}?{mode}"
+    file = sqlite3.connect(uri, uri=True, timeout=OPEN_WAIT_S, isolation_level=None)
+    try:
+        file.execute("BEGIN")
+        file.execute("SELECT 1 FROM sqlite_master").fetchone()  # takes the lock, or gives up: `backup` never would
+        file.backup(db)
+    finally:
+        file.close()
+
+
+def sole_access(path: Path) -> MapStore:
+    """Open a map that no other program has open, and keep others out until it is closed.
+
+    Raises MapError, also when a tracker is using the map: it would write back what is taken out here.
+    """
+    copy_of_map(path).close()  # says what is wrong with a file that is no map before anything is touched
+    with _told(path):
+        db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
+    with _told(path, db):
+        db.execute("PRAGMA locking_mode = EXCLUSIVE")
+        try:
+            db.execute("PRAGMA journal_mode = DELETE")  # SQLite leaves WAL mode only if there is no other connection
+            db.execute("PRAGMA journal_mode = WAL")  # and stays alone in it, as it never gives its lock back
+            db.execute("BEGIN EXCLUSIVE")
+        except sqlite3.OperationalError as error:
+            raise ValueError(f"in use by another program, probably a running tracker ({error})") from error
+        bring_up_to_date(db)
+        db.execute("COMMIT")
+    return MapStore(path, db)
+
+
+def _object_of(row: tuple[Any, ...]) -> MapObject:
+    """Return the object of a row of COLUMNS. Raises ValueError when a value is no finite number."""
+    if not all(isinstance(value, int | float) and math.isfinite(value) for value in row):
+        raise ValueError(f"object {row[0]} is damaged")
+    return MapObject(row[0], row[1:4], row[4:7], *row[7:])
+
+
+@contextmanager
+def _told(path: Path, db: sqlite3.Connection | None = None) -> Iterator[None]:
+    """Turn what goes wrong into a MapError that names the file; close `db` then, if given."""
+    try:
+        yield
+    except (OSError, ValueError, sqlite3.Error, MapError) as error:
+        if db is not None:
+            db.close()
+        raise error if isinstance(error, MapError) else MapError(f"map {path}: {error}") from error

@@ -1,0 +1,1 @@
+"""Filters of an object's state, chosen by `tracker.observer`."""

@@ -1,0 +1,93 @@
+"""The library of observers: filters for the states of all objects at once, chosen by name [SSIE].
+
+An observer keeps one column an object, in the order in which they were started; `Tracker` keeps its own columns in
+step. `OBSERVERS` maps the name in the configuration to a factory that takes the motion settings.
+"""
+
+from collections.abc import Callable
+from typing import Protocol
+
+from ods.base.arrays import Floats, Indices, Mask
+from ods.tracker.measurement.model import Fix
+from ods.tracker.observer.belief import Belief
+from ods.tracker.observer.imm import CoupledPlane, Model
+from ods.tracker.observer.independent import IndependentAxes
+from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
+from ods.tracker.settings import MotionSettings
+
+CALM, AGILE = 0.03, 5.0
+"""Acceleration noise of an object that keeps its velocity and of one that manoeuvres, in units of
+`acceleration_noise`."""
+MANOEUVRING = 0.2
+"""Share of the time in which a moving object manoeuvres."""
+CHANGE_RATE = 0.1
+"""How often it begins or stops to, 1/s."""
+
+
+class Observer(Protocol):
+    """What the tracker asks of a set of filters. `rows` are indices of objects."""
+
+    def predict(self, dt: float) -> None:
+        """Carry all objects on over `dt` >= 0 seconds."""
+
+    def belief(self) -> Belief:
+        """Return the hypotheses of all objects; the arrays may be views that the next change spoils."""
+
+    def velocity(self) -> tuple[Floats, Floats]:
+        """Return mean and variance (3, n) of all velocities."""
+
+    def start(self, fix: Fix) -> None:
+        """Append new objects, one a fix."""
+
+    def recall(
+        self, position: Floats, variance: Floats, covariance_ne: Floats, radius: Floats, radius_variance: Floats
+    ) -> None:
+        """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
+
+    def update(self, rows: Indices, fix: Fix, since_s: Floats) -> None:
+        """Take one fix an object, `since_s` after its last one."""
+
+    def settle(self, rows: Indices) -> None:
+        """Decide for good whether each object moves, where that is established: the static ones stay where they are."""
+
+    def rest(self, rows: Indices) -> None:
+        """Decide for good that objects do not move: they are where they were when seen."""
+
+    def reopen(self, rows: Indices) -> None:
+        """Take the decision of `settle` back: the object is seen again."""
+
+    def inherit(self, heirs: Indices, old: Indices) -> None:
+        """Let `heirs` go on with what is settled of `old`: they are the same objects, seen again."""
+
+    def keep(self, mask: Mask) -> None:
+        """Remove the objects where `mask` is False."""
+
+
+def _independent(settings: MotionSettings) -> Observer:
+    return StaticOrMovingObserver(settings, IndependentAxes(settings))
+
+
+def _coupled(settings: MotionSettings) -> Observer:
+    return StaticOrMovingObserver(settings, CoupledPlane(settings, [Model(settings.acceleration_noise, 1.0)]))
+
+
+def _manoeuvring(settings: MotionSettings) -> Observer:
+    models = [
+        Model(CALM * settings.acceleration_noise, 1.0 - MANOEUVRING),
+        Model(AGILE * settings.acceleration_noise, MANOEUVRING),
+    ]
+    return StaticOrMovingObserver(settings, CoupledPlane(settings, models, CHANGE_RATE))
+
+
+OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {
+    "independent": _independent,
+    "coupled": _coupled,
+    "manoeuvring": _manoeuvring,
+}
+
+
+def make_observer(name: str, settings: MotionSettings) -> Observer:
+    """Return a new observer. Raises ValueError for an unknown name."""
+    if name not in OBSERVERS:
+        raise ValueError(f"tracker.observer: no observer {name!r}; there are: {', '.join(sorted(OBSERVERS))}")
+    return OBSERVERS[name](settings)

@@ -1,0 +1,1 @@
+"""What the planner gets: snapshot, closest approach, obstacle list, validity."""

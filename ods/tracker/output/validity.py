@@ -1,0 +1,78 @@
+"""May the planner rely on the obstacle list? The reasons why not, in plain words."""
+
+from collections.abc import Iterable
+
+from ods.base.clock import NS
+from ods.messages import Health
+from ods.runtime import bus
+
+PING_STALE_S = bus.TOPICS["detections"].stale_s
+POSE_STALE_S = bus.TOPICS["pose"].stale_s
+SETTLE_S = 1.0
+"""From the first ping until every object in view can have been confirmed."""
+
+
+class Watch:
+    """When what was heard of last. All times are CLOCK_MONOTONIC ns."""
+
+    def __init__(self, started_ns: int, processes: Iterable[str]) -> None:
+        self._started_ns = started_ns
+        self._first_ping_ns: int | None = None
+        self._ping_ns: int | None = None
+        self._pose_ns: int | None = None
+        self._health: dict[str, Health | None] = dict.fromkeys(processes)
+
+    def ping(self, t_ns: int) -> None:
+        """Detections of the ping transmitted at `t_ns` came."""
+        self._first_ping_ns = t_ns if self._first_ping_ns is None else self._first_ping_ns
+        self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
+
+    def pose(self, t_ns: int) -> None:
+        """A pose of the instant `t_ns` came."""
+        self._pose_ns = t_ns if self._pose_ns is None else max(self._pose_ns, t_ns)
+
+    def health(self, message: Health) -> None:
+        """A health report came."""
+        self._health[message.process] = message
+
+    def silent(self, now_ns: int) -> bool:
+        """Tell whether no ping came lately."""
+        return self._ping_ns is None or now_ns - self._ping_ns > PING_STALE_S * NS
+
+    def reasons(self, now_ns: int, pose_known: bool) -> list[str]:
+        """Return why the list of this moment is not to be relied on; empty when it is.
+
+        `pose_known`: the vehicle's pose was found for the ping behind the list, if there is one.
+        """
+        found = []
+        if self.silent(now_ns):
+            found.append(_silence("ping", self._ping_ns, now_ns))
+        elif self._settling():
+            found.append("the tracker has just started: objects are still being confirmed")
+        if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
+            found.append(_silence("pose", self._pose_ns, now_ns))
+        elif not pose_known:
+            found.append("no pose for the time of the ping")
+        for process, report in self._health.items():
+            found += self._of_process(process, report, now_ns)
+        return found
+
+    def _settling(self) -> bool:
+        if self._ping_ns is None or self._first_ping_ns is None:
+            return True
+        return self._ping_ns - self._first_ping_ns < SETTLE_S * NS
+
+    def _of_process(self, process: str, report: Health | None, now_ns: int) -> list[str]:
+        newest_ns = self._started_ns if report is None else report.t_ns
+        age_s = (now_ns - newest_ns) / NS
+        if age_s > bus.HEALTH_STALE_S:
+            return [f"{process}: no sign of life for {age_s:.1f} s"]
+        if report is None:
+            return []
+        if not report.ready and not report.problems:
+            return [f"{process}: not ready"]
+        return [f"{process}: {problem}" for problem in report.problems]
+
+
+def _silence(what: str, newest_ns: int | None, now_ns: int) -> str:
+    return f"no {what} yet" if newest_ns is None else f"no {what} for {(now_ns - newest_ns) / NS:.1f} s"

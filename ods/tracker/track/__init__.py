@@ -1,0 +1,1 @@
+"""The table of tracks and their life: existence, states, stitching."""

@@ -1,0 +1,122 @@
+"""The states of an object [SSIE figure 5] and what leads from one to the next, for all objects at once.
+
+TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not hear of it)
+TENTATIVE -> TERMINATED             not proved
+ACTIVE    -> STAND_BY               out of view, or silent: time updates only
+STAND_BY  -> ACTIVE                 seen again
+STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
+STAND_BY  -> TERMINATED             out of view too long, moving; or gone
+HIBERNATED -> ACTIVE                found again
+HIBERNATED -> TERMINATED            its place is in full view, and it is gone
+"""
+
+from typing import NamedTuple
+
+from ods.base.arrays import Floats, Ints, Mask
+from ods.base.kernel import kernel
+from ods.tracker.settings import LifeSettings
+
+TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED = range(5)
+"""States of an object; ACTIVE to HIBERNATED are reported."""
+
+TRANSITIONS: dict[int, tuple[int, ...]] = {
+    TENTATIVE: (ACTIVE, TERMINATED),
+    ACTIVE: (STAND_BY,),
+    STAND_BY: (ACTIVE, HIBERNATED, TERMINATED),
+    HIBERNATED: (ACTIVE, TERMINATED),
+    TERMINATED: (),
+}
+"""The only changes there are."""
+
+REST = 0.5
+"""An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
+STATIC = 0.95
+"""An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
+TENTATIVE_SILENT_S = 1.0
+"""An object not proved is given up after so long without an echo."""
+TENTATIVE_DOUBT = 0.03
+"""An object not proved is given up when its probability falls to this share of what it began with: two misses."""
+
+
+class Evidence(NamedTuple):
+    """What the newest image says of n objects: (n,) each."""
+
+    hit: Mask
+    inside: Mask
+    """The predicted place is in the sonar's view,"""
+    skipped: Mask
+    """but at a range that was not processed in this image."""
+    echoes: Ints
+    """Echoes so far."""
+    unseen_s: Floats
+    """Time since the last one."""
+    existence: Floats
+    """Probability."""
+    visible: Floats
+    """Probability that it exists and gives echoes."""
+    first_visible: Floats
+    """The same when it began."""
+    static: Mask
+    """It does not move, at a probability of at least `STATIC`."""
+    covered: Mask
+    """It lies inside another object that is seen."""
+    stray: Mask
+    """Its echoes may be those of a confirmed object beside it."""
+    sigma: Floats
+    """Standard deviation of its horizontal position, m."""
+
+
+def next_states(state: Ints, e: Evidence, settings: LifeSettings) -> Ints:
+    """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
+    return _next_states(
+        state,
+        e,
+        settings.confirm_echoes,
+        settings.confirm_existence,
+        settings.drop_existence,
+        settings.silent_s,
+        settings.stand_by_s,
+        settings.lost_sigma_m,
+    )
+
+
+@kernel
+def _next_states(
+    state: Ints,
+    e: Evidence,
+    confirm_echoes: int,
+    confirm_existence: float,
+    drop_existence: float,
+    silent_s: float,
+    stand_by_s: float,
+    lost_sigma_m: float,
+) -> Ints:
+    after = state.copy()
+    for i in range(len(state)):
+        doubted = e.existence[i] < drop_existence
+        if state[i] == TENTATIVE:
+            after[i] = _proved_or_not(e, i, confirm_echoes, confirm_existence)
+        elif state[i] == ACTIVE:
+            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > silent_s and not e.skipped[i])):
+                after[i] = STAND_BY
+        elif state[i] == STAND_BY or state[i] == HIBERNATED:
+            overdue = (not e.inside[i] and e.unseen_s[i] > stand_by_s) or e.sigma[i] > lost_sigma_m
+            if e.hit[i]:
+                after[i] = ACTIVE
+            elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not e.static[i]))):
+                after[i] = TERMINATED
+            elif overdue:
+                after[i] = HIBERNATED
+    return after
+
+
+@kernel
+def _proved_or_not(e: Evidence, i: int, confirm_echoes: int, confirm_existence: float) -> int:
+    """Return the next state of a tentative object."""
+    if e.hit[i]:
+        proved = e.echoes[i] >= confirm_echoes and e.existence[i] >= confirm_existence and not e.stray[i]
+        return ACTIVE if proved else TENTATIVE
+    if e.skipped[i]:
+        return TENTATIVE
+    unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.unseen_s[i] > TENTATIVE_SILENT_S
+    return TERMINATED if unproved else TENTATIVE

@@ -1,0 +1,84 @@
+"""Two tracks of one object: a young one continues a silent old one, or a silent one is part of a larger object."""
+
+import math
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.kernel import kernel
+from ods.tracker.observer.belief import Estimate
+from ods.tracker.track.lifecycle import STATIC
+from ods.tracker.track.tracks import Tracks
+
+FARTHEST_M = 10.0
+"""However uncertain its prediction, an object is not found again farther away than this."""
+
+
+def successors(
+    tracks: Tracks, estimate: Estimate, young: Indices, old: Indices, gate_sigmas: float
+) -> tuple[Indices, Indices]:
+    """Find which of `young` are objects of `old` seen again.
+
+    They agree in place within the gate, and the old one was last seen before the young one's first echo, so that no
+    image ever showed both. Returns the pairs, each object at most once.
+    """
+    nothing = np.zeros(0, np.intp)
+    if not len(young) or not len(old):
+        return nothing, nothing
+    north, east = (estimate.position[axis, young][:, None] - estimate.position[axis, old][None, :] for axis in (0, 1))
+    s_nn, s_ee = (estimate.variance[axis, young][:, None] + estimate.variance[axis, old][None, :] for axis in (0, 1))
+    s_ne = estimate.covariance_ne[young][:, None] + estimate.covariance_ne[old][None, :]
+    distance = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / (s_nn * s_ee - s_ne**2)
+    possible = (distance < gate_sigmas**2) & (np.hypot(north, east) < FARTHEST_M)
+    possible &= tracks.last[old][None, :] < tracks.born[young][:, None]
+    if not possible.any():
+        return nothing, nothing
+    gain = np.where(possible, gate_sigmas**2 - distance, 0.0)
+    rows, columns = linear_sum_assignment(gain, maximize=True)
+    real = gain[rows, columns] > 0.0
+    return young[rows[real]], old[columns[real]]
+
+
+def strays(tracks: Tracks, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
+    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`: objects not seen in this image.
+
+    Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
+    until an image shows both, they are one.
+    """
+    return _strays(
+        estimate.position, estimate.radius, tracks.born, tracks.last, young.nonzero()[0], missed.nonzero()[0]
+    )
+
+
+@kernel
+def _strays(position: Floats, radius: Floats, born: Ints, last: Ints, young: Indices, missed: Indices) -> Mask:
+    result = np.zeros(len(radius), np.bool_)
+    for i in young:
+        for j in missed:
+            if last[j] >= born[i] and _apart(position, i, j) < radius[i] + radius[j]:
+                result[i] = True
+    return result
+
+
+def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
+    """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
+    still = estimate.static >= STATIC
+    inner, outer = (silent & still).nonzero()[0], (active & still).nonzero()[0]
+    return _covered(estimate.position, estimate.radius, inner, outer)
+
+
+@kernel
+def _covered(position: Floats, radius: Floats, inner: Indices, outer: Indices) -> Mask:
+    result = np.zeros(len(radius), np.bool_)
+    for i in inner:
+        for j in outer:
+            if _apart(position, i, j) < radius[j]:
+                result[i] = True
+    return result
+
+
+@kernel
+def _apart(position: Floats, i: np.intp, j: np.intp) -> float:
+    """Return the horizontal distance of two objects."""
+    return math.hypot(position[0, i] - position[0, j], position[1, i] - position[1, j])

@@ -1,0 +1,59 @@
+"""What `ods watch` shows: obstacles, and above all what is not right."""
+
+from io import StringIO
+
+from rich.console import Console
+
+from ods.base.clock import NS
+from ods.commands.watch import screen
+from ods.messages import ClosestApproach, Health, Obstacle, ObstacleList
+
+NOW = 100 * NS
+SEEN = Obstacle(
+    id=17, state="stand_by", position_ned=(12.3, -4.5, 20.0), velocity_ned=(0.3, 0.4, 0.0), radius_m=2.5,
+    sigma_position=(0.1, 0.2, 3.0), sigma_velocity=(0.1, 0.1, 0.1), sigma_radius=0.3, first_seen_utc_ns=0,
+    last_seen_utc_ns=0, times_seen=42, existence=0.97, cpa=ClosestApproach(12.0, 4.2, 0.5),
+)  # fmt: skip
+
+
+def shown(newest: ObstacleList | None, health: dict[str, Health]) -> str:
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(screen(newest, health, NOW))
+    return console.export_text()
+
+
+def picture(age_s: float, valid: bool = True, reasons: list[str] | None = None) -> ObstacleList:
+    return ObstacleList(1, 9, NOW - round(age_s * NS), 0, 0, valid, reasons or [], [SEEN])
+
+
+def report(name: str, age_s: float, problems: list[str]) -> Health:
+    return Health(
+        name, 1, 0, NOW - round(age_s * NS), 0, True, problems, {"pings": 3}, {"ping": 6.7}, {}, {}, 5.0, 40.0
+    )
+
+
+def test_an_obstacle_is_shown_with_its_uncertainty() -> None:
+    text = shown(picture(0.1), {})
+    for part in (
+        "valid, ping 9, 1 obstacles",
+        "17",
+        "stand_by",
+        "12.3 ±0.1",
+        "-4.5 ±0.2",
+        "0.50",
+        "2.5 ±0.3",
+        "4.2 ±0.5, 12",
+        "0.97",
+        "42",
+    ):
+        assert part in text
+
+
+def test_what_is_not_right_is_said() -> None:
+    assert "no obstacle list yet" in shown(None, {})
+    assert "NOT VALID: no obstacle list for 3.0 s" in shown(picture(3.0), {})
+    assert "NOT VALID: no pose for 2 s" in shown(picture(0.1, False, ["no pose for 2 s"]), {})
+    text = shown(picture(0.1), {"sonar": report("sonar", 0.1, ["no ping for 2.0 s"]), "nav": report("nav", 9.0, [])})
+    assert "no ping for 2.0 s" in text
+    assert "silent for 9 s" in text
+    assert text.count("not seen") == 2

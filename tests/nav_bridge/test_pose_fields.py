@@ -1,0 +1,236 @@
+"""Pose fields to poses: every way to tell a pose, against scipy's rotations and the ellipsoid's own equations."""
+
+import itertools
+import math
+from collections import Counter
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.messages import Pose
+from ods.nav_bridge.pose_fields import (
+    ATTITUDE_SIGMAS,
+    ATTITUDES,
+    PLACE_SIGMAS,
+    PLACES,
+    UNITS,
+    VELOCITIES,
+    PoseMaker,
+)
+from ods.nav_bridge.settings import LimitSettings, SigmaSettings
+
+LATITUDE, LONGITUDE = 57.048, 9.9187
+FRAME = LocalFrame(LATITUDE, LONGITUDE)
+SIGMAS = SigmaSettings(position_m=0.7, attitude_rad=0.01)
+TURN = Rotation.from_euler("ZYX", [2.9, -0.2, 0.1])
+NED = TURN.apply([1.5, -0.1, 0.2])
+PLACE = (1234.5, -678.9, 20.0)
+GEODETIC = (57.05908512010964, 10.03881099803017 - 10.05 + LONGITUDE, -19.844527606852353)
+"""PROJ 9.5.1, +proj=cart +step +proj=topocentric, inverse, of PLACE seen from 57.048, 10.05, turned about the axis."""
+VALUES: dict[str, float] = {
+    "roll": 0.1, "pitch": -0.2, "yaw": 2.9, "u": 1.5, "v": -0.1, "w": 0.2,
+    **dict(zip(PLACES[0], PLACE, strict=True)),
+    **dict(zip(PLACES[1], GEODETIC, strict=True)),
+    **dict(zip(ATTITUDES[1], TURN.as_quat(scalar_first=True).tolist(), strict=True)),
+    **dict(zip(VELOCITIES[1], NED.tolist(), strict=True)),
+    "sigma_north": 0.3, "sigma_east": 0.4, "sigma_down": 0.5, "sigma_horizontal": 0.6,
+    "sigma_roll": 0.01, "sigma_pitch": 0.02, "sigma_yaw": 0.03, "sigma_tilt": 0.04,
+}  # fmt: skip
+"""One vehicle, told in every way."""
+SPREADS = {
+    PLACE_SIGMAS[0]: (0.3, 0.4, 0.5), PLACE_SIGMAS[1]: (0.6, 0.6, 0.5),
+    ATTITUDE_SIGMAS[0]: (0.01, 0.02, 0.03), ATTITUDE_SIGMAS[1]: (0.04, 0.04, 0.03),
+}  # fmt: skip
+
+
+class Bench:
+    """A maker of the named fields, and its counters."""
+
+    def __init__(self, fields: Iterable[str], limits: LimitSettings | None = None) -> None:
+        self.counters: Counter[str] = Counter()
+        self.fields = list(fields)
+        self.maker = PoseMaker(
+            self.fields, FRAME, limits or LimitSettings(), SIGMAS, lambda t_ns: t_ns + 7, self.counters
+        )
+
+    def make(self, **changes: float) -> Pose | None:
+        """Make a pose of VALUES and changes."""
+        return self.make_at(NS, **changes)
+
+    def make_at(self, t_ns: int, **changes: float) -> Pose | None:
+        """Make a pose of the instant `t_ns` that arrives at 1 s."""
+        return self.maker.make({name: VALUES[name] for name in self.fields} | changes, t_ns, NS)
+
+
+def test_every_field_has_values_here() -> None:
+    assert set(VALUES) == set(UNITS)
+
+
+@pytest.mark.parametrize(
+    "groups",
+    list(itertools.product(PLACES, ATTITUDES, VELOCITIES, (*PLACE_SIGMAS, ()), (*ATTITUDE_SIGMAS, ()))),
+    ids=lambda groups: "+".join(names[0] if names else "none" for names in groups),
+)
+def test_every_way_to_tell_it_gives_the_same_pose(groups: tuple[tuple[str, ...], ...]) -> None:
+    bench = Bench([name for names in groups for name in names])
+    pose = bench.make()
+    assert pose is not None
+    np.testing.assert_allclose(pose.position_ned, PLACE, atol=1e-6)
+    np.testing.assert_allclose(pose.velocity_body, (1.5, -0.1, 0.2), atol=1e-12)
+    told = TURN.as_quat(scalar_first=True)
+    assert abs(float(np.dot(pose.attitude, told))) == pytest.approx(1.0, abs=1e-14)
+    assert pose.sigma_position_ned == SPREADS.get(groups[3], (0.7, 0.7, 0.7))
+    assert pose.sigma_attitude == SPREADS.get(groups[4], (0.01, 0.01, 0.01))
+    assert (pose.seq, pose.t_ns, pose.utc_ns) == (0, NS, NS + 7)
+    assert not bench.counters
+
+
+def east_of_meridian(latitude_deg: float, longitude_deg: float, height_m: float) -> tuple[float, float, float]:
+    """Return N, E, D by the ellipsoid's equations, turned by hand: rotate the earth, then tilt."""
+    a, f = 6378137.0, 1.0 / 298.257223563
+    e2 = 2.0 * f - f * f
+
+    def meridian(latitude_deg: float, height_m: float) -> tuple[float, float]:
+        sine, cosine = math.sin(math.radians(latitude_deg)), math.cos(math.radians(latitude_deg))
+        n = a / math.sqrt(1.0 - e2 * sine * sine)
+        return (n + height_m) * cosine, (n * (1.0 - e2) + height_m) * sine
+
+    radius, z = meridian(latitude_deg, height_m)
+    turned = math.radians(longitude_deg - LONGITUDE)
+    outward, east = radius * math.cos(turned), radius * math.sin(turned)
+    outward_0, z_0 = meridian(LATITUDE, 0.0)
+    tilt = math.radians(LATITUDE)
+    outward, z = outward - outward_0, z - z_0
+    return (
+        z * math.cos(tilt) - outward * math.sin(tilt),
+        east,
+        -(outward * math.cos(tilt) + z * math.sin(tilt)),
+    )
+
+
+@given(st.floats(56.3, 57.8), st.floats(8.6, 11.2), st.floats(-3000.0, 50.0))
+def test_places_by_the_equations_of_the_ellipsoid(latitude: float, longitude: float, altitude: float) -> None:
+    bench = Bench([*PLACES[1], *ATTITUDES[0], *VELOCITIES[0]])
+    pose = bench.make(latitude=latitude, longitude=longitude, altitude=altitude)
+    assert pose is not None
+    np.testing.assert_allclose(pose.position_ned, east_of_meridian(latitude, longitude, altitude), atol=1e-7)
+
+
+@given(st.floats(-math.pi, math.pi), st.floats(-math.pi / 2, math.pi / 2), st.floats(-math.pi, 2.0 * math.pi))
+def test_any_attitude_as_angles_or_quaternion_turns_the_velocity_as_scipy_does(
+    roll: float, pitch: float, yaw: float
+) -> None:
+    turn = Rotation.from_euler("ZYX", [yaw, pitch, roll])
+    w, x, y, z = turn.as_quat(scalar_first=True).tolist()
+    expected = turn.inv().apply([VALUES[name] for name in VELOCITIES[1]])
+    by_angles = Bench([*PLACES[0], *ATTITUDES[0], *VELOCITIES[1]]).make(roll=roll, pitch=pitch, yaw=yaw)
+    by_quaternion = Bench([*PLACES[0], *ATTITUDES[1], *VELOCITIES[1]]).make(qw=w, qx=x, qy=y, qz=z)
+    for pose in (by_angles, by_quaternion):
+        assert pose is not None
+        np.testing.assert_allclose(pose.velocity_body, expected, atol=1e-12)
+
+
+ALL_GLOBAL = (*PLACES[1], *ATTITUDES[1], *VELOCITIES[1], *PLACE_SIGMAS[0], *ATTITUDE_SIGMAS[0])
+ALL_LOCAL = (*PLACES[0], *ATTITUDES[0], *VELOCITIES[0], *PLACE_SIGMAS[1], *ATTITUDE_SIGMAS[1])
+
+
+@pytest.mark.parametrize("fields", [ALL_GLOBAL, ALL_LOCAL])
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e308, -1e308])
+def test_no_field_lets_through_what_is_no_number(fields: tuple[str, ...], bad: float) -> None:
+    bench = Bench(fields)
+    assert all(bench.make(**{name: bad}) is None for name in fields)
+    assert bench.counters == {"epoch_absurd": len(fields)}
+
+
+@given(st.sampled_from([ALL_GLOBAL, ALL_LOCAL]), st.data())
+def test_whatever_is_told_a_pose_is_finite_and_within_the_limits(fields: tuple[str, ...], data: st.DataObject) -> None:
+    bench = Bench(fields)
+    values = {name: data.draw(st.floats() | st.just(VALUES[name])) for name in fields}
+    pose = bench.make(**values)
+    assert (pose is None) == bool(bench.counters)
+    if pose is not None:
+        north, east, down = pose.position_ned
+        assert max(abs(north), abs(east)) <= 1e5
+        assert -100.0 <= down <= 12_000.0
+        assert max(map(abs, pose.velocity_body)) <= 30.0
+        assert math.hypot(*pose.attitude) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("changes", "good"),
+    [
+        ({"north": 999.0, "east": -999.0}, True),
+        ({"north": 1001.0}, False),
+        ({"east": -1001.0}, False),
+        ({"down": -9.0}, True),
+        ({"down": -11.0}, False),
+        ({"down": 501.0}, False),
+        ({"u": 4.9}, True),
+        ({"w": -5.1}, False),
+        ({"roll": math.pi + 5e-4}, True),
+        ({"roll": math.pi + 5e-3}, False),
+        ({"pitch": math.pi / 2 + 5e-4}, True),
+        ({"pitch": -math.pi / 2 - 5e-3}, False),
+        ({"yaw": 2 * math.pi}, True),
+        ({"yaw": -6.3}, False),
+        ({"sigma_tilt": 0.0}, True),
+        ({"sigma_yaw": -1e-6}, False),
+        ({"sigma_horizontal": -1e-6}, False),
+    ],
+)
+def test_limits(changes: dict[str, float], good: bool) -> None:
+    limits = LimitSettings(horizontal_m=1000.0, height_m=10.0, depth_m=500.0, speed=5.0)
+    pose = Bench(ALL_LOCAL, limits).make(**({"north": 0.0, "east": 0.0} | changes))
+    assert (pose is not None) == good
+
+
+@pytest.mark.parametrize(
+    ("changes", "good"),
+    [
+        ({"latitude": 90.1}, False),
+        ({"longitude": 360.1}, False),
+        ({"longitude": LONGITUDE + 360.0 - 360.0}, True),
+        ({"longitude": LONGITUDE - 360.0}, True),
+        ({"latitude": 0.0}, False),
+        ({"qw": 0.0, "qx": 0.0, "qy": 0.0, "qz": 0.0}, False),
+        ({"qw": 1.019, "qx": 0.0, "qy": 0.0, "qz": 0.0}, True),
+        ({"qw": 1.021, "qx": 0.0, "qy": 0.0, "qz": 0.0}, False),
+        ({"qw": 0.5, "qx": 0.0, "qy": 0.0, "qz": 0.0}, False),
+    ],
+)
+def test_places_and_quaternions_that_are_none(changes: dict[str, float], good: bool) -> None:
+    pose = Bench(ALL_GLOBAL).make(**changes)
+    assert (pose is not None) == good
+    if pose is not None:
+        assert math.hypot(*pose.attitude) == pytest.approx(1.0)
+
+
+def test_poses_are_numbered_and_old_ones_dropped() -> None:
+    bench = Bench(ALL_LOCAL, LimitSettings(age_s=0.5))
+    found = [bench.make_at(t_ns) for t_ns in (NS, NS // 2, NS // 2 - 1, NS)]
+    assert [pose.seq for pose in found if pose is not None] == [0, 1, 2]
+    assert bench.counters == {"epoch_late": 1}
+
+
+@pytest.mark.parametrize(
+    ("fields", "said"),
+    [
+        ({*ALL_LOCAL} - {"down"}, "a pose needs north, east, down or latitude, longitude, altitude"),
+        ({*ALL_LOCAL} - {"u"}, "a pose needs u, v, w or velocity_north"),
+        ({*ALL_GLOBAL} - {"qz"}, "a pose needs roll, pitch, yaw or qw"),
+        ({*ALL_LOCAL} | {"latitude"}, "latitude: of no use beside north"),
+        ({*ALL_LOCAL} - {"sigma_down"}, "sigma_horizontal: of no use beside"),
+    ],
+)
+def test_fields_that_make_no_pose_are_one_line(fields: set[str], said: str) -> None:
+    with pytest.raises(OdsError) as error:
+        Bench(fields)
+    assert said in str(error.value)
+    assert "\n" not in str(error.value)

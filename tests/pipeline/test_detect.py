@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+
+from ods.base.arrays import Image, Ints32
+from ods.pipeline.detect.levels import sorted_runs, two_level
+from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.region_growing import find_regions
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.regions import Regions, paint
+from ods.pipeline.stage.params import TwoLevelParams
+
+
+def mask_of(regions: Ints32, shape: tuple[int, ...]) -> Ints32:
+    mask = np.zeros(shape, np.int32)
+    paint(regions, 0, mask)
+    return mask
+
+
+def detect(image: Image, params: TwoLevelParams | None = None) -> Regions:
+    beams, samples = image.shape
+    fan = Fan(np.linspace(-0.5, 0.5, beams + 1)[1:], np.full(beams, 0.02), samples, 0.0, 0.05)
+    return two_level(params or TwoLevelParams(), fan)(image)
+
+
+def speckle(seed: int = 0, shape: tuple[int, int] = (60, 1000)) -> Image:
+    amplitude = np.random.default_rng(seed).rayleigh(1.0, shape)
+    return ndimage.uniform_filter1d(amplitude, 9, axis=1).astype(np.float32)
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    beams=st.integers(1, 18),
+    samples=st.integers(1, 150),
+    low=st.floats(0.2, 0.95),
+    smallest=st.integers(1, 12),
+    largest=st.sampled_from([15, 10**6]),
+    connectivity=st.sampled_from([4, 8]),
+    seed=st.integers(0, 10**6),
+)
+def test_regions_agree_with_labelling_by_scipy(
+    beams: int, samples: int, low: float, smallest: int, largest: int, connectivity: int, seed: int
+) -> None:
+    image = np.random.default_rng(seed).random((beams, samples)).astype(np.float32)
+    level, high = np.float32(low), np.float32(0.97)
+    work = np.empty((beams * (samples // 2 + 1), 4), np.int32)
+    visited = np.zeros(image.shape, np.bool_)
+    used, count = find_regions(image, level, high, int(connectivity == 8), smallest, largest, work, visited)
+    runs = sorted_runs(work[:used])
+    assert not visited.any()
+    labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
+    sizes = np.bincount(labels.ravel(), minlength=number + 1)
+    strong = np.unique(labels[image > high])
+    kept = [k for k in strong if k and smallest <= sizes[k] <= largest]
+    mask = mask_of(runs, image.shape)
+    assert count == len(kept)
+    np.testing.assert_array_equal(mask > 0, np.isin(labels, kept))
+    pairs = set(zip(mask[mask > 0].tolist(), labels[mask > 0].tolist(), strict=True))
+    assert len(pairs) == count
+    order = np.lexsort((runs[:, 1], runs[:, 0], runs[:, 3]))
+    np.testing.assert_array_equal(order, np.arange(len(runs)))
+
+
+def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
+    image = np.ones((9, 200), np.float32)
+    image[3:6, 50:70] = 3.0
+    image[4, 60] = 9.0
+    image[3:6, 120:140] = 3.0
+    image[6, 70] = 3.0  # touches the first one by a corner
+    regions = detect(image, TwoLevelParams(levels="background", low=2.0, high=6.0))
+    assert regions.total == 1
+    assert regions.background == pytest.approx(1.0, rel=0.02)
+    assert (mask_of(regions.runs, image.shape) > 0).sum() == 61
+
+
+def test_background_and_noise_are_the_quantiles() -> None:
+    image = speckle()
+    quantile = np.quantile(image, [0.5, 0.8413])
+    middle, noise = NoiseMeter().background_and_noise(image)
+    assert middle == pytest.approx(quantile[0], rel=0.02)
+    assert noise == pytest.approx(quantile[1] - quantile[0], rel=0.08)
+    image[10:30, 100:130] = 50.0  # 1 % of the image
+    assert NoiseMeter().background_and_noise(image)[1] == pytest.approx(1.04 * noise, rel=0.08)
+
+
+def test_levels_adapt_to_the_scale_of_the_image() -> None:
+    image = speckle()
+    image[20:24, 500:540] += 3.0
+    found = detect(image)
+    assert found.total == 1
+    np.testing.assert_array_equal(detect(image * np.float32(1e6)).runs, found.runs)
+
+
+def test_images_of_nothing_give_nothing() -> None:
+    for image in (np.zeros((5, 80)), np.full((5, 80), 3.0), np.full((5, 80), np.nan), np.full((1, 1), 2.0)):
+        regions = detect(image.astype(np.float32))
+        assert regions.total == 0
+        assert regions.background > 0.0
+
+
+def test_nan_and_infinite_cells_do_no_harm() -> None:
+    image = speckle()
+    image[5, 5] = np.nan
+    assert detect(image).total == 0
+    image[7, 7] = np.inf
+    assert detect(image).total in (0, 1)
+
+
+def test_low_above_high_is_refused() -> None:
+    with pytest.raises(ValueError, match="low"):
+        TwoLevelParams(low=7.0, high=6.0)

@@ -1,0 +1,155 @@
+"""The pipeline process as a process, pings and detections over real ZeroMQ."""
+
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import pytest
+import zmq
+
+from ods.messages import Detections, Health, Ping, Pose
+from ods.runtime import bus
+from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
+
+PROGRAM = """
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+from ods import service
+from ods.pipeline.service import PipelineWorker
+from ods.pipeline.settings import PipelineSettings
+from ods.runtime.processes import PROCESSES
+from ods.tracker.settings import PoseSettings
+
+settings = PipelineSettings(stage=tuple({"use": name} for name in sys.argv[2:]))
+poses = SimpleNamespace(pose=PoseSettings())
+config = SimpleNamespace(bus=SimpleNamespace(run_dir=Path(sys.argv[1])), pipeline=settings, tracker=poses)
+try:
+    service.run(PipelineWorker, PROCESSES["pipeline"], config)
+except service.StartError as error:
+    sys.exit(str(error))
+"""
+PATIENCE_S = 60.0
+"""Compilation may take this long the first time."""
+
+
+class Process:
+    """A running pipeline process between a sonar and a tracker."""
+
+    def __init__(self, folder: Path, *stages: str) -> None:
+        self.found: list[Detections] = []
+        self.health: Health | None = None
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self.sonar = bus.Publisher(self._context, folder, "sonar")
+        self.nav = bus.Publisher(self._context, folder, "nav")
+        self._subscriber = bus.Subscriber(self._context, folder, ["detections"], ["pipeline"])
+        self._process = subprocess.Popen([sys.executable, "-c", PROGRAM, str(folder), *stages])
+
+    def wait(self, wanted: Callable[[], Any], ping: Ping | None = None) -> None:
+        """Take messages until `wanted` holds, sending `ping` again and again."""
+        deadline = time.monotonic() + PATIENCE_S
+        while not wanted():
+            assert time.monotonic() < deadline, (self.health, len(self.found))
+            if ping is not None:
+                self.sonar.publish("ping", ping)
+            self.receive()
+
+    def receive(self) -> None:
+        """Take the messages that come within 50 ms."""
+        for topic, message in self._subscriber.receive(0.05)[0]:
+            if topic == "detections":
+                self.found.append(message)
+            else:
+                self.health = message
+
+    def counter(self, name: str) -> int:
+        return self.health.counters.get(name, 0) if self.health else 0
+
+    def stop(self) -> int:
+        self._process.send_signal(signal.SIGTERM)
+        return self._process.wait(10)
+
+    def close(self) -> None:
+        self._process.kill()
+        self._process.wait()
+        self.sonar.close()
+        self.nav.close()
+        self._subscriber.close()
+        self._context.term()
+
+
+@contextmanager
+def running(*stages: str) -> Iterator[Process]:
+    with tempfile.TemporaryDirectory(prefix="ods") as folder:  # its path is short enough for sockets
+        process = Process(Path(folder), *stages)
+        try:
+            yield process
+        finally:
+            process.close()
+
+
+@pytest.fixture
+def process() -> Iterator[Process]:
+    with running() as process:
+        yield process
+
+
+def test_pings_become_detections_and_bad_ones_are_counted(process: Process) -> None:
+    frame = np.random.default_rng(0).rayleigh(20.0, (60, 1000))
+    frame[20:24, 500:540] += 200.0
+    good = make_ping(np.minimum(frame, 255.0).astype(np.uint8), seq=0)
+    process.wait(lambda: process.found, good)  # the first ones may find no listener yet
+    assert process.found[0].ping_number == 77
+    assert any(abs(d.range_m - 26.0) < 2.0 for d in process.found[0].detections)
+
+    process.wait(lambda: process.counter("bad_ping"), msgspec.structs.replace(good, dr_m=-1.0))
+    process.wait(lambda: process.counter("drop_out_image"), make_ping(np.zeros((60, 1000), np.uint8)))
+    process.wait(lambda: any(not found.usable for found in process.found))
+    assert process.health is not None
+    assert process.health.ready
+    assert process.counter("process_mean_us") > 0
+    assert process.counter("process_max_us") >= process.counter("process_mean_us")
+    assert process.counter("detections") > 0
+
+    before = len(process.found)
+    process.wait(lambda: len(process.found) > before + 3, good)
+    assert process.stop() == 0
+
+
+def test_filter_over_pings_follows_the_pose() -> None:
+    """The vehicle drives at a body, 1 m a ping: only where its own motion is known is it in the same place twice."""
+    rng = np.random.default_rng(0)
+    zero = (0.0, 0.0, 0.0)
+    with running("equalize.mean_range", "filter.fir", "filter.ping_median", "detect.two_level") as process:
+        deadline = time.monotonic() + PATIENCE_S
+        number = 0
+        while not any(found.detections for found in process.found):
+            assert time.monotonic() < deadline, (process.health, len(process.found))
+            driven = float(number % 25)
+            intensity = 1.0 + 200.0 * body_echo("half", 0.4, 45.0 - driven, 0.0, fan_bearings(60), 1000)
+            frame = np.minimum(15.0 * speckle(rng, intensity), 255.0).astype(np.uint8)
+            t_ns = number * 100_000_000
+            process.nav.publish("pose", Pose(number, t_ns, 0, (driven, 0.0, 0.0), (1.0, *zero), zero, zero, zero))
+            process.receive()
+            process.sonar.publish("ping", make_ping(frame, seq=number, ping_number=number, t_ns=t_ns))
+            number += 1
+        found = next(found for found in process.found if found.detections)
+        assert found.detections[0].range_m == pytest.approx(45.0 - found.ping_number % 25, abs=1.0)
+
+
+def test_wrong_chain_ends_the_process_with_one_line(tmp_path: Path) -> None:
+    with tempfile.TemporaryDirectory(prefix="ods") as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", PROGRAM, folder, "filter.fri"], capture_output=True, text=True, check=False
+        )
+    assert done.returncode == 1
+    assert done.stderr.startswith("pipeline.stage[0] (filter.fri): use: there is no such stage; known are ")
+    assert done.stderr.count("\n") == 1

@@ -1,0 +1,70 @@
+"""Everything is compiled before the first ping: none may wait for a compiler."""
+
+import importlib
+import pkgutil
+from typing import Any
+
+import numpy as np
+import pytest
+
+import ods.pipeline
+from ods.messages import Pose
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.stage.params import BUILT_IN
+from ods.pipeline.stage.registry import find_stage
+from ods.pipeline.warm_up import warm_up
+from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
+
+
+def compiled() -> set[tuple[str, str]]:
+    """Return (kernel, argument types) of all that numba has compiled so far."""
+    modules = [
+        importlib.import_module(f"ods.pipeline.{part.name}") for part in pkgutil.iter_modules(ods.pipeline.__path__)
+    ]
+    return {
+        (name, str(types))
+        for module in modules
+        for name, item in vars(module).items()
+        for types in getattr(item, "signatures", ())
+    }
+
+
+@pytest.mark.parametrize("bodies", [0, 1, 2])
+@pytest.mark.parametrize(
+    ("dtype", "scale"), [("uint8", "log8"), ("uint8", "db"), ("uint16", "linear"), ("float32", "linear")]
+)
+def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int) -> None:
+    chain = Chain(PipelineSettings())
+    warm_up(PipelineSettings())
+    before = compiled()
+    beams = fan_bearings(60)
+    intensity = np.ones((60, 2000))
+    for bearing in (-0.3, 0.3)[:bodies]:
+        intensity += 400.0 * body_echo("half", 2.0, 40.0, bearing, beams, 2000)
+    amplitude = 20.0 * speckle(np.random.default_rng(4), intensity)
+    counts = amplitude if scale == "linear" else 40.0 * np.log10(np.maximum(amplitude, 1.0))
+    factor = {"log8": 40.0, "db": 0.5, "linear": 1.0}[scale]
+    found = chain.process(make_ping(counts.astype(dtype), scale=scale, scale_factor=factor))
+    assert len(found.detections) >= bodies
+    assert compiled() == before
+
+
+@pytest.mark.parametrize("attention", [AttentionSettings(), AttentionSettings(near_m=30.0, every=2, subsample=2)])
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_warm_up_covers_every_stage(name: str, attention: AttentionSettings) -> None:
+    detector = {"use": name} if find_stage(name).kind == "detect" else {"use": "detect.two_level", "split_db": 6.0}
+    before = [{"use": "equalize.mean_range"}] + ([{"use": name}] if find_stage(name).kind != "detect" else [])
+    settings = PipelineSettings(stage=(*before, detector), attention=attention)
+    chain = Chain(settings, learnt_cells=200_000)
+    warm_up(settings)
+    known = compiled()
+    intensity = np.ones((60, 2000))
+    for range_m, bearing in ((15.0, -0.3), (40.0, 0.0), (41.5, 0.06), (80.0, 0.3)):
+        intensity += 400.0 * body_echo("half", 1.5, range_m, bearing, fan_bearings(60), 2000)
+    rng = np.random.default_rng(4)
+    for number in range(3):
+        frame = np.minimum(10.0 * speckle(rng, intensity), 255.0).astype(np.uint8)
+        pose = Pose(number, number, number, (0.2 * number, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+        assert chain.process(make_ping(frame, t_ns=number * 10**8), pose=pose).detections
+    assert compiled() == known

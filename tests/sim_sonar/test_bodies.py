@@ -1,0 +1,90 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ods.base import geometry
+from ods.base.arrays import Floats
+from ods.sim_sonar.scene import bodies
+from ods.sim_sonar.scene.bodies import FAR, circle_radius, contains, hit
+
+angle = st.floats(-3.0, 3.0)
+unit = st.floats(-1.0, 1.0)
+Triple = tuple[float, float, float]
+
+
+def make(kind: int, centre: Triple, rpy: Triple, half: Triple) -> Floats:
+    axes = geometry.rotation_matrix(geometry.quat_from_euler(*rpy)).T
+    return np.array([kind, *centre, *axes.ravel(), *half, 1.0, 0.0, 0.2])
+
+
+def local(body: Floats, point: Floats) -> Floats:
+    return np.asarray((point - body[bodies.CENTRE : bodies.AXES]) @ body[bodies.AXES : bodies.HALF].reshape(3, 3).T)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]), angle, angle, angle, unit, unit, unit)
+def test_rays_end_on_the_first_surface_with_its_normal(
+    kind: int, roll: float, pitch: float, yaw: float, u: float, v: float, w: float
+) -> None:
+    half = {bodies.SPHERE: (2.0, 2.0, 2.0), bodies.CYLINDER: (1.0, 1.0, 3.0), bodies.PLANE: (2.0, 3.0, 0.0)}[kind]
+    body = make(kind, (10.0, 1.0, -2.0), (roll, pitch, yaw), half)
+    aim = np.array([10.0 + 3 * u, 1.0 + 3 * v, -2.0 + 3 * w])
+    ray = aim / np.linalg.norm(aim)
+    distance, cosine = hit(body, *ray)
+    depths = np.linspace(0.0, 30.0, 3001)
+    where = local(body, depths[:, None] * ray)
+    if kind == bodies.SPHERE:
+        inside = np.linalg.norm(where, axis=1) < 2.0
+    elif kind == bodies.CYLINDER:
+        inside = (np.hypot(where[:, 0], where[:, 1]) < 1.0) & (np.abs(where[:, 2]) < 3.0)
+    else:
+        crossed = np.sign(where[1:, 2]) != np.sign(where[:-1, 2])
+        bounded = (np.abs(where[1:, 0]) < 1.98) & (np.abs(where[1:, 1]) < 2.98)
+        inside = np.append(False, crossed & bounded)
+    if np.any(inside):
+        assert distance == pytest.approx(depths[np.argmax(inside)], abs=0.011)
+        assert 0.0 <= cosine <= 1.0 + 1e-9
+        aside = [ray + step for step in 1e-6 * np.eye(3)]
+        ranges = np.array([hit(body, *(other / np.linalg.norm(other)))[0] for other in aside])
+        if ranges.max() < FAR and cosine > 0.2:
+            slope = np.linalg.norm(ranges / distance - 1.0) / 1e-6  # gradient of ln R across the ray: tan(alpha)
+            assert slope == pytest.approx(np.sqrt(1 / min(cosine, 1.0) ** 2 - 1), abs=0.02)
+    elif kind != bodies.PLANE:
+        assert distance == FAR or np.min(np.abs(depths - distance)) < 0.011
+
+
+def test_nothing_is_met_behind_or_from_inside() -> None:
+    for kind in (bodies.SPHERE, bodies.CYLINDER, bodies.PLANE):
+        behind = make(kind, (-10.0, 0.0, 0.0), (0.0, 0.0, 0.0), (2.0, 2.0, 2.0))
+        assert hit(behind, 1.0, 0.0, 0.0) == (FAR, 0.0)
+    around = make(bodies.SPHERE, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), (2.0, 2.0, 2.0))
+    assert hit(around, 1.0, 0.0, 0.0) == (FAR, 0.0)
+    assert contains(around, np.zeros(3))
+
+
+@given(st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]), angle, angle, angle)
+def test_circle_circumscribes_the_projection(kind: int, roll: float, pitch: float, yaw: float) -> None:
+    half = {bodies.SPHERE: (2.0, 2.0, 2.0), bodies.CYLINDER: (1.5, 1.5, 2.0), bodies.PLANE: (2.0, 3.0, 0.0)}[kind]
+    body = make(kind, (5.0, 6.0, 7.0), (roll, pitch, yaw), half)
+    turn = np.linspace(0.0, 2 * np.pi, 20001)
+    if kind == bodies.PLANE:
+        corners = np.array([[x, y, 0.0] for x in (-2.0, 2.0) for y in (-3.0, 3.0)])
+    else:
+        up = np.array([0.0, 0.0, 2.0])
+        rim = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1) * half[0]
+        corners = rim if kind == bodies.SPHERE else np.concatenate([rim + up, rim - up])
+    spread = np.hypot(*(corners @ body[bodies.AXES : bodies.HALF].reshape(3, 3))[:, :2].T).max()
+    expected = 2.0 if kind == bodies.SPHERE else spread
+    assert circle_radius(body) == pytest.approx(expected, rel=1e-6)
+
+
+def test_frame_change_keeps_distances_and_shapes() -> None:
+    attitude = geometry.quat_from_euler(0.1, -0.2, 0.7)
+    body = make(bodies.CYLINDER, (20.0, 3.0, 5.0), (0.4, 0.3, 0.2), (1.0, 1.0, 2.0))[None, :]
+    position = np.array([1.0, 2.0, 3.0])
+    seen = bodies.to_sonar_frame(body, position, geometry.rotation_matrix(attitude))
+    centre = geometry.global_to_body(body[0, 1:4], position, attitude)
+    np.testing.assert_allclose(seen[0, 1:4], centre)
+    axis = geometry.global_to_body(body[0, 10:13], np.zeros(3), attitude)
+    np.testing.assert_allclose(seen[0, 10:13], axis)

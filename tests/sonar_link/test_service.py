@@ -1,0 +1,61 @@
+"""The sonar process as a process: a real pseudo-terminal at one end, real ZeroMQ at the other."""
+
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from ods.base import clock
+from ods.messages import frame_of
+from ods.sonar_link.s7k import records
+from tests.sonar_link.sonar_process import Process, running
+from tests.sonar_link.sonar_samples import Device, make_ping
+
+HOUR_NS = 3_600_000_000_000
+
+
+@pytest.fixture
+def process() -> Iterator[Process]:
+    with running() as process:
+        yield process
+
+
+def test_pings_come_out_and_survive_noise_and_a_pulled_line(process: Process) -> None:
+    numbers = itertools.count(1)
+
+    def send_next() -> None:
+        device.send(records.encode_ping(make_ping(next(numbers))))
+
+    process.wait(lambda: process.says("no such file or directory"))
+    assert not process.is_ready()
+    assert process.counter("port_open_errors") > 0
+
+    device = Device(process.link)
+    process.wait(process.is_ready)
+    process.wait(lambda: process.pings, meanwhile=send_next)  # the first ones may find no listener yet
+
+    # the device's clock an hour fast, noise before, a ping cut off behind
+    sent = make_ping(500, beams=60, samples=2000, utc_ns=clock.utc_ns() + HOUR_NS)
+    device.send(
+        np.random.default_rng(1).bytes(3000) + records.encode_ping(sent) + records.encode_ping(make_ping(501))[:-1]
+    )
+    process.wait(lambda: process.pings[-1].ping_number == 500)
+    ping = process.pings[-1]
+    assert np.array_equal(frame_of(ping), frame_of(sent))
+    assert ping.t_ns < ping.t_rx_ns <= clock.monotonic_ns()
+    assert abs(ping.utc_ns - clock.utc_ns(ping.t_ns)) < 1_000_000_000
+    process.wait(lambda: process.counter("truncated_record") == 1)  # given up after record_timeout_s
+    process.wait(lambda: process.says("no ping for "))
+    assert process.counter("garbage_bytes") >= 3000
+
+    device.unplug()
+    process.wait(lambda: process.says("no such file or directory"))
+    device = Device(process.link)
+    numbers = itertools.count(502)
+    process.wait(lambda: process.counter("port_opens") == 2)
+    process.wait(lambda: process.is_ready() and not process.problems(), meanwhile=send_next)
+    assert process.pings[-1].ping_number >= 502
+    assert process.counter("port_losses") == 1
+    assert process.stop() == 0
+    device.unplug()

@@ -1,0 +1,140 @@
+"""Gate and evidence against the plain formula, assignment against all permutations, parts of large objects."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import multivariate_normal, norm
+
+from ods.base.arrays import Floats, Indices
+from ods.base.geometry import quat_from_euler
+from ods.tracker.association.gnn import Candidates, ClutterDensity, associate, candidates, worth_of
+from ods.tracker.association.split_merged import parts_inside, put_together
+from ods.tracker.measurement.model import sight
+from ods.tracker.measurement.scan import vehicle_at
+from ods.tracker.observer.belief import Belief
+from ods.tracker.settings import EchoSettings
+from tests.tracker.samples import NO_SIGMA, echoes
+
+SETTINGS = EchoSettings()
+VEHICLE = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+
+
+def belief(positions: Floats, variances: Floats, weights: Floats, radius: Floats) -> Belief:
+    """(h, n, 2) positions and variances, (h, n) weights."""
+    shape = len(weights), 3, len(radius)
+    position, variance = np.zeros(shape), np.full(shape, 1e-9)
+    position[:, :2], variance[:, :2] = np.swapaxes(positions, 1, 2), np.swapaxes(variances, 1, 2)
+    static = weights[0]
+    return Belief(weights, position, variance, np.zeros(weights.shape), radius, np.full(len(radius), 0.04), static)
+
+
+def test_candidates_are_those_of_the_plain_formula() -> None:
+    rng = np.random.default_rng(4)
+    n, m = 30, 40
+    azimuth = rng.uniform(-0.7, 0.7, (1, n, 1))
+    direction = np.concatenate([np.cos(azimuth), np.sin(azimuth)], axis=-1)
+    places = rng.uniform(20.0, 60.0, (1, n, 1)) * direction + rng.normal(0.0, 1.0, (2, n, 2))
+    believed = belief(places, rng.uniform(0.01, 2.0, (2, n, 2)), np.array([[0.3] * n, [0.7] * n]), rng.uniform(1, 2, n))
+    seen = echoes(
+        [
+            (float(r), float(b), float(a))
+            for r, b, a in zip(rng.uniform(15, 65, m), rng.uniform(-0.8, 0.8, m), rng.uniform(0.5, 2.5, m), strict=True)
+        ]
+    )
+    clutter = ClutterDensity(rng.uniform(1e-4, 1e-2, m), rng.uniform(0.1, 1.0, m))
+    assert VEHICLE is not None
+    sights = sight(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
+    found = candidates(sights, believed, seen, clutter, SETTINGS)
+
+    expected = {}
+    for i, j in itertools.product(range(n), range(m)):
+        distances, density = [], 0.0
+        for h in range(2):
+            north, east = believed.position[h, :2, i]
+            horizontal, bearing = math.hypot(north, east), math.atan2(east, north)
+            turn = np.array([[math.cos(bearing), math.sin(bearing)], [-math.sin(bearing), math.cos(bearing)]])
+            s = turn @ np.diag(believed.variance[h, :2, i]) @ turn.T
+            s += np.diag([seen.sigma_range[j] ** 2, (horizontal * seen.sigma_bearing[j]) ** 2])
+            innovation = np.array([seen.range_m[j] - horizontal, (seen.bearing[j] - bearing) * horizontal])
+            distances.append(innovation @ np.linalg.inv(s) @ innovation)
+            density += believed.weight[h, i] * multivariate_normal.pdf(innovation, cov=s)
+        if min(distances) <= 16.0:
+            radius = norm.logpdf(seen.radius[j], believed.radius[i], math.sqrt(0.04 + 0.09)) - math.log(
+                clutter.radius[j]
+            )
+            expected[i, j] = math.log(0.9 * density / clutter.per_m2[j]) + max(radius, -4.5)
+    assert len(expected) > 10
+    got = dict(zip(zip(found.objects.tolist(), found.echoes.tolist(), strict=True), found.evidence, strict=True))
+    assert got.keys() == expected.keys()
+    for pair, value in expected.items():
+        assert got[pair] == pytest.approx(value, abs=1e-6)
+
+
+def pairs_of(matrix: Floats) -> Candidates:
+    rows, columns = np.nonzero(np.isfinite(matrix))
+    return Candidates(rows, columns, matrix[rows, columns])
+
+
+def best_sum(matrix: Floats, miss: float) -> float:
+    """Try everything: each object gets one echo or none."""
+    worth = np.where(np.isfinite(matrix), matrix - miss, -np.inf)
+    n, m = worth.shape
+    best = 0.0
+    for choice in itertools.product(range(-1, m), repeat=n):
+        used = [j for j in choice if j >= 0]
+        if len(used) == len(set(used)):
+            best = max(best, sum(worth[i, j] for i, j in enumerate(choice) if j >= 0))
+    return float(best)
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 4), st.integers(1, 5), st.integers(0, 10_000))
+def test_the_assignment_is_the_best_there_is(n: int, m: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    matrix = rng.normal(1.0, 3.0, (n, m))
+    matrix[rng.random((n, m)) < 0.4] = np.nan
+    found = pairs_of(matrix)
+    pairs = associate(found, found.evidence + 1.0, np.zeros(n, bool), m)
+    assert len(set(pairs.objects)) == len(pairs.objects)
+    assert len(set(pairs.echoes)) == len(pairs.echoes)
+    assert (pairs.evidence + 1.0).sum() == pytest.approx(best_sum(matrix, -1.0))
+
+
+def test_confirmed_objects_choose_first() -> None:
+    matrix = np.array([[9.0, np.nan], [1.0, 0.5]])
+    found = pairs_of(matrix)
+    only = associate(found, found.evidence, np.array([False, True]), 2)
+    assert dict(zip(only.objects.tolist(), only.echoes.tolist(), strict=True)) == {1: 0}
+
+
+def test_nothing_to_associate() -> None:
+    nothing: Indices = np.zeros(0, np.intp)
+    none = Candidates(nothing, nothing, np.zeros(0))
+    assert len(associate(none, none.evidence, np.zeros(0, bool), 0).objects) == 0
+
+
+def test_an_echo_of_a_silent_object_needs_more_proof() -> None:
+    """Two objects fit an echo alike; the one that has been silent, seen with probability 0.01, stays without."""
+    found = Candidates(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]))
+    worth = worth_of(found, np.array([0.01, 1.0]), 0.9)
+    np.testing.assert_allclose(worth, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
+    assert associate(found, worth, np.ones(2, bool), 1).objects.tolist() == [1]
+
+
+def test_parts_are_found_inside_the_circle_only() -> None:
+    """An object of 6 m radius at 50 m: echoes 4 m right and 5 m beyond are its parts, one 7 m to the left is not."""
+    assert VEHICLE is not None
+    seen = echoes([(50.0, 4.0 / 50.0, 2.0), (55.0, 0.0, 2.0), (50.0, -7.0 / 50.0, 2.0)])
+    predicted = sight(np.array([[50.0], [0.0], [0.0]]), np.ones((3, 1)), np.zeros(1), VEHICLE)
+    wholes, parts = parts_inside(predicted, np.array([6.0]), seen, np.array([0]), np.arange(3))
+    assert wholes.tolist() == [0, 0]
+    assert parts.tolist() == [0, 1]
+    together = put_together(Candidates(wholes, parts, np.array([1.0, 3.0])), seen, np.array([6.0]))
+    assert together.evidence.tolist() == [3.0]
+    assert together.objects.tolist() == [0]
+    assert together.echoes.range_m.tolist() == [52.5]
+    assert together.echoes.bearing[0] == pytest.approx(0.04)

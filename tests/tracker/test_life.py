@@ -1,0 +1,129 @@
+"""Figure 5: whatever the evidence, no path leads where it has no arrow; existence is a probability."""
+
+from itertools import pairwise
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
+from ods.tracker.track import existence, lifecycle
+from ods.tracker.track.lifecycle import Evidence
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import scan
+
+LIFE, ECHO = LifeSettings(), EchoSettings()
+
+
+def evidence(seed: int, count: int) -> Evidence:
+    rng = np.random.default_rng(seed)
+    flags = rng.random((5, count)) < 0.5
+    return Evidence(
+        hit=flags[0],
+        inside=flags[1],
+        skipped=flags[4] & flags[1],
+        echoes=rng.integers(1, 10, count),
+        unseen_s=rng.exponential(5.0, count),
+        existence=rng.random(count),
+        visible=rng.random(count) ** 4,
+        first_visible=rng.random(count),
+        static=flags[2],
+        covered=flags[3],
+        stray=flags[4],
+        sigma=rng.exponential(3.0, count),
+    )
+
+
+@given(st.integers(0, 100_000))
+def test_every_change_is_an_arrow_of_figure_5(seed: int) -> None:
+    state = np.random.default_rng(seed + 1).integers(0, 5, 200)
+    after = lifecycle.next_states(state, evidence(seed, 200), LIFE)
+    for old, new in zip(state.tolist(), after.tolist(), strict=True):
+        assert old == new or new in lifecycle.TRANSITIONS[old]
+
+
+@settings(max_examples=15)
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["hit", "miss", "away", "drop-out"]), st.integers(1, 30)), min_size=2, max_size=8
+    )
+)
+def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> None:
+    """One object at (50, 0): seen, missed, out of view (the vehicle looks back), or the whole image is no good."""
+    tracker = Tracker(TrackerSettings())
+    rng = np.random.default_rng(0)
+    t, states = 0.0, []
+    for what, count in [("hit", 5), *plan]:
+        for _ in range(count):
+            t += float(rng.exponential(0.5))
+            rows = [(50.0 + rng.normal(0, 0.1), rng.normal(0, 0.008), 1.0)] if what == "hit" else []
+            tracker.step(scan(t, np.zeros(3), np.pi if what == "away" else 0.0, rows, usable=what != "drop-out"))
+            picture = tracker.picture()
+            states.append(dict(zip(picture.id.tolist(), picture.state.tolist(), strict=True)))
+    for before, after in pairwise(states):
+        for object_id, state in after.items():
+            old = before.get(object_id, lifecycle.TENTATIVE)
+            assert state == old or state in lifecycle.TRANSITIONS[old]
+        for object_id in before.keys() - after.keys():
+            assert lifecycle.TERMINATED in lifecycle.TRANSITIONS[before[object_id]]
+    ids = [i for state in states for i in state]
+    assert all(i < tracker.next_id for i in ids)
+
+
+@given(st.integers(0, 100_000), st.floats(0.0, 1e6))
+def test_existence_stays_a_probability(seed: int, dt: float) -> None:
+    rng = np.random.default_rng(seed)
+    start = rng.dirichlet(np.ones(3), 50).T
+    carried = existence.carry_on(start, rng.integers(1, 1000, 50), rng.random(50), dt, ECHO)
+    hit = rng.random(50) < 0.5
+    judged = existence.judge(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99)
+    for probabilities in (carried, judged):
+        np.testing.assert_allclose(probabilities.sum(axis=0), 1.0)
+        assert (probabilities >= 0.0).all()
+    assert (carried[existence.NOTHING] >= start[existence.NOTHING] - 1e-12).all()  # time alone gives no life
+
+
+def test_bayes_by_hand() -> None:
+    """Prior 0.2 visible, 0.3 silent, 0.5 nothing; an echo 9 times as likely from the object: 1.8 : 0.3 : 0.5.
+
+    To the silent object the echo is a false alarm: it is no proof against it.
+    """
+    start = np.array([[0.2], [0.3], [0.5]])
+    hit = existence.judge(start, np.array([True]), np.log([9.0]), np.array([0.9]))
+    np.testing.assert_allclose(hit[:, 0], [1.8 / 2.6, 0.3 / 2.6, 0.5 / 2.6])
+    missed = existence.judge(start, np.array([False]), np.zeros(1), np.array([0.9]))
+    np.testing.assert_allclose(missed[:, 0], [0.02 / 0.82, 0.3 / 0.82, 0.5 / 0.82])
+
+
+def test_a_drop_out_counts_against_nobody() -> None:
+    tracker = Tracker(TrackerSettings())
+    rows = [(30.0 + 10 * i, 0.2 * i - 0.4, 1.0) for i in range(4)]
+    for k in range(20):
+        tracker.step(scan(k / 7, np.zeros(3), 0.0, rows))
+    before = tracker.picture().existence
+    tracker.step(scan(20 / 7, np.zeros(3), 0.0, []))
+    np.testing.assert_allclose(tracker.picture().existence, before, atol=5e-3)
+    assert len(before) == 4
+
+
+def test_a_hibernated_object_that_is_gone_is_terminated() -> None:
+    rock = MapObject(7, (50.0, 0.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 100, 1, 2, 3)
+    tracker = Tracker(TrackerSettings(), [rock], first_id=8)
+    assert tracker.picture().id.tolist() == [7]
+    ended: list[int] = []
+    for k in range(600):
+        outcome = tracker.step(scan(k / 7, np.zeros(3), 0.0, []))
+        ended += [] if outcome.ended is None else outcome.ended.id.tolist()
+    assert ended == [7]
+    assert len(tracker.picture()) == 0
+
+
+def test_older_and_simultaneous_scans() -> None:
+    tracker = Tracker(TrackerSettings())
+    rows = [(50.0, 0.0, 1.0)]
+    assert tracker.step(scan(1.0, np.zeros(3), 0.0, rows)).taken
+    assert tracker.step(scan(1.0, np.zeros(3), 0.0, rows)).taken  # dt = 0: another look at the same instant
+    assert not tracker.step(scan(0.9, np.zeros(3), 0.0, rows)).taken
+    assert tracker.step(scan(1e5, np.zeros(3), 0.0, rows)).taken  # a gap of a day
+    assert np.isfinite(tracker.picture().position).all()

@@ -1,0 +1,260 @@
+"""The map on disk: killed at any moment, foreign, newer, locked, of another place; ids that are never used twice."""
+
+import os
+import signal
+import sqlite3
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ods.tracker.map import schema
+from ods.tracker.map.hibernated import SKIN_M, Archive, MapObject
+from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.map.schema import SCHEMA_VERSION
+from ods.tracker.map.store import ID_BLOCK, MapError, copy_of_map, open_map
+from ods.tracker.settings import MapSettings
+
+ORIGIN = (57.0, 10.0)
+
+
+def rock(object_id: int, north: float = 0.0, east: float = 0.0, times_seen: int = 9) -> MapObject:
+    return MapObject(
+        object_id, (north, east, 4.0), (0.1, 0.2, 3.0), 1.5, 0.1, 0.99, times_seen, 10**18, 10**18 + 1, 10**18 + 2
+    )
+
+
+WRITER = """
+import sys
+from pathlib import Path
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.store import open_map
+
+store = open_map(Path(sys.argv[1]), 57.0, 10.0)
+for i in range(1, 1_000_000):
+    pair = [MapObject(j, (1.0 * i, 2.0, 3.0), (1, 1, 1), 1.0, 1.0, 0.9, i, 1, 2, 3) for j in (2 * i, 2 * i + 1)]
+    store.change(pair, [2 * i - 20, 2 * i - 19])
+    store.reserve(2 * i + 2)
+    print(i, flush=True)
+"""
+
+
+def test_kill_9_in_the_middle_of_writing(tmp_path: Path) -> None:
+    """Whatever the moment: the file opens, each change is there as a whole, ids go on."""
+    path = tmp_path / "deeper" / "map.sqlite"
+    for _ in range(4):
+        with subprocess.Popen([sys.executable, "-c", WRITER, path], stdout=subprocess.PIPE, text=True) as process:
+            assert process.stdout is not None
+            last = 0
+            for line in process.stdout:
+                last = int(line)
+                if last >= 30:
+                    os.kill(process.pid, signal.SIGKILL)
+                    break
+        store = open_map(path, *ORIGIN)
+        objects = store.load()
+        ids = [o.id for o in objects]
+        assert all(i ^ 1 in ids for i in ids)  # always in pairs
+        assert max(ids) >= 2 * last
+        assert all(o.position[0] == o.id // 2 for o in objects)
+        assert store.first_free_id() > max(ids)
+        store.close()
+
+
+def test_objects_come_back_as_they_were(tmp_path: Path) -> None:
+    store = open_map(tmp_path / "map", *ORIGIN)
+    store.change([rock(3), rock(5, 1.5)], [])
+    store.change([rock(5, 2.5)], [3, 77])
+    store.close()
+    again = open_map(tmp_path / "map", *ORIGIN)
+    assert again.load() == [rock(5, 2.5)]
+    again.close()
+
+
+def test_files_that_are_not_a_map_of_this_place(tmp_path: Path) -> None:
+    path = tmp_path / "map"
+    open_map(path, *ORIGIN).close()
+    with pytest.raises(MapError, match=r"site\.latitude_deg"):
+        open_map(path, 56.0, 10.0)
+    with sqlite3.connect(path) as db:
+        db.execute("PRAGMA user_version = 99")
+    with pytest.raises(MapError, match="schema version 99"):
+        open_map(path, *ORIGIN)
+    (tmp_path / "text").write_text("this is no database, " * 500)
+    with pytest.raises(MapError, match="not a database"):
+        open_map(tmp_path / "text", *ORIGIN)
+    with sqlite3.connect(tmp_path / "foreign") as db:
+        db.execute("CREATE TABLE birds (name TEXT)")
+    with pytest.raises(MapError, match="not a map"):
+        open_map(tmp_path / "foreign", *ORIGIN)
+    with pytest.raises(MapError):
+        open_map(tmp_path / "text" / "map", *ORIGIN)
+
+
+FIRST_SCHEMA = """
+CREATE TABLE object (
+    id INTEGER PRIMARY KEY,
+    north REAL NOT NULL, east REAL NOT NULL, down REAL NOT NULL,
+    sigma_north REAL NOT NULL, sigma_east REAL NOT NULL, sigma_down REAL NOT NULL,
+    radius REAL NOT NULL, sigma_radius REAL NOT NULL,
+    existence REAL NOT NULL, times_seen INTEGER NOT NULL,
+    first_seen_utc_ns INTEGER NOT NULL, last_seen_utc_ns INTEGER NOT NULL, hibernated_utc_ns INTEGER NOT NULL
+);
+CREATE TABLE mission (latitude_deg REAL NOT NULL, longitude_deg REAL NOT NULL, next_id INTEGER NOT NULL);
+PRAGMA application_id = 1329877837;
+PRAGMA user_version = 1;
+PRAGMA journal_mode = WAL;
+INSERT INTO mission VALUES (57.0, 10.0, 41);
+INSERT INTO object VALUES (3, 0.5, 1.0, 4.0, 0.1, 0.2, 3.0, 1.5, 0.1, 0.99, 9, 1, 2, 3);
+INSERT INTO object VALUES (5, 9.5, 0.0, 4.0, 0.1, 0.2, 3.0, 1.5, 0.1, 0.99, 9, 1, 2, 3);
+"""
+"""A file as the first release of the map's schema left it."""
+
+
+def first_schema(path: Path) -> Path:
+    db = sqlite3.connect(path, isolation_level=None)
+    db.executescript(FIRST_SCHEMA)
+    db.close()
+    return path
+
+
+def test_a_map_of_the_first_schema_is_brought_up_to_date(tmp_path: Path) -> None:
+    path = first_schema(tmp_path / "map")
+    copy = copy_of_map(path)
+    assert [o.id for o in copy.load((0.0, 0.0, 2.0))] == [3]
+    with sqlite3.connect(path) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (1,)  # reading changes nothing on disk
+    db.close()
+    store = open_map(path, *ORIGIN)
+    assert [(o.id, o.position, o.covariance_ne) for o in store.load()] == [
+        (3, (0.5, 1.0, 4.0), 0.0),
+        (5, (9.5, 0.0, 4.0), 0.0),
+    ]
+    assert store.load() == copy.load()
+    assert store.first_free_id() == 41
+    store.close()
+    with sqlite3.connect(path) as db:
+        assert db.execute("PRAGMA user_version").fetchone() == (SCHEMA_VERSION,)
+    db.close()
+
+
+def test_a_step_that_fails_leaves_the_old_schema(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = first_schema(tmp_path / "map")
+    with monkeypatch.context() as broken:
+        broken.setattr(schema, "STEPS", (*schema.STEPS[:-1], (*schema.STEPS[-1], "NO SUCH STATEMENT")))
+        with pytest.raises(MapError, match="syntax error"):
+            open_map(path, *ORIGIN)
+    store = open_map(path, *ORIGIN)
+    assert len(store.load((0.0, 0.0, 2.0))) == 1
+    store.close()
+
+
+def test_the_r_tree_of_the_file_follows_every_change(tmp_path: Path) -> None:
+    """Against a look at all objects: put, moved, removed at random; coordinates that single precision cannot hold."""
+    rng = np.random.default_rng(2)
+    store = open_map(tmp_path / "map", *ORIGIN)
+    for _ in range(30):
+        places = (1e6 + rng.uniform(-50.0, 50.0, (12, 2))).tolist()
+        put = [rock(i, *place) for i, place in zip(rng.integers(1, 80, 12).tolist(), places, strict=True)]
+        store.change(put, rng.integers(1, 80, 6).tolist())
+        north, east = (1e6 + rng.uniform(-50.0, 50.0, 2)).tolist()
+        near = [o for o in store.load() if np.hypot(o.position[0] - north, o.position[1] - east) <= 20.0]
+        assert store.load((north, east, 20.0)) == near
+    store.close()
+
+
+class Keeper:
+    """A keeper and what it complained of."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.complaints: list[str] = []
+        self.keeper = MapKeeper(MapSettings(path=path), ORIGIN, lambda key, _: self.complaints.append(key))
+
+
+def test_ids_of_a_killed_tracker_are_not_used_again(tmp_path: Path) -> None:
+    first = Keeper(tmp_path / "map").keeper
+    assert first.open() == ([], 1)
+    first.flush(next_id=40)  # 39 ids were given out, then: kill -9
+    second = Keeper(tmp_path / "map").keeper
+    _, first_id = second.open()
+    assert 40 <= first_id <= 40 + ID_BLOCK
+    second.close(first_id + 2)  # a clean stop gives the rest back
+    assert Keeper(tmp_path / "map").keeper.open()[1] == first_id + 2
+
+
+def test_what_is_kept_and_how_far_it_is_relied_on_later(tmp_path: Path) -> None:
+    first = Keeper(tmp_path / "map")
+    keeper = first.keeper
+    keeper.open()
+    keeper.note([rock(1), rock(2), rock(3, times_seen=2), rock(4, north=float("nan"))], gone=[])
+    keeper.flush(4)
+    assert (first.complaints, keeper.problem) == (["map_not_finite"], "")
+    keeper.note([], gone=[2])
+    keeper.close(4)
+    known, _ = Keeper(tmp_path / "map").keeper.open()
+    assert [o.id for o in known] == [1]
+    assert known[0].sigma == pytest.approx((0.50990195, 0.53851648, 3.0))
+
+
+def test_a_map_that_fails_costs_the_map_only(tmp_path: Path) -> None:
+    (tmp_path / "map").write_text("rubbish " * 1000)
+    broken = Keeper(tmp_path / "map")
+    assert broken.keeper.open() == ([], 1)
+    broken.keeper.note([rock(1)], [])
+    broken.keeper.flush(2)
+    broken.keeper.close(2)
+    assert broken.complaints == ["map_unusable"]
+    assert "not a database" in broken.keeper.problem
+
+    locked = Keeper(tmp_path / "other")
+    locked.keeper.open()
+    db = sqlite3.connect(tmp_path / "other", isolation_level=None)
+    db.execute("BEGIN IMMEDIATE")
+    locked.keeper.note([rock(1)], [])
+    locked.keeper.flush(2)
+    assert "locked" in locked.keeper.problem
+    db.execute("COMMIT")
+    db.close()
+    locked.keeper.flush(2)  # nothing was lost, and the problem is over
+    assert locked.keeper.problem == ""
+    locked.keeper.close(2)
+    assert [o.id for o in Keeper(tmp_path / "other").keeper.open()[0]] == [1]
+
+
+def test_no_map_is_a_choice() -> None:
+    none = Keeper(None)
+    assert none.keeper.open() == ([], 1)
+    none.keeper.note([rock(1)], [])
+    none.keeper.close(5)
+    assert none.complaints == []
+    assert none.keeper.problem == ""
+
+
+def test_the_archive_finds_what_is_near_as_the_vehicle_goes_on() -> None:
+    rng = np.random.default_rng(1)
+    places = rng.uniform(-500.0, 500.0, (3000, 2))
+    archive = Archive()
+    archive.put([rock(i + 1, float(place[0]), float(place[1])) for i, place in enumerate(places)])
+    for step in range(60):
+        centre = np.array([step * SKIN_M / 7.0, -3.0 * step])
+        ids, found = archive.places(centre, 100.0)
+        expected = np.flatnonzero(np.hypot(*(places - centre).T) <= 100.0) + 1
+        assert sorted(ids.tolist()) == expected.tolist()
+        assert found.shape == (2, len(expected))
+        if step == 30:
+            archive.remove([int(expected[0])])
+            places[int(expected[0]) - 1] = np.nan
+    assert len(archive) == 2999
+
+
+def test_ten_thousand_sleeping_objects_are_not_looked_at() -> None:
+    """Between two steps of SKIN_M the R-tree is not asked at all, and what is far is not in the neighbourhood."""
+    archive = Archive([rock(1, 60.0), *(rock(i, 5000.0 + i) for i in range(2, 10_002))])
+    asked: list[str] = []
+    archive._tree.set_trace_callback(asked.append)
+    for step in range(101):
+        assert archive.places(np.array([step * SKIN_M / 50.0, 0.0]), 100.0)[0].tolist() == [1]
+    assert 2 <= sum("FROM place" in statement for statement in asked) <= 3
+    assert archive._near_ids.tolist() == [1]

@@ -1,0 +1,156 @@
+"""Eq. 1 by hand-computed cases, the noise of a measurement against simulated noise, and what the sonar can see."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ods.base.arrays import Floats
+from ods.base.geometry import euler_from_quat, quat_from_euler
+from ods.tracker.measurement.field_of_view import near_sector, view
+from ods.tracker.measurement.model import fix, sight
+from ods.tracker.measurement.scan import Echoes, Vehicle, echoes_of, table_of, vehicle_at
+from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
+
+
+def vehicle(
+    position: list[float], euler: list[float], sigma_position: Floats = NO_SIGMA, sigma_attitude: Floats = NO_SIGMA
+) -> Vehicle:
+    made = vehicle_at(np.array(position), quat_from_euler(*euler), sigma_position, sigma_attitude)
+    assert made is not None
+    return made
+
+
+def one_echo(distance: float, bearing: float, elevation: float = 0.0) -> Echoes:
+    return echoes_of(np.array([[distance, bearing, elevation, 1.0, 0.1, 0.01, 0.3]]))[0]
+
+
+RIGHT = math.radians(90.0)
+
+
+@pytest.mark.parametrize(
+    ("position", "euler", "distance", "bearing", "elevation", "expected"),
+    [
+        ([0, 0, 0], [0, 0, 0], 10.0, 0.0, 0.0, [10, 0, 0]),
+        ([0, 0, 0], [0, 0, 0], 10.0, RIGHT, 0.0, [0, 10, 0]),  # starboard is east when we look north
+        ([5, 6, 7], [0, 0, RIGHT], 10.0, 0.0, 0.0, [5, 16, 7]),  # looking east
+        ([5, 6, 7], [0, 0, RIGHT], 10.0, RIGHT, 0.0, [-5, 6, 7]),
+        (
+            [0, 0, 0],
+            [0, math.radians(30.0), 0],
+            10.0,
+            0.0,
+            0.0,
+            [8.660254, 0, -5],
+        ),  # bow up: the fan's middle is higher
+        ([0, 0, 0], [math.radians(30.0), 0, 0], 10.0, RIGHT, 0.0, [0, 8.660254, 5]),  # starboard side down
+        ([0, 0, 0], [0, 0, 0], 10.0, 0.0, math.radians(30.0), [8.660254, 0, -5]),  # a plane that looks up
+    ],
+)
+def test_eq_1(
+    position: list[float], euler: list[float], distance: float, bearing: float, elevation: float, expected: list[float]
+) -> None:
+    place = fix(one_echo(distance, bearing, elevation), vehicle(position, euler), HALF_VERTICAL).position[:, 0]
+    np.testing.assert_allclose(place, expected, atol=1e-6)
+
+
+def test_the_fan_tells_an_interval_of_height() -> None:
+    measured = fix(one_echo(50.0, 0.3), vehicle([0, 0, 4], [0, 0, 0]), HALF_VERTICAL)
+    np.testing.assert_allclose(measured.position[2], 4.0)
+    np.testing.assert_allclose(measured.half_height, 50.0 * math.sin(math.radians(10.0)))
+
+
+def test_a_known_height_shortens_the_horizontal_distance() -> None:
+    """An object known to be 5 m below at 13 m slant range is 12 m away."""
+    measured = fix(one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), HALF_VERTICAL, np.array([-math.asin(5 / 13)]))
+    np.testing.assert_allclose(measured.position[:2, 0], [12.0, 0.0], atol=1e-9)
+
+
+def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
+    """Sample covariance of 200,000 noisy measurements of one object through noisy poses."""
+    rng = np.random.default_rng(2)
+    count, distance, bearing, yaw = 200_000, 60.0, math.radians(25.0), math.radians(40.0)
+    sigma_position, sigma_yaw = np.array([0.3, 0.2, 0.0]), math.radians(0.7)
+    ranges = distance + rng.normal(0.0, 0.1, count)
+    azimuth = yaw + rng.normal(0.0, sigma_yaw, count) + bearing + rng.normal(0.0, 0.01, count)
+    north = rng.normal(0.0, 0.3, count) + ranges * np.cos(azimuth)
+    east = rng.normal(0.0, 0.2, count) + ranges * np.sin(azimuth)
+    sample = np.cov(north, east)
+    noisy = vehicle([0, 0, 0], [0, 0, yaw], sigma_position, np.array([0.0, 0.0, sigma_yaw]))
+    measured = fix(one_echo(distance, bearing), noisy, HALF_VERTICAL)
+    told = [measured.north[0], measured.mixed[0], measured.east[0]]
+    np.testing.assert_allclose(told, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)
+
+
+def test_prediction_is_the_inverse_of_eq_1() -> None:
+    rng = np.random.default_rng(3)
+    for _ in range(50):
+        where = vehicle(rng.uniform(-100, 100, 3).tolist(), rng.uniform(-0.4, 0.4, 3).tolist())
+        distance, bearing = float(rng.uniform(1, 100)), float(rng.uniform(-1, 1))
+        place = fix(one_echo(distance, bearing), where, HALF_VERTICAL).position
+        seen = sight(place, np.ones((3, 1)), np.zeros(1), where)
+        np.testing.assert_allclose(
+            [seen.range_m[0], seen.bearing[0], seen.elevation[0]], [distance, bearing, 0.0], atol=1e-9
+        )
+
+
+def test_the_predicted_covariance_is_turned_to_the_line_of_sight() -> None:
+    """Looking north-east at a covariance that is long in that direction: all of it is along, none across."""
+    place = np.array([[10.0], [10.0], [0.0]])
+    seen = sight(place, np.array([[2.0], [2.0], [0.0]]), np.array([1.9]), vehicle([0, 0, 0], [0, 0, 0]))
+    np.testing.assert_allclose([seen.along[0], seen.across[0], seen.mixed[0]], [3.9, 0.1, 0.0], atol=1e-12)
+
+
+def test_an_object_at_the_vehicles_own_place_is_no_trouble() -> None:
+    seen = sight(np.zeros((3, 1)), np.ones((3, 1)), np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
+    for name in seen._fields:
+        assert np.isfinite(getattr(seen, name)).all(), name
+
+
+def seen_at(place: list[float], sigma: float, sigma_down: float = 0.01) -> tuple[bool, float]:
+    variance = np.array([[sigma**2], [sigma**2], [sigma_down**2]])
+    predicted = sight(np.array([place]).T, variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
+    result = view(predicted, SECTOR, (), 2.0)
+    return bool(result.inside[0]), float(result.watched[0])
+
+
+def test_what_is_in_view() -> None:
+    assert seen_at([50, 0, 0], 0.1) == (True, 1.0)
+    assert seen_at([-50, 0, 0], 0.1) == (False, 0.0)
+    assert seen_at([101, 0, 0], 0.1) == (False, 0.0)
+    assert seen_at([99.9, 0, 0], 0.1) == (True, 0.0)  # at the edge: neither outside nor expected
+    assert seen_at([50, 49, 0], 1.0) == (True, 0.0)
+    assert seen_at([50, 51, 0], 1.0) == (False, 0.0)
+    assert seen_at([50, 0, 20], 0.1) == (False, 0.0)  # below the fan
+
+
+def test_a_height_half_known_is_half_watched() -> None:
+    """The fan covers +-8.7 m at 50 m; a height anywhere in 0 to 17.4 m is seen in half of the cases."""
+    half = 50.0 * math.sin(HALF_VERTICAL) / math.hypot(1.0, 0.0)
+    _, watched = seen_at([50.0, 0.0, half], 0.1, half / math.sqrt(3.0))
+    assert watched == pytest.approx(0.5, abs=0.02)
+
+
+def test_near_the_sector() -> None:
+    predicted = sight(
+        np.array([[50.0, 50.0, 50.0], [53.0, 60.0, -80.0], [0.0, 0.0, 0.0]]),
+        np.ones((3, 3)),
+        np.zeros(3),
+        vehicle([0, 0, 0], [0, 0, 0]),
+    )
+    assert near_sector(predicted, SECTOR, 10.0).tolist() == [True, True, False]
+
+
+def test_bad_echoes_and_poses_are_left_out() -> None:
+    good = [50.0, 0.1, 0.0, 1.0, 0.1, 0.01, 0.3]
+    table = np.array([good] * 6)
+    table[1, 0] = np.nan
+    table[2, 0] = -1.0
+    table[3, 1] = np.inf
+    table[4, 3] = -0.1
+    table[5, 4] = 1e300
+    kept, dropped = echoes_of(table)
+    assert (len(kept), dropped) == (1, 5)
+    assert len(echoes_of(table_of([]))[0]) == 0
+    assert vehicle_at(np.array([0.0, np.nan, 0.0]), quat_from_euler(0, 0, 0), NO_SIGMA, NO_SIGMA) is None
+    assert euler_from_quat(quat_from_euler(0, 0, 1.0))[2] == pytest.approx(1.0)

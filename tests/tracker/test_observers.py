@@ -1,0 +1,314 @@
+"""The observers against a textbook filter, each other and closed forms, and what no noise may break."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from ods.base.arrays import Floats
+from ods.base.kernel import kernel
+from ods.tracker.measurement.model import Fix
+from ods.tracker.observer import ud_filter
+from ods.tracker.observer.belief import mixture
+from ods.tracker.observer.imm import CoupledPlane, Model, _mix
+from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
+from ods.tracker.observer.registry import CALM, OBSERVERS, Observer, make_observer
+from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS
+from ods.tracker.settings import MotionSettings
+
+Long = NDArray[np.longdouble]
+BOTH = np.array([0, 1])
+
+
+class MatrixFilter:
+    """The textbook filter: full 4 x 4 matrices, extended precision, no trick."""
+
+    def __init__(self, place: Floats, noise: Floats, velocity_variance: float) -> None:
+        self.x: Long = np.zeros(4, np.longdouble)
+        self.p: Long = np.zeros((4, 4), np.longdouble)
+        self.x[:2], self.p[:2, :2] = place, noise
+        self.p[2, 2] = self.p[3, 3] = velocity_variance
+
+    def predict(self, dt: float, noise: float) -> None:
+        h, one = np.longdouble(dt), np.eye(2, dtype=np.longdouble)
+        f = np.kron(np.array([[1, h], [0, 1]], np.longdouble), one)
+        q = np.longdouble(noise) * np.kron(np.array([[h**3 / 3, h**2 / 2], [h**2 / 2, h]], np.longdouble), one)
+        self.x = f @ self.x
+        self.p = f @ self.p @ f.T + q
+
+    def update(self, place: Floats, noise: Floats) -> float:
+        """Return the log of the density of `place`, times 2 pi."""
+        s = self.p[:2, :2] + noise
+        determinant = s[0, 0] * s[1, 1] - s[0, 1] ** 2
+        inverse: Long = np.array([[s[1, 1], -s[0, 1]], [-s[0, 1], s[0, 0]]]) / determinant
+        innovation = place - self.x[:2]
+        density = -0.5 * (innovation @ inverse @ innovation + np.log(determinant))
+        gain = self.p[:, :2] @ inverse
+        self.x = self.x + gain @ innovation
+        keep = np.eye(4, dtype=np.longdouble)
+        keep[:, :2] -= gain
+        self.p = keep @ self.p @ keep.T + gain @ noise @ gain.T
+        return float(density)
+
+
+def noise_of(along: float, across: float, angle: float) -> Floats:
+    """Return the (2, 2) noise of a sonar that looks along `angle`."""
+    turn = np.array([[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]])
+    matrix: Floats = turn @ np.diag([along, across]) @ turn.T
+    return matrix
+
+
+def covariance_of(s: Floats, i: int = 0) -> Floats:
+    """Return P = L D L' of column i."""
+    lower = np.eye(4)
+    lower[np.tril_indices(4, -1)] = s[LOWER:FACTORS, i]
+    matrix: Floats = lower @ np.diag(s[DIAGONAL:LOWER, i]) @ lower.T
+    return matrix
+
+
+fixes = st.tuples(
+    st.floats(-50.0, 50.0), st.floats(-50.0, 50.0), st.floats(1e-3, 1e2), st.floats(1e-3, 1e2), st.floats(-3.2, 3.2)
+)
+steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), min_size=1, max_size=30)
+
+
+@settings(max_examples=100, deadline=None)
+@given(steps, st.floats(0.0, 10.0))
+def test_the_factored_form_equals_the_matrix_form(
+    sequence: list[tuple[float, tuple[float, float, float, float, float] | None]], noise: float
+) -> None:
+    first = noise_of(0.01, 0.8, 0.6)
+    s, textbook = np.zeros((FACTORS, 1)), MatrixFilter(np.array([3.0, -2.0]), first, 0.5)
+    s[:2, 0] = 3.0, -2.0
+    ud_filter.start(s, 0, first[0, 0], first[1, 1], first[0, 1], 0.5)
+    work, weight = np.empty((4, PROCESS_COLUMNS)), np.empty(PROCESS_COLUMNS)
+    for dt, fix in sequence:
+        ud_filter.predict(s, 0, dt, noise, work, weight)
+        textbook.predict(dt, noise)
+        if fix:
+            place, r = np.array(fix[:2]), noise_of(*fix[2:])
+            mine = ud_filter.update(s, 0, place[:, None], 0, r[0, 0], r[1, 1], r[0, 1])
+            np.testing.assert_allclose(mine, textbook.update(place, r), rtol=1e-6, atol=1e-6)
+    truth = textbook.p.astype(np.float64)
+    scale = np.sqrt(np.outer(np.diag(truth), np.diag(truth)))
+    assert (np.abs(covariance_of(s) - truth) <= 1e-8 * scale).all()
+    np.testing.assert_allclose(s[:4, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
+    # What is told of parts of the state is that of the whole.
+    np.testing.assert_allclose(ud_filter.place_covariance(s, 0), truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(ud_filter.velocity_variances(s, 0), truth[[2, 3], [2, 3]], rtol=1e-6)
+
+
+@kernel
+def predict_and_update(s: Floats, dt: float, noise: float, place: Floats, r: Floats) -> None:
+    """Compiled loop over all columns; `r`: (3, n) variances and covariances."""
+    work, weight = np.empty((4, PROCESS_COLUMNS)), np.empty(PROCESS_COLUMNS)
+    for i in range(s.shape[1]):
+        ud_filter.predict(s, i, dt, noise, work, weight)
+        ud_filter.update(s, i, place, i, r[0, i], r[1, i], r[2, i])
+
+
+def test_it_stays_positive_definite_whatever_the_noise() -> None:
+    """A million updates: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2 in any direction, at 1e6 m."""
+    rng = np.random.default_rng(1)
+    s = np.zeros((FACTORS, 1000))
+    s[:2] = 1e6
+    for i in range(1000):
+        ud_filter.start(s, i, 1e-12, 1e-12, 0.0, 1e6)
+    for _ in range(1000):
+        along, across = 10.0 ** rng.uniform(-12, 12, (2, 1000))
+        angle = rng.uniform(-np.pi, np.pi, 1000)
+        north, east = np.cos(angle), np.sin(angle)
+        r = np.stack(
+            [
+                north**2 * along + east**2 * across,
+                east**2 * along + north**2 * across,
+                north * east * (along - across),
+            ]
+        )
+        place = 1e6 + rng.normal(0.0, 1.0, (2, 1000))
+        dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
+        predict_and_update(s, dt, noise, place, r)
+        assert (s[DIAGONAL:LOWER] > 0.0).all()
+    assert np.isfinite(s).all()
+
+
+def test_mixing_gives_mean_and_covariance_of_the_mixture() -> None:
+    rng = np.random.default_rng(2)
+    s, shares, usual, stay = rng.uniform(0.2, 2.0, (3, FACTORS, 1)), np.array([[0.3], [0.7]]), np.array([0.9, 0.1]), 0.8
+    before = [(s[1 + m, :4, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
+    _mix(s, shares, 0, usual, stay, np.empty((2, FACTORS, 1)), np.empty((4, 10)), np.empty(10))
+    into = stay * np.eye(2) + (1.0 - stay) * usual[None, :]
+    share = np.array([0.3, 0.7]) @ into
+    np.testing.assert_allclose(shares[:, 0], share)
+    for to in range(2):
+        came = np.array([0.3, 0.7]) * into[:, to] / share[to]
+        mean = sum(w * x for w, (x, _) in zip(came, before, strict=True))
+        spread = sum(w * (p + np.outer(x - mean, x - mean)) for w, (x, p) in zip(came, before, strict=True))
+        np.testing.assert_allclose(s[1 + to, :4, 0], mean)
+        np.testing.assert_allclose(covariance_of(s[1 + to]), spread)
+
+
+def fix_at(places: Floats, along: float, across: float, angle: float) -> Fix:
+    """Return a fix of objects at (2, k), all with the same noise."""
+    ones, r = np.ones(places.shape[1]), noise_of(along, across, angle)
+    position = np.vstack([places, np.zeros_like(ones)])
+    return Fix(position, r[0, 0] * ones, r[1, 1] * ones, r[0, 1] * ones, 3.0 * ones, ones, 0.1 * ones)
+
+
+def track(observer: Observer, angle: float, seed: int = 3, speed: float = 0.8) -> Observer:
+    """Show it one object at rest and one that moves, 60 times."""
+    rng = np.random.default_rng(seed)
+    spread = np.linalg.cholesky(noise_of(0.01, 0.25, angle))
+    for k in range(60):
+        truth = np.array([[20.0, 40.0 + speed * k / 7.0], [5.0, -3.0 - 0.5 * speed * k / 7.0]])
+        fix = fix_at(truth + spread @ rng.standard_normal((2, 2)), 0.01, 0.25, angle)
+        if k == 0:
+            observer.start(fix)
+        else:
+            observer.predict(1.0 / 7.0)
+            observer.update(BOTH, fix, np.full(2, 1.0 / 7.0))
+    return observer
+
+
+def moments_of(observer: Observer) -> Floats:
+    """Return all that it tells as one table."""
+    return np.vstack([*mixture(observer.belief()), *observer.velocity()])
+
+
+def test_without_mixed_noise_coupled_equals_independent() -> None:
+    motion = MotionSettings()
+    coupled, independent = (track(make_observer(name, motion), angle=0.0) for name in ("coupled", "independent"))
+    np.testing.assert_allclose(moments_of(coupled), moments_of(independent), rtol=1e-9, atol=1e-12)
+
+
+def test_models_all_alike_are_one() -> None:
+    motion = MotionSettings()
+    two = CoupledPlane(motion, [Model(motion.acceleration_noise, 0.7), Model(motion.acceleration_noise, 0.3)], 0.1)
+    one = track(make_observer("coupled", motion), angle=0.7)
+    np.testing.assert_allclose(
+        moments_of(track(StaticOrMovingObserver(motion, two), angle=0.7)), moments_of(one), rtol=1e-9, atol=1e-12
+    )
+
+
+def errors_in_a_turn(observer: Observer) -> tuple[float, float]:
+    """Return the rms error, m, before and in a turn, of objects that go straight at 1 m/s for 30 s and then turn."""
+    rng, dt, straight, scans, count = np.random.default_rng(5), 1.0 / 7.0, 210, 280, 40
+    course = 0.25 * np.maximum(np.arange(scans) - straight, 0) * dt
+    truth = np.cumsum(np.stack([np.cos(course), np.sin(course)]) * dt, axis=1)
+    squares = np.zeros(scans)
+    for k in range(scans):
+        places = truth[:, k : k + 1] + 0.3 * rng.standard_normal((2, count))
+        fix = fix_at(places, 0.09, 0.09, 0.0)
+        if k == 0:
+            observer.start(fix)
+        else:
+            observer.predict(dt)
+            observer.update(np.arange(count), fix, np.full(count, dt))
+        squares[k] = np.mean((mixture(observer.belief()).position[:2] - truth[:, k : k + 1]) ** 2)
+    return float(np.sqrt(squares[straight - 70 : straight].mean())), float(np.sqrt(squares[straight + 20 :].mean()))
+
+
+def test_two_models_follow_a_turn_and_a_straight_course() -> None:
+    motion = MotionSettings()
+    steady_only = StaticOrMovingObserver(motion, CoupledPlane(motion, [Model(CALM * motion.acceleration_noise, 1.0)]))
+    both, compromise = (errors_in_a_turn(make_observer(name, motion)) for name in ("manoeuvring", "coupled"))
+    assert both[0] < 0.8 * compromise[0]
+    assert both[1] < min(compromise[1], 0.3 * errors_in_a_turn(steady_only)[1])
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_what_rests_and_what_moves_is_found(name: str) -> None:
+    observer = track(make_observer(name, MotionSettings()), angle=0.7)
+    belief, (velocity, _) = observer.belief(), observer.velocity()
+    np.testing.assert_allclose(belief.weight.sum(axis=0), 1.0)
+    assert belief.static[0] > 0.95
+    assert belief.static[1] < 0.05
+    np.testing.assert_allclose(velocity[:2, 1], [0.8, -0.4], atol=0.15)
+    observer.settle(BOTH)
+    observer.predict(1000.0)
+    assert observer.belief().static.tolist() == [1.0, 0.0]
+    np.testing.assert_allclose(mixture(observer.belief()).position[:2, 0], [20.0, 5.0], atol=0.4)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_what_is_seen_again_goes_on_from_what_was_settled(name: str) -> None:
+    observer = track(make_observer(name, MotionSettings()), angle=0.7)
+    observer.settle(BOTH)
+    before = mixture(observer.belief())
+    observer.reopen(BOTH)
+    belief = observer.belief()
+    assert ((belief.static > 0.0) & (belief.static < 1.0)).all()
+    # The hypothesis given up starts where the other one is.
+    for h in range(len(belief.weight)):
+        np.testing.assert_allclose(belief.position[h, :, 0], before.position[:, 0])
+    np.testing.assert_allclose(belief.position[0, :2, 1], before.position[:2, 1], atol=0.1)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_the_map_is_taken_as_it_is(name: str) -> None:
+    observer = make_observer(name, MotionSettings())
+    position, variance = np.array([[10.0], [20.0], [3.0]]), np.array([[0.5], [0.4], [1.0]])
+    observer.recall(position, variance, np.array([0.3]), np.array([1.5]), np.array([0.2]))
+    observer.recall(position, np.zeros((3, 1)), np.zeros(1), np.array([1.5]), np.zeros(1))
+    estimate = mixture(observer.belief())
+    np.testing.assert_allclose(estimate.position, np.repeat(position, 2, axis=1))
+    np.testing.assert_allclose(estimate.variance[:, 0], variance[:, 0])
+    np.testing.assert_allclose(estimate.covariance_ne[0], 0.0 if name == "independent" else 0.3)
+    assert (estimate.variance[:, 1] > 0.0).all()
+    assert (estimate.static == 1.0).all()
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_an_heir_rests_where_the_old_object_did(name: str) -> None:
+    observer = make_observer(name, MotionSettings())
+    observer.recall(np.full((3, 1), 1.0), np.ones((3, 1)), np.full(1, 0.5), np.ones(1), np.ones(1))
+    observer.start(fix_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
+    before = observer.belief().static[1]
+    observer.inherit(np.array([1]), np.array([0]))
+    belief = observer.belief()
+    assert belief.static[1] > before
+    np.testing.assert_allclose(belief.position[0, :2, 1], 1.5)
+    np.testing.assert_allclose(belief.variance[0, :2, 1], 0.5)
+
+
+extreme = st.lists(
+    st.tuples(
+        st.one_of(st.just(0.0), st.floats(1e-9, 1e5)),
+        st.floats(-12.0, 6.0),
+        st.floats(-12.0, 6.0),
+        st.floats(-3.2, 3.2),
+        st.floats(-1e6, 1e6),
+        st.sampled_from(["update", "settle", "reopen", "rest", "inherit"]),
+    ),
+    min_size=1,
+    max_size=30,
+)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+@settings(max_examples=60, deadline=None)
+@given(sequence=extreme)
+def test_whatever_happens_all_stays_finite(
+    name: str, sequence: list[tuple[float, float, float, float, float, str]]
+) -> None:
+    observer = make_observer(name, MotionSettings())
+    observer.start(fix_at(np.zeros((2, 2)), 0.01, 1.0, 0.5))
+    for dt, along, across, angle, place, action in sequence:
+        observer.predict(dt)
+        if action == "inherit":
+            observer.inherit(BOTH[:1], BOTH[1:])
+        elif action == "update":
+            observer.reopen(BOTH)
+            observer.update(BOTH, fix_at(np.full((2, 2), place), 10.0**along, 10.0**across, angle), np.full(2, dt))
+        else:
+            getattr(observer, action)(BOTH)
+        belief = observer.belief()
+        np.testing.assert_allclose(belief.weight.sum(axis=0), 1.0)
+        assert np.isfinite(moments_of(observer)).all()
+        assert (belief.variance > 0.0).all()
+        limit = np.sqrt(belief.variance[:, 0] * belief.variance[:, 1])
+        assert (np.abs(belief.covariance_ne) <= limit * (1.0 + 1e-9)).all()
+        assert (observer.velocity()[1] >= 0.0).all()

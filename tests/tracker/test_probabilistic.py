@@ -1,0 +1,153 @@
+"""Probabilities of associations against all joint events, their use against probabilistic data association."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ods.base.arrays import Floats
+from ods.base.geometry import quat_from_euler
+from ods.tracker.association.gnn import Candidates
+from ods.tracker.association.jpda import LEAST_GAIN, noise_together, probabilistic, shares
+from ods.tracker.measurement.model import Sight, sight
+from ods.tracker.measurement.scan import vehicle_at
+from ods.tracker.observer import axis_kalman
+from ods.tracker.observer.belief import Estimate
+from tests.tracker.samples import NO_SIGMA, echoes
+
+
+def pairs_of(worth: Floats) -> Candidates:
+    rows, columns = np.nonzero(np.isfinite(worth))
+    return Candidates(rows, columns, worth[rows, columns])
+
+
+def exact(worth: Floats) -> Floats:
+    """Return the marginals of (n, m) log-odds, nan where there is no pair, by going through all joint events."""
+    n, m = worth.shape
+    odds = np.exp(np.where(np.isfinite(worth), worth, -np.inf))
+    marginals, total = np.zeros((n, m)), 0.0
+    for event in itertools.product(range(-1, m), repeat=n):
+        taken = [j for j in event if j >= 0]
+        if len(taken) == len(set(taken)):
+            weight = math.prod(odds[i, j] for i, j in enumerate(event) if j >= 0)
+            total += weight
+            for i, j in enumerate(event):
+                if j >= 0:
+                    marginals[i, j] += weight
+    return marginals / total
+
+
+def approximate(worth: Floats) -> Floats:
+    found = pairs_of(worth)
+    share, _ = shares(found, found.evidence, *worth.shape)
+    result = np.zeros(worth.shape)
+    result[found.objects, found.echoes] = share
+    return result
+
+
+def test_shares_are_near_the_marginals_of_all_joint_events() -> None:
+    errors = []
+    for seed in range(500):
+        rng = np.random.default_rng(seed)
+        worth = rng.normal(0.0, 3.0, rng.integers(1, 5, 2))
+        worth[rng.random(worth.shape) < 0.4] = np.nan
+        errors.append(np.abs(approximate(worth) - exact(worth)).max())
+    assert np.percentile(errors, 90) < 0.01
+    assert np.max(errors) < 0.2
+
+
+def test_shares_are_exact_where_the_pairs_make_no_loops() -> None:
+    """A chain: object 0 has echoes 0 and 1, object 1 echoes 1 and 2, object 2 echo 2 and 3."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        worth = np.full((3, 4), np.nan)
+        for i in range(3):
+            worth[i, i : i + 2] = rng.normal(0.0, 3.0, 2)
+        np.testing.assert_allclose(approximate(worth), exact(worth), atol=2e-3)
+
+
+worths = st.floats(-1e6, 1e6) | st.floats(-30.0, 30.0)
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5), worths), unique_by=lambda pair: pair[:2]))
+def test_whatever_the_likelihoods_shares_are_probabilities(pairs: list[tuple[int, int, float]]) -> None:
+    objects, columns = (np.array([pair[k] for pair in pairs], np.intp) for k in (0, 1))
+    worth = np.array([pair[2] for pair in pairs], np.float64)
+    share, free = shares(Candidates(objects, columns, worth), worth, 6, 6)
+    for values in (share, free, np.bincount(objects, share, 6)):
+        assert np.isfinite(values).all()
+        assert (values >= 0.0).all()
+        assert (values <= 1.0 + 1e-9).all()
+
+
+@given(st.lists(st.tuples(st.floats(0.01, 1.0), st.floats(-3.0, 3.0)), min_size=1, max_size=4), st.floats(0.01, 10.0))
+def test_the_echo_that_stands_for_several_does_what_they_do(echo: list[tuple[float, float]], variance: float) -> None:
+    """Against the formula of probabilistic data association; where the variance would grow, it stays nearly."""
+    noise = 0.5
+    share = np.array([weight for weight, _ in echo])
+    share /= share.sum() + 0.3
+    innovation = np.array([value for _, value in echo])
+    seen, mean = float(share.sum()), float(share @ innovation)
+    square = float(share @ innovation**2)
+    noise_of_one = noise_together(seen, mean, square, variance, noise)
+    position, _, after = axis_kalman.update(5.0, 0.0, variance, 0.0, mean / seen, noise_of_one)
+
+    total = variance + noise
+    gain = variance / total
+    lowered = max(seen * total - (square - mean**2), LEAST_GAIN * total)
+    assert after == pytest.approx(variance - gain**2 * lowered)
+    assert position == pytest.approx(5.0 + gain * mean * lowered / (seen * total))
+
+
+def test_the_step_is_theirs_where_innovations_are_not_spread() -> None:
+    """One echo, near where it is expected, the object's own with probability 0.8."""
+    small, seen, variance, noise = 1e-4, 0.8, 0.3, 0.5
+    noise_of_one = noise_together(seen, seen * small, seen * small**2, variance, noise)
+    position, _, _ = axis_kalman.update(0.0, 0.0, variance, 0.0, small, noise_of_one)
+    assert position == pytest.approx(seen * variance / (variance + noise) * small)
+
+
+def one_object(place_m: float) -> tuple[Sight, Estimate]:
+    """Return an object straight ahead, of radius 1 m."""
+    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+    assert vehicle is not None
+    position, variance = np.array([[place_m], [0.0], [0.0]]), np.full((3, 1), 0.04)
+    one = np.ones(1)
+    estimate = Estimate(position, variance, np.zeros(1), one, 0.1 * one, one)
+    return sight(position, variance, np.zeros(1), vehicle), estimate
+
+
+def test_a_sure_echo_of_one_object_is_taken_as_it_is() -> None:
+    found = Candidates(np.array([0]), np.array([0]), np.array([40.0]))
+    seen = echoes([(50.2, 0.01, 1.4)])
+    pairing = probabilistic(found, found.evidence, np.ones(1, bool), seen, *one_object(50.0))
+    np.testing.assert_allclose(pairing.echoes.table, seen.table, rtol=1e-9)
+    assert pairing.explained.tolist() == [True]
+
+
+def test_two_echoes_alike_give_their_middle_with_more_noise() -> None:
+    found = Candidates(np.array([0, 0]), np.array([0, 1]), np.array([10.0, 10.0]))
+    seen = echoes([(50.2, 0.0, 1.0), (49.9, 0.0, 1.0)])
+    pairing = probabilistic(found, found.evidence, np.ones(1, bool), seen, *one_object(50.0))
+    total = 0.04 + 0.1**2
+    lowered = total - 0.15**2
+    assert pairing.echoes.range_m[0] == pytest.approx(50.05)
+    assert pairing.echoes.sigma_range[0] ** 2 == pytest.approx(0.01 + total * (total / lowered - 1.0), rel=1e-3)
+    assert pairing.pairs.evidence[0] == pytest.approx(10.0 + math.log(2.0), abs=1e-3)
+
+
+def test_unconfirmed_objects_take_one_echo_each_from_what_is_left() -> None:
+    found = Candidates(np.array([0, 1, 1, 2]), np.array([0, 0, 1, 1]), np.array([9.0, 12.0, 3.0, 5.0]))
+    position = np.zeros((3, 3))
+    position[0] = 50.0
+    one = np.ones(3)
+    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+    assert vehicle is not None
+    estimate = Estimate(position, 0.04 * np.ones((3, 3)), 0.0 * one, one, one, one)
+    sights = sight(position, estimate.variance, estimate.covariance_ne, vehicle)
+    seen = echoes([(50.0, 0.0, 1.0), (50.1, 0.0, 1.0)])
+    pairing = probabilistic(found, found.evidence, np.array([True, False, False]), seen, sights, estimate)
+    assert dict(zip(pairing.pairs.objects.tolist(), pairing.pairs.echoes.tolist(), strict=True)) == {0: 0, 2: 1}

@@ -1,0 +1,59 @@
+"""Everything is compiled before the first ping: none may wait for a compiler."""
+
+import importlib
+import pkgutil
+
+import numpy as np
+import pytest
+
+import ods.tracker
+from ods.messages import Pose
+from ods.runtime.pose_buffer import PoseBuffer
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.measurement import motion_during_reception
+from ods.tracker.observer.registry import OBSERVERS
+from ods.tracker.settings import LifeSettings, TrackerSettings
+from ods.tracker.tracker import Tracker
+from ods.tracker.warm_up import warm_up
+from tests.tracker.samples import course, echoes, run
+
+
+def compiled() -> set[tuple[str, str, str]]:
+    """Return (module, kernel, argument types) of all that numba has compiled so far."""
+    modules = [
+        importlib.import_module(f"ods.tracker.{part.name}") for part in pkgutil.iter_modules(ods.tracker.__path__)
+    ]
+    return {
+        (item.__module__, name, str(types))
+        for module in modules
+        for name, item in vars(module).items()
+        for types in getattr(item, "signatures", ())
+    }
+
+
+@pytest.mark.parametrize(
+    ("observer", "association"), [*((name, "probabilistic") for name in OBSERVERS), ("independent", "nearest")]
+)
+def test_no_real_scan_compiles_anything_more(observer: str, association: str) -> None:
+    """A mission with all there is: clutter, silence, large and moving objects, leaving, the map, and coming back."""
+    settings = TrackerSettings(observer=observer, association=association, life=LifeSettings(stand_by_s=2.0))
+    warm_up(observer, association)
+    before = compiled()
+    rng = np.random.default_rng(12)
+    starts = np.column_stack([rng.uniform(15.0, 90.0, 40), rng.uniform(-50.0, 50.0, 40), rng.uniform(2.0, 6.0, 40)])
+    velocities = np.where(rng.random((40, 1)) < 0.3, rng.normal(0.0, 0.5, (40, 3)), 0.0)
+    path = course(40.0, 0.6, starts, velocities, rng.uniform(0.5, 6.0, 40))
+    path.yaw[(path.t > 15.0) & (path.t < 25.0)] = np.pi
+    known = [MapObject(i, (30.0 + i, 0.0, 4.0), (0.5, 0.5, 1.0), 1.0, 0.2, 0.9, 9, 1, 2, 3) for i in (1, 2, 200)]
+    result = run(path, Tracker(settings, known, first_id=300), seed=12, clutter=5.0, silent=(8.0, 9.0))
+    pose = PoseBuffer(2, 0.3)
+    pose.insert(Pose(0, 0, 0, (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.1,) * 3))
+    sent = pose.at(0)
+    assert sent is not None
+    listening = motion_during_reception.listen(sent, 100.0, 1500.0, pose.at)
+    assert listening is not None
+    motion_during_reception.at_transmission(echoes([(50.0, 0.0, 1.0)]), listening)
+    assert len(result.ids()) > 20
+    assert result.ended
+    assert before
+    assert compiled() == before
