@@ -1,5 +1,6 @@
 """`ods assess detect`: accuracy against time of every filter x detector x attention, on simulated and real images."""
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,6 +72,17 @@ class Row:
     """Noise suppression of its filters."""
     edges: float
     """Their edge preservation."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Chart and effort."""
+    parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    parser.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
+
+
+def run(args: Namespace) -> None:
+    """Measure, print and draw. Raises OdsError."""
+    assess(args.out, quick=args.quick)
 
 
 def assess(out: Path | None, *, quick: bool) -> None:

@@ -1,4 +1,4 @@
-"""`ods bench`: starts the simulator and `ods run` as a user would, listens as a planner would, judges and draws."""
+"""Starts the simulator and `ods run` as a user would, listens as a planner would."""
 
 import signal
 import subprocess
@@ -17,9 +17,8 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.base.settings_file import load
-from ods.bench import picture, report
+from ods.bench import report
 from ods.bench.collector import Collector, Record
-from ods.bench.metrics import summarize
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.sim_sonar.device.can_bus import can_of
@@ -35,30 +34,7 @@ class BenchError(OdsError):
     """The bench could not run; the text says why."""
 
 
-def bench(config: Path, seconds: float | None = None, out: Path | None = None) -> int:
-    """Run the bench; return 0 when every limit holds, 1 when one is broken. Raises OdsError."""
-    settings = _overridden(load(config, BenchConfig), seconds, out)
-    record = run(settings)
-    summary = summarize(record, settings.limits, settings.settle_s)
-    settings.out.mkdir(parents=True, exist_ok=True)
-    (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
-    picture.draw(record, settings.out / "scene.png")
-    report.show(summary, settings)
-    return 1 if summary.broken else 0
-
-
-def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None) -> BenchConfig:
-    changes: dict[str, Any] = {}
-    if seconds is not None:
-        if not 0.0 < seconds < 1e6:
-            raise BenchError(f"--seconds: must be a positive number, got {seconds:g}")
-        changes["seconds"] = seconds
-    if out is not None:
-        changes["out"] = out.resolve()
-    return msgspec.structs.replace(settings, **changes)
-
-
-def run(settings: BenchConfig) -> Record:
+def fly_mission(settings: BenchConfig) -> Record:
     """Run one mission and return what was seen of it."""
     onboard_file, sim_file = _write_configs(settings)
     with ExitStack() as stack:

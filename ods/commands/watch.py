@@ -1,5 +1,6 @@
 """`ods watch`: a live table of obstacles and health in the terminal."""
 
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 import zmq
@@ -9,11 +10,22 @@ from rich.table import Table
 from rich.text import Text
 
 from ods.base import clock
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.processes import on_board
 
 REFRESH_S = 0.25
+
+
+def add_arguments(_parser: ArgumentParser) -> None:
+    """It has none of its own."""
+
+
+def run(args: Namespace) -> None:
+    """Show what the processes of a configuration publish until interrupted. Raises OdsError."""
+    watch(load(args.config, OnboardConfig).bus.run_dir)
 
 
 def watch(run_dir: Path) -> None:

@@ -1,34 +1,13 @@
-"""The report: every examination in turn."""
+"""Every examination in turn."""
 
 from collections.abc import Iterator
 from pathlib import Path
-
-from rich.console import Console
-from rich.text import Text
 
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.doctor import can_interface, machine, navigation, running, sonar_port
 from ods.doctor.finding import Finding
-
-COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
-
-
-def examine(config: Path, listen_s: float = 0.0) -> int:
-    """Print the report on this machine and `config`; return 0, or 1 when something is wrong.
-
-    listen_s: listen to sonar and navigation source for so long, s.
-    """
-    console = Console()
-    wrong = 0
-    for item in findings(config, listen_s):
-        wrong += item.level == "wrong"
-        console.print(
-            Text(f"{item.level:6}", COLOURS[item.level]), Text(f"{item.subject}: {item.text}"), soft_wrap=True
-        )
-    console.print(f"{wrong} wrong" if wrong else "nothing is wrong")
-    return 1 if wrong else 0
 
 
 def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:

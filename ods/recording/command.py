@@ -2,6 +2,7 @@
 
 import signal
 import threading
+from argparse import ArgumentParser, Namespace
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
@@ -15,6 +16,8 @@ from rich.text import Text
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
+from ods.base.settings_file import load
+from ods.commands.arguments import duration_s
 from ods.config import OnboardConfig
 from ods.recording.recorder import DEVICES, Recorder
 from ods.runtime import bus
@@ -32,6 +35,22 @@ QUEUE = bus.HIGH_WATER_MARK
 
 class RecordError(OdsError):
     """A file cannot be recorded; the text is one line."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Record, or finish what was cut off."""
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
+    what.add_argument("--finish", type=Path, metavar="FILE", help="complete a recording that was cut off")
+    parser.add_argument("--seconds", type=duration_s, metavar="S", help="default: until Ctrl-C or SIGTERM")
+
+
+def run(args: Namespace) -> None:
+    """Do what was asked for. Raises OdsError."""
+    if args.finish:
+        finish(args.finish)
+    else:
+        record(args.s7k, load(args.config, OnboardConfig), args.seconds)
 
 
 def record(path: Path, config: OnboardConfig, seconds: float | None = None) -> None:

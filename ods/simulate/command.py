@@ -1,5 +1,6 @@
 """`ods simulate`: a scene file to recorded pings or pictures, by the same code as the live simulator."""
 
+from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -11,6 +12,7 @@ from rich.progress import track
 
 from ods.base import clock
 from ods.base.errors import OdsError
+from ods.commands.arguments import positive_int
 from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.scene import load_scene
@@ -28,6 +30,33 @@ class Shot(NamedTuple):
 
     ping: Ping
     truth: Truth
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """A scene to a file, or figures of the simulator itself."""
+    parser.add_argument("scene", type=Path, metavar="SCENE.toml", nargs="?", help="what is where: config/scenes")
+    parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="file in config/sonars, or a path")
+    parser.add_argument("--out", type=Path, metavar="FILE", help=".npz pings, .s7k, or .png fan images")
+    parser.add_argument("--pings", type=positive_int, metavar="N", help="default: the whole scene; one for .png")
+    parser.add_argument("--seed", type=int, metavar="N", help="instead of the scene's own")
+    parser.add_argument("--chart", type=Path, metavar="OUT.png", help="draw error against time, all model levels")
+    parser.add_argument("--table", action="store_true", help="print the time that each part of an image takes")
+
+
+def run(args: Namespace) -> None:
+    """Write, print and draw what was asked for. Raises OdsError."""
+    if not args.chart and not args.table and not (args.scene and args.out):
+        raise OdsError("give SCENE.toml and --out, or --chart, or --table")
+    if args.scene and args.out:
+        simulate(args.scene, args.sonar, args.out, args.pings, args.seed)
+    if args.table:
+        from ods.simulate.speed import table
+
+        table(find_sonar(args.sonar))
+    if args.chart:
+        from ods.simulate.chart import chart
+
+        chart(find_sonar(args.sonar), args.chart)
 
 
 def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None) -> None:

@@ -36,7 +36,7 @@ def settings() -> Iterator[BenchConfig]:
 
 @pytest.fixture(scope="module")
 def record(settings: BenchConfig) -> Record:
-    return runner.run(settings)
+    return runner.fly_mission(settings)
 
 
 @pytest.fixture(scope="module")
@@ -141,7 +141,7 @@ def test_over_tcp_a_planner_halves_the_range_in_mid_mission_and_nothing_is_lost(
         )
         planner = Planner(run_dir, at_ping=40, range_m=50.0)
         planner.start()
-        record = runner.run(settings)
+        record = runner.fly_mission(settings)
         planner.done.set()
         planner.join(10.0)
     listed = {item.ping_number: item for _, item in record.lists}

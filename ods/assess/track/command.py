@@ -1,5 +1,6 @@
 """`ods assess track`: the table and charts of all observers, the paper's figures 6 and 7, scenario files."""
 
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from rich.console import Console
@@ -11,9 +12,33 @@ from ods.assess.track.measure import rows
 from ods.assess.track.scenarios import KINDS, make
 from ods.assess.track.table import table_of
 from ods.base.errors import OdsError
+from ods.commands.arguments import positive_int
 
 QUICK = ("paper", "static 10", "50 false alarms")
 SEEDS = 5
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """The assessment, or one of the other figures and files instead."""
+    parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
+    parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
+    parser.add_argument("--quick", action="store_true", help="a few scenarios, to see that it works")
+    parser.add_argument("--figures", type=Path, metavar="OUT.png", help="draw figures 6 and 7 of [SSIE] instead")
+    parser.add_argument("--forms", type=Path, metavar="OUT.png", help="draw where covariance updates break instead")
+    parser.add_argument("--save", type=Path, metavar="FOLDER", help="write the scenarios for `ods track` instead")
+
+
+def run(args: Namespace) -> None:
+    """Do what was asked for. Raises OdsError."""
+    if args.figures:
+        draw_paper(args.figures)
+    if args.forms:
+        draw_forms(args.forms, quick=args.quick)
+    if args.save:
+        save_scenarios(args.save)
+    if not (args.figures or args.forms or args.save):
+        assess(args.out, seeds=args.seeds, with_peers=args.peers, quick=args.quick)
 
 
 def assess(out: Path | None, *, seeds: int | None, with_peers: bool, quick: bool) -> None:

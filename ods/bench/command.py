@@ -1,0 +1,42 @@
+"""`ods bench`: the whole chain against the simulated sonar and vehicle, judged by limits and drawn."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from ods.base.settings_file import load
+from ods.bench import picture, report
+from ods.bench.metrics import summarize
+from ods.bench.runner import BenchError, fly_mission
+from ods.bench.settings import BenchConfig
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What goes before the configuration."""
+    parser.add_argument("--seconds", type=float, help="length of the mission (default: from the configuration)")
+    parser.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
+
+
+def run(args: Namespace) -> int:
+    """Run the bench; return 0 when every limit holds, 1 when one is broken. Raises OdsError."""
+    settings = _overridden(load(args.config, BenchConfig), args.seconds, args.out)
+    record = fly_mission(settings)
+    summary = summarize(record, settings.limits, settings.settle_s)
+    settings.out.mkdir(parents=True, exist_ok=True)
+    (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
+    picture.draw(record, settings.out / "scene.png")
+    report.show(summary, settings)
+    return 1 if summary.broken else 0
+
+
+def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None) -> BenchConfig:
+    changes: dict[str, Any] = {}
+    if seconds is not None:
+        if not 0.0 < seconds < 1e6:
+            raise BenchError(f"--seconds: must be a positive number, got {seconds:g}")
+        changes["seconds"] = seconds
+    if out is not None:
+        changes["out"] = out.resolve()
+    return msgspec.structs.replace(settings, **changes)

@@ -1,0 +1,18 @@
+"""`ods run`: keeps the on-board processes up."""
+
+from argparse import ArgumentParser, Namespace
+
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
+from ods.runtime import supervisor
+from ods.runtime.processes import on_board
+
+
+def add_arguments(_parser: ArgumentParser) -> None:
+    """It has none of its own."""
+
+
+def run(args: Namespace) -> None:
+    """Supervise until SIGTERM or SIGINT. Raises OdsError."""
+    settings = load(args.config, OnboardConfig)
+    supervisor.supervise(on_board(), args.config, settings.bus.run_dir, settings.supervise)

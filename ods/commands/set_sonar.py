@@ -1,0 +1,24 @@
+"""`ods set-sonar`: sets the sonar's range, power or gain, or shows them."""
+
+from argparse import ArgumentParser, Namespace
+
+from ods.base.settings_file import load
+from ods.client import Sonar, SonarRequest
+from ods.config import OnboardConfig
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """What is not given stays as it is."""
+    parser.add_argument("--range", type=float, metavar="METRES")
+    parser.add_argument("--power", type=float, metavar="DB", help="re 1 uPa at 1 m")
+    parser.add_argument("--gain", type=float, metavar="DB")
+
+
+def run(args: Namespace) -> None:
+    """Ask the sonar process; print what the sonar works with. Raises OdsError."""
+    sonar = Sonar(load(args.config, OnboardConfig).bus.run_dir)
+    try:
+        says = sonar.ask(SonarRequest(range_m=args.range, power_db=args.power, gain_db=args.gain))
+    finally:
+        sonar.close()
+    print(f"the sonar says: range {says.range_m} m, power {says.power_db} dB, gain {says.gain_db} dB")

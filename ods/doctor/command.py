@@ -1,0 +1,38 @@
+"""`ods doctor`: prints what every examination has found."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from rich.console import Console
+from rich.text import Text
+
+from ods.commands.arguments import duration_s
+from ods.doctor.report import findings
+
+COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """How long to listen."""
+    parser.add_argument("--listen", type=duration_s, default=0.0, metavar="SECONDS", help="hear sonar and INS, too")
+
+
+def run(args: Namespace) -> int:
+    """Examine this machine and a configuration; return 1 when something is wrong."""
+    return examine(args.config, args.listen)
+
+
+def examine(config: Path, listen_s: float = 0.0) -> int:
+    """Print the report on this machine and `config`; return 0, or 1 when something is wrong.
+
+    listen_s: listen to sonar and navigation source for so long, s.
+    """
+    console = Console()
+    wrong = 0
+    for item in findings(config, listen_s):
+        wrong += item.level == "wrong"
+        console.print(
+            Text(f"{item.level:6}", COLOURS[item.level]), Text(f"{item.subject}: {item.text}"), soft_wrap=True
+        )
+    console.print(f"{wrong} wrong" if wrong else "nothing is wrong")
+    return 1 if wrong else 0

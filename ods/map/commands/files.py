@@ -1,0 +1,66 @@
+"""What the actions of `ods map` have in common: which map, how it is opened, and how a new file comes into being."""
+
+import os
+import sqlite3
+from argparse import ArgumentParser
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
+from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.store import MapStore, copy_of_map
+
+Area = tuple[float, float, float]
+"""North, east and distance, m."""
+AREA_NAMES = "NORTH", "EAST", "METRES"
+
+
+def add_map_argument(parser: ArgumentParser) -> None:
+    """The map's file, which need not be named."""
+    parser.add_argument("file", type=Path, metavar="MAP", nargs="?", help="default: the configuration's")
+
+
+def add_within_argument(parser: ArgumentParser) -> None:
+    """The area that is wanted."""
+    told = "only objects not farther from a place than this"
+    parser.add_argument("--within", type=float, nargs=3, metavar=AREA_NAMES, help=told)
+
+
+def map_file(file: Path | None, config: Path) -> Path:
+    """Return the map that was named, or else the configuration's. Raises OdsError."""
+    path = file or load(config, OnboardConfig).tracker.map.path
+    if path is None:
+        raise OdsError(f"{config}: tracker.map.path is not set; name the map's file")
+    return path
+
+
+def read_map(path: Path, within: Area | None) -> tuple[list[MapObject], LocalFrame]:
+    """Return the objects of a map, and the frame that they are told in. Raises OdsError."""
+    with opened(copy_of_map(path)) as store:
+        return store.load(within), LocalFrame(*store.origin_deg())
+
+
+@contextmanager
+def opened(store: MapStore) -> Iterator[MapStore]:
+    """Give a map, and close it at the end."""
+    try:
+        yield store
+    finally:
+        store.close()
+
+
+@contextmanager
+def new_file(out: Path) -> Iterator[Path]:
+    """Give a file beside `out` to be written, which takes its name when it is whole. Raises OdsError."""
+    part = out.with_name(f"{out.name}.{os.getpid()}.part")
+    try:
+        yield part
+        part.replace(out)
+    except (OSError, sqlite3.Error) as error:
+        raise OdsError(f"{out}: {error}") from error
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,36 @@
+"""`ods map prune`: takes objects out of a map that no tracker is using."""
+
+from argparse import ArgumentParser, Namespace
+
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.commands.arguments import positive_int
+from ods.map.commands.files import AREA_NAMES, add_map_argument, map_file, opened
+from ods.map.prune import Criteria, why_not
+from ods.tracker.map.store import copy_of_map, sole_access
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Map and criteria."""
+    add_map_argument(parser)
+    parser.add_argument("--existence-below", type=float, metavar="P", help="existence probability")
+    parser.add_argument("--older-than", type=float, metavar="DAYS", help="days since last seen")
+    parser.add_argument("--seen-fewer", type=positive_int, metavar="N", help="times seen")
+    parser.add_argument("--outside", type=float, nargs=3, metavar=AREA_NAMES, help="farther from a place than this")
+    parser.add_argument("--dry-run", action="store_true", help="only say what would be removed")
+
+
+def run(args: Namespace) -> None:
+    """Take out what meets a criterion, and say which and why. Raises OdsError."""
+    criteria = Criteria(args.existence_below, args.older_than, args.seen_fewer, args.outside)
+    if not criteria:
+        raise OdsError("say what is to go: --existence-below, --older-than, --seen-fewer or --outside")
+    path = map_file(args.file, args.config)
+    now_ns = clock.utc_ns()
+    with opened(copy_of_map(path) if args.dry_run else sole_access(path)) as store:
+        objects = store.load()
+        reasons = {o.id: why for o in objects if (why := why_not(o, criteria, now_ns))}
+        store.change([], reasons)
+    for object_id, why in reasons.items():
+        print(f"{object_id}: {', '.join(why)}")
+    print(f"{len(reasons)} of {len(objects)} objects {'would be removed' if args.dry_run else 'removed'} from {path}")
