@@ -25,7 +25,6 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
     parser.add_argument("--quick", action="store_true", help="a few scenarios, to see that it works")
     parser.add_argument("--figures", type=Path, metavar="OUT.png", help="draw figures 6 and 7 of [SSIE] instead")
-    parser.add_argument("--forms", type=Path, metavar="OUT.png", help="draw where covariance updates break instead")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="write the scenarios for `ods track` instead")
 
 
@@ -33,11 +32,9 @@ def run(args: Namespace) -> None:
     """Do what was asked for. Raises OdsError."""
     if args.figures:
         draw_paper(args.figures)
-    if args.forms:
-        draw_forms(args.forms, quick=args.quick)
     if args.save:
         save_scenarios(args.save)
-    if not (args.figures or args.forms or args.save):
+    if not (args.figures or args.save):
         assess(args.out, seeds=args.seeds, with_peers=args.peers, quick=args.quick)
 
 
@@ -65,17 +62,6 @@ def draw_paper(path: Path) -> None:
     chart.save(paper_figures.draw(example), path)
     for line in paper_figures.story(example):
         print(line)
-    print(f"drawn: {path}")
-
-
-def draw_forms(path: Path, *, quick: bool) -> None:
-    """Draw where each form of the covariance update breaks, and print what each costs. Raises OdsError."""
-    from benchmarks import forms, forms_chart
-    from ods.assess.track import chart
-
-    grid = forms.measure(forms.QUICK if quick else forms.FULL)
-    Console(width=120).print(forms_chart.table(grid))
-    chart.save(forms_chart.draw(grid), path)
     print(f"drawn: {path}")
 
 
