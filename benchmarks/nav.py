@@ -35,7 +35,7 @@ from ods.messages import Detection, Detections, Sector
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
 from ods.sim_sonar.device.can_bus import can_of
-from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.tracker.service import TrackerWorker

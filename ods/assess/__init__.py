@@ -1,1 +1,1 @@
-"""How good and how fast detection is: labelled images, metrics, chart. Never imported on board."""
+"""How good and how fast detection and tracking are. Never imported on board."""

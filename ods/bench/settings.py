@@ -7,7 +7,7 @@ import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
 from ods.config import BusSettings
-from ods.sim_sonar.device.settings import SimSettings
+from ods.sim_sonar.settings import SimSettings
 
 
 class KillSettings(Settings, frozen=True):

@@ -4,17 +4,18 @@ from typing import NamedTuple
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
-from ods.sim_sonar.echo.mean_area import mean_area
+from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard
+from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.receiver.quantize import PingMaker
-from ods.sim_sonar.receiver.receiver import Receiver
 from ods.sim_sonar.receiver.settings import ImageLevels
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.scene import Scene
-from ods.sim_sonar.scene.truth import truth_of
+from ods.sim_sonar.receiver.signal_chain import Receiver
+from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel
+from ods.sim_sonar.truth import truth_of
 
 
 def render_image(
@@ -48,8 +49,8 @@ class _Moment(NamedTuple):
     """A scene at the instant of a ping."""
 
     t_s: float
-    pose: tuple[Floats, Floats]
-    """The vehicle's position (3,) and attitude (4,) at transmission."""
+    pose: VehiclePose
+    """At transmission."""
     heard: Floats
     """Rows of the objects as they are heard, see `as_heard`."""
     area: Floats

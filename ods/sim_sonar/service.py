@@ -14,13 +14,13 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.can_bus import SLCAN_PORT, can_of
-from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
 from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.sim_sonar.device.sonar_line import open_line
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import load_sonar
 
 THREAD_SWITCH_S = 0.001

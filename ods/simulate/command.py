@@ -15,7 +15,7 @@ from ods.base.errors import OdsError
 from ods.commands.arguments import positive_int
 from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.simulate.files import find_sonar
 from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.s7k.writer import write_s7k

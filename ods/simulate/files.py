@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.sim_sonar.scene.scene import Scene, load_scene
+from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
 CHECKOUT = Path(__file__).parents[2] / "config"

@@ -11,11 +11,11 @@ from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.detail import levels
-from ods.sim_sonar.echo.mean_area import mean_area
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.receiver.receiver import Receiver
+from ods.sim_sonar.mean_area import mean_area
 from ods.sim_sonar.receiver.settings import ImageLevels
-from ods.sim_sonar.scene.scene import Scene
+from ods.sim_sonar.receiver.signal_chain import Receiver
+from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel

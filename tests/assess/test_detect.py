@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from ods import cli
-from ods.assess.chains import DEFAULT, EQUALIZERS, all_settings
-from ods.assess.detect import QUICK, Effort, measure
-from ods.assess.measure import filter_figures
-from ods.assess.sea import sea_images, snr_db
-from ods.assess.tank import BEAMS, SAMPLES, tank_images
+from ods.assess.detection.chains import DEFAULT, EQUALIZERS, all_settings
+from ods.assess.detection.command import QUICK, Effort, measure
+from ods.assess.detection.measure import filter_figures
+from ods.assess.images.sea import sea_images, snr_db
+from ods.assess.images.tank import BEAMS, SAMPLES, tank_images
 from ods.messages import frame_of
 from ods.pipeline.chain import Chain
 

@@ -5,11 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ods.assess.detect import REAL
-from ods.assess.held_out import BEAMS, held_out_images
-from ods.assess.labelled import LabelledImage
-from ods.assess.labels import read_labels
-from ods.assess.measure import score_of
+from ods.assess.detection.command import REAL
+from ods.assess.detection.measure import score_of
+from ods.assess.images.held_out import BEAMS, held_out_images
+from ods.assess.images.labelled import LabelledImage
+from ods.assess.images.labels import read_labels
 from ods.base.errors import OdsError
 from ods.messages import frame_of
 from ods.pipeline.settings import PipelineSettings

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from ods.assess.labelled import Target, circle_target
-from ods.assess.measure import stability
-from ods.assess.metrics import (
+from ods.assess.detection.measure import stability
+from ods.assess.detection.metrics import (
     Score,
     at_false_alarms,
     edge_preservation,
@@ -13,6 +12,7 @@ from ods.assess.metrics import (
     noise_suppression_db,
     pareto_front,
 )
+from ods.assess.images.labelled import Target, circle_target
 from ods.messages import Detection, Detections, Sector
 
 

@@ -19,7 +19,7 @@ from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavSettings
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
-from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 
 CONFIG = Path(__file__).parents[2] / "config"

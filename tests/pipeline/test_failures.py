@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from ods.assess.sea import sea_images
+from ods.assess.images.sea import sea_images
 from ods.base.arrays import Floats
 from ods.messages import Detection
 from ods.pipeline.chain import Chain

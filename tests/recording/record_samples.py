@@ -18,7 +18,7 @@ from ods.base.geometry import quat_from_euler
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, TrackState
 from ods.runtime import bus
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.simulate.files import find_sonar
 
 ROOT = Path(__file__).parents[2]

@@ -5,8 +5,8 @@ from hypothesis import strategies as st
 
 from ods.base import geometry
 from ods.base.arrays import Floats
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.bodies import FAR, circle_radius, contains, hit
+from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import FAR, circle_radius, contains, hit
 
 angle = st.floats(-3.0, 3.0)
 unit = st.floats(-1.0, 1.0)

@@ -6,11 +6,11 @@ import pytest
 from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.detail import levels
-from ods.sim_sonar.echo.mean_area import mean_area
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.scene import Scene, load_scene
-from ods.sim_sonar.scene.settings import Surface
+from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sea_bed.model import make_bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import load_sonar

@@ -7,15 +7,17 @@ from scipy import integrate
 
 from ods.base import geometry
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.mean_area import mean_area
+from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard
 from ods.sim_sonar.echo.reflection import reflectivity
+from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator, render_image
+from ods.sim_sonar.mean_area import mean_area
 from ods.sim_sonar.receiver.settings import ImageLevels
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.scene import Scene
-from ods.sim_sonar.scene.settings import SceneFile, SeaBed, Sphere, Surface, VehiclePath
+from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.model import bed_of
+from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.patterns import horizontal_power

@@ -14,9 +14,9 @@ from ods.base.settings_file import ConfigError
 from ods.messages import frame_of
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.receiver.quantize import LogQuantizer, PingMaker, quantize_linear, quantize_log8
-from ods.sim_sonar.receiver.receiver import Receiver
 from ods.sim_sonar.receiver.settings import ImageLevels
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.receiver.signal_chain import Receiver
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 from ods.sonar_link.s7k import records, water_column

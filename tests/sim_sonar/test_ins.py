@@ -13,7 +13,7 @@ import pytest
 from can.interfaces.slcan import slcanBus
 
 from ods.base.geometry import quat_from_euler
-from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.slcan_hub import SlcanHub, is_frame
 
 EDS = Path(__file__).parents[2] / "config" / "ins.eds"

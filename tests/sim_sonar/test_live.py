@@ -12,10 +12,10 @@ from ods.base.arrays import Floats
 from ods.messages import Ping, frame_of
 from ods.sim_sonar.device.live import LiveSonar, Mission
 from ods.sim_sonar.device.remote_end import LEAST_RANGE_M, RemoteEnd
-from ods.sim_sonar.device.settings import SimSettings
 from ods.sim_sonar.device.tcp_line import TcpLine
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import Assembler

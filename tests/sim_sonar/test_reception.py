@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from ods.base import geometry
-from ods.base.arrays import Floats
+from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.motion import Times
-from ods.sim_sonar.scene.scene import Scene
+from ods.sim_sonar.pose import Times, VehiclePose
 from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import load_sonar
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")
@@ -49,9 +48,9 @@ def test_the_range_is_half_the_way_there_and_back() -> None:
     target = Scene(scene(Sphere(name="a", position_ned=(90.0, 0.0, 0.0), radius_m=1.0)).file)
     speed = 15.0
 
-    def pose_at(t_s: Times) -> tuple[Floats, Floats]:
+    def pose_at(t_s: Times) -> VehiclePose:
         level = np.broadcast_to([1.0, 0.0, 0.0, 0.0], (*np.shape(t_s), 4))
-        return np.multiply.outer(t_s, [speed, 0.0, 0.0]), level
+        return VehiclePose(np.multiply.outer(t_s, [speed, 0.0, 0.0]), level)
 
     heard = as_heard(target.bodies_at(0.0), 0.0, pose_at(0.0), 1500.0, pose_at)
     assert heard[0, bodies.CENTRE] == pytest.approx(90.0 / (1.0 + speed / 1500.0), abs=0.02)

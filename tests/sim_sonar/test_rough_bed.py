@@ -9,10 +9,10 @@ from scipy.ndimage import uniform_filter
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.base.settings_file import ConfigError
-from ods.sim_sonar.echo.mean_area import mean_area
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.scene import load_scene
-from ods.sim_sonar.scene.settings import Surface
+from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sea_bed.height_field import height_at, load_field, seeded_field
 from ods.sim_sonar.sea_bed.model import Bed, make_bed
 from ods.sim_sonar.sonar.grid import grid_of

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from ods.base import geometry
 from ods.base.settings_file import ConfigError
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import Scene, load_scene
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, VehiclePath, Waypoint
+from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sonar.model import load_sonar
 
 CONFIG = Path(__file__).parents[2] / "config"

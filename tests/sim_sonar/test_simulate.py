@@ -9,7 +9,7 @@ from ods.base.arrays import AnyArray
 from ods.cli import main
 from ods.messages import Truth, frame_of
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.simulate import speed as simulate_speed
 from ods.sonar_link.files.opening import open_pings

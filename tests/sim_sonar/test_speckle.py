@@ -10,8 +10,8 @@ from scipy import stats
 
 from ods.base import geometry
 from ods.base.arrays import Floats
-from ods.sim_sonar.receiver.receiver import Receiver
 from ods.sim_sonar.receiver.settings import ImageLevels
+from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.receiver.speckle_law import beam_overlap_correlation, taps
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
@@ -198,7 +198,7 @@ PROGRAM = """
 import hashlib, sys
 from pathlib import Path
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import load_scene
+from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import load_sonar
 config = Path(sys.argv[1])
 scene = load_scene(config / "scenes/figure11_imperfect.toml")

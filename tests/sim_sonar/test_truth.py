@@ -8,8 +8,9 @@ import pytest
 from ods.messages import TruthObject
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.receiver.settings import ImageLevels
-from ods.sim_sonar.scene.scene import Scene
-from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, SeaBed, Sphere, VehiclePath
+from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 

@@ -13,9 +13,11 @@ from ods.messages import Detections, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseBuffer
+from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import Scene
-from ods.sim_sonar.scene.settings import Oscillation, SceneFile, SeaBed, Sphere, Surface, VehiclePath
+from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of, table_of, vehicle_at

@@ -8,12 +8,12 @@ from collections.abc import Callable
 
 from ods.base import clock
 from ods.messages import Truth
-from ods.sim_sonar.device.ins import SimulatedIns
+from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
-from ods.sim_sonar.device.settings import FaultSettings, SimSettings
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.scene import Scene
+from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.settings import FaultSettings, SimSettings
 from ods.sonar_link.s7k import records
 
 log = logging.getLogger(__name__)

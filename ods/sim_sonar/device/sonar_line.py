@@ -4,8 +4,8 @@ from pathlib import Path
 
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.settings import SimSettings
 from ods.sim_sonar.device.tcp_line import HOST, TcpLine
+from ods.sim_sonar.settings import SimSettings
 
 SERIAL_PORT = "seabat"
 """Name of the simulated sonar's device in the run folder."""

@@ -10,18 +10,17 @@ from collections.abc import Callable
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo.bodies import AXES, CENTRE, HALF, middles
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene.bodies import AXES, CENTRE, HALF, middles
-from ods.sim_sonar.scene.motion import Times
+from ods.sim_sonar.pose import Times, VehiclePose
 
-Pose = tuple[Floats, Floats]
-"""Position (..., 3) NED, m, and attitude (..., 4), body to global."""
-
-NEAREST_M = 1e-9
+LEAST_DISTANCE_M = 1e-9
 """Keeps the direction to a plane through the sonar finite."""
 
 
-def as_heard(objects: Floats, t_s: float, sent: Pose, sound_speed: float, pose_at: Callable[[Times], Pose]) -> Floats:
+def as_heard(
+    objects: Floats, t_s: float, sent: VehiclePose, sound_speed: float, pose_at: Callable[[Times], VehiclePose]
+) -> Floats:
     """Return the (n, bodies.COLUMNS) rows, NED, of which a vehicle at rest in the pose `sent` has the same echoes.
 
     `objects`: rows as they are; `sent`: the pose at scene time `t_s`; `sound_speed`: m/s; `pose_at`: the poses at scene
@@ -47,7 +46,7 @@ def _as_heard(
         for i in range(3):
             for j in range(3):
                 turn[i, j] = forth[i, 0] * back[j, 0] + forth[i, 1] * back[j, 1] + forth[i, 2] * back[j, 2]
-        there, again = _distance(middle[k], sent_ned), max(_distance(middle[k], heard_ned[k]), NEAREST_M)
+        there, again = _distance(middle[k], sent_ned), max(_distance(middle[k], heard_ned[k]), LEAST_DISTANCE_M)
         stretch = 0.5 * (there + again) / again
         for i in range(3):
             place = sent_ned[i]

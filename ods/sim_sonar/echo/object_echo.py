@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
+from ods.sim_sonar.echo.bodies import FAR, SURFACE, hit
 from ods.sim_sonar.echo.mixing import mix, shares_of
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene.bodies import FAR, SURFACE, hit
 from ods.sim_sonar.sonar.grid import Grid, two_way
 
 

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
+from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import AXES, CENTRE, HALF, KIND, PLANE, SPHERE, SURFACE
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.bodies import AXES, CENTRE, HALF, KIND, PLANE, SPHERE, SURFACE
 from ods.sim_sonar.sonar.grid import Grid, two_way
 
 MARGIN_WIDTHS = 3.0

@@ -10,8 +10,8 @@ import math
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene.bodies import FAR
 
 WEST, EAST, LOW, HIGH, RANGE, OBJECT, SHADE_COLUMNS = 0, 1, 2, 3, 4, 5, 6
 

@@ -1,1 +1,1 @@
-"""What is where at any time."""
+"""What is where at any time: objects, vehicle, sea-bed."""

@@ -7,10 +7,8 @@ from scipy.interpolate import CubicSpline
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.sim_sonar.pose import Times
 from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
-
-Times = float | Floats
-"""Scene time, s: one, or an array of any shape (...)."""
 
 STILL = np.zeros(3)
 SLOW = 1e-6

@@ -2,13 +2,14 @@
 
 import math
 from itertools import pairwise
-from pathlib import Path as FilePath
 from typing import Annotated
 
 import msgspec
 
-from ods.base.settings import NonNegative, NonNegativeInt, Positive, Settings
+from ods.base.settings import NonNegativeInt, Positive, Settings
+from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
+from ods.sim_sonar.sea_bed.settings import SeaBed
 
 Triple = tuple[float, float, float]
 
@@ -69,17 +70,6 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     """Yaw about the heading."""
 
 
-class Surface(Settings, frozen=True, kw_only=True):
-    """How a surface reflects (eq. 3)."""
-
-    cd: NonNegative = 0.3
-    """Diffuse share Cd."""
-    cs: NonNegative = 0.3
-    """Specular share Cs."""
-    sigma_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 15.0
-    """Surface roughness: standard deviation of the facets' slope, degrees."""
-
-
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):
     """What all objects have: a name, a surface, a path of their centre."""
 
@@ -131,42 +121,6 @@ class Plane(_Object, frozen=True, kw_only=True, tag="plane"):
 def _refuse_zero(key: str, vector: Triple) -> None:
     if math.hypot(*vector) < 1e-9:
         raise ValueError(f"{key}: a direction of zero length")
-
-
-class Roughness(Settings, frozen=True, kw_only=True):
-    """Gaussian heights above the sea-bed's plane, with the correlation exp(-r^2 / correlation_m^2)."""
-
-    rms_height_m: NonNegative
-    """Root mean square height, m."""
-    correlation_m: Positive
-    """Correlation length, m; the rms slope is 1.41 rms_height_m / correlation_m in each direction."""
-    seed: NonNegativeInt | None = None
-    """Seed of the heights; the scene's own by default."""
-    facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
-    """Facets along each side of the square after which the heights repeat."""
-    facet_m: Positive | None = None
-    """Side of a facet, m; a quarter of the correlation length by default."""
-
-
-class SeaBed(Settings, frozen=True, kw_only=True):
-    """A sea-bed: a plane, level or not, with or without heights above it."""
-
-    depth_m: float
-    """Down coordinate of the plane at north 0, east 0, m."""
-    slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=30.0)] = 0.0
-    """Mean slope, degrees."""
-    slope_heading_deg: float = 0.0
-    """Heading towards which the plane falls, degrees."""
-    rough: Roughness | None = None
-    """Random heights."""
-    file: FilePath | None = None
-    """Heights from an .npz file instead, relative to the scene file."""
-    surface: Surface = Surface()
-    """How it reflects."""
-
-    def __post_init__(self) -> None:
-        if self.rough is not None and self.file is not None:
-            raise ValueError("rough: give either rough or file")
 
 
 class SceneFile(Settings, frozen=True, kw_only=True):

@@ -11,11 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.mixing import mix, pattern_width, shares_of
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.echo.shadow import EAST, HIGH, LOW, WEST
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene.bodies import FAR
 from ods.sim_sonar.sonar.grid import Grid, two_way
 
 LEVEL = 1e-9

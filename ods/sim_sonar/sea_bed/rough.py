@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32
+from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.interpolation import look_up
 from ods.sim_sonar.echo.shadow import shades_on, visible_share
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.scene.bodies import FAR
 from ods.sim_sonar.sonar.grid import Grid
 
 STEEPEST = 0.02

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.detail import Detail
 from ods.sim_sonar.echo.ray_budget import Fan
-from ods.sim_sonar.scene.bodies import FAR
 from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_ranges, hide_bed, reflectivity_profile
 from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges

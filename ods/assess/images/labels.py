@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.assess.labelled import LabelledImage, Target
+from ods.assess.images.labelled import LabelledImage, Target
 from ods.base.errors import OdsError
 from ods.messages import Ping
 

@@ -9,8 +9,9 @@ import numpy as np
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.base.settings_file import ConfigError, load
-from ods.sim_sonar.scene import bodies
-from ods.sim_sonar.scene.motion import Motion, Times, VehicleMotion
+from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.pose import Times, VehiclePose
+from ods.sim_sonar.scene.motion import Motion, VehicleMotion
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
 from ods.sim_sonar.sea_bed.model import bed_of
 
@@ -59,9 +60,9 @@ class Scene:
         self._radius = np.array([bodies.circle_radius(self._rows[i]) for i in self.shown])
         self._check()
 
-    def pose_at(self, t_s: Times) -> tuple[Floats, Floats]:
-        """Return the vehicle's position (..., 3) NED, m, and attitude (..., 4), body to global, at times (...)."""
-        return self._vehicle.position(t_s), self._vehicle.attitude(t_s)
+    def pose_at(self, t_s: Times) -> VehiclePose:
+        """Return the vehicle's poses at times (...)."""
+        return VehiclePose(self._vehicle.position(t_s), self._vehicle.attitude(t_s))
 
     def vehicle_at(self, t_s: float) -> VehicleState:
         """Return the vehicle's state at scene time `t_s`."""

@@ -8,8 +8,8 @@ import numpy as np
 from ods.base import geometry
 from ods.base.arrays import Floats, Mask
 from ods.messages import TruthObject, Vector3
-from ods.sim_sonar.receiver.receiver import Levels
-from ods.sim_sonar.scene.scene import ObjectStates
+from ods.sim_sonar.receiver.signal_chain import Levels
+from ods.sim_sonar.scene.timeline import ObjectStates
 from ods.sim_sonar.sonar.model import SonarModel
 
 RING_BEAMS = 8

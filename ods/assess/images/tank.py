@@ -10,7 +10,7 @@ recordings: the declared one differs from the one that was used.
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from ods.assess.labelled import LabelledImage, Target
+from ods.assess.images.labelled import LabelledImage, Target
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
 

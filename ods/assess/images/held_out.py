@@ -1,4 +1,4 @@
-"""Look-alikes of tank images by another model than `ods.assess.tank`: the check on what was chosen there.
+"""Look-alikes of tank images by another model than `ods.assess.images.tank`: the check on what was chosen there.
 
 Nothing but the ping's form is shared with it. Here objects are drawn from strokes: bottles, tyres, hooks, valves,
 chains, cans, plates and lone knobs, of 2 to 20 dB over the floor around them; beams have a width and side lobes, so a
@@ -14,7 +14,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from ods.assess.labelled import LabelledImage, Target
+from ods.assess.images.labelled import LabelledImage, Target
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
 

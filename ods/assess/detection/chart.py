@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ods.assess.chains import DEFAULT
-from ods.assess.metrics import pareto_front
+from ods.assess.detection.chains import DEFAULT
+from ods.assess.detection.metrics import pareto_front
 from ods.base.errors import OdsError
 from ods.plots.fan import INK, MARK, PAPER
 
 if TYPE_CHECKING:
-    from ods.assess.detect import Row
+    from ods.assess.detection.command import Row
 
 FRONT = "#ffa657"
 OTHER = "#8b949e"

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ods.assess.labelled import Target
+from ods.assess.images.labelled import Target
 from ods.base.arrays import Image, Mask
 from ods.messages import Detection
 

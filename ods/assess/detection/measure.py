@@ -8,16 +8,16 @@ from itertools import pairwise
 import msgspec
 import numpy as np
 
-from ods.assess.chains import Setting
-from ods.assess.labelled import LabelledImage
-from ods.assess.metrics import (
+from ods.assess.detection.chains import Setting
+from ods.assess.detection.metrics import (
     Score,
     at_false_alarms,
     edge_preservation,
     nearest_score,
     noise_suppression_db,
 )
-from ods.assess.tap import filtered
+from ods.assess.detection.tap import filtered
+from ods.assess.images.labelled import LabelledImage
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, Detections, Ping
 from ods.pipeline.chain import Chain

@@ -9,22 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.assess.labelled import LabelledImage, Target, circle_target
+from ods.assess.images.labelled import LabelledImage, Target, circle_target
 from ods.base import geometry
 from ods.messages import TruthObject
+from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.receiver.settings import Belt, DropIn, Dropout, ImageLevels
-from ods.sim_sonar.scene.scene import Scene, VehicleState
-from ods.sim_sonar.scene.settings import (
-    Cylinder,
-    Plane,
-    Roughness,
-    SceneFile,
-    SeaBed,
-    Sphere,
-    Surface,
-    VehiclePath,
-)
+from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, VehiclePath
+from ods.sim_sonar.scene.timeline import Scene, VehicleState
+from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
 SONAR = Path("config/sonars/seabat6012.toml")

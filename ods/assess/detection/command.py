@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.progress import track as progress
 from rich.table import Table
 
-from ods.assess.chains import ATTENTION, DEFAULT, Setting, all_settings
-from ods.assess.held_out import held_out_images
-from ods.assess.labelled import LabelledImage
-from ods.assess.labels import read_labels
-from ods.assess.measure import Accuracy, accuracy_of, filter_figures, milliseconds, score_of, stability
-from ods.assess.metrics import Score, pareto_front
-from ods.assess.sea import sea_images
-from ods.assess.tank import tank_images
+from ods.assess.detection.chains import ATTENTION, DEFAULT, Setting, all_settings
+from ods.assess.detection.measure import Accuracy, accuracy_of, filter_figures, milliseconds, score_of, stability
+from ods.assess.detection.metrics import Score, pareto_front
+from ods.assess.images.held_out import held_out_images
+from ods.assess.images.labelled import LabelledImage
+from ods.assess.images.labels import read_labels
+from ods.assess.images.sea import sea_images
+from ods.assess.images.tank import tank_images
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
@@ -95,7 +95,7 @@ def assess(out: Path | None, *, quick: bool) -> None:
     for line in (*attention_costs(rows), *checks(effort.checked)):
         console.print(line)
     if out is not None:
-        from ods.assess.chart import save_chart
+        from ods.assess.detection.chart import save_chart
 
         save_chart(out, rows, front)
         console.print(f"drawn: {out}")

@@ -4,11 +4,11 @@ import numpy as np
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.sim_sonar.echo import bodies
 from ods.sim_sonar.echo.detail import detail_of
 from ods.sim_sonar.echo.object_echo import add_object
 from ods.sim_sonar.echo.ray_budget import fan_of, rivals_of, shares_of_error
 from ods.sim_sonar.echo.shadow import SHADE_COLUMNS, shades_of
-from ods.sim_sonar.scene import bodies
 from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sea_bed.view import view_of
 from ods.sim_sonar.sonar.grid import Grid

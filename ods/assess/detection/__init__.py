@@ -1,0 +1,1 @@
+"""How good and how fast detection is: settings, figures of merit, chart."""

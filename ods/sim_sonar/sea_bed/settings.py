@@ -1,0 +1,45 @@
+"""The [sea_bed] table of config/scenes/*.toml."""
+
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+
+from ods.base.settings import NonNegative, NonNegativeInt, Positive, Settings
+from ods.sim_sonar.echo.settings import Surface
+
+
+class Roughness(Settings, frozen=True, kw_only=True):
+    """Gaussian heights above the sea-bed's plane, with the correlation exp(-r^2 / correlation_m^2)."""
+
+    rms_height_m: NonNegative
+    """Root mean square height, m."""
+    correlation_m: Positive
+    """Correlation length, m; the rms slope is 1.41 rms_height_m / correlation_m in each direction."""
+    seed: NonNegativeInt | None = None
+    """Seed of the heights; the scene's own by default."""
+    facets: Annotated[int, msgspec.Meta(ge=8, le=2000)] = 512
+    """Facets along each side of the square after which the heights repeat."""
+    facet_m: Positive | None = None
+    """Side of a facet, m; a quarter of the correlation length by default."""
+
+
+class SeaBed(Settings, frozen=True, kw_only=True):
+    """A sea-bed: a plane, level or not, with or without heights above it."""
+
+    depth_m: float
+    """Down coordinate of the plane at north 0, east 0, m."""
+    slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=30.0)] = 0.0
+    """Mean slope, degrees."""
+    slope_heading_deg: float = 0.0
+    """Heading towards which the plane falls, degrees."""
+    rough: Roughness | None = None
+    """Random heights."""
+    file: Path | None = None
+    """Heights from an .npz file instead, relative to the scene file."""
+    surface: Surface = Surface()
+    """How it reflects."""
+
+    def __post_init__(self) -> None:
+        if self.rough is not None and self.file is not None:
+            raise ValueError("rough: give either rough or file")
