@@ -23,7 +23,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from ods import service
+from ods.runtime import service
 from ods.pipeline.service import PipelineWorker
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.processes import PROCESSES

@@ -30,7 +30,7 @@ def start(tmp_path: Path, body: str, settings: str = "") -> "subprocess.Popen[st
     script = f"""
         import logging, sys
         from pathlib import Path
-        from ods import supervisor
+        from ods.runtime import supervisor
         from ods.base.errors import OdsError
         from ods.runtime.processes import PROCESSES
         logging.basicConfig(level="INFO")

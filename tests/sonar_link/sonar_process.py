@@ -25,7 +25,8 @@ PROGRAM = """
 import signal, sys, time
 from pathlib import Path
 from types import SimpleNamespace
-from ods import clock, service
+from ods.base import clock
+from ods.runtime import service
 from ods.runtime.processes import PROCESSES
 from ods.sonar_link.service import SonarWorker
 from ods.sonar_link.settings import SonarSettings

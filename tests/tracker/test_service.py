@@ -23,7 +23,7 @@ PROGRAM = """
 import sys
 from pathlib import Path
 from types import SimpleNamespace
-from ods import service
+from ods.runtime import service
 from ods.config import SiteSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
