@@ -50,7 +50,7 @@ def test_oculus_cut_off_corrupt_and_foreign(tmp_path: Path) -> None:
     assert [p.ping_number for p in sequence.pings] == [415323]
     assert sequence.losses["corrupt_pings"] == 1
     assert sequence.losses["other_messages"] == 1
-    assert sequence.losses["garbage_bytes"] == 5 + 182016 - 5
+    assert sequence.losses["garbage_bytes"] == 182016 + 5 + 182016 - 5  # the corrupt ping, the noise, the cut-off ping
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,1 @@
+"""The Blueprint Subsea Oculus M series: its messages, images and settings, behind `SonarProtocol`."""

@@ -1,0 +1,67 @@
+"""What an Oculus is told to do: the [sonar.oculus] table."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import Seconds, Settings
+from ods.sonar_link.oculus.messages import PING_RATES, SECOND_VERSION, STATUS_PORT, THIRTY_TWO_BIT, Fire, Flags
+
+MODES = {"low": 1, "high": 2}
+
+
+class OculusSettings(Settings, frozen=True):
+    """The fire message, and where the status is listened to. Nothing else changes the sonar's settings."""
+
+    mode: Literal["low", "high"] = "low"
+    """Low frequency, wide and far; or high frequency, narrow and fine."""
+    range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
+    """Range, m; what a model cannot do it limits by itself, and the health report tells."""
+    gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
+    """Receiver gain, percent."""
+    gain_assist: bool = False
+    """Let the sonar adapt its gain to the echoes. Levels then change from ping to ping."""
+    gamma: Annotated[int, msgspec.Meta(ge=1, le=255)] = 127
+    """Samples are sent as amplitudes to the power gamma / 255, and made linear here: 127 gives weak echoes finer steps,
+    255 sends them linear."""
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] | None = None
+    """Sound speed, m/s; left out: the sonar computes it from its temperature and `salinity_ppt`."""
+    salinity_ppt: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] = 35.0
+    """Salinity, parts per thousand: 35 in the open sea, 0 in fresh water."""
+    ping_rate_hz: Literal[2, 5, 10, 15, 40] = 10
+    """Highest rate, pings a second; a long range makes it slower."""
+    beams: Literal[256, 512] = 512
+    """Beams an image."""
+    sample_bits: Literal[8, 16, 32] = 8
+    """Bits a sample."""
+    network_mbps: Annotated[int, msgspec.Meta(ge=1, le=255)] = 255
+    """Highest rate on the network, Mbit/s; 255: that of the link."""
+    message_version: Literal[1, 2] = 2
+    """Of the fire message; 32-bit samples need 2, old firmware may know 1 only."""
+    status_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = STATUS_PORT
+    """UDP port where the sonar's status is listened to; 0: not at all."""
+    settle_s: Seconds = 10.0
+    """Time for settings to show in the pings before the health report says that they do not, s."""
+
+    def __post_init__(self) -> None:
+        if self.sample_bits == 32 and self.message_version != SECOND_VERSION:
+            raise ValueError("message_version: 32-bit samples need version 2")
+
+    def fire(self) -> Fire:
+        """Return what the sonar is told."""
+        flags = Flags.RANGE_IN_METRES | Flags.SIMPLE_RESULT
+        flags |= Flags.BEAMS_512 if self.beams == 512 else Flags(0)
+        flags |= Flags.SIXTEEN_BIT if self.sample_bits > 8 else Flags(0)
+        flags |= Flags.GAIN_ASSIST if self.gain_assist else Flags(0)
+        return Fire(
+            mode=MODES[self.mode],
+            ping_rate=PING_RATES[self.ping_rate_hz],
+            network_speed=self.network_mbps,
+            gamma=self.gamma,
+            flags=int(flags),
+            range_m=self.range_m,
+            gain_percent=self.gain_percent,
+            sound_speed=self.sound_speed or 0.0,
+            salinity_ppt=self.salinity_ppt,
+            extended_flags=THIRTY_TWO_BIT if self.sample_bits == 32 else 0,
+        )
