@@ -16,6 +16,8 @@ from ods import __version__
 from ods.base.errors import OdsError
 from ods.runtime.processes import PROCESSES
 
+BENCH_EXTRA = frozenset({"matplotlib", "PIL", "rich", "scipy", "tomli_w"})
+"""Modules that no on-board process needs: the optional dependencies `bench` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 """Default configurations; a command of the first kind takes none."""
@@ -69,11 +71,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     except OdsError as error:
         print(f"ods {args.command}: {error}", file=sys.stderr)
         return 2
+    except ModuleNotFoundError as error:
+        print(f"ods {args.command}: {_extra_missing(error)}", file=sys.stderr)
+        return 2
     except KeyboardInterrupt:
         return 130
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+
+
+def _extra_missing(error: ModuleNotFoundError) -> str:
+    """Return the line that says what to install, or raise `error` again where no extra would help."""
+    if error.name is None or error.name.partition(".")[0] not in BENCH_EXTRA:
+        raise error
+    return f"needs pip install 'ods[bench]': there is no {error.name}"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -83,7 +95,10 @@ class _Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
-            chosen = importlib.import_module(self.module)
+            try:
+                chosen = importlib.import_module(self.module)
+            except ModuleNotFoundError as error:
+                self.exit(2, f"{self.prog}: {_extra_missing(error)}\n")
             chosen.add_arguments(self)
             self.set_defaults(run=chosen.run)
         return super().parse_known_args(args, namespace)

@@ -1,18 +1,17 @@
 """`ods detect`: the pipeline as on board, on recorded sonar images."""
 
+import importlib
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.progress import track as progress
 
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
-from ods.plots.fan import ping_figure
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 
@@ -36,6 +35,8 @@ def run(args: Namespace) -> None:
     settings = load(args.config, OnboardConfig).pipeline if args.config else PipelineSettings()
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
+    if args.plot is not None:
+        importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work
     recording = open_pings(args.file, load(args.fan, FanGeometry) if args.fan else None)
     results = list(offline.detect_pings(recording.pings, settings, masks=args.mask))
     for result in results:
@@ -63,6 +64,10 @@ def _line(result: offline.PingResult) -> str:
 
 def _draw(plot: Path, results: Sequence[offline.PingResult]) -> None:
     """Draw one picture a ping: PLOT for a single one, PLOT with the ping's index before the suffix for more."""
+    from rich.progress import track as progress
+
+    from ods.plots.fan import ping_figure
+
     for result in progress(results, description="drawing", transient=True):
         name = plot if len(results) == 1 else plot.with_stem(f"{plot.stem}-{result.place}")
         ping_figure(result.ping, result.detections).savefig(name)

@@ -3,13 +3,11 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from rich.console import Console
-from rich.text import Text
-
+from ods.base.terminal import coloured
 from ods.commands.arguments import duration_s
 from ods.doctor.report import findings
 
-COLOURS = {"good": "green", "note": "yellow", "wrong": "bold red"}
+COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -27,12 +25,9 @@ def examine(config: Path, listen_s: float = 0.0) -> int:
 
     listen_s: listen to sonar and navigation source for so long, s.
     """
-    console = Console()
     wrong = 0
     for item in findings(config, listen_s):
         wrong += item.level == "wrong"
-        console.print(
-            Text(f"{item.level:6}", COLOURS[item.level]), Text(f"{item.subject}: {item.text}"), soft_wrap=True
-        )
-    console.print(f"{wrong} wrong" if wrong else "nothing is wrong")
+        print(coloured(f"{item.level:6}", COLOURS[item.level]), f"{item.subject}: {item.text}")
+    print(f"{wrong} wrong" if wrong else "nothing is wrong")
     return 1 if wrong else 0

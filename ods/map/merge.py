@@ -10,8 +10,6 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import min_weight_full_bipartite_matching
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geodesy import LocalFrame
@@ -80,6 +78,9 @@ def _carried_on(first: list[MapObject], second: list[MapObject]) -> tuple[dict[i
 
 def _pairs(first: list[MapObject], second: list[MapObject], spread: Spread) -> list[tuple[int, int]]:
     """Return the indices of objects that are the same: of all pairs inside the gate those with the least sum."""
+    from scipy.sparse import coo_array  # an extra: on board no maps are merged
+    from scipy.sparse.csgraph import min_weight_full_bipartite_matching
+
     rows, columns, distances = _gated(first, second, spread)
     if not len(rows):
         return []

@@ -9,14 +9,12 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
 import zmq
-from rich.console import Console
-from rich.live import Live
-from rich.text import Text
 
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
+from ods.base.terminal import StatusLine
 from ods.commands.arguments import duration_s
 from ods.config import OnboardConfig
 from ods.recording.recorder import DEVICES, Recorder
@@ -101,7 +99,8 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
         stopped = stack.enter_context(_stop_signals())
         context = stack.enter_context(zmq.Context())
         subscriber = stack.enter_context(bus.Subscriber(context, run_dir, TOPICS, queue=QUEUE))
-        live = stack.enter_context(Live(console=Console(stderr=True), auto_refresh=False, transient=True))
+        status = StatusLine()
+        stack.callback(status.clear)
         now = begun
         while not stopped.is_set() and (seconds is None or now - begun < seconds * clock.NS):
             received, _ = subscriber.receive(REFRESH_S)
@@ -114,8 +113,7 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
             if sync_due.at(now):
                 writer.sync()
             if status_due.at(now):
-                status = f"{path.name}: {_summary(writer, recorder.counters)}{_silence(heard, now)}"
-                live.update(Text(status), refresh=True)
+                status.show(f"{path.name}: {_summary(writer, recorder.counters)}{_silence(heard, now)}")
 
 
 class _Every:

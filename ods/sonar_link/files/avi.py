@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
 
 from ods.base.arrays import Bytes
 from ods.sonar_link.files import video1
@@ -80,7 +79,7 @@ class AviFrames:
             self._shown = place
             try:
                 self._decode(self._data[begin : begin + size])
-            except (ValueError, OSError, Image.DecompressionBombError):
+            except (ValueError, OSError):
                 self.losses["corrupt_frames"] += 1
         if self._form.codec == _JPEG:
             return self._canvas.copy()
@@ -90,10 +89,7 @@ class AviFrames:
         if self._form.codec in _VIDEO_1:
             video1.decode(data, self._canvas)
         elif self._form.codec == _JPEG:
-            picture = Image.open(io.BytesIO(data), formats=("JPEG",))
-            if (picture.height, picture.width) != self.shape:
-                raise ValueError("another size of image")
-            self._canvas[:] = np.asarray(picture.convert("L"), np.uint8)
+            self._canvas[:] = _jpeg(data, self.shape)
         else:
             stride = (self._form.width + 3) // 4 * 4  # rows are padded to whole words and stand bottom up
             rows = np.frombuffer(data, np.uint8).reshape(self._form.height, stride)
@@ -129,3 +125,16 @@ class AviFrames:
         brightness = np.zeros(256, np.uint8)
         brightness[: len(colours)] = colours.mean(axis=1)
         return _Format(width, height, codec, brightness)
+
+
+def _jpeg(data: bytes, shape: tuple[int, int]) -> Pixels:
+    """Return the brightness (rows, columns) of a JPEG image. Raises ValueError or OSError."""
+    from PIL import Image  # an extra: on board there are no clips
+
+    try:
+        picture = Image.open(io.BytesIO(data), formats=("JPEG",))
+    except Image.DecompressionBombError as error:
+        raise ValueError(str(error)) from error
+    if (picture.height, picture.width) != shape:
+        raise ValueError("another size of image")
+    return np.asarray(picture.convert("L"), np.uint8)

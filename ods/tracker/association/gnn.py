@@ -8,9 +8,9 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ods.base.arrays import Floats, Indices, Mask
+from ods.base.assignment import best_columns
 from ods.base.kernel import kernel
 from ods.tracker.measurement.model import Sight, wrapped
 from ods.tracker.measurement.scan import BEARING, RADIUS, RANGE, SIGMA_BEARING, SIGMA_RADIUS, SIGMA_RANGE, Echoes
@@ -205,10 +205,7 @@ def associate(found: Candidates, worth: Floats, first: Mask, echoes: int) -> Can
         disputed = _undisputed(found.objects, found.echoes, worth, first, senior, taken, chosen)
         if len(disputed):
             matrix, rows, columns = _matrix(found.objects, found.echoes, worth, disputed, len(first), echoes)
-            column_of = np.full(len(matrix), -1)
-            best_rows, best_columns = linear_sum_assignment(matrix, maximize=True)
-            column_of[best_rows] = best_columns
-            chosen[disputed] = column_of[rows] == columns
+            chosen[disputed] = best_columns(matrix)[rows] == columns
         taken[found.echoes[chosen]] = True
     return found.take(chosen)
 

@@ -3,9 +3,9 @@
 import math
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.assignment import best_columns
 from ods.base.kernel import kernel
 from ods.tracker.observer.belief import Estimate
 from ods.tracker.track.lifecycle import STATIC
@@ -35,9 +35,9 @@ def successors(
     if not possible.any():
         return nothing, nothing
     gain = np.where(possible, gate_sigmas**2 - distance, 0.0)
-    rows, columns = linear_sum_assignment(gain, maximize=True)
-    real = gain[rows, columns] > 0.0
-    return young[rows[real]], old[columns[real]]
+    columns = best_columns(gain)
+    real = (columns >= 0) & (gain[np.arange(len(gain)), columns] > 0.0)
+    return young[real], old[columns[real]]
 
 
 def strays(tracks: Tracks, estimate: Estimate, young: Mask, missed: Mask) -> Mask:

@@ -1,0 +1,32 @@
+"""What a terminal shows and a file does not get: colours, and a line that is written over."""
+
+import os
+import sys
+from typing import TextIO
+
+_CODES = {"green": "32", "yellow": "33", "red": "1;31"}
+
+
+def coloured(text: str, colour: str, stream: TextIO | None = None) -> str:
+    """Return `text` in `colour` (green, yellow, red) if `stream`, by default standard output, is a terminal.
+
+    It stays as it is where the environment has NO_COLOR (no-color.org).
+    """
+    if "NO_COLOR" in os.environ or not (stream or sys.stdout).isatty():
+        return text
+    return f"\x1b[{_CODES[colour]}m{text}\x1b[0m"
+
+
+class StatusLine:
+    """One line on standard error that each `show` replaces and `clear` removes; silent where that is no terminal."""
+
+    def show(self, text: str) -> None:
+        """Replace the line; what is wider than the terminal is cut off."""
+        if sys.stderr.isatty():
+            width = os.get_terminal_size(sys.stderr.fileno()).columns
+            sys.stderr.write(f"\r{text[: width - 1]}\x1b[K")
+            sys.stderr.flush()
+
+    def clear(self) -> None:
+        """Remove the line."""
+        self.show("")
