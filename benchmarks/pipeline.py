@@ -274,7 +274,8 @@ def _looks(chain: Chain) -> tuple[float, float]:
     for number in range(200):
         result = chain.process(made_up_ping(60, seed=number, objects=places, intensity=OBJECT_INTENSITY))
         for beam, range_m in places:
-            if result.looked and not any(begin <= range_m < stop for begin, stop in result.looked):
+            processed = result.processed_ranges_m
+            if processed and not any(begin <= range_m < stop for begin, stop in processed):
                 continue
             looked += 1
             away = [

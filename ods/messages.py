@@ -126,7 +126,7 @@ class Detections(msgspec.Struct, frozen=True):
     detections: list[Detection]
     usable: bool = True
     """False when the image as a whole shows nothing (drop-out): then a missing echo says nothing."""
-    looked: list[tuple[float, float]] = []
+    processed_ranges_m: list[tuple[float, float]] = []
     """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
 
 

@@ -10,10 +10,10 @@ from ods.base.settings import Settings
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.image.amplitude import Table
-from ods.pipeline.plan import EVERY_TURN, PingError, Plan, geometry_key, make_plan, table_for
-from ods.pipeline.prepared_chain import LEARNT_CELLS, Mask, Ring
+from ods.pipeline.plan import EVERY_PHASE, PingError, Plan, geometry_key, make_plan, table_for
+from ods.pipeline.prepared_chain import LEARNT_CELLS, Mask, PreparedChain
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage.motion_compensation import Look
+from ods.pipeline.stage.motion_compensation import PingContext
 from ods.pipeline.stage.params import StageError, read_params, stage_label
 from ods.pipeline.stage.registry import Stage, find_stage, load_plugins
 from ods.runtime.pose_buffer import PoseEstimate
@@ -38,8 +38,8 @@ class Chain:
         self._samples: tuple[Any, ...] = ()
         self._table: Table | None = None
         self._plan: Plan
-        self._rings: list[Ring] = []
-        self._turn = 0
+        self._rings: list[PreparedChain] = []
+        self._phase = 0
 
     def process(self, ping: Ping, mask: Mask | None = None, pose: Pose | PoseEstimate | None = None) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
@@ -52,13 +52,13 @@ class Chain:
         self._prepare(ping)
         usable = _shows_something(frame[:, self._plan.first :])
         found: list[Detection] = []
-        turn = self._turn % self._plan.turns
+        phase = self._phase % self._plan.phases
         if usable:
-            look = Look(ping.t_ns, pose)
+            look = PingContext(ping.t_ns, pose)
             for ring in self._rings:
-                if ring.turn in (EVERY_TURN, turn):
+                if ring.phase in (EVERY_PHASE, phase):
                     found += ring.detect(frame, ping, self._table, look, mask, len(found))
-            self._turn += 1
+            self._phase += 1
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -69,7 +69,7 @@ class Chain:
             sector=self._plan.sector,
             detections=found,
             usable=usable,
-            looked=self._plan.looked[turn],
+            processed_ranges_m=self._plan.processed_ranges_m[phase],
         )
 
     def _prepare(self, ping: Ping) -> None:
@@ -80,7 +80,7 @@ class Chain:
         geometry = geometry_key(ping)
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
-            rings = [Ring(image, self._stages, self._learnt_cells) for image in plan.images]
+            rings = [PreparedChain(image, self._stages, self._learnt_cells) for image in plan.images]
             self._geometry, self._plan, self._rings = geometry, plan, rings  # all or, when one fails, none
 
 

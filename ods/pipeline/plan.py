@@ -22,11 +22,11 @@ class PingError(ValueError):
     """A ping cannot be processed: its tables or samples are wrong; the text says why in one line."""
 
 
-EVERY_TURN = -1
+EVERY_PHASE = -1
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class RangeBand:
     """Ranges that fill some columns of an image. Places are told as if the image went on like this to both sides."""
 
     columns: slice
@@ -41,28 +41,28 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False)
-class Layout:
+class ImageLayout:
     """What an image shows: rows and columns of the frame that are processed together."""
 
     fan: Fan
     rows: slice
     stride: int
     """Range samples that make one column."""
-    parts: list[Part]
+    parts: list[RangeBand]
     """One, or two rings of ranges side by side."""
-    turn: int
-    """The ping, modulo `Plan.turns`, at which it is processed."""
+    phase: int
+    """The ping, modulo `Plan.phases`, at which it is processed."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
     """What all pings of one geometry have in common."""
 
-    images: list[Layout]
-    turns: int
+    images: list[ImageLayout]
+    phases: int
     """Pings after which all images had their turn."""
-    looked: list[list[tuple[float, float]]]
-    """For each turn, the ranges (from, to) that are processed, m; none: all."""
+    processed_ranges_m: list[list[tuple[float, float]]]
+    """For each phase, the ranges (from, to) that are processed, m; none: all."""
     first: int
     """Samples nearer than the least range."""
     sector: Sector
@@ -108,58 +108,63 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
                 float(elevation[rows].mean()))
         )  # fmt: skip
     attention = settings.attention
-    turns = rings_of(fans[0], attention)
+    phases = rings_of(fans[0], attention)
     images = [
-        layout(fan, slice(plane * per_plane, (plane + 1) * per_plane), first, rings, attention, turn)
+        layout(fan, slice(plane * per_plane, (plane + 1) * per_plane), first, rings, attention, phase)
         for plane, fan in enumerate(fans)
-        for rings, turn in scheduled(turns, apart=over_pings)
+        for rings, phase in scheduled(phases, apart=over_pings)
     ]
     return Plan(
         images=images,
-        turns=len(turns),
-        looked=[[] if turns == [[ALL]] else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
-                for rings in turns],
+        phases=len(phases),
+        processed_ranges_m=[[] if phases == [[ALL]] else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]
+                for rings in phases],
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),
     )  # fmt: skip
 
 
-class Extent(NamedTuple):
+class RangeInterval(NamedTuple):
     """A ring of ranges, m."""
 
     from_m: float
     to_m: float
 
 
-ALL = Extent(0.0, math.inf)
+ALL = RangeInterval(0.0, math.inf)
 
 
-def rings_of(fan: Fan, attention: AttentionSettings) -> list[list[Extent]]:
-    """Return, for each turn, the rings that are processed, near first [SSIE, focus of attention]."""
+def rings_of(fan: Fan, attention: AttentionSettings) -> list[list[RangeInterval]]:
+    """Return, for each phase, the rings that are processed, near first [SSIE, focus of attention]."""
     end = fan.range0_m + fan.samples * fan.dr_m
     if not max(0.0, fan.range0_m) < attention.near_m < end or attention.every == 1:
         return [[ALL]]
     borders = [*np.linspace(attention.near_m, end, attention.every + 1)[:-1].tolist(), math.inf]
-    near = Extent(0.0, attention.near_m)
-    return [[near, Extent(begin, stop)] for begin, stop in pairwise(borders)]
+    near = RangeInterval(0.0, attention.near_m)
+    return [[near, RangeInterval(begin, stop)] for begin, stop in pairwise(borders)]
 
 
-def scheduled(turns: list[list[Extent]], *, apart: bool) -> list[tuple[list[Extent], int]]:
-    """Return the rings that share an image, and the image's turn; rings that touch are one."""
-    if len(turns) == 1:
-        return [(turns[0], EVERY_TURN)]
+def scheduled(phases: list[list[RangeInterval]], *, apart: bool) -> list[tuple[list[RangeInterval], int]]:
+    """Return the rings that share an image, and the image's phase; rings that touch are one."""
+    if len(phases) == 1:
+        return [(phases[0], EVERY_PHASE)]
     if apart:
-        return [(turns[0][:1], EVERY_TURN), *(([far], turn) for turn, (_, far) in enumerate(turns))]
-    near, far = turns[0]
-    return [([Extent(near.from_m, far.to_m)], 0), *((rings, turn) for turn, rings in enumerate(turns) if turn)]
+        return [(phases[0][:1], EVERY_PHASE), *(([far], phase) for phase, (_, far) in enumerate(phases))]
+    near, far = phases[0]
+    return [
+        ([RangeInterval(near.from_m, far.to_m)], 0),
+        *((rings, phase) for phase, rings in enumerate(phases) if phase),
+    ]
 
 
-def layout(fan: Fan, rows: slice, first: int, rings: list[Extent], attention: AttentionSettings, turn: int) -> Layout:
+def layout(
+    fan: Fan, rows: slice, first: int, rings: list[RangeInterval], attention: AttentionSettings, phase: int
+) -> ImageLayout:
     """Lay rings and their margins side by side. fan, first: of the whole plane."""
     stride = min(attention.subsample, fan.samples)
     margin = attention.margin_m
     dr = stride * fan.dr_m
-    parts: list[Part] = []
+    parts: list[RangeBand] = []
     filled = 0
     for ring in rings:
         begin = max(0, math.floor((ring.from_m - margin - fan.range0_m) / fan.dr_m))
@@ -168,14 +173,14 @@ def layout(fan: Fan, rows: slice, first: int, rings: list[Extent], attention: At
         before = min(begin, fan.samples - count * stride) - filled * stride
         range0 = fan.range0_m + (before + 0.5 * (stride - 1)) * fan.dr_m
         columns = slice(filled, filled + count)
-        parts.append(Part(columns, replace(fan, samples=filled + count, range0_m=range0, dr_m=dr),
+        parts.append(RangeBand(columns, replace(fan, samples=filled + count, range0_m=range0, dr_m=dr),
                           first + before, ring.from_m, ring.to_m))  # fmt: skip
         filled += count
     whole = replace(parts[0].fan, samples=filled)
     if len(parts) > 1:
         skipped = parts[1].fan.range0_m - parts[0].fan.range0_m
         whole = replace(whole, seam=parts[1].columns.start, skipped_m=skipped)
-    return Layout(whole, rows, stride, parts, turn)
+    return ImageLayout(whole, rows, stride, parts, phase)
 
 
 def _check_numbers(ping: Ping) -> None:

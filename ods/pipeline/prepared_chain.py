@@ -12,11 +12,11 @@ from ods.messages import Detection, Ping
 from ods.pipeline.detect.noise import Learner
 from ods.pipeline.image.amplitude import Frame, Table, average_counts, mean_offset, to_amplitude
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import GainStep, Samples, SamplesStep, samples_of, write_image
+from ods.pipeline.image.gained_image import GainedImage, GainStep, SamplesStep, samples_of, write_image
 from ods.pipeline.image.regions import Regions, chosen, paint, shared_at
 from ods.pipeline.measure.echoes import FIELDS, measure_echoes
-from ods.pipeline.plan import Layout, Part
-from ods.pipeline.stage.motion_compensation import Look, PingStep
+from ods.pipeline.plan import ImageLayout, RangeBand
+from ods.pipeline.stage.motion_compensation import PingContext, PingStep
 from ods.pipeline.stage.params import GroupParams, StageError
 from ods.pipeline.stage.registry import DetectStep, ImageStep, Stage, reason
 
@@ -35,13 +35,13 @@ _LOOKED_AT = 4096
 """Samples of a frame that its strongest share is measured on."""
 
 
-class Ring:
+class PreparedChain:
     """The stages prepared for one plane of beams, or for some of its ranges, and their buffers."""
 
-    def __init__(self, layout: Layout, stages: list[tuple[str, Stage, Settings]], learnt_cells: int) -> None:
+    def __init__(self, layout: ImageLayout, stages: list[tuple[str, Stage, Settings]], learnt_cells: int) -> None:
         """Prepare the stages. Raises StageError."""
         fan = layout.fan
-        self.turn = layout.turn
+        self.phase = layout.phase
         self._layout = layout
         params = stages[-1][2]
         self._strongest = params.strongest if isinstance(params, GroupParams) else 1.0
@@ -65,13 +65,13 @@ class Ring:
         source = self._images[0]
         for number in range(_LEARNT_IMAGES + cells // source.size):
             for step in self._ping_steps:
-                step.look = Look(number * _LEARNT_STEP_NS, None)
+                step.look = PingContext(number * _LEARNT_STEP_NS, None)
             rng.standard_exponential(out=source, dtype=np.float32)
             np.sqrt(source, out=source)
             yield self._through(self._whole[0])
 
     def detect(
-        self, frame: Frame, ping: Ping, table: Table | None, look: Look, mask: Mask | None, number: int
+        self, frame: Frame, ping: Ping, table: Table | None, context: PingContext, mask: Mask | None, number: int
     ) -> list[Detection]:
         """Return the detections of these rows and ranges of the frame; they are numbered after the first `number`.
 
@@ -79,7 +79,7 @@ class Ring:
         """
         rows = frame[self._layout.rows]
         for step in self._ping_steps:
-            step.look = look
+            step.look = context
         image = self._filtered(rows, ping, table)
         if self._layout.fan.seam is not None:
             image[:, self._layout.fan.seam] = 0.0  # no data: nothing reaches across
@@ -94,7 +94,7 @@ class Ring:
             found += self._measured(image, rows, part, inside, level, mask, number + len(found))
         return found
 
-    def _shared_out(self, regions: Regions) -> list[tuple[Part, Regions]]:
+    def _shared_out(self, regions: Regions) -> list[tuple[RangeBand, Regions]]:
         """Return the regions in the columns of each part that has any."""
         parts = self._layout.parts
         if len(parts) == 1 or not regions.total:
@@ -103,7 +103,7 @@ class Ring:
         return [(part, share) for part, share in zip(parts, shares, strict=True) if share.total]
 
     def _measured(
-        self, image: Image, rows: Frame, part: Part, regions: Regions, level: float, mask: Mask | None, number: int
+        self, image: Image, rows: Frame, part: RangeBand, regions: Regions, level: float, mask: Mask | None, number: int
     ) -> list[Detection]:
         """Return the detections of the regions in one part, those as strong as `level` that it answers for."""
         stride = self._layout.stride
@@ -119,7 +119,7 @@ class Ring:
         """Return the image after all stages but the last."""
         return self._through(self._recorded(frame, ping, table))
 
-    def _through(self, samples: Samples) -> Image:
+    def _through(self, samples: GainedImage) -> Image:
         for label, step in self._filters:
             try:
                 samples = self._apply(step, samples)
@@ -127,7 +127,7 @@ class Ring:
                 raise _blamed(label, error) from error
         return self._images[self._as_image(samples)]
 
-    def _recorded(self, frame: Frame, ping: Ping, table: Table | None) -> Samples:
+    def _recorded(self, frame: Frame, ping: Ping, table: Table | None) -> GainedImage:
         """Return the samples as the first stage gets them: linear counts as they are, all others as amplitudes."""
         stride, parts = self._layout.stride, self._layout.parts
         whole, image = self._whole[0], self._images[0]
@@ -147,7 +147,7 @@ class Ring:
                 to_amplitude(frame, first, stride, ping.scale, ping.scale_factor, table, image, columns)
         return whole
 
-    def _apply(self, step: ImageStep, samples: Samples) -> Samples:
+    def _apply(self, step: ImageStep, samples: GainedImage) -> GainedImage:
         """Return what a stage makes of samples; the image that it reads is not the one it writes."""
         if isinstance(step, GainStep):
             many = samples.gain.shape[0] > 1
@@ -161,11 +161,11 @@ class Ring:
             step(self._images[source], self._images[out])
         return self._whole[out]
 
-    def _other(self, samples: Samples) -> int:
+    def _other(self, samples: GainedImage) -> int:
         """Return the number of the buffer that these samples do not lie in."""
         return int(samples.cells is self._images[0])
 
-    def _as_image(self, samples: Samples) -> int:
+    def _as_image(self, samples: GainedImage) -> int:
         """Return the number of the buffer that holds samples, of gain 1: written there, unless they are so already."""
         out = self._other(samples)
         if samples.plain and samples.cells is self._images[1 - out]:

@@ -20,16 +20,16 @@ def warm_up(settings: PipelineSettings) -> None:
 
     Raises StageError.
     Half of the pings begin before the least range, so that their near end is cut off: other memory layouts, other code.
-    Of each geometry there are enough for all turns of attention and for stages that compare pings.
+    Of each geometry there are enough for all phases of attention and for stages that compare pings.
     """
     dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
-    turns = settings.attention.every if settings.attention.near_m > 0.0 else 1
+    phases = settings.attention.every if settings.attention.near_m > 0.0 else 1
     chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
     kinds = list(product(get_args(SampleType), get_args(Scale)))
     for range0_m in (settings.min_range_m - 0.5, settings.min_range_m + 0.5):
         for number, (dtype, scale) in enumerate(kinds):
-            for turn in range(turns if number else max(turns, _PINGS)):
-                pose = Pose(turn, turn, turn, (0.1 * turn, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+            for phase in range(phases if number else max(phases, _PINGS)):
+                pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
                 chain.process(made_up_ping(dtype, scale, range0_m, dr_m), pose=pose)
 
 

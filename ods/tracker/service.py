@@ -120,7 +120,14 @@ class TrackerWorker(Worker[OnboardConfig]):
             # the bearings' error is that of the attitude at reception
             vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, seen_from.sigma_attitude)
         return Scan(
-            message.t_ns, message.utc_ns, vehicle, message.sector, echoes, message.usable, message.looked, fan_turn
+            message.t_ns,
+            message.utc_ns,
+            vehicle,
+            message.sector,
+            echoes,
+            message.usable,
+            message.processed_ranges_m,
+            fan_turn,
         )
 
     def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:

@@ -5,7 +5,7 @@ import pytest
 
 from ods.base.arrays import Bytes
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import EVERY_TURN, make_plan
+from ods.pipeline.plan import EVERY_PHASE, make_plan
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
@@ -36,11 +36,11 @@ def found(chain: Chain) -> list[tuple[float, float]]:
 def test_each_body_is_found_when_its_ring_has_its_turn() -> None:
     chain = attentive(near_m=25.0, every=3)
     every = [found(chain) for _ in range(6)]
-    for turn, (range_m, bearing) in enumerate(BODIES[1:]):  # one ring each: 25-50, 50-75, 75-100 m
+    for phase, (range_m, bearing) in enumerate(BODIES[1:]):  # one ring each: 25-50, 50-75, 75-100 m
         for k in range(6):
             near, *far = every[k]
             assert near == pytest.approx(BODIES[0], abs=0.6)
-            if k % 3 == turn:
+            if k % 3 == phase:
                 assert len(far) == 1
                 assert far[0] == pytest.approx((range_m, bearing), abs=0.8)
 
@@ -48,10 +48,10 @@ def test_each_body_is_found_when_its_ring_has_its_turn() -> None:
 def test_what_was_looked_at_is_told() -> None:
     chain = attentive(near_m=25.0, every=3)
     ping = make_ping(frame(), scale="log8", scale_factor=40.0)
-    looked = [chain.process(ping).looked for _ in range(3)]
-    assert looked[0] == [(0.0, 25.0), (25.0, pytest.approx(50.0))]
-    assert looked[1] == [(0.0, 25.0), (pytest.approx(50.0), pytest.approx(75.0))]
-    assert attentive().process(ping).looked == []
+    processed = [chain.process(ping).processed_ranges_m for _ in range(3)]
+    assert processed[0] == [(0.0, 25.0), (25.0, pytest.approx(50.0))]
+    assert processed[1] == [(0.0, 25.0), (pytest.approx(50.0), pytest.approx(75.0))]
+    assert attentive().process(ping).processed_ranges_m == []
 
 
 def test_body_on_a_border_is_seen_once_and_whole() -> None:
@@ -138,5 +138,5 @@ def test_paper_s_setting_leaves_a_third_of_the_cells_to_process() -> None:
     """Near fifth at each ping, the rest in four turns, two samples to one: [SSIE] gained at least three times."""
     settings = PipelineSettings(attention=AttentionSettings(near_m=20.0, every=4, subsample=2))
     plan = make_plan(make_ping(frame()), settings)
-    cells = [sum(image.fan.samples for image in plan.images if image.turn in (EVERY_TURN, k)) for k in range(4)]
+    cells = [sum(image.fan.samples for image in plan.images if image.phase in (EVERY_PHASE, k)) for k in range(4)]
     assert max(cells) <= 2000 / 3

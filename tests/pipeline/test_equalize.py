@@ -4,8 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ods.base.arrays import Image
-from ods.pipeline.equalize.by_block import local
 from ods.pipeline.equalize.by_range import mean_range
+from ods.pipeline.equalize.local import local
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.params import LocalParams, MeanRangeParams
 

@@ -14,7 +14,7 @@ from ods.messages import Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage.motion_compensation import Look, PingStep
+from ods.pipeline.stage.motion_compensation import PingContext, PingStep
 from ods.pipeline.stage.registry import find_stage
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
@@ -151,7 +151,7 @@ def test_filters_over_pings_follow_the_vehicle(use: str, north: float, yaw: floa
             beam = round(30 - k * yaw / np.radians(1.5))
             column = round((35.0 - k * north - 10.0) / 0.05)
             image[beam - 1 : beam + 2, column - 2 : column + 3] = 10.0
-            step.look = Look(k * 10**8, pose_at(k * north, k * yaw) if known else None)
+            step.look = PingContext(k * 10**8, pose_at(k * north, k * yaw) if known else None)
             step(image, out)
         peaks.append(out[beam, column])
     assert peaks[0] > 8.0
@@ -163,7 +163,7 @@ def test_filter_over_pings_starts_anew_after_a_pause() -> None:
     assert isinstance(step, PingStep)
     out = np.empty((60, 900), np.float32)
     step(noise(seed=1), out)
-    step.look = Look(10**10, None)
+    step.look = PingContext(10**10, None)
     step(noise(seed=2), out)
     np.testing.assert_array_equal(out, noise(seed=2))
 

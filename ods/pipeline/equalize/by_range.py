@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats32, Image, Ints, Ints32
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import GainStep, Samples, load_row
+from ods.pipeline.image.gained_image import GainedImage, GainStep, load_row
 from ods.pipeline.stage.params import MeanRangeParams, MedianRangeParams
 from ods.pipeline.stage.registry import image_stage
 
@@ -30,7 +30,7 @@ def mean_range(params: MeanRangeParams, fan: Fan) -> GainStep:
     level = np.empty(fan.samples, np.float32)
     gain = np.empty((1, fan.samples), np.float32)
 
-    def regain(samples: Samples) -> Samples:
+    def regain(samples: GainedImage) -> GainedImage:
         sums, highest, offset = columns.measure(samples)
         means_to_gain(sums, beams, highest, offset, side_lobe, *limiter.args, level, samples.gain[0], gain[0])
         return samples.with_column_gain(gain)
@@ -51,7 +51,7 @@ def median_range(params: MedianRangeParams, fan: Fan) -> GainStep:
     work = np.empty((4, fan.samples), np.float32)
     gain = np.empty((1, fan.samples), np.float32)
 
-    def regain(samples: Samples) -> Samples:
+    def regain(samples: GainedImage) -> GainedImage:
         sums, _, offset = columns.measure(samples)
         means_of(sums, beams, offset, level)
         column_medians(*samples.args, level, work)
@@ -88,7 +88,7 @@ class ColumnSums:
         self._highest = np.empty(fan.samples, np.float32)
         self._counts: dict[np.dtype[np.generic], tuple[AnyArray, AnyArray]] = {}
 
-    def measure(self, samples: Samples) -> tuple[AnyArray, AnyArray, np.float32]:
+    def measure(self, samples: GainedImage) -> tuple[AnyArray, AnyArray, np.float32]:
         """Return sum and maximum of each column, (samples,), and what is to be added to each cell.
 
         The arrays are reused by the next call.
@@ -137,7 +137,7 @@ def add_amplitudes(
     total: Floats32,
     highest_bits: Ints32,
 ) -> None:
-    """Fill total and highest (samples,) with sum and maximum over the beams of samples (`Samples.args`).
+    """Fill total and highest (samples,) with sum and maximum over the beams of samples (`GainedImage.args`).
 
     row_bits and highest_bits are the bits of row and highest: floats that are not negative are in the order of their
     bits, and a maximum of integers vectorises.
@@ -198,7 +198,7 @@ def column_medians(
     level: Floats32,
     work: Image,
 ) -> None:
-    """Turn level (samples,), the means, into the medians over the beams of samples (`Samples.args`).
+    """Turn level (samples,), the means, into the medians over the beams of samples (`GainedImage.args`).
 
     By halving an interval: the median of what is not negative is at most twice the mean. work: (4, samples).
     """

@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import Samples, SamplesStep, load_row
+from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_row
 from ods.pipeline.stage.params import IirParams
 from ods.pipeline.stage.registry import image_stage
 
@@ -16,7 +16,7 @@ def iir(params: IirParams, fan: Fan) -> SamplesStep:
     pole = np.float32(np.exp(-1.0 / params.length))
     sums = np.empty((2, fan.samples), np.float32)
 
-    def run(samples: Samples, out: Image) -> None:
+    def run(samples: GainedImage, out: Image) -> None:
         two_way(*samples.args, pole, sums[0], sums[1], out)
 
     return SamplesStep(run)
@@ -35,7 +35,7 @@ def two_way(
     right: Floats32,
     out: Image,
 ) -> None:
-    """Fill out with samples (`Samples.args`) weighted by pole^distance on both sides, of unit sum.
+    """Fill out with samples (`GainedImage.args`) weighted by pole^distance on both sides, of unit sum.
 
     At an end the missing side is left out.
     """

@@ -8,7 +8,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import Samples, SamplesStep, load_mirrored
+from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_mirrored
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.stage.params import BoxParams, FirParams, GaussianParams
 from ods.pipeline.stage.registry import image_stage
@@ -45,7 +45,7 @@ def separable(along: Floats32, across: Floats32, fan: Fan) -> SamplesStep:
     padded = np.empty((2, fan.samples + 2 * along.size), np.float32)
     ring = np.empty((2 * across.size - 1, fan.samples), np.float32)
 
-    def run(samples: Samples, out: Image) -> None:
+    def run(samples: GainedImage, out: Image) -> None:
         filter_plane(*samples.args, along, across, padded[0], padded[1], ring, out)
 
     return SamplesStep(run)
@@ -103,8 +103,9 @@ def filter_plane(
 ) -> None:
     """Fill out (beams, samples) with samples convolved with `along` in range and `across` from beam to beam.
 
-    The first six: `Samples.args`; along, across: weights from the middle outwards; the others are work space: padded
-    and sums (samples + 2 half,), and ring (2 reach + 1, samples), the rows around the present one, filtered in range.
+    The first six: `GainedImage.args`; along, across: weights from the middle outwards; the others are work space:
+    padded and sums (samples + 2 half,), and ring (2 reach + 1, samples), the rows around the present one, filtered in
+    range.
     """
     half, reach = along.size - 1, across.size - 1
     beams, samples = out.shape

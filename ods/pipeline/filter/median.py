@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import Samples, SamplesStep, load_mirrored
+from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_mirrored
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.stage.params import MedianParams
 from ods.pipeline.stage.registry import image_stage
@@ -22,7 +22,7 @@ def median(params: MedianParams, fan: Fan) -> SamplesStep:
     ordered = np.empty((3, fan.samples + window), np.float32)
     ring = np.empty((params.beams, fan.samples), np.float32)
 
-    def run(samples: Samples, out: Image) -> None:
+    def run(samples: GainedImage, out: Image) -> None:
         median_filter(*samples.args, window, padded, ordered, ring, out)
 
     return SamplesStep(run)
@@ -42,7 +42,7 @@ def median_filter(
     ring: Image,
     out: Image,
 ) -> None:
-    """Fill out with the median of samples (`Samples.args`) over 3, 5, 7 or 9 range samples and 1, 3 or 5 beams.
+    """Fill out with the median of samples (`GainedImage.args`) over 3, 5, 7 or 9 range samples and 1, 3 or 5 beams.
 
     padded (samples + window - 1,), ordered (3, samples + window - 1) and ring (beams of the window, samples) are work
     space.

@@ -6,7 +6,7 @@ from ods.base.arrays import AnyArray, Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.filter.linear import box_weights, symmetric_row, weigh_ring
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import Samples, SamplesStep, load_mirrored, load_row
+from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_mirrored, load_row
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.stage.params import WienerParams
 from ods.pipeline.stage.registry import image_stage
@@ -24,7 +24,7 @@ def wiener(params: WienerParams, fan: Fan) -> SamplesStep:
     rings = np.empty((2, rows, fan.samples), np.float32)
     variance = np.empty(fan.shape, np.float32)
 
-    def run(samples: Samples, out: Image) -> None:
+    def run(samples: GainedImage, out: Image) -> None:
         wiener_filter(*samples.args, along, across, padded[0], padded[1], rings[0], rings[1], variance, out)
 
     return SamplesStep(run)
@@ -47,7 +47,7 @@ def wiener_filter(
     variance: Image,
     out: Image,
 ) -> None:
-    """Fill out with samples (`Samples.args`) filtered by Lim's rule over the window of a symmetric filter.
+    """Fill out with samples (`GainedImage.args`) filtered by Lim's rule over the window of a symmetric filter.
 
     along, across: weights from the middle outwards, of sum 1 with their mirror image; the others are work space: padded
     and sums (samples + 2 half,), means and squares, rings of (2 reach + 1, samples), and variance (beams, samples).

@@ -18,7 +18,7 @@ Unknown = np.float32(-1.0)
 """Stands for cells that the former ping did not see."""
 
 
-class Look(NamedTuple):
+class PingContext(NamedTuple):
     """When and from where a ping was taken."""
 
     t_ns: int
@@ -26,19 +26,24 @@ class Look(NamedTuple):
     """None where it is not known: the vehicle then counts as standing still."""
 
 
+def stale(former: PingContext, ping: PingContext, longest_gap_s: float) -> bool:
+    """Tell whether the former ping is too old, or later, to say anything about this one."""
+    return not 0 <= ping.t_ns - former.t_ns <= longest_gap_s * 1e9
+
+
 class PingStep:
     """An image stage that is told of each ping before it gets the image."""
 
-    def __init__(self, run: Callable[[Image, Image, Look], None]) -> None:
+    def __init__(self, run: Callable[[Image, Image, PingContext], None]) -> None:
         self._run = run
-        self.look = Look(0, None)
+        self.look = PingContext(0, None)
 
     def __call__(self, source: Image, out: Image) -> None:
         """Fill out from source, both (beams, samples)."""
         self._run(source, out, self.look)
 
 
-class Turner:
+class MotionCompensator:
     """Resamples images taken from one pose to what they would show from another."""
 
     def __init__(self, fan: Fan) -> None:

@@ -15,7 +15,7 @@ from ods.base.kernel import kernel
 from ods.pipeline.image.padding import mirror_ends
 
 
-class Samples(NamedTuple):
+class GainedImage(NamedTuple):
     """An image of (beams, samples) amplitudes: (cells[b, first + j] + offset) * gain at b, j.
 
     The gain of beam b is that of row `above[b]`, moved by `share[b]` towards the next row's.
@@ -39,22 +39,22 @@ class Samples(NamedTuple):
         """What kernels take: all but `plain`."""
         return self[:6]
 
-    def with_column_gain(self, gain: Image) -> "Samples":
+    def with_column_gain(self, gain: Image) -> "GainedImage":
         """Return the samples with gain, (1, samples); that of before is part of it."""
         return self._replace(gain=gain, plain=False)
 
 
-def samples_of(image: Image) -> Samples:
+def samples_of(image: Image) -> GainedImage:
     """Return an image of (beams, samples) as samples of gain 1."""
     beams, samples = image.shape
     gain = np.ones((1, samples), np.float32)
-    return Samples(image, 0, np.float32(0.0), gain, np.zeros(beams, np.int64), np.zeros(beams, np.float32))
+    return GainedImage(image, 0, np.float32(0.0), gain, np.zeros(beams, np.int64), np.zeros(beams, np.float32))
 
 
 class SamplesStep:
     """A stage that applies the gain itself, while it reads."""
 
-    def __init__(self, run: Callable[[Samples, Image], None]) -> None:
+    def __init__(self, run: Callable[[GainedImage, Image], None]) -> None:
         self.run = run
 
     def __call__(self, source: Image, out: Image) -> None:
@@ -65,7 +65,7 @@ class SamplesStep:
 class GainStep:
     """A stage that does nothing but change the gain."""
 
-    def __init__(self, regain: Callable[[Samples], Samples]) -> None:
+    def __init__(self, regain: Callable[[GainedImage], GainedImage]) -> None:
         self.regain = regain
 
     def __call__(self, source: Image, out: Image) -> None:
@@ -77,7 +77,7 @@ class GainStep:
 def write_image(
     cells: AnyArray, first: int, offset: np.float32, gain: Image, above: Ints, share: Floats32, out: Image
 ) -> None:
-    """Fill out (beams, samples) with the amplitudes that `Samples.args` stand for."""
+    """Fill out (beams, samples) with the amplitudes that `GainedImage.args` stand for."""
     for b in range(out.shape[0]):
         load_row(cells, first, offset, gain, above, share, b, out[b])
 

@@ -6,7 +6,7 @@ from ods.base.arrays import AnyArray, Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.equalize.by_range import sorted_middle
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained import GainStep, Samples, load_row
+from ods.pipeline.image.gained_image import GainedImage, GainStep, load_row
 from ods.pipeline.stage.params import LocalParams
 from ods.pipeline.stage.registry import image_stage
 
@@ -29,7 +29,7 @@ def local(params: LocalParams, fan: Fan) -> GainStep:
     before, share_of_column = _between(range_edges)
     guard = np.float32(params.guard)
 
-    def regain(samples: Samples) -> Samples:
+    def regain(samples: GainedImage) -> GainedImage:
         block_means(*samples.args, beam_edges, range_edges, row, means)
         block_gains(means, guard, gain)
         interpolate_columns(gain, before, share_of_column, samples.gain[0], rows)
@@ -59,7 +59,7 @@ def block_means(
     row: Floats32,
     means: Image,
 ) -> None:
-    """Fill means (beam blocks, range blocks) with the mean of samples (`Samples.args`) over each block.
+    """Fill means (beam blocks, range blocks) with the mean of samples (`GainedImage.args`) over each block.
 
     row (samples,) is work space.
     """
