@@ -11,6 +11,7 @@ from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hin
 import msgspec
 
 from ods import messages
+from ods.base.settings import Settings
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
@@ -83,11 +84,13 @@ def _section(kind: type[msgspec.Struct]) -> str:
     return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\n| field | type | meaning |\n|---|---|---|\n{rows}"
 
 
-def _field_docs(kind: type[msgspec.Struct]) -> dict[str, str]:
-    """Return the strings that stand below each field."""
+def _field_docs(kind: type) -> dict[str, str]:
+    """Return the strings that stand below each field, those of its base among them."""
     (tree,) = ast.parse(inspect.getsource(kind)).body
     body = tree.body if isinstance(tree, ast.ClassDef) else []
     docs: dict[str, str] = {}
+    for base in set(kind.__bases__) - {Settings, msgspec.Struct}:
+        docs |= _field_docs(base)
     for field, below in pairwise(body):
         if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
             docs[field.target.id] = " ".join(ast.literal_eval(below.value).split())

@@ -11,7 +11,7 @@ from scipy.optimize import linear_sum_assignment
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.bench.collector import Record
-from ods.bench.settings import LimitSettings
+from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, Truth, TruthObject
 
 GATE_M = 5.0
@@ -44,7 +44,7 @@ class ProcessScore(msgspec.Struct, frozen=True):
 
 
 class Summary(msgspec.Struct, frozen=True):
-    """The figures of a bench run; see `LimitSettings` for their meaning."""
+    """The figures of a bench run; see `BenchLimits` for their meaning."""
 
     seconds: float
     pings: int
@@ -72,7 +72,7 @@ class Summary(msgspec.Struct, frozen=True):
     """Limits that were broken, in plain words."""
 
 
-def summarize(record: Record, limits: LimitSettings, settle_s: float) -> Summary:
+def summarize(record: Record, limits: BenchLimits, settle_s: float) -> Summary:
     """Return the figures of a run and the limits it broke."""
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
     answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
@@ -206,7 +206,7 @@ def _back_after(record: Record, name: str, at_ns: int) -> float:
     return (min(back) - at_ns) / NS if back else math.inf
 
 
-def _broken(summary: Summary, limits: LimitSettings) -> list[str]:
+def _broken(summary: Summary, limits: BenchLimits) -> list[str]:
     most = {
         "position_rms_m": limits.position_rms_m,
         "radius_error": limits.radius_error,

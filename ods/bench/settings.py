@@ -6,8 +6,7 @@ from typing import Literal
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
-from ods.config import BusSettings
-from ods.sim_sonar.settings import SimSettings
+from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
@@ -18,7 +17,7 @@ class KillSettings(Settings, frozen=True):
     """Mission time."""
 
 
-class LimitSettings(Settings, frozen=True):
+class BenchLimits(Settings, frozen=True):
     """What a bench run must reach; any of them broken makes `ods bench` exit with code 1."""
 
     position_rms_m: Positive
@@ -40,18 +39,14 @@ class LimitSettings(Settings, frozen=True):
     """From a kill to the next sign of life of the process."""
 
 
-class BenchConfig(Settings, frozen=True):
+class BenchConfig(SimConfig, frozen=True):
     """A bench run: what is simulated, which configuration is under test, what it must reach."""
 
-    bus: BusSettings
-    onboard: Path
-    """The configuration under test; the bench replaces its ports and folders by those of the simulation."""
     seconds: Positive
     """Length of the mission."""
     out: Path
     """Folder of the results."""
-    sim: SimSettings
-    limits: LimitSettings
+    limits: BenchLimits
     settle_s: NonNegative = 3.0
     """Time from the first sight of an object by which it must be tracked."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)

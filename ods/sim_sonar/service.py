@@ -10,7 +10,6 @@ import can
 from ods.base import clock
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
-from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.can_bus import SLCAN_PORT, can_of
@@ -21,16 +20,17 @@ from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.sim_sonar.device.sonar_line import open_line
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.settings import SimConfig
 from ods.sim_sonar.sonar.model import load_sonar
 
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
 
 
-class SimWorker(Worker[BenchConfig]):
+class SimWorker(Worker[SimConfig]):
     """Runs the simulated devices in their own threads and publishes the truth behind every ping."""
 
-    def __init__(self, service: Service, settings: BenchConfig) -> None:
+    def __init__(self, service: Service, settings: SimConfig) -> None:
         super().__init__(service, settings)
         self._hub: SlcanHub | None = None
         self._devices: list[Device] = []

@@ -1,4 +1,4 @@
-"""Settings of the live simulator: the [sim] table of config/bench.toml."""
+"""Settings of the sim process: what it reads of config/bench.toml."""
 
 from pathlib import Path
 from typing import Annotated, Literal
@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.settings import NonNegative, Positive, Settings
+from ods.config import BusSettings
 
 
 class FaultSettings(Settings, frozen=True):
@@ -52,3 +53,12 @@ class SimSettings(Settings, frozen=True):
         key, file = ("ins_eds", self.ins_eds) if self.ins == "canopen" else ("ins_dbc", self.ins_dbc)
         if file is None:
             raise ValueError(f"{key}: missing, as ins is {self.ins!r}")
+
+
+class SimConfig(Settings, frozen=True):
+    """Everything the sim process needs."""
+
+    bus: BusSettings
+    onboard: Path
+    """The configuration under test; the bench replaces its ports and folders by those of the simulation."""
+    sim: SimSettings

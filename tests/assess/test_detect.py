@@ -8,12 +8,13 @@ import pytest
 
 from ods import cli
 from ods.assess.detection.chains import DEFAULT, EQUALIZERS, all_settings
-from ods.assess.detection.command import QUICK, Effort, measure
+from ods.assess.detection.command import QUICK_EFFORT, Effort, measure
 from ods.assess.detection.measure import filter_figures
 from ods.assess.images.sea import sea_images, snr_db
 from ods.assess.images.tank import BEAMS, SAMPLES, tank_images
 from ods.messages import frame_of
 from ods.pipeline.chain import Chain
+from tests.assess.real_frames import REAL
 
 TINY = Effort(sea=2, tank=2, checked=1, filtered=1, rounds=1, settings=2)
 
@@ -83,12 +84,19 @@ def test_measurement_is_deterministic_but_for_time() -> None:
 
 def test_command_prints_a_table_and_draws_the_chart(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     chart = tmp_path / "chart.png"
-    assert cli.main(["assess", "detect", "--quick", "--out", str(chart)]) == 0
+    real = [word for pair in REAL.items() for word in ("--real", *pair)]
+    assert cli.main(["assess", "detect", "--quick", "--out", str(chart), *real]) == 0
     text = capsys.readouterr().out
-    assert text.count("no filter, ") == QUICK.settings - 1
+    assert text.count("no filter, ") == QUICK_EFFORT.settings - 1
     assert "default" in text
     assert "sample.aris" in text
+    assert "left out" not in text
     assert chart.read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_real_frames_it_says_what_it_leaves_out(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["assess", "detect", "--quick"]) == 0
+    assert "real frames are left out" in capsys.readouterr().out
 
 
 def test_a_chart_that_cannot_be_written_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ods.assess.detection.command import REAL
 from ods.assess.detection.measure import score_of
 from ods.assess.images.held_out import BEAMS, held_out_images
 from ods.assess.images.labelled import LabelledImage
@@ -14,6 +13,7 @@ from ods.base.errors import OdsError
 from ods.messages import frame_of
 from ods.pipeline.settings import PipelineSettings
 from ods.sonar_link.files.opening import open_pings
+from tests.assess.real_frames import REAL
 
 
 def contrasts(images: list[LabelledImage]) -> list[float]:

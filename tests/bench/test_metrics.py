@@ -6,11 +6,11 @@ import pytest
 
 from ods.bench.collector import Record
 from ods.bench.metrics import match, summarize
-from ods.bench.settings import LimitSettings
+from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, TrackState, Truth, TruthObject
 
 NS = 1_000_000_000
-LIMITS = LimitSettings(
+LIMITS = BenchLimits(
     position_rms_m=1.0, radius_error=0.3, tracked_share=0.95, false_tracks=0, pings_lost=0,
     latency_p50_ms=15.0, latency_p99_ms=50.0, longest_gap_s=1.0,
 )  # fmt: skip

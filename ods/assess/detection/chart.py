@@ -2,24 +2,21 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ods.assess.detection.chains import DEFAULT
+from ods.assess.detection.measure import SettingRow
 from ods.assess.detection.metrics import pareto_front
 from ods.base.errors import OdsError
 from ods.plots.fan import INK, MARK, PAPER
-
-if TYPE_CHECKING:
-    from ods.assess.detection.command import Row
 
 FRONT = "#ffa657"
 OTHER = "#8b949e"
 
 
-def save_chart(path: Path, rows: Sequence["Row"], front: Sequence[int]) -> None:
+def save_chart(path: Path, rows: Sequence[SettingRow], front: Sequence[int]) -> None:
     """Draw all settings. Raises OdsError when the picture cannot be written."""
     figure = Figure(figsize=(13.0, 8.5), dpi=100, facecolor=PAPER)
     left, right = figure.subplots(1, 2, sharex=True)
@@ -40,7 +37,7 @@ def save_chart(path: Path, rows: Sequence["Row"], front: Sequence[int]) -> None:
         raise OdsError(f"{path}: {error}") from error
 
 
-def _draw(axes: Axes, rows: Sequence["Row"], accuracy: Sequence[float], front: Sequence[int], title: str) -> None:
+def _draw(axes: Axes, rows: Sequence[SettingRow], accuracy: Sequence[float], front: Sequence[int], title: str) -> None:
     named = [index for index, row in enumerate(rows) if index in front or row.name == DEFAULT]
     for index, (row, share) in enumerate(zip(rows, accuracy, strict=True)):
         chosen = row.name == DEFAULT

@@ -5,12 +5,12 @@ belts where the gain is wrong, uneven beams and correlated speckle.
 """
 
 import math
-from pathlib import Path
 
 import numpy as np
 
 from ods.assess.images.labelled import LabelledImage, Target, circle_target
 from ods.base import geometry
+from ods.base.shipped import shipped_file
 from ods.messages import TruthObject
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
@@ -20,8 +20,7 @@ from ods.sim_sonar.scene.timeline import Scene, VehicleState
 from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
-SONAR = Path("config/sonars/seabat6012.toml")
-
+SEA_SONAR = "sonars/seabat6012.toml"
 DEPTH_M = 20.0
 """Of the vehicle; the bottom is 3 to 6 m below."""
 OBJECTS = 6
@@ -36,9 +35,9 @@ MARGIN_M = 1.0
 MARGIN_BEAMS = 1.0
 
 
-def sea_images(count: int, seed: int, sonar_file: Path = SONAR) -> list[LabelledImage]:
+def sea_images(count: int, seed: int) -> list[LabelledImage]:
     """Return `count` images of as many scenes; the same seed gives the same bytes. Raises ConfigError."""
-    sonar = load_sonar(sonar_file)
+    sonar = load_sonar(shipped_file(SEA_SONAR))
     return [_sea_image(sonar, np.random.default_rng([seed, index]), index) for index in range(count)]
 
 
