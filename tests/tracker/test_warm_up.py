@@ -21,7 +21,7 @@ from tests.tracker.samples import course, echoes, run
 def compiled() -> set[tuple[str, str, str]]:
     """Return (module, kernel, argument types) of all that numba has compiled so far."""
     modules = [
-        importlib.import_module(f"ods.tracker.{part.name}") for part in pkgutil.iter_modules(ods.tracker.__path__)
+        importlib.import_module(part.name) for part in pkgutil.walk_packages(ods.tracker.__path__, "ods.tracker.")
     ]
     return {
         (item.__module__, name, str(types))
