@@ -4,7 +4,8 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Iterator
-from typing import NamedTuple
+
+import msgspec
 
 from ods.base import clock
 from ods.config import OnboardConfig
@@ -12,9 +13,7 @@ from ods.doctor import running, serial_device
 from ods.doctor.finding import Finding
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.port.address import TcpAddress, tcp_address
-from ods.sonar_link.s7k import records, remote_control
-from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.drf import CHECKSUM_BYTES, HEADER_BYTES
+from ods.sonar_link.registry import make_protocol
 from ods.sonar_link.settings import SonarSettings
 
 CONNECT_S = 2.0
@@ -23,7 +22,6 @@ QUIET = {
     "records", "unchecked_records", "pings", "port_opens", "other_records", "no_device_time", "network_frames",
 }  # fmt: skip
 """Counters that tell of no trouble."""
-SAMPLES = (7042, 7018)
 ADVICE = {
     "bad_checksum": "bytes change on the way: termination, ground, cable",
     "data_without_geometry": "switch record 7004 on at the sonar, for every ping",
@@ -32,15 +30,6 @@ ADVICE = {
     "lost_pings": "pings that the sonar numbered and that did not come whole: noise, a full line, or a busy processor",
     "unframed_bytes": "bytes outside network frames: is this the port of a 7k center?",
 }
-
-
-class Heard(NamedTuple):
-    """What came while listening."""
-
-    records: "Counter[int]"
-    """How often each type of record came."""
-    octets: int
-    """Their length as sent."""
 
 
 def examine(port: str) -> Iterator[Finding]:
@@ -53,46 +42,31 @@ def examine(port: str) -> Iterator[Finding]:
 
 
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
-    """Listen to the sonar, asking a 7k center to send but nothing else, and say what came."""
-    sonar = settings.sonar
+    """Listen to the sonar, asking it to send but for no setting, and say what came."""
+    sonar = msgspec.structs.replace(settings.sonar, range_m=None, power_db=None, gain_db=None)
     subject = f"sonar on {sonar.port}"
     if running.is_running(settings.bus.run_dir, "sonar"):
         yield Finding("note", subject, "not listened to: the sonar process has the line; `ods watch` shows its rates")
         return
     counters: Counter[str] = Counter()
-    link, assembler = SonarLink(sonar, counters), Assembler(counters=counters)
-    heard = _hear(link, assembler, _subscription(sonar), seconds)
-    if link.fault and not heard.records:
-        yield Finding("wrong", subject, link.fault)
-    elif not heard.records:
-        garbage = counters["garbage_bytes"]
-        told = f"{garbage} bytes of no record came: baud, wiring, or another protocol" if garbage else "it is silent"
-        yield Finding("wrong", subject, f"no s7k record within {seconds:g} s; {told}")
-    else:
-        yield _judge(subject, heard, counters["pings"], sonar, seconds)
-        yield from _trouble(subject, counters)
-    link.close()
-
-
-def _judge(subject: str, heard: Heard, pings: int, sonar: SonarSettings, seconds: float) -> Finding:
-    records = ", ".join(f"{kind} at {count / seconds:.1f} Hz" for kind, count in sorted(heard.records.items()))
+    protocol = make_protocol(sonar, counters)
+    link = SonarLink(sonar, protocol, counters)
+    _hear(link, seconds)
+    pings, traffic = counters["pings"], protocol.traffic(seconds)
     if pings:
-        return Finding(
-            "good", subject, f"{pings / seconds:.1f} pings/s; records {records}; {_load(heard, sonar, seconds)}"
-        )
-    missing = [str(kind) for kind in (7000, 7004) if not heard.records[kind]]
-    if not any(heard.records[kind] for kind in SAMPLES):
-        missing.append("7042 or 7018")
-    why = f"{' and '.join(missing)} never came whole" if missing else "they do not fit each other"
-    told = (
-        f"no ping can be made of records {records}: {why}; switch 7000, 7004 and 7042 on at the sonar, for every ping"
-    )
-    return Finding("wrong", subject, told)
+        load = _load(link.octets / seconds, sonar)
+        yield Finding("good", subject, f"{pings / seconds:.1f} pings/s; {traffic}; {load}")
+    elif link.faults and not traffic:
+        yield Finding("wrong", subject, "; ".join(link.faults))
+    else:
+        yield Finding("wrong", subject, protocol.diagnosis(seconds))
+    if traffic:
+        yield from _trouble(subject, counters)
+    link.close(clock.monotonic_ns())
 
 
-def _load(heard: Heard, sonar: SonarSettings, seconds: float) -> str:
-    """Say how much came and, of a serial line, what part of its rate that is."""
-    rate = heard.octets / seconds
+def _load(rate: float, sonar: SonarSettings) -> str:
+    """Say how much comes, bytes/s, and of a serial line, what part of its rate that is."""
     if tcp_address(sonar.port):
         return f"{rate / 1e6:.2f} MB/s"
     return f"{rate / 1e6:.2f} MB/s, {rate * BITS_A_BYTE / sonar.baud:.0%} of {sonar.baud} baud"
@@ -104,39 +78,25 @@ def _trouble(subject: str, counters: "Counter[str]") -> Iterator[Finding]:
             yield Finding("note", subject, f"{name} {count}" + (f": {ADVICE[name]}" if name in ADVICE else ""))
 
 
-def _subscription(sonar: SonarSettings) -> bytes:
-    """Return the record that asks a 7k center to send; empty for a line that sends by itself."""
-    address = tcp_address(sonar.port)
-    if address is None or not address.framed:
-        return b""
-    request = remote_control.subscribe(1, (records.SONAR_SETTINGS, records.BEAM_GEOMETRY, sonar.samples_record))
-    return remote_control.encode_request(request, clock.utc_ns(), records.DEVICE)
-
-
-def _hear(link: SonarLink, assembler: Assembler, subscription: bytes, seconds: float) -> Heard:
+def _hear(link: SonarLink, seconds: float) -> None:
     """Listen; what precedes the first whole ping is the rest of one under way, and not counted as trouble."""
-    heard: Counter[int] = Counter()
-    octets = 0
+    heard_one = False
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     while (now_ns := clock.monotonic_ns()) < stop_ns:
-        if link.open_if_due(now_ns) and subscription:
-            link.send(subscription, now_ns)
-        records = link.check(now_ns) + (link.read(now_ns) or [])
-        for record in records:
-            heard[record.record_type] += 1
-            octets += HEADER_BYTES + len(record.body) + CHECKSUM_BYTES
-            if assembler.feed(record) and link.counters["pings"] == 1:
-                link.counters.clear()
-                link.counters["pings"] = 1
-        if not records:
+        pings = link.check(now_ns)
+        came = link.read(now_ns)
+        if (pings or came) and not heard_one:
+            heard_one = True
+            link.counters.clear()
+            link.counters["pings"] = 1
+        if came is None:
             time.sleep(PAUSE_S)
-    return Heard(heard, octets)
 
 
 def _tcp(port: str, address: TcpAddress) -> Iterator[Finding]:
-    """Connect to a 7k center for a moment; a serial server may take one connection only, the sonar process's."""
+    """Connect to the sonar for a moment; a serial server may take one connection only, the sonar process's."""
     subject = f"sonar {port}"
-    if not address.framed:
+    if address.transport == "socket":
         yield Finding("note", subject, "is a serial server; it is tried when the sonar process starts")
         return
     try:

@@ -31,7 +31,7 @@ QUEUE = bus.HIGH_WATER_MARK
 """Messages kept of each topic while the disk is slow."""
 
 
-class RecordError(OdsError):
+class RecordingError(OdsError):
     """A file cannot be recorded; the text is one line."""
 
 
@@ -54,7 +54,7 @@ def run(args: Namespace) -> None:
 def record(path: Path, config: OnboardConfig, seconds: float | None = None) -> None:
     """Record what `config.bus.run_dir` publishes until SIGINT, SIGTERM or for `seconds`; print a summary.
 
-    Raises RecordError: the file exists or cannot be written, nothing came.
+    Raises RecordingError: the file exists or cannot be written, nothing came.
     """
     frame = LocalFrame(config.site.latitude_deg, config.site.longitude_deg)
     kept = ""
@@ -69,25 +69,25 @@ def record(path: Path, config: OnboardConfig, seconds: float | None = None) -> N
             finally:
                 kept = _summary(writer, recorder.counters)
     except FileExistsError:
-        raise RecordError(f"{path}: exists already, and is not overwritten") from None
+        raise RecordingError(f"{path}: exists already, and is not overwritten") from None
     except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}" + (f"; kept: {kept}" if kept else "")) from error
+        raise RecordingError(f"{path}: {error.strerror}" + (f"; kept: {kept}" if kept else "")) from error
     if not any(recorder.counters[what] for what in WRITTEN):
         path.unlink()
-        raise RecordError(
+        raise RecordingError(
             f"nothing to record came from {config.bus.run_dir}: does `ods run` run with this configuration?"
         )
     print(f"{path}: {kept}")
 
 
 def finish(path: Path) -> None:
-    """Complete a recording that was cut off. Raises RecordError."""
+    """Complete a recording that was cut off. Raises RecordingError."""
     try:
         records = mend_s7k(path)
     except OSError as error:
-        raise RecordError(f"{path}: {error.strerror}") from error
+        raise RecordingError(f"{path}: {error.strerror}") from error
     except ValueError as error:
-        raise RecordError(f"{path}: {error}") from error
+        raise RecordingError(f"{path}: {error}") from error
     print(f"{path}: complete, {records} records")
 
 

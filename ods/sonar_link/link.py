@@ -1,14 +1,14 @@
-"""The line to the sonar as one thing: the port, the network frames where it has them, and the record framer."""
+"""The line to the sonar: its port, the port of its announcements if it has one, and the protocol spoken there."""
 
 from collections import Counter
 
+from ods.messages import Ping
 from ods.sonar_link.port.address import tcp_address
-from ods.sonar_link.port.port import NS, Port
+from ods.sonar_link.port.port import Port
 from ods.sonar_link.port.serial_port import SerialPort
 from ods.sonar_link.port.tcp_port import TcpPort
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
-from ods.sonar_link.s7k.network_frame import Deframer, frame_record
+from ods.sonar_link.port.udp_listener import UdpListener
+from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
 
 GATHER_S = 0.008
@@ -18,23 +18,23 @@ BITS_A_BYTE = 10
 
 
 class SonarLink:
-    """Records in, requests out. Never waits."""
+    """Pings in, requests out. Never waits. Counter: control_unsent (requests that did not go out)."""
 
-    def __init__(self, settings: SonarSettings, counters: "Counter[str]") -> None:
+    def __init__(self, settings: SonarSettings, protocol: SonarProtocol, counters: "Counter[str]") -> None:
         self.counters = counters
+        self.octets = 0
+        """Bytes read so far."""
         address = tcp_address(settings.port)
         pauses_s = settings.reopen_min_s, settings.reopen_max_s
+        self._protocol = protocol
         self._port: Port = (
             TcpPort(address, settings.silence_s, pauses_s, counters)
             if address
             else SerialPort(settings.port, settings.baud, pauses_s, counters)
         )
-        framed = address is not None and address.framed
-        self._deframer = Deframer(settings.max_record_bytes, counters) if framed else None
-        self._framer = Framer(settings.max_record_bytes, counters)
-        self._record_timeout_ns = round(settings.record_timeout_s * NS)
-        self._transmissions = 0
+        self._side = UdpListener(protocol.side_port) if protocol.side_port is not None else None
         self._byte_s = 0.0 if address else BITS_A_BYTE / settings.baud
+        self._streaming = False
 
     @property
     def fd(self) -> int | None:
@@ -42,46 +42,50 @@ class SonarLink:
         return self._port.fd
 
     @property
-    def fault(self) -> str:
-        """Why the line is away, in plain words; '' when it is not."""
-        return self._port.fault
-
-    def open_if_due(self, now_ns: int) -> bool:
-        """Try to open a line that is away; tell whether it is there now and was not before."""
-        return self._port.open_if_due(now_ns)
+    def faults(self) -> list[str]:
+        """Why the line is away, or the sonar's announcements cannot be heard, in plain words."""
+        faults = self._port.fault, self._side.fault if self._side else ""
+        return [fault for fault in faults if fault]
 
     @property
     def gather_s(self) -> float:
-        """For how long the line cannot have completed the record under way: to pause so long delays no ping."""
-        return min(GATHER_S, self._framer.missing_bytes * self._byte_s)
+        """For how long the line cannot have completed the ping under way: to pause so long delays none."""
+        return min(GATHER_S, self._protocol.missing_bytes * self._byte_s)
 
-    def read(self, now_ns: int) -> list[Record] | None:
-        """Return the records that the next bytes complete; None when no byte has come."""
+    def read(self, now_ns: int) -> list[Ping] | None:
+        """Return the pings that the next bytes complete; None when no byte has come."""
         data = self._port.read(now_ns)
         if not data:
             return None
-        return self._framer.feed(self._deframer.feed(data) if self._deframer else data, now_ns)
+        self.octets += len(data)
+        return self._protocol.feed(data, now_ns)
 
-    def check(self, now_ns: int) -> list[Record]:
-        """Give up a line that has gone and records that do not end; return the records found behind those."""
+    def check(self, now_ns: int) -> list[Ping]:
+        """Listen to announcements, give up a line that has gone, open one whose time has come, send what is due.
+
+        Returns the pings found in what is left of a lost stream, and behind telegrams that do not end.
+        """
+        for datagram in self._side.hear(now_ns) if self._side else []:
+            self._protocol.heard(datagram.data, datagram.sender, now_ns)
         self._port.check(now_ns)
-        records = []
-        while (since := self._framer.waiting_since_ns) is not None and now_ns - since > self._record_timeout_ns:
-            records += self._framer.give_up()
-        return records
+        pings = self._end_lost_stream(now_ns) + self._protocol.check(now_ns)
+        if self._port.open_if_due(now_ns):
+            self._streaming = True
+            self._protocol.connected(now_ns)
+        if self._port.fd is not None:
+            for request in self._protocol.requests(now_ns):
+                self.counters["control_unsent"] += not self._port.write(request, now_ns)
+        return pings
 
-    def end_stream(self, now_ns: int) -> list[Record]:
-        """Take what is left of the stream of a line that was lost; return the records found in it."""
-        records = self._framer.feed(self._deframer.flush(), now_ns) if self._deframer else []
-        return records + self._framer.flush()
-
-    def send(self, record: bytes, now_ns: int) -> bool:
-        """Send one framed record; tell whether all of it went out."""
-        if self._deframer:
-            self._transmissions += 1
-            record = frame_record(record, self._transmissions)
-        return self._port.write(record, now_ns)
-
-    def close(self) -> None:
-        """Close the line."""
+    def close(self, now_ns: int) -> list[Ping]:
+        """Close the line; return the pings found in what is left of the stream."""
         self._port.close()
+        if self._side is not None:
+            self._side.close()
+        return self._end_lost_stream(now_ns)
+
+    def _end_lost_stream(self, now_ns: int) -> list[Ping]:
+        if not self._streaming or self._port.fd is not None:
+            return []
+        self._streaming = False
+        return self._protocol.end_stream(now_ns)

@@ -2,11 +2,13 @@
 
 import math
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import AnyArray, Floats, Indices
+from ods.base.clock import NS
 from ods.messages import Ping, SampleType, Scale
 
 MAX_BEAMS = 4096
@@ -99,16 +101,17 @@ def _planes(bearing: Floats, elevation: Floats) -> int:
     return planes
 
 
-def build_ping(
-    frame: AnyArray,
-    geometry: Geometry,
-    *,
-    seq: int,
-    ping_number: int,
-    t_ns: int,
-    t_rx_ns: int,
-    utc_ns: int,
-) -> Ping:
+class Stamp(NamedTuple):
+    """Which ping it is and when it was; see the fields of `Ping`."""
+
+    seq: int
+    ping_number: int
+    t_ns: int
+    t_rx_ns: int
+    utc_ns: int = 0
+
+
+def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp) -> Ping:
     """Return the ping of a (beams, samples) frame of uint8, uint16 or float32, in any memory order.
 
     Raises ValueError when the frame does not fit the beam table or holds what is no amplitude.
@@ -124,11 +127,11 @@ def build_ping(
     if sample_type == "f4" and not np.isfinite(frame.astype(np.float32, copy=False)).all():
         raise ValueError("frame: a sample is not a finite number")
     return Ping(
-        seq=seq,
-        ping_number=ping_number,
-        t_ns=t_ns,
-        t_rx_ns=t_rx_ns,
-        utc_ns=utc_ns,
+        seq=stamp.seq,
+        ping_number=stamp.ping_number,
+        t_ns=stamp.t_ns,
+        t_rx_ns=stamp.t_rx_ns,
+        utc_ns=stamp.utc_ns,
         beams=frame.shape[0],
         samples=frame.shape[1],
         dtype=sample_type,
@@ -144,6 +147,12 @@ def build_ping(
         scale=geometry.scale,
         scale_factor=geometry.scale_factor,
     )
+
+
+def listening_ns(ping: Ping) -> int:
+    """Return the time from transmission until the echo of the last sample's centre is back, ns."""
+    last_m = ping.range0_m + (ping.samples - 1) * ping.dr_m
+    return round(2.0 * last_m / ping.sound_speed * NS)
 
 
 def _refuse_outside(name: str, value: float, low: float, high: float) -> None:

@@ -7,9 +7,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from ods.base.clock import NS
 from ods.messages import SonarAnswer, SonarRequest
-from ods.sonar_link.control import KNOBS, SonarControl, State
-from ods.sonar_link.port.port import NS
+from ods.sonar_link.orders import KNOBS, Orders, OrderState
 
 Peer = list[bytes]
 Send = Callable[[Peer, SonarAnswer], None]
@@ -25,39 +25,40 @@ class _Waiting:
 class PlannerRequests:
     """Turns requests into orders, and answers each when its order has succeeded or failed."""
 
-    def __init__(self, control: SonarControl, patience_s: float, send: Send) -> None:
+    def __init__(self, orders: Orders, patience_s: float, send: Send) -> None:
         """`send` gives an answer to a peer and never waits; `patience_s`: how long a silent sonar is waited for."""
-        self._control = control
+        self._orders = orders
         self._patience_ns = round(patience_s * NS)
         self._send = send
         self._waiting: list[_Waiting] = []
 
     def take(self, peer: Peer, request: SonarRequest, now_ns: int) -> None:
         """Take one request; one that orders nothing is answered at once with what the sonar says of itself."""
-        orders = {name: value for name in KNOBS if (value := getattr(request, name)) is not None}
-        for name, value in orders.items():
-            if not math.isfinite(value):
-                return self._answer(peer, f"{name}: {value} is no number")
-        if not orders:
-            return self._answer(peer, "" if self._control.told else "the sonar has not said anything yet")
+        wanted = {name: value for name in KNOBS if (value := getattr(request, name)) is not None}
+        for name, value in wanted.items():
+            objection = self._orders.objection(name) if math.isfinite(value) else f"{name}: {value} is no number"
+            if objection:
+                return self._answer(peer, objection)
+        if not wanted:
+            return self._answer(peer, "" if self._orders.told else "the sonar has not said anything yet")
         for earlier in self._waiting:
-            if earlier.names & orders.keys():
+            if earlier.names & wanted.keys():
                 self._answer(earlier.peer, "replaced by a later request")
-        self._waiting = [earlier for earlier in self._waiting if not earlier.names & orders.keys()]
-        for name, value in orders.items():
-            self._control.order(name, value)
-        self._waiting.append(_Waiting(peer, frozenset(orders), now_ns + self._patience_ns))
+        self._waiting = [earlier for earlier in self._waiting if not earlier.names & wanted.keys()]
+        for name, value in wanted.items():
+            self._orders.order(name, value)
+        self._waiting.append(_Waiting(peer, frozenset(wanted), now_ns + self._patience_ns))
         return None
 
     def answer(self, now_ns: int) -> None:
         """Answer those whose orders are done, and those that have waited too long."""
         still = []
         for waiting in self._waiting:
-            states = {name: self._control.state(name) for name in sorted(waiting.names)}
-            failed = [name for name, state in states.items() if state is State.FAILED]
+            states = {name: self._orders.state(name) for name in sorted(waiting.names)}
+            failed = [name for name, state in states.items() if state is OrderState.FAILED]
             if failed:
-                self._answer(waiting.peer, "; ".join(map(self._control.failure, failed)))
-            elif all(state is State.TAKEN for state in states.values()):
+                self._answer(waiting.peer, "; ".join(map(self._orders.failure, failed)))
+            elif all(state is OrderState.TAKEN for state in states.values()):
                 self._answer(waiting.peer, "")
             elif now_ns >= waiting.deadline_ns:
                 reason = f"the sonar said nothing for {self._patience_ns / NS:g} s; it will be asked when it is back"
@@ -67,7 +68,7 @@ class PlannerRequests:
         self._waiting = still
 
     def _answer(self, peer: Peer, reason: str) -> None:
-        told = self._control.told
+        told = self._orders.told
         values = {name: _finite(getattr(told, name)) for name in KNOBS} if told else {}
         self._send(peer, SonarAnswer(ok=not reason, reason=reason, **values))
 

@@ -1,20 +1,24 @@
 """Settings of the `sonar_link` package."""
 
-from typing import Annotated, Literal
+from typing import Annotated
 
 import msgspec
 
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
-from ods.sonar_link.port.address import tcp_address
+from ods.sonar_link.port.address import transport_of
+from ods.sonar_link.registry import PROTOCOLS
+from ods.sonar_link.s7k.settings import S7kSettings
 
 
 class SonarSettings(Settings, frozen=True):
     """The line to the sonar, what is taken from it, and what the sonar is told to do."""
 
     port: str
-    """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar that speaks network frames; or
-    "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
+    """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
+    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
+    protocol: str = "s7k"
+    """What the sonar speaks: a name of the table in docs/sonar-link.md."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bits a second of the serial line."""
     latency_ms: Annotated[float, msgspec.Meta(ge=0.0, le=60_000.0)] = 0.0
@@ -30,9 +34,6 @@ class SonarSettings(Settings, frozen=True):
     """Longest such pause, s."""
     silence_s: NonNegativeSeconds = 5.0
     """A TCP connection without a byte for so long is closed and made anew, s; 0: never. Serial lines stay open."""
-    samples_record: Literal[7042, 7018] = 7042
-    """The record of the samples that is asked for over tcp://, beside 7000 and 7004; a serial line sends what it is
-    set to, and both are read from it."""
     range_m: SonarRange | None = None
     """Range that the sonar is set to after each connection, m; left out: as the sonar is."""
     power_db: SonarLevel | None = None
@@ -43,6 +44,7 @@ class SonarSettings(Settings, frozen=True):
     """Time for a setting to show in the sonar's record 7000 before it is sent again, s."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """How often a setting is sent before it counts as not taken."""
+    s7k: S7kSettings = S7kSettings()
 
     @property
     def control_patience_s(self) -> float:
@@ -52,6 +54,10 @@ class SonarSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if not self.port:
             raise ValueError("port: must name a device")
-        tcp_address(self.port)
+        if self.protocol not in PROTOCOLS:
+            raise ValueError(f"protocol: {self.protocol!r} is none of {', '.join(PROTOCOLS)}")
+        transport, spoken = transport_of(self.port), PROTOCOLS[self.protocol].transports
+        if transport not in spoken:
+            raise ValueError(f"port: {self.port}: {self.protocol} is spoken over {', '.join(sorted(spoken))} only")
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")

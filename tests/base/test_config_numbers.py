@@ -92,8 +92,8 @@ def make_worker(config: OnboardConfig, key: Key) -> None:
         worker = SonarWorker(service, config)
         worker.start()
         assert counters["port_open_errors"] == 1
-        worker._control.connected()
-        worker._control.requests(0)
+        worker._protocol.connected(0)
+        worker._protocol.requests(0)
     elif key[0] == "nav":
         NavWorker(service, config)
 

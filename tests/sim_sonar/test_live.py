@@ -17,6 +17,7 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
+from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.drf import Record
@@ -86,10 +87,10 @@ def live(sonar: SonarModel, monkeypatch: pytest.MonkeyPatch) -> tuple[LiveSonar,
 
 def pings_of(wire: Wire) -> list[Ping]:
     assembler = Assembler()
-    return [ping for record in wire.sent if (ping := assembler.feed(record)) is not None]
+    return [ping for record in wire.sent if (ping := assembler.feed(record, records.decode(record))) is not None]
 
 
-def told_by(wire: Wire) -> list[records.Controls]:
+def told_by(wire: Wire) -> list[Controls]:
     decoded = [records.decode(record) for record in wire.sent if record.record_type == records.SONAR_SETTINGS]
     return [item.controls for item in decoded if isinstance(item, records.SonarSettings)]
 

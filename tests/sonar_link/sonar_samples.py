@@ -13,6 +13,7 @@ import numpy as np
 from ods.messages import SAMPLE_DTYPES, Ping, SampleType, Scale
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.records import decode
 
 UTC_NS = 1_700_000_000_250_000_000
 """A time whose seconds float32 holds exactly."""
@@ -65,7 +66,8 @@ def link(chunks: Iterable[bytes]) -> tuple[list[Ping], Counter[str]]:
     counters: Counter[str] = Counter()
     framer, assembler = Framer(counters=counters), Assembler(counters=counters)
     records = [record for chunk in chunks for record in framer.feed(chunk)] + framer.flush()
-    return [ping for ping in map(assembler.feed, records) if ping is not None], counters
+    fed = [assembler.feed(record, decode(record)) for record in records]
+    return [ping for ping in fed if ping is not None], counters
 
 
 class Device:

@@ -1,16 +1,14 @@
-"""Joining records into pings: what belongs together, what changes when, what is counted, when it was transmitted."""
+"""Joining records into pings: what belongs together, what changes when, what is counted."""
 
 import dataclasses
 import struct
 
 import msgspec
-import numpy as np
 import pytest
 
-from ods.base import clock
 from ods.messages import Ping
 from ods.sonar_link.s7k import records
-from ods.sonar_link.s7k.assembler import Assembler, TimeMap
+from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.drf import Record
 from ods.sonar_link.s7k.framer import Framer
 from tests.sonar_link.sonar_samples import UTC_NS, link, make_ping
@@ -24,7 +22,8 @@ def records_of(ping: Ping, first_ns: int = 0, device: int = 7000) -> list[Record
 
 
 def feed(assembler: Assembler, *groups: list[Record]) -> list[Ping]:
-    return [ping for group in groups for record in group if (ping := assembler.feed(record)) is not None]
+    fed = [assembler.feed(record, records.decode(record)) for group in groups for record in group]
+    return [ping for ping in fed if ping is not None]
 
 
 def test_changes_take_effect_at_their_ping() -> None:
@@ -111,21 +110,6 @@ def test_samples_of_fewer_than_the_sonar_takes_have_the_spacing_of_their_own_rec
     assert (back.dr_m, back.range0_m) == (0.25, 1.0)
 
 
-def test_each_sonar_has_its_own_clock() -> None:
-    made: list[int] = []
-
-    def new_time_map() -> TimeMap:
-        made.append(len(made))
-        return lambda _device_ns, _arrival_ns, number=made[-1]: number  # type: ignore[misc]
-
-    groups = [records_of(make_ping(n), device=1 + n % 2) for n in range(4)]
-    assembler = Assembler(new_time_map)
-    pings = feed(assembler, *groups)
-    assert len(made) == 2
-    assert pings[0].t_ns - pings[2].t_ns == 0
-    assert pings[1].t_ns - pings[0].t_ns == 1
-
-
 def test_gaps_duplicates_and_restarts_are_counted() -> None:
     assembler = Assembler()
     numbers = [2**32 - 2, 2**32 - 1, 2, 2, 3, 0]
@@ -161,36 +145,6 @@ def test_some_beams_of_a_table_by_their_numbers() -> None:
     (part,) = feed(Assembler(), [settings, geometry, dataclasses.replace(samples, body=bytes(body))])
     assert part.bearing_rad == whole.bearing_rad[2:5]
     assert part.data == whole.data[2 * whole.samples : 5 * whole.samples]
-
-
-def test_transmission_is_when_the_record_left_less_listening_and_latency() -> None:
-    """10 m at 1500 m/s: the last echo comes 13.33 ms after transmission."""
-    ping = make_ping(1, range0_m=0.25, dr_m=0.25, samples=40)
-    told: list[tuple[int, int]] = []
-
-    def map_time(device_ns: int, arrival_ns: int) -> int:
-        told.append((device_ns, arrival_ns))
-        return device_ns - UTC_NS + 1_000_000_000
-
-    (back,) = feed(Assembler(lambda: map_time, latency_ns=2_000_000), records_of(ping, first_ns=77))
-    delay_ns = 13_333_333 + 2_000_000
-    assert told == [(UTC_NS + delay_ns, 77)]
-    assert (back.t_ns, back.t_rx_ns, back.utc_ns) == (1_000_000_000, 87, UTC_NS)
-
-
-def test_transmission_times_follow_the_device_through_a_jittery_line() -> None:
-    """The line holds records back by 3 ms on the average, now and then by 15; the device's clock is an hour wrong."""
-    rng = np.random.default_rng(5)
-    assembler = Assembler(lambda: clock.OffsetEstimator().map, latency_ns=2_000_000)
-    error_ns = []
-    for number in range(200):
-        transmit_ns = 50_000_000_000 + 150_000_000 * number
-        ping = make_ping(number, utc_ns=UTC_NS + 3_600_000_000_000 + transmit_ns)
-        listened_ns = round(2 * (ping.range0_m + 39 * ping.dr_m) / 1500.0 * 1e9)
-        arrival_ns = transmit_ns + listened_ns + 2_000_000 + int(rng.exponential(3e6))
-        (back,) = feed(assembler, records_of(ping, arrival_ns))
-        error_ns.append(back.t_ns - transmit_ns)
-    assert max(map(abs, error_ns[64:])) < 2_000_000
 
 
 def test_a_sonar_without_a_clock() -> None:

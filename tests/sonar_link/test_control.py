@@ -9,26 +9,34 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ods.messages import SonarAnswer, SonarRequest
-from ods.sonar_link.control import SonarControl, State
+from ods.sonar_link.orders import Controls, Orders, OrderState
 from ods.sonar_link.planner_requests import PlannerRequests
 from ods.sonar_link.s7k import remote_control
+from ods.sonar_link.s7k.control import RemoteControl
 from ods.sonar_link.s7k.drf import Record
 from ods.sonar_link.s7k.framer import Framer
-from ods.sonar_link.s7k.records import Controls
+from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.remote_control import Reply, Request
-from ods.sonar_link.s7k.water_column import RecordError
 from tests.sonar_link.sonar_samples import UTC_NS
 
 S = 1_000_000_000
 NAN = float("nan")
 
 
-def sent(control: SonarControl, at_s: float) -> list[tuple[int, float]]:
+def sent(control: RemoteControl, at_s: float) -> list[tuple[int, float]]:
     return [(r.command, round(remote_control.value_of(r), 3)) for r in control.requests(round(at_s * S))]
 
 
-def control(**wanted: float) -> SonarControl:
-    made = SonarControl(wanted, repeat_s=1.0, attempts=3)
+class Control(RemoteControl):
+    """Remote control with its orders at hand."""
+
+    def __init__(self, wanted: dict[str, float], subscription: tuple[int, ...] = ()) -> None:
+        self.orders = Orders(wanted, repeat_s=1.0, attempts=3)
+        super().__init__(self.orders, subscription)
+
+
+def control(**wanted: float) -> Control:
+    made = Control(wanted)
     made.connected()
     return made
 
@@ -72,7 +80,7 @@ def test_any_body_is_decoded_or_refused(record_type: int, body: bytes) -> None:
         try:
             decode(record)
         except RecordError as error:
-            assert str(error) == "bad_remote_control"  # noqa: PT017
+            assert error.loss is Loss.BAD_REMOTE_CONTROL  # noqa: PT017
 
 
 # orders
@@ -82,15 +90,15 @@ def test_what_is_wanted_is_asked_for_once_and_again_after_each_connection() -> N
     wanted = control(range_m=100.0, gain_db=20.0)
     assert sent(wanted, 0) == [(1003, 100.0), (1008, 20.0)]
     assert sent(wanted, 60) == []  # a silent sonar is not talked at
-    wanted.hear(Controls(100.0, 0.0, 20.0), 61 * S)
-    assert (wanted.state("range_m"), wanted.problems()) == (State.TAKEN, [])
+    wanted.told(Controls(100.0, 0.0, 20.0), 61 * S)
+    assert (wanted.orders.state("range_m"), wanted.problems()) == (OrderState.TAKEN, [])
     wanted.connected()
     assert sent(wanted, 62) == [(1003, 100.0), (1008, 20.0)]
 
 
 def test_nothing_wanted_leaves_the_sonar_alone() -> None:
     left = control()
-    left.hear(Controls(50.0), S)
+    left.told(Controls(50.0), S)
     assert (sent(left, 2), left.problems()) == ([], [])
 
 
@@ -99,10 +107,10 @@ def test_a_setting_that_does_not_show_is_sent_again_a_limited_number_of_times_an
     times = []
     for tenth in range(200):
         times += [tenth / 10 for _ in sent(wanted, tenth / 10)]
-        wanted.hear(Controls(50.0), tenth * S // 10)
+        wanted.told(Controls(50.0), tenth * S // 10)
     assert times == [0.0, 1.1, 2.2]
     assert wanted.problems() == ["the sonar did not take range 100 m: it says 50 m"]
-    wanted.hear(Controls(100.2), 30 * S)  # its own steps
+    wanted.told(Controls(100.2), 30 * S)  # its own steps
     assert wanted.problems() == []
 
 
@@ -110,9 +118,9 @@ def test_of_orders_in_quick_succession_the_last_one_is_sent_and_other_settings_d
     wanted = control()
     asked = []
     for number in range(100):
-        wanted.order("range_m", 10.0 + number)
+        wanted.orders.order("range_m", 10.0 + number)
         if number == 50:
-            wanted.order("gain_db", 20.0)
+            wanted.orders.order("gain_db", 20.0)
         asked += [(number, *request) for request in sent(wanted, number / 100)]
     asked += [(101, *request) for request in sent(wanted, 1.01)]
     assert asked == [
@@ -125,10 +133,10 @@ def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted = control(range_m=500.0)
     (request,) = wanted.requests(0)
     wanted.answered(Reply(request.ticket + 1, 9))
-    assert wanted.state("range_m") is State.ASKED
+    assert wanted.orders.state("range_m") is OrderState.ASKED
     wanted.answered(Reply(request.ticket, 2))
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not said what it has"]
-    wanted.hear(Controls(100.0), 10 * S)
+    wanted.told(Controls(100.0), 10 * S)
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it says 100 m"]
     assert sent(wanted, 11) == []
 
@@ -136,35 +144,35 @@ def test_a_refusal_is_said_at_once_with_its_code() -> None:
 def test_a_sonar_that_starts_afresh_behind_an_open_line_is_asked_again() -> None:
     wanted = control(range_m=50.0)
     sent(wanted, 0)
-    wanted.hear(Controls(50.0), S)
-    wanted.hear(Controls(100.0), 2 * S)
+    wanted.told(Controls(50.0), S)
+    wanted.told(Controls(100.0), 2 * S)
     assert sent(wanted, 2) == [(1003, 50.0)]
-    assert wanted.counters["control_lost"] == 1
+    assert wanted.orders.counters["control_lost"] == 1
 
 
 def test_pings_under_way_do_not_count_as_disobedience() -> None:
     wanted = control(range_m=100.0)
     sent(wanted, 0)
-    wanted.hear(Controls(100.0), S)
-    wanted.order("range_m", 50.0)
+    wanted.told(Controls(100.0), S)
+    wanted.orders.order("range_m", 50.0)
     assert sent(wanted, 1.5) == [(1003, 50.0)]
-    wanted.hear(Controls(100.0), round(1.6 * S))
+    wanted.told(Controls(100.0), round(1.6 * S))
     assert sent(wanted, 1.7) == []
-    wanted.hear(Controls(50.0), round(1.8 * S))
-    assert wanted.state("range_m") is State.TAKEN
+    wanted.told(Controls(50.0), round(1.8 * S))
+    assert wanted.orders.state("range_m") is OrderState.TAKEN
 
 
 def test_a_value_that_is_no_number_is_not_what_was_asked_for() -> None:
     wanted = control(gain_db=20.0)
     sent(wanted, 0)
     for second in range(1, 9):
-        wanted.hear(Controls(100.0, 0.0, NAN), second * S)
+        wanted.told(Controls(100.0, 0.0, NAN), second * S)
         sent(wanted, second)
     assert wanted.problems() == ["the sonar did not take gain 20 dB: it says nan dB"]
 
 
 def test_a_refused_subscription_is_said() -> None:
-    wanted = SonarControl({}, records=(7000, 7004, 7042))
+    wanted = Control({}, (7000, 7004, 7042))
     wanted.connected()
     (request,) = wanted.requests(0)
     wanted.answered(Reply(request.ticket, 1))
@@ -177,10 +185,10 @@ def test_a_refused_subscription_is_said() -> None:
 
 
 class Planners:
-    def __init__(self, control: SonarControl) -> None:
+    def __init__(self, control: Control) -> None:
         self.answers: dict[bytes, SonarAnswer] = {}
         self.count: Counter[bytes] = Counter()
-        self.requests = PlannerRequests(control, 4.0, self._send)
+        self.requests = PlannerRequests(control.orders, 4.0, self._send)
 
     def _send(self, peer: list[bytes], answer: SonarAnswer) -> None:
         self.answers[peer[0]] = answer
@@ -198,10 +206,10 @@ def test_a_planner_is_answered_when_the_sonar_shows_the_value() -> None:
     planners = Planners(orders)
     planners.ask(b"p", range_m=50.0)
     assert sent(orders, 0) == [(1003, 50.0)]
-    orders.hear(Controls(100.0), S // 10)
+    orders.told(Controls(100.0), S // 10)
     planners.requests.answer(S // 10)
     assert not planners.answers
-    orders.hear(Controls(50.0, 210.0, NAN), S // 5)
+    orders.told(Controls(50.0, 210.0, NAN), S // 5)
     planners.requests.answer(S // 5)
     planners.requests.answer(S)
     assert planners.answers == {b"p": SonarAnswer(ok=True, reason="", range_m=50.0, power_db=210.0)}
@@ -225,7 +233,7 @@ def test_a_planner_hears_why_not() -> None:
     assert planners.reason(b"silence") == "the sonar said nothing for 4 s; it will be asked when it is back"
     planners.ask(b"absurd", range_m=float("inf"))
     assert planners.reason(b"absurd") == "range_m: inf is no number"
-    assert orders.state("range_m") is State.FAILED  # still the earlier order
+    assert orders.orders.state("range_m") is OrderState.FAILED  # still the earlier order
 
 
 def test_a_later_request_replaces_an_earlier_one_for_the_same_setting_only() -> None:
@@ -241,7 +249,7 @@ def test_a_request_for_nothing_asks_what_the_sonar_says() -> None:
     planners = Planners(orders)
     planners.ask(b"early")
     assert planners.reason(b"early") == "the sonar has not said anything yet"
-    orders.hear(Controls(75.0, 210.0, 30.0), 0)
+    orders.told(Controls(75.0, 210.0, 30.0), 0)
     planners.ask(b"late")
     assert planners.answers[b"late"] == SonarAnswer(ok=True, reason="", range_m=75.0, power_db=210.0, gain_db=30.0)
 

@@ -6,6 +6,7 @@ Every test ends with `Sonar.check`: what came out is what was sent, in order, wh
 import signal
 import statistics
 import tracemalloc
+from collections import Counter
 from collections.abc import Iterator
 from itertools import pairwise
 
@@ -15,9 +16,10 @@ import pytest
 from ods.base import clock
 from ods.runtime.bus import TOPICS
 from ods.sonar_link.s7k import records
-from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.drf import SYNC, encode_record
 from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.protocol import S7kProtocol
+from ods.sonar_link.settings import SonarSettings
 from tests.sonar_link.sonar_process import Process, Sonar, running
 from tests.sonar_link.sonar_samples import UTC_NS, Device, make_ping
 
@@ -262,16 +264,14 @@ def test_the_wall_clock_steps(process: Process, sonar: Sonar) -> None:
 def test_a_clock_50_ppm_off_is_followed_for_ten_minutes(fast_ppm: float) -> None:
     """30 ms would come together; no process, as nobody waits so long."""
     late_ns = np.random.default_rng(7).exponential(2 * MS, 4000)
-    framer, assembler = Framer(), Assembler(lambda: clock.OffsetEstimator().map)
+    protocol = S7kProtocol(SonarSettings(port="/dev/seabat"), Counter())
     errors_ms = []
     for number in range(4000):
         transmitted_ns = clock.NS + 150 * MS * number
         ping = make_ping(number, utc_ns=UTC_NS + round(transmitted_ns * (1.0 + 1e-6 * fast_ppm)))
         listened_ns = round(2.0 * (ping.range0_m + (ping.samples - 1) * ping.dr_m) / ping.sound_speed * clock.NS)
         arrival_ns = transmitted_ns + listened_ns + round(late_ns[number])
-        for record in framer.feed(records.encode_ping(ping), arrival_ns):
-            came = assembler.feed(record)
-        assert came is not None
+        (came,) = protocol.feed(records.encode_ping(ping), arrival_ns)
         errors_ms.append(1e-6 * (came.t_ns - transmitted_ns))
     assert max(map(abs, errors_ms[20:])) < 4.0
 

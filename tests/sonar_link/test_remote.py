@@ -25,6 +25,7 @@ from ods.sim_sonar.device.remote_end import Line, RemoteEnd
 from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sim_sonar.device.tcp_line import TcpLine
 from ods.sim_sonar.sonar.model import load_sonar
+from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records
 from tests.sonar_link.sonar_samples import make_ping
 
@@ -150,7 +151,7 @@ def test_the_configured_range_is_set_and_set_again_after_reconnecting_and_after_
 ) -> None:
     process = start(range_m=60.0, gain_db=12.0)
     process.wait(lambda: process.range_m() == 60.0)
-    assert far_end.remote.controls == records.Controls(60.0, 210.0, 12.0)
+    assert far_end.remote.controls == Controls(60.0, 210.0, 12.0)
     far_end.restart()
     process.wait(lambda: process.range_m() > 90.0)
     process.wait(lambda: process.range_m() == 60.0)
@@ -158,7 +159,7 @@ def test_the_configured_range_is_set_and_set_again_after_reconnecting_and_after_
     process.wait(lambda: any("no ping for" in text for text in process.problems()))
     far_end.restart()
     far_end.line.plug()
-    process.wait(lambda: far_end.remote.controls == records.Controls(60.0, 210.0, 12.0))
+    process.wait(lambda: far_end.remote.controls == Controls(60.0, 210.0, 12.0))
     process.wait(lambda: process.problems() == [] and process.range_m() == 60.0)
 
 

@@ -26,7 +26,7 @@ def server() -> Iterator[socket.socket]:
 
 def make_port(server: socket.socket, silence_s: float = 5.0) -> TcpPort:
     host, number = server.getsockname()[:2]
-    return TcpPort(TcpAddress(host, number, True), silence_s, (0.1, 1.0))
+    return TcpPort(TcpAddress(host, number, "tcp"), silence_s, (0.1, 1.0))
 
 
 def until(wanted: Callable[[], Any]) -> None:
@@ -176,7 +176,7 @@ def test_a_wrong_address_is_one_line_that_names_the_key(port: str, words: str) -
 
 
 def test_addresses() -> None:
-    assert tcp_address("tcp://10.0.0.5:7000") == ("10.0.0.5", 7000, True)
-    assert tcp_address("socket://10.0.0.5:4001") == ("10.0.0.5", 4001, False)
-    assert tcp_address("tcp://[::1]:7000") == ("::1", 7000, True)
+    assert tcp_address("tcp://10.0.0.5:7000") == ("10.0.0.5", 7000, "tcp")
+    assert tcp_address("socket://10.0.0.5:4001") == ("10.0.0.5", 4001, "socket")
+    assert tcp_address("tcp://[::1]:7000") == ("::1", 7000, "tcp")
     assert tcp_address("/dev/serial/by-id/usb") is None

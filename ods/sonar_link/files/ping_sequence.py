@@ -8,7 +8,7 @@ from typing import overload
 from ods.base.arrays import AnyArray, Floats
 from ods.base.errors import OdsError
 from ods.messages import Ping
-from ods.sonar_link.ping_builder import Geometry, build_ping
+from ods.sonar_link.ping_builder import Geometry, Stamp, build_ping
 
 
 class PingFileError(OdsError):
@@ -46,7 +46,7 @@ def recorded_ping(
     Raises ValueError when the (beams, samples) frame does not fit the geometry.
     """
     number = index if ping_number is None else ping_number
-    return build_ping(frame, geometry, seq=index, ping_number=number, t_ns=t_ns, t_rx_ns=t_ns, utc_ns=t_ns)
+    return build_ping(frame, geometry, Stamp(index, number, t_ns, t_ns, t_ns))
 
 
 @dataclass(frozen=True, eq=False)

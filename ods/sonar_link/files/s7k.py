@@ -8,7 +8,9 @@ from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.s7k import drf
 from ods.sonar_link.s7k.assembler import Assembler
+from ods.sonar_link.s7k.drf import Record
 from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.records import decode
 
 CHUNK_BYTES = 1024 * 1024
 MAX_RECORD_BYTES = 64 * 1024 * 1024
@@ -41,6 +43,9 @@ def _pings(path: Path, counters: Counter[str]) -> list[Ping]:
     pings: list[Ping] = []
     with path.open("rb") as file:
         while chunk := file.read(CHUNK_BYTES):
-            pings += filter(None, map(assembler.feed, framer.feed(chunk)))
-    pings += filter(None, map(assembler.feed, framer.flush()))
-    return pings
+            pings += _assembled(assembler, framer.feed(chunk))
+    return pings + _assembled(assembler, framer.flush())
+
+
+def _assembled(assembler: Assembler, found: list[Record]) -> list[Ping]:
+    return [ping for record in found if (ping := assembler.feed(record, decode(record))) is not None]

@@ -1,10 +1,12 @@
 """Where the sonar is: a serial device, or a TCP address written as a URL."""
 
 import ipaddress
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 from urllib.parse import urlsplit
 
-SEVEN_K_CENTER, SERIAL_SERVER = "tcp", "socket"
+Transport = Literal["serial", "tcp", "socket"]
+"""serial: a device; tcp: the sonar's own network protocol; socket: a serial server, the bare bytes of a serial line."""
+_URL_TRANSPORTS: dict[str, Transport] = {"tcp": "tcp", "socket": "socket"}
 
 
 class TcpAddress(NamedTuple):
@@ -13,17 +15,18 @@ class TcpAddress(NamedTuple):
     host: str
     """IPv4 or IPv6."""
     port: int
-    framed: bool
-    """True: a 7k center, with network frames and subscriptions; False: the bare bytes of a serial line."""
+    transport: Transport
+    """"tcp" or "socket"."""
 
 
 def tcp_address(port: str) -> TcpAddress | None:
     """Return the address that a `port` setting names, None when it is a device path. Raises ValueError, one line."""
     if "://" not in port:
         return None
-    example = f'such as "{SEVEN_K_CENTER}://192.168.0.5:7000"'
+    example = 'such as "tcp://192.168.0.5:7000"'
     url = urlsplit(port)
-    if url.scheme not in (SEVEN_K_CENTER, SERIAL_SERVER):
+    transport = _URL_TRANSPORTS.get(url.scheme)
+    if transport is None:
         raise ValueError(f"port: {port}: neither a device nor an address {example}")
     try:
         host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
@@ -31,4 +34,10 @@ def tcp_address(port: str) -> TcpAddress | None:
         raise ValueError(f"port: {port}: needs an IP address, {example}: looking up a name would block") from None
     if not number:
         raise ValueError(f"port: {port}: needs a port number, {example}")
-    return TcpAddress(host, number, url.scheme == SEVEN_K_CENTER)
+    return TcpAddress(host, number, transport)
+
+
+def transport_of(port: str) -> Transport:
+    """Return what a `port` setting names. Raises ValueError, one line."""
+    address = tcp_address(port)
+    return address.transport if address else "serial"

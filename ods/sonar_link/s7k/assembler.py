@@ -9,15 +9,16 @@ has lost it; else the table that was sent last holds.
 """
 
 from collections import Counter, deque
-from collections.abc import Callable
+
+import msgspec
 
 from ods.messages import Ping
-from ods.sonar_link.ping_builder import BeamTable, Geometry, build_ping
+from ods.sonar_link.ping_builder import BeamTable, Geometry, Stamp, build_ping, listening_ns
 from ods.sonar_link.s7k import records
 from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.water_column import RecordError, WaterColumn
+from ods.sonar_link.s7k.loss import Loss, RecordError
+from ods.sonar_link.s7k.water_column import WaterColumn
 
-NS = 1_000_000_000
 KEPT = 4
 """Settings and beam tables kept of each sonar: a sonar may announce the next ping before this one's samples are out."""
 HABIT = 8
@@ -28,56 +29,39 @@ MAX_SONARS = 8
 MAX_GAP = 1000
 """A ping number further ahead than this is a sonar that started afresh, not pings lost."""
 
-TimeMap = Callable[[int, int], int]
-"""(device time, arrival) to the local time of that device time; all ns."""
-
-
-def device_time(device_ns: int, _arrival_ns: int) -> int:
-    """Return the device's own time: the map for files."""
-    return device_ns
-
 
 class Assembler:
-    """Takes records in the order of their arrival and returns pings.
+    """Takes records in the order of their arrival and returns pings, each at its transmission in the sonar's own time.
 
     Counters: pings; lost_pings (numbers that never became a ping, for whatever reason), duplicate_pings,
     ping_number_restarts; data_without_settings, data_without_geometry; bad_settings, bad_beam_table, bad_water_column,
     unsupported_layout, bad_ping (records that do not fit each other); other_records; no_device_time.
     """
 
-    def __init__(
-        self,
-        new_time_map: Callable[[], TimeMap] = lambda: device_time,
-        latency_ns: int = 0,
-        counters: "Counter[str] | None" = None,
-    ) -> None:
-        """Make an assembler.
-
-        `new_time_map` is called for each sonar, as each has its own clock; `latency_ns`: from the last sample's arrival
-        at the sonar to its record's first byte.
-        """
+    def __init__(self, counters: "Counter[str] | None" = None) -> None:
         self.counters: Counter[str] = Counter() if counters is None else counters
-        self._new_time_map = new_time_map
-        self._latency_ns = latency_ns
         self._sonars: dict[tuple[int, int], _Sonar] = {}
         self._seq = 0
 
-    def feed(self, record: Record) -> Ping | None:
-        """Take one record; return the ping that it completes."""
+    def feed(self, record: Record, content: records.Content | Loss | None) -> Ping | None:
+        """Take one record with what `records.decode` says of it; return the ping that it completes.
+
+        A record without a time makes a ping at its arrival, less the time that the sonar listened.
+        """
         sonar = self._sonar(record)
-        try:
-            decoded = records.decode(record)
-            if isinstance(decoded, WaterColumn):
-                return self._complete(record, decoded, sonar)
-        except RecordError as reason:
-            self.counters[str(reason)] += 1
+        if isinstance(content, Loss):
+            self.counters[content.value] += 1
             if record.record_type == records.BEAM_GEOMETRY:
                 sonar.tables.append((record.time_ns, None))  # its ping must not get an older table
-            return None
-        if isinstance(decoded, BeamTable):
-            sonar.tables.append((record.time_ns, decoded))
-        elif decoded is not None:
-            sonar.settings.append(decoded)
+        elif isinstance(content, WaterColumn):
+            try:
+                return self._complete(record, content, sonar)
+            except RecordError as error:
+                self.counters[error.loss.value] += 1
+        elif isinstance(content, BeamTable):
+            sonar.tables.append((record.time_ns, content))
+        elif content is not None:
+            sonar.settings.append(content)
         else:
             self.counters["other_records"] += 1
         return None
@@ -87,25 +71,23 @@ class Assembler:
         if key not in self._sonars and len(self._sonars) >= MAX_SONARS:
             self._sonars.clear()
         if key not in self._sonars:
-            self._sonars[key] = _Sonar(self._new_time_map())
+            self._sonars[key] = _Sonar()
         return self._sonars[key]
 
     def _complete(self, record: Record, data: WaterColumn, sonar: "_Sonar") -> Ping:
         if sonar.delivered == (data.ping_number, data.multi_ping):
-            raise RecordError("duplicate_pings")
+            raise RecordError(Loss.DUPLICATE_PING)
         settings = sonar.settings_of(data)
         table = sonar.table_at(record.time_ns)
+        sent_ns = record.time_ns or 0
+        stamp = Stamp(self._seq, data.ping_number, sent_ns, record.last_ns, sent_ns)
         try:
-            geometry = _geometry(settings, table, data)
-            listened_m = geometry.range0_m + (data.frame.shape[1] - 1) * geometry.dr_m
-            delay_ns = round(2.0 * listened_m / geometry.sound_speed * NS) + self._latency_ns
-            t_ns, utc_ns = self._transmit_time(record, delay_ns, sonar.map_time)
-            ping = build_ping(
-                data.frame, geometry, seq=self._seq, ping_number=data.ping_number, t_ns=t_ns,
-                t_rx_ns=record.last_ns, utc_ns=utc_ns,
-            )  # fmt: skip
+            ping = build_ping(data.frame, _geometry(settings, table, data), stamp)
         except ValueError:
-            raise RecordError("bad_ping") from None
+            raise RecordError(Loss.BAD_PING) from None
+        if record.time_ns is None:
+            self.counters["no_device_time"] += 1
+            ping = msgspec.structs.replace(ping, t_ns=record.first_ns - listening_ns(ping))
         self._count_gap(sonar.delivered, data.ping_number)
         sonar.delivered = data.ping_number, data.multi_ping
         self._seq += 1
@@ -120,19 +102,11 @@ class Assembler:
         elif ahead > 1:
             self.counters["lost_pings"] += ahead - 1
 
-    def _transmit_time(self, record: Record, delay_ns: int, map_time: TimeMap) -> tuple[int, int]:
-        """Return local time and UTC of transmission; the record left the sonar `delay_ns` after it at the earliest."""
-        if record.time_ns is None:
-            self.counters["no_device_time"] += 1
-            return record.first_ns - delay_ns, 0
-        return map_time(record.time_ns + delay_ns, record.first_ns) - delay_ns, record.time_ns
-
 
 class _Sonar:
     """What one sonar said last."""
 
-    def __init__(self, map_time: TimeMap) -> None:
-        self.map_time = map_time
+    def __init__(self) -> None:
         self.settings: deque[records.SonarSettings] = deque(maxlen=KEPT)
         self.tables: deque[tuple[int | None, BeamTable | None]] = deque(maxlen=KEPT)
         self.delivered: tuple[int, int] | None = None
@@ -143,7 +117,7 @@ class _Sonar:
         for settings in reversed(self.settings):
             if (settings.ping_number, settings.multi_ping) == (data.ping_number, data.multi_ping):
                 return settings
-        raise RecordError("data_without_settings")
+        raise RecordError(Loss.DATA_WITHOUT_SETTINGS)
 
     def table_at(self, time_ns: int | None) -> BeamTable:
         """Return the beam table of the ping whose samples are of `time_ns`. Raises RecordError when it was lost."""
@@ -151,7 +125,7 @@ class _Sonar:
         lost = not owns and self._sends_with_each_ping()
         self._own_tables.append(owns)
         if lost or not self.tables:
-            raise RecordError("data_without_geometry")
+            raise RecordError(Loss.DATA_WITHOUT_GEOMETRY)
         return self._newest_table(time_ns)
 
     def _sends_with_each_ping(self) -> bool:
@@ -166,7 +140,7 @@ class _Sonar:
                 table = candidate
                 break
         if table is None:
-            raise RecordError("data_without_geometry")
+            raise RecordError(Loss.DATA_WITHOUT_GEOMETRY)
         return table
 
 

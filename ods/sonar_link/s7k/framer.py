@@ -12,6 +12,7 @@ import numpy as np
 
 from ods.sonar_link.s7k import drf
 from ods.sonar_link.s7k.drf import Header, Record
+from ods.sonar_link.s7k.loss import Loss
 
 MAX_RECORD_BYTES = 4 * 1024 * 1024
 MIN_RECORD_BYTES = drf.HEADER_BYTES + drf.CHECKSUM_BYTES
@@ -68,7 +69,7 @@ class Framer:
         """Disbelieve the header of the record under way; return the records found behind it."""
         if self.waiting_since_ns is None:
             return []
-        self.counters["truncated_record"] += 1
+        self.counters[Loss.TRUNCATED_RECORD.value] += 1
         self._discard(drf.SYNC_AT)
         return self._records()
 
@@ -85,11 +86,11 @@ class Framer:
         while self._find_sync() and len(self._bytes) >= drf.HEADER_BYTES:
             header = drf.unpack_header(self._bytes)
             fault = self._fault(header)
-            if not fault and len(self._bytes) < header.size:
+            if fault is None and len(self._bytes) < header.size:
                 break
             fault = fault or self._fault_of_content(header)
-            if fault:
-                self.counters[fault] += 1
+            if fault is not None:
+                self.counters[fault.value] += 1
                 self._discard(drf.SYNC_AT)  # the next header may begin as soon as its sync word is another one
             else:
                 found.append(self._take(header))
@@ -101,29 +102,29 @@ class Framer:
         self._discard(at - drf.SYNC_AT if at >= 0 else len(self._bytes) - KEPT_TAIL)
         return at >= 0
 
-    def _fault(self, header: Header) -> str:
-        """Say why the header cannot be one, '' when it can."""
+    def _fault(self, header: Header) -> Loss | None:
+        """Say why the header cannot be one, None when it can."""
         if header.version != drf.VERSION:
-            return "bad_version"
+            return Loss.BAD_VERSION
         if header.size < MIN_RECORD_BYTES:
-            return "short_record"
+            return Loss.SHORT_RECORD
         if header.size > self._max_record_bytes:
-            return "overlong_record"
+            return Loss.OVERLONG_RECORD
         body_at = drf.SYNC_AT + header.offset
         body_end = header.optional_offset or header.size - drf.CHECKSUM_BYTES
         if header.offset < MIN_OFFSET or not body_at <= body_end <= header.size - drf.CHECKSUM_BYTES:
-            return "bad_offset"
-        return ""
+            return Loss.BAD_OFFSET
+        return None
 
-    def _fault_of_content(self, header: Header) -> str:
-        """Say why the whole record cannot be one, '' when it can."""
+    def _fault_of_content(self, header: Header) -> Loss | None:
+        """Say why the whole record cannot be one, None when it can."""
         if not header.flags & drf.CHECKSUM_VALID:
             swallows = self._bytes.find(FRAME_START, 1, header.size) >= 0
-            return "nested_record" if swallows else ""
+            return Loss.NESTED_RECORD if swallows else None
         end = header.size - drf.CHECKSUM_BYTES
         told = int.from_bytes(self._bytes[end : header.size], "little")
         fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == told
-        return "" if fits else "bad_checksum"
+        return None if fits else Loss.BAD_CHECKSUM
 
     def _take(self, header: Header) -> Record:
         body_end = header.optional_offset or header.size - drf.CHECKSUM_BYTES

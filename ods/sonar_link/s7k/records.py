@@ -1,7 +1,7 @@
 """The s7k records of a forward-looking sonar: settings 7000, beam geometry 7004, samples 7018 and 7042. Pure codec.
 
 Used by the sonar link, by .s7k files and by the simulator's far end. What the wire says is not trusted: a record that
-cannot be used raises `RecordError` with the name of its counter, and nothing else.
+cannot be used is a `Loss`, and nothing is raised.
 Source: 7k Data Format Definition 3.12, sections 10.23, 10.27, 10.36, 10.47.
 """
 
@@ -11,10 +11,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.messages import Ping
+from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import MAX_BEAMS, SOUND_SPEEDS, BeamTable, make_beam_table
 from ods.sonar_link.s7k import water_column
 from ods.sonar_link.s7k.drf import Record, encode_record
-from ods.sonar_link.s7k.water_column import RecordError, WaterColumn
+from ods.sonar_link.s7k.loss import Loss, RecordError
+from ods.sonar_link.s7k.water_column import WaterColumn
 
 SONAR_SETTINGS = 7000
 BEAM_GEOMETRY = 7004
@@ -43,15 +45,6 @@ _GEOMETRY = struct.Struct("<QI")
 
 
 @dataclass(frozen=True)
-class Controls:
-    """What a sonar can be asked to do, as record 7000 tells it; not trusted: any number, NaN too."""
-
-    range_m: float
-    power_db: float = 0.0
-    gain_db: float = 0.0
-
-
-@dataclass(frozen=True)
 class SonarSettings:
     """What record 7000 says that matters here."""
 
@@ -64,11 +57,18 @@ class SonarSettings:
     controls: Controls
 
 
-Decoded = SonarSettings | BeamTable | WaterColumn
+Content = SonarSettings | BeamTable | WaterColumn
 
 
-def decode(record: Record) -> Decoded | None:
-    """Return what a record says, None for a type that is not used here. Raises RecordError."""
+def decode(record: Record) -> Content | Loss | None:
+    """Return what a record says, or why it cannot be used; None for a type that is not used here."""
+    try:
+        return _decode(record)
+    except RecordError as error:
+        return error.loss
+
+
+def _decode(record: Record) -> Content | None:
     if record.record_type == SONAR_SETTINGS:
         return _decode_settings(record.body)
     if record.record_type == BEAM_GEOMETRY:
@@ -106,7 +106,7 @@ def ping_records(
         samples = BEAMFORMED_DATA, water_column.encode_7018(ping)
     else:
         samples = COMPRESSED_WATER_COLUMN, water_column.encode_7042(ping, first_sample, rate)
-    told = controls or Controls(ping.range0_m + ping.samples * ping.dr_m)
+    told = controls or Controls(ping.range0_m + ping.samples * ping.dr_m, 0.0, 0.0)
     settings = SONAR_SETTINGS, _encode_settings(ping, rate, told)
     return [
         encode_record(record_type, body, ping.utc_ns, device, enumerator, recorded)
@@ -116,13 +116,13 @@ def ping_records(
 
 def _decode_settings(body: bytes) -> SonarSettings:
     if len(body) < _SETTINGS.size:
-        raise RecordError("bad_settings")
+        raise RecordError(Loss.BAD_SETTINGS)
     fields = _SETTINGS.unpack_from(body)
     _, ping_number, multi_ping, frequency, rate, *_ = fields
     sound_speed = fields[-3]
     # written so that NaN is refused
     if not (SAMPLE_RATES[0] <= rate <= SAMPLE_RATES[1] and SOUND_SPEEDS[0] <= sound_speed <= SOUND_SPEEDS[1]):
-        raise RecordError("bad_settings")
+        raise RecordError(Loss.BAD_SETTINGS)
     told = 0.0 < frequency < 1e9
     controls = Controls(*fields[_RANGE_FIELD : _RANGE_FIELD + 3])
     return SonarSettings(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed, controls)
@@ -143,16 +143,16 @@ def _encode_settings(ping: Ping, sample_rate_hz: float, controls: Controls) -> b
 
 def _decode_geometry(body: bytes) -> BeamTable:
     if len(body) < _GEOMETRY.size:
-        raise RecordError("bad_beam_table")
+        raise RecordError(Loss.BAD_BEAM_TABLE)
     _, beams = _GEOMETRY.unpack_from(body)
     if not 1 <= beams <= MAX_BEAMS or len(body) < _GEOMETRY.size + 4 * beams * 4:
-        raise RecordError("bad_beam_table")
+        raise RecordError(Loss.BAD_BEAM_TABLE)
     rows = np.frombuffer(body, "<f4", 4 * beams, _GEOMETRY.size).reshape(4, beams)
     vertical, horizontal, _, horizontal_width = rows.astype(np.float64)
     try:
         return make_beam_table(horizontal, vertical, horizontal_width)
     except ValueError:
-        raise RecordError("bad_beam_table") from None
+        raise RecordError(Loss.BAD_BEAM_TABLE) from None
 
 
 def _encode_geometry(ping: Ping) -> bytes:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from ods.sonar_link.s7k.drf import Record, encode_record
-from ods.sonar_link.s7k.water_column import RecordError
+from ods.sonar_link.s7k.loss import Loss, RecordError
 
 REMOTE_CONTROL = 7500
 ACKNOWLEDGED = 7501
@@ -62,10 +62,10 @@ def set_value(command: int, ticket: int, value: float) -> Request:
 def value_of(request: Request) -> float:
     """Return what range, power or gain is to be set to. Raises RecordError."""
     if len(request.parameters) < _VALUE.size:
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     value = float(_VALUE.unpack_from(request.parameters)[0])
     if not math.isfinite(value):
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     return value
 
 
@@ -78,10 +78,10 @@ def subscribe(ticket: int, record_types: Iterable[int]) -> Request:
 def subscribed_types(request: Request) -> set[int]:
     """Return the record types of a subscription. Raises RecordError."""
     if len(request.parameters) < _COUNT.size:
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     (count,) = _COUNT.unpack_from(request.parameters)
     if count > MAX_SUBSCRIBED or len(request.parameters) < _COUNT.size * (1 + count):
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     return set(struct.unpack_from(f"<{count}I", request.parameters, _COUNT.size))
 
 
@@ -94,7 +94,7 @@ def encode_request(request: Request, utc_ns: int, device: int, enumerator: int =
 def decode_request(record: Record) -> Request:
     """Decode record 7500. Raises RecordError."""
     if len(record.body) < _REQUEST.size:
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     command, ticket, tracking = _REQUEST.unpack_from(record.body)
     return Request(command, ticket, record.body[_REQUEST.size :], tracking)
 
@@ -111,6 +111,6 @@ def decode_reply(record: Record) -> Reply:
     """Decode record 7501 or 7502. Raises RecordError."""
     refused = record.record_type == REFUSED
     if len(record.body) < _REPLY.size + (_ERROR.size if refused else 0):
-        raise RecordError("bad_remote_control")
+        raise RecordError(Loss.BAD_REMOTE_CONTROL)
     ticket, _ = _REPLY.unpack_from(record.body)
     return Reply(ticket, _ERROR.unpack_from(record.body, _REPLY.size)[0] if refused else None)

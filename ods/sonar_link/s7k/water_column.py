@@ -14,6 +14,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Indices
 from ods.messages import Ping, Scale, frame_of
 from ods.sonar_link.ping_builder import MAX_BEAMS, MAX_FRAME_BYTES, MAX_SAMPLES
+from ods.sonar_link.s7k.loss import Loss, RecordError
 
 DEFAULT_LOG_FACTOR = 40.0
 """a = floor(F log10(magnitude) + 0.5) with this F where the record brings none (appendix I)."""
@@ -30,10 +31,6 @@ _DOWNSAMPLING = 0xF00
 _HEADER_7018 = struct.Struct("<QIHHI32x")
 _HEADER_7042 = struct.Struct("<QIHHIIIIff4x")
 _AMPLITUDE_AND_PHASE = np.dtype([("magnitude", "<u2"), ("phase", "<i2")])
-
-
-class RecordError(Exception):
-    """A record that cannot be used; its text is the name of the counter that counts it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,11 +54,11 @@ class WaterColumn:
 def decode_7018(body: bytes) -> WaterColumn:
     """Decode beamformed data: sample by sample, amplitude and phase of all beams. Raises RecordError."""
     if len(body) < _HEADER_7018.size:
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     _, ping_number, multi_ping, beams, samples = _HEADER_7018.unpack_from(body)
     _check_shape(beams, samples)
     if len(body) < _HEADER_7018.size + beams * samples * _AMPLITUDE_AND_PHASE.itemsize:
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     pairs = np.frombuffer(body, _AMPLITUDE_AND_PHASE, beams * samples, _HEADER_7018.size)
     frame = pairs["magnitude"].reshape(samples, beams).T
     return WaterColumn(ping_number, multi_ping, None, frame)
@@ -70,20 +67,20 @@ def decode_7018(body: bytes) -> WaterColumn:
 def decode_7042(body: bytes) -> WaterColumn:
     """Decode compressed water column data: beam by beam, in one of six sample layouts. Raises RecordError."""
     if len(body) < _HEADER_7042.size:
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     _, ping_number, multi_ping, beams, _, _, flags, first, rate, factor = _HEADER_7042.unpack_from(body)
     if flags & FIRST_SAMPLE_IS_DELAY or (flags & THIRTY_TWO_BIT and flags & EIGHT_BIT_LOG):
-        raise RecordError("unsupported_layout")
+        raise RecordError(Loss.UNSUPPORTED_LAYOUT)
     if not math.isfinite(rate) or rate < 0.0:
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     beam_numbers, frame = _read_beams(body, beams, _sample_dtype(flags), bool(flags & SEGMENTS_GIVEN))
     if frame.dtype.kind == "f" and not np.isfinite(frame).all():
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     scale: Scale = "log8" if flags & EIGHT_BIT_LOG else "linear"
     if not flags & FACTOR_GIVEN:
         factor = DEFAULT_LOG_FACTOR
     if scale == "log8" and not 1e-3 < factor < 1e6:  # false for NaN too
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     return WaterColumn(
         ping_number, multi_ping, beam_numbers, frame, scale, factor if scale == "log8" else 1.0, rate or None,
         first + _window_middle(flags),
@@ -120,7 +117,7 @@ def encode_7042(ping: Ping, first_sample: int, sample_rate_hz: float) -> bytes:
 
 def _check_shape(beams: int, samples: int) -> None:
     if not (1 <= beams <= MAX_BEAMS and 1 <= samples <= MAX_SAMPLES and beams * samples * 4 <= MAX_FRAME_BYTES):
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
 
 
 def _sample_dtype(flags: int) -> np.dtype[np.void]:
@@ -151,7 +148,7 @@ def _read_beams(body: bytes, beams: int, sample: np.dtype[np.void], segments: bo
     """Return the beam numbers and the (beams, samples) magnitudes behind the header of record 7042."""
     head = _beam_dtype(sample, segments, 0)
     if len(body) < _HEADER_7042.size + head.itemsize:
-        raise RecordError("bad_water_column")
+        raise RecordError(Loss.BAD_WATER_COLUMN)
     samples = int(np.frombuffer(body, head, 1, _HEADER_7042.size)["samples"][0])
     _check_shape(beams, max(samples, 1))
     alike = _beam_dtype(sample, segments, samples)
@@ -171,12 +168,12 @@ def _read_uneven_beams(
     at = _HEADER_7042.size
     for row in range(beams):
         if at + head.itemsize > len(body):
-            raise RecordError("bad_water_column")
+            raise RecordError(Loss.BAD_WATER_COLUMN)
         entry = np.frombuffer(body, head, 1, at)[0]
         at += head.itemsize
         count = int(entry["samples"])
         if at + count * sample.itemsize > len(body):
-            raise RecordError("bad_water_column")
+            raise RecordError(Loss.BAD_WATER_COLUMN)
         numbers[row] = entry["beam"]
         rows.append(np.frombuffer(body, sample, count, at)["magnitude"])
         at += count * sample.itemsize

@@ -1,0 +1,177 @@
+"""What a sonar is to be set to, and whether it took it. Pure: the caller tells the time and what the sonar said.
+
+A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
+What the sonar says of itself tells whether it took effect; if not, it is asked for again, a limited number of times. A
+setting that is lost later, as by a restart of the sonar, is asked for again.
+"""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+from ods.base.clock import NS
+from ods.sonar_link.settings import SonarSettings
+
+LEAST_INTERVAL_NS = NS // 5
+"""Between two requests for one setting: orders in quick succession are one, the last."""
+
+
+@dataclass(frozen=True)
+class Controls:
+    """What a sonar says of its settings; not trusted: any number, NaN too."""
+
+    range_m: float = math.nan
+    power_db: float = math.nan
+    """dB re 1 uPa at 1 m."""
+    gain_db: float = math.nan
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A setting of a sonar."""
+
+    name: str
+    unit: str
+    tolerance: float
+    """How far what the sonar says may lie off what was asked for, in the unit."""
+    relative: float = 0.0
+    """The same as a share of it: a sonar has its own steps."""
+
+    def fits(self, wanted: float, told: float) -> bool:
+        """Tell whether what the sonar says is what was asked for."""
+        return math.isfinite(told) and abs(told - wanted) <= self.tolerance + self.relative * abs(wanted)
+
+
+KNOBS: dict[str, Knob] = {
+    "range_m": Knob("range", "m", tolerance=0.0, relative=0.01),
+    "power_db": Knob("power", "dB", tolerance=0.5),
+    "gain_db": Knob("gain", "dB", tolerance=0.5),
+}
+"""By the fields of `Controls`, of the configuration and of a planner's request."""
+
+
+class OrderState(Enum):
+    """What became of an order."""
+
+    ASKED = 1
+    TAKEN = 2
+    FAILED = 3
+
+
+@dataclass(eq=False)
+class Order:
+    """One setting that is wanted."""
+
+    name: str
+    """Key of KNOBS."""
+    value: float
+    state: OrderState = OrderState.ASKED
+    attempts: int = 0
+    due: bool = True
+    refusal: str = ""
+    """What the sonar said when it refused."""
+
+    def renew(self) -> None:
+        """Ask afresh."""
+        self.state, self.attempts, self.due, self.refusal = OrderState.ASKED, 0, True, ""
+
+    def refuse(self, reason: str) -> None:
+        """Take the sonar's refusal; `reason` in few words, such as "error 2". One that is late changes nothing."""
+        if self.state is OrderState.ASKED:
+            self.state, self.due, self.refusal = OrderState.FAILED, False, reason
+
+
+class Orders:
+    """All orders to one sonar, one a setting. Counter: control_lost (settings that a sonar had taken and lost)."""
+
+    def __init__(
+        self,
+        wanted: Mapping[str, float],
+        *,
+        settable: frozenset[str] = frozenset(KNOBS),
+        repeat_s: float = 1.0,
+        attempts: int = 3,
+        counters: "Counter[str] | None" = None,
+    ) -> None:
+        """Want these values, by keys of KNOBS, from the start.
+
+        `settable`: what planners may ask for; `repeat_s`: time for a setting to show before it is asked for again;
+        `attempts`: how often at most.
+        """
+        self.counters: Counter[str] = Counter() if counters is None else counters
+        self.told: Controls | None = None
+        """What the sonar last said of itself; None: nothing yet."""
+        self._settable = settable
+        self._orders = {name: Order(name, value) for name, value in wanted.items()}
+        self._sent_ns: dict[str, int] = {}
+        """By the names of the orders."""
+        self._repeat_ns = round(repeat_s * NS)
+        self._interval_ns = min(LEAST_INTERVAL_NS, self._repeat_ns)
+        self._attempts = attempts
+
+    def renew(self) -> None:
+        """Ask for everything again: the line to the sonar is new."""
+        for order in self._orders.values():
+            order.renew()
+
+    def objection(self, name: str) -> str:
+        """Say why planners cannot ask this sonar for a setting, '' when they can."""
+        return "" if name in self._settable else f"{name}: this sonar cannot be asked for its {KNOBS[name].name}"
+
+    def order(self, name: str, value: float) -> None:
+        """Want another value from now on."""
+        self._orders[name] = Order(name, value)
+
+    def due(self, now_ns: int) -> list[Order]:
+        """Return the orders that are to be sent now, and take them for sent."""
+        due = []
+        for name, order in self._orders.items():
+            if order.due and now_ns - self._sent_ns.get(name, -self._interval_ns) >= self._interval_ns:
+                order.due = False
+                order.attempts += 1
+                self._sent_ns[name] = now_ns
+                due.append(order)
+        return due
+
+    def hear(self, told: Controls, now_ns: int) -> None:
+        """Take what the sonar says of itself."""
+        self.told = told
+        for name, order in self._orders.items():
+            if KNOBS[name].fits(order.value, getattr(told, name)):
+                order.state, order.due = OrderState.TAKEN, False
+            elif order.state is OrderState.TAKEN:
+                self.counters["control_lost"] += 1
+                order.renew()
+            elif order.state is OrderState.ASKED and not order.due and now_ns - self._sent_ns[name] >= self._repeat_ns:
+                order.due = order.attempts < self._attempts
+                order.state = OrderState.ASKED if order.due else OrderState.FAILED
+
+    def state(self, name: str) -> OrderState:
+        """Return what became of the order of a setting. Raises KeyError when there is none."""
+        return self._orders[name].state
+
+    def problems(self) -> list[str]:
+        """Say in plain words what the sonar would not do."""
+        return [text for name in self._orders if (text := self.failure(name))]
+
+    def failure(self, name: str) -> str:
+        """Say why the order of a setting failed, '' when it did not."""
+        knob, order = KNOBS[name], self._orders[name]
+        if order.state is not OrderState.FAILED:
+            return ""
+        said = f"it says {getattr(self.told, name):g} {knob.unit}" if self.told else "it has not said what it has"
+        what = f"{knob.name} {order.value:g} {knob.unit}"
+        if order.refusal:
+            return f"the sonar refused {what} ({order.refusal}): {said}"
+        return f"the sonar did not take {what}: {said}"
+
+
+def configured_orders(
+    settings: SonarSettings, counters: "Counter[str]", settable: frozenset[str] = frozenset(KNOBS)
+) -> Orders:
+    """Return the orders that the configuration gives; `settable`: what planners may ask this sonar for."""
+    wanted = {name: value for name in KNOBS if (value := getattr(settings, name)) is not None}
+    repeat_s, attempts = settings.control_repeat_s, settings.control_attempts
+    return Orders(wanted, settable=settable, repeat_s=repeat_s, attempts=attempts, counters=counters)

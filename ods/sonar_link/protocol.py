@@ -1,0 +1,94 @@
+"""The seam between the sonar process and a sonar's own telegrams. Sans-IO: bytes and time in, pings and bytes out.
+
+Another sonar is a subclass of `SonarProtocol` in a folder of its own, a row in `ods/sonar_link/registry.py`, a field of
+its own settings in `SonarSettings`, and a page in docs/. Worker (service.py), line (link.py) and doctor know this class
+only. They own sockets, devices and the clock; a protocol opens nothing, never waits and never reads a clock.
+
+What the line calls, and when:
+
+    connected      a connection was made, or the device opened; also after each loss
+    feed           bytes have come
+    check          every 50 ms or more often, connected or not
+    requests       as often, while connected: what it returns is sent at once
+    heard          a datagram came to `side_port`, connected or not
+    end_stream     the connection was lost; another one may follow
+"""
+
+from abc import ABC, abstractmethod
+from collections import Counter
+
+from ods.messages import Ping
+from ods.sonar_link.orders import Orders
+
+
+class SonarProtocol(ABC):
+    """One sonar, or all sonars on one line, as their telegrams tell of them.
+
+    All times are CLOCK_MONOTONIC, ns. No method raises for anything that came from outside: what cannot be used is
+    dropped and counted in `counters`, in a name that has a row in the counter table. Work and memory are bounded
+    whatever comes.
+    """
+
+    def __init__(self, orders: Orders, counters: "Counter[str]") -> None:
+        self.orders = orders
+        """What this sonar is to be set to: from the configuration, and from planners as far as it can be asked."""
+        self.counters = counters
+        """Those of the whole process. `pings`: pings returned; each kind of loss has a name of its own."""
+
+    @property
+    def side_port(self) -> int | None:
+        """UDP port on which the sonar announces itself, by broadcast too; None: it does not. The line listens there."""
+        return None
+
+    @property
+    def missing_bytes(self) -> int:
+        """How many bytes at least must come before the telegram under way is whole; 0 when not known.
+
+        So long the process may sleep on a serial line and let bytes gather: fewer and larger reads.
+        """
+        return 0
+
+    @abstractmethod
+    def connected(self, now_ns: int) -> None:
+        """Begin a conversation: what is to be asked of the sonar is asked for again, by the next `requests`."""
+
+    @abstractmethod
+    def feed(self, data: bytes, now_ns: int) -> list[Ping]:
+        """Take the next bytes of the stream, read at `now_ns`, in any chunking; return the pings that they complete.
+
+        A ping has `seq` (counted from 0 by the protocol), `t_ns` of its transmission, and `t_rx_ns`. Its `utc_ns` is of
+        no account: the worker sets it, as all messages of this machine share one UTC.
+        """
+
+    @abstractmethod
+    def check(self, now_ns: int) -> list[Ping]:
+        """Give up telegrams that do not end; return the pings found behind their beginnings."""
+
+    @abstractmethod
+    def end_stream(self, now_ns: int) -> list[Ping]:
+        """Forget the telegram under way; return the pings found in what is left. Another stream may follow."""
+
+    def requests(self, now_ns: int) -> list[bytes]:
+        """Return what is to be sent now, each item whole: fire messages, settings, keep-alive. None is sent twice.
+
+        One that does not go out as a whole is lost and counted by the line (`control_unsent`).
+        """
+        return []
+
+    def heard(self, datagram: bytes, sender: str, now_ns: int) -> None:  # noqa: B027
+        """Take what came to `side_port`, at most 64 kB, from the IP address `sender`: anybody may have sent it."""
+
+    def problems(self, now_ns: int) -> list[str]:
+        """Say in plain words what is wrong with the sonar, '' for nothing: one item each. Silence is said elsewhere."""
+        return self.orders.problems()
+
+    @abstractmethod
+    def traffic(self, seconds: float) -> str:
+        """Say what whole telegrams came within these seconds, since this object was made: `records 7000 at 9.9 Hz`.
+
+        '' when none came. For `ods doctor --listen`.
+        """
+
+    @abstractmethod
+    def diagnosis(self, seconds: float) -> str:
+        """Say why no ping came within these seconds, and what to do about it. For `ods doctor --listen`."""
