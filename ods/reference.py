@@ -15,6 +15,7 @@ from ods.base.settings import Settings
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
+from ods.runtime.counters import COUNTERS
 from ods.runtime.processes import PROCESSES
 
 HEAD = """# Messages
@@ -42,10 +43,25 @@ Files are TOML. An unknown key, a wrong type or a value out of range is one line
 exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home.
 """
 
+COUNTERS_HEAD = """# Counters
+
+Generated from the table in `ods/runtime/counters.py` by `make docs`; do not edit.
+
+Every loss has a counter of its own. A process tells its counters in its [health report](messages.md#health), and
+`ods watch` shows those that are not 0; the recorder tells them in its summary, `ods detect` those of the file it reads.
+**Trouble**: something is lost or not as it should be; `ods doctor --listen` notes those of `sonar` and `nav`.
+**Logged**: the first one is a line in the log.
+"""
+
 
 def pages() -> dict[str, str]:
     """Return every generated file of docs/: name and text."""
-    return {"messages.md": _messages(), "messages.schema.json": _schema(), "configuration.md": _configuration()}
+    return {
+        "messages.md": _messages(),
+        "messages.schema.json": _schema(),
+        "configuration.md": _configuration(),
+        "counters.md": _counters(),
+    }
 
 
 def _messages() -> str:
@@ -156,6 +172,16 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
         return "required"
     value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
     return f"`{value}`" if len(f"{value}") < 60 else "see there"
+
+
+def _counters() -> str:
+    text = COUNTERS_HEAD
+    for where, rows in COUNTERS.items():
+        text += f"\n## {where}\n\n| counter | counts | trouble | logged |\n|---|---|---|---|\n"
+        for row in rows.values():
+            counts = row.meaning + (f". Advice: {row.advice}" if row.advice else "")
+            text += f"| `{row.name}` | {counts} | {'yes' if row.trouble else ''} | {'yes' if row.logged else ''} |\n"
+    return text
 
 
 def main() -> None:

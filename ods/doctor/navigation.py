@@ -21,10 +21,9 @@ from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
+from ods.runtime.counters import troubles
 
 PAUSE_S = 0.005
-QUIET = {"can_opened", "can_ignored", "emcy", "ins_boot_up", "poses", "sync", "time"}
-"""Counters that tell of no trouble, or of one that the source puts into words."""
 SLOW = 0.9
 """A message that comes less often than this share of the fastest is slow."""
 
@@ -147,7 +146,7 @@ def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], sec
 
 def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, bridged_s: float) -> Iterator[Finding]:
     """Say how many poses came and what is wrong with them; bridged_s: gap between poses that the tracker bridges."""
-    trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name not in QUIET]
+    trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in troubles("nav")]
     if heard.newest is None:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
         others = [problem for problem in heard.problems if problem not in stale]
@@ -162,7 +161,7 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
     for problem in heard.problems:
         yield Finding("wrong", subject, problem)
     if trouble:
-        yield Finding("note", subject, f"{', '.join(trouble)}: docs/navigation.md, Counters, tells what they count")
+        yield Finding("note", subject, f"{', '.join(trouble)}: docs/counters.md tells what they count")
 
 
 def _place(pose: Pose) -> str:

@@ -11,6 +11,7 @@ from ods.base import clock
 from ods.config import OnboardConfig
 from ods.doctor import running, serial_device
 from ods.doctor.finding import Finding
+from ods.runtime.counters import COUNTERS
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.port.address import TcpAddress, tcp_address
 from ods.sonar_link.registry import make_protocol
@@ -18,6 +19,7 @@ from ods.sonar_link.settings import SonarSettings
 
 CONNECT_S = 2.0
 PAUSE_S = 0.002
+<<<<<<< HEAD
 QUIET = {
     "records", "unchecked_records", "pings", "port_opens", "other_records", "no_device_time", "network_frames",
 }  # fmt: skip
@@ -30,6 +32,9 @@ ADVICE = {
     "lost_pings": "pings that the sonar numbered and that did not come whole: noise, a full line, or a busy processor",
     "unframed_bytes": "bytes outside network frames: is this the port of a 7k center?",
 }
+=======
+SAMPLES = (7042, 7018)
+>>>>>>> bcb1452 (One counter table: meaning, trouble, log and advice of each name; docs and doctor come from it, tests refuse any other name)
 
 
 def examine(port: str) -> Iterator[Finding]:
@@ -74,8 +79,9 @@ def _load(rate: float, sonar: SonarSettings) -> str:
 
 def _trouble(subject: str, counters: "Counter[str]") -> Iterator[Finding]:
     for name, count in sorted(counters.items()):
-        if count and name not in QUIET:
-            yield Finding("note", subject, f"{name} {count}" + (f": {ADVICE[name]}" if name in ADVICE else ""))
+        row = COUNTERS["sonar"][name]
+        if count and row.trouble:
+            yield Finding("note", subject, f"{name} {count}" + (f": {row.advice}" if row.advice else ""))
 
 
 def _hear(link: SonarLink, seconds: float) -> None:

@@ -26,7 +26,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.messages import Health
-from ods.runtime import bus
+from ods.runtime import bus, counters
 from ods.runtime.processes import Process
 
 log = logging.getLogger(__name__)
@@ -94,12 +94,8 @@ class Service:
         """Publish the health message and start a new period."""
         now = clock.monotonic_ns()
         period_s = max(1e-9, (now - self._health_ns) / clock.NS)
-        counters = Counter(self.counters)
-        if self._responder:
-            counters.update(self._responder.counters)
         lags: dict[str, int] = {}
         for subscription in self.subscriber.subscriptions:
-            counters.update(subscription.counters)
             if subscription.topic != bus.HEALTH:
                 lags[subscription.topic] = subscription.longest
                 subscription.longest = 0
@@ -113,7 +109,7 @@ class Service:
                 utc_ns=clock.utc_ns(),
                 ready=ready,
                 problems=problems,
-                counters=dict(counters),
+                counters=self._counts(),
                 rates_hz={
                     topic: round(self._flow[topic] / period_s, 3)
                     for topic in (*self.process.reads, *self.process.publishes)
@@ -130,6 +126,16 @@ class Service:
         self._health_seq += 1
         self._health_ns = now
         self._flow.clear()
+
+    def _counts(self) -> dict[str, int]:
+        """Return all counters, those of the sockets too."""
+        found = Counter(self.counters)
+        if self._responder:
+            found.update(self._responder.counters)
+        for subscription in self.subscriber.subscriptions:
+            found.update(subscription.counters)
+        counters.refuse_unknown(self.process.name, found)
+        return dict(found)
 
     def close(self) -> None:
         """Give sockets and locks back."""

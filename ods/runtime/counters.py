@@ -1,0 +1,222 @@
+"""The one counter table: what each counter of a health report, a recorder or a read file means, and who is told.
+
+Whoever counts uses a plain `collections.Counter`; a name without a row here is refused by the tests. docs/counters.md,
+the doctor's advice, and what is worth a line in the log come from this table.
+"""
+
+import os
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from ods.runtime import bus
+from ods.runtime.processes import PROCESSES
+
+
+class CounterRow(NamedTuple):
+    """One row of the counter table."""
+
+    name: str
+    meaning: str
+    trouble: bool = True
+    """False: the doctor says nothing of it, because nothing is wrong, or because a problem in plain words tells it."""
+    logged: bool = False
+    """The first one is worth a line in the log."""
+    advice: str = ""
+    """What the doctor says of it."""
+
+
+REFUSE = "ODS_REFUSE_UNKNOWN_COUNTERS"
+RECORD, FILES, DEVICES = "ods record", "recordings", "simulated devices"
+"""Who counts, beside the processes of the process table: the recorder, the decoders of files, the bench's devices."""
+
+_POSE_BUFFER = (
+    CounterRow("pose_bad", "poses dropped: not finite, attitude no unit quaternion, negative sigma"),
+    CounterRow("pose_duplicate", "poses dropped: of an instant that another one has"),
+    CounterRow("pose_too_old", "poses dropped: older than all of a full buffer"),
+)
+
+_OWN: dict[str, tuple[CounterRow, ...]] = {
+    "sonar": (
+        CounterRow("pings", "pings published", trouble=False),
+        CounterRow("lost_pings", "ping numbers that never became a ping, for whatever reason", logged=True,
+                   advice="pings that the sonar numbered and that did not come whole: noise, a full line, or a busy "
+                   "processor"),
+        CounterRow("duplicate_pings", "samples of a ping that was published already"),
+        CounterRow("ping_number_restarts", "gaps of more than 1000 ping numbers: the sonar started afresh",
+                   logged=True),
+        CounterRow("records", "records found whole", trouble=False),
+        CounterRow("other_records", "records of no use here", trouble=False),
+        CounterRow("unchecked_records", "records taken without a checksum, as their flags say", trouble=False),
+        CounterRow("network_frames", "packets with a network frame (s7k over TCP)", trouble=False),
+        CounterRow("unframed_bytes", "bytes outside network frames, handed on like all others", logged=True,
+                   advice="bytes outside network frames: is this the port of a 7k center?"),
+        CounterRow("garbage_bytes", "bytes that belong to no record",
+                   advice="bytes that are in no record: noise, or records cut short by a baud that is too low"),
+        CounterRow("bad_version", "what began like a record was none: its protocol version"),
+        CounterRow("bad_offset", "what began like a record was none: its data begin at an impossible place"),
+        CounterRow("short_record", "what began like a record was none: too short"),
+        CounterRow("overlong_record", "what began like a record was none: longer than `sonar.max_record_bytes`",
+                   logged=True),
+        CounterRow("bad_checksum", "what began like a record was none: its checksum", logged=True,
+                   advice="bytes change on the way: termination, ground, cable"),
+        CounterRow("nested_record", "what began like a record was none: without a checksum, and another begins in it"),
+        CounterRow("truncated_record", "records given up: their end did not come within `sonar.record_timeout_s`"),
+        CounterRow("bad_settings", "records 7000 that cannot be used", logged=True),
+        CounterRow("bad_beam_table", "records 7004 that cannot be used", logged=True),
+        CounterRow("bad_water_column", "records 7018 and 7042 that cannot be used", logged=True),
+        CounterRow("bad_remote_control", "answers to remote control that cannot be used", logged=True),
+        CounterRow("unsupported_layout", "samples in a layout that is not read", logged=True),
+        CounterRow("data_without_settings", "samples without their record 7000", logged=True,
+                   advice="switch record 7000 on at the sonar, for every ping"),
+        CounterRow("data_without_geometry", "samples without their record 7004", logged=True,
+                   advice="switch record 7004 on at the sonar, for every ping"),
+        CounterRow("bad_ping", "samples that do not fit their settings and beam table", logged=True),
+        CounterRow("no_device_time", "pings stamped by their arrival, as the sonar told no time", trouble=False,
+                   logged=True),
+        CounterRow("device_clock_jumps", "jumps of the sonar's clock"),
+        CounterRow("wild_device_times", "stamps of the sonar more than 0.5 s off its clock so far"),
+        CounterRow("port_opens", "times the port was opened", trouble=False),
+        CounterRow("port_losses", "times the open port was lost", logged=True),
+        CounterRow("port_open_errors", "attempts to open the port that failed"),
+        CounterRow("control_requests", "requests sent to the sonar, repetitions too", trouble=False),
+        CounterRow("control_acknowledged", "requests that the sonar acknowledged", trouble=False),
+        CounterRow("control_refused", "requests that the sonar refused", logged=True),
+        CounterRow("control_lost", "requests that the sonar did not follow in `sonar.control_attempts`", logged=True),
+        CounterRow("control_unsent", "requests that the line did not take", logged=True),
+    ),
+    "pipeline": (
+        CounterRow("detections", "detections published", trouble=False),
+        CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
+        CounterRow("failed_stage", "pings dropped: a stage failed", logged=True),
+        CounterRow("drop_out_image", "images that show nothing"),
+        CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
+        CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),
+        CounterRow("process_max_us", "longest time a ping has taken, us", trouble=False),
+        *_POSE_BUFFER,
+    ),
+    "tracker": (
+        CounterRow("echoes_bad", "detections left out: not finite or absurd"),
+        CounterRow("detections_late", "pings left out: older than one before", logged=True),
+        CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),
+        CounterRow("pings_without_pose", "pings without a pose at transmission: objects only carried on"),
+        CounterRow("pings_without_reception_pose", "pings without a pose at reception, or without a sound speed: the "
+                   "pose at transmission taken"),
+        CounterRow("obstacle_not_finite", "obstacles left out of a list: a number that is not finite"),
+        CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
+        CounterRow("map_unusable", "maps that could not be opened", logged=True),
+        CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),
+        *_POSE_BUFFER,
+    ),
+    "nav": (
+        CounterRow("poses", "poses published", trouble=False),
+        CounterRow("frame_short", "DBC: frames dropped: too short"),
+        CounterRow("frame_not_finite", "DBC: frames dropped: a float that is no number"),
+        CounterRow("frame_twin", "DBC: frames dropped: a mapped number with the other kind of identifier"),
+        CounterRow("frame_stray", "DBC: frames out of order, repeated, or without the first of their epoch"),
+        CounterRow("epoch_unproven", "DBC: epochs dropped as the one before was not whole"),
+        CounterRow("pdo_short", "PDOs shorter than their mapping"),
+        CounterRow("pdo_duplicate", "PDOs of an epoch that has them already"),
+        CounterRow("pdo_stray", "PDOs without sequence number and out of place"),
+        CounterRow("epoch_torn", "epochs given up incomplete"),
+        CounterRow("epoch_missing", "sequence numbers never seen (CANopen)"),
+        CounterRow("sequence_reset", "times the sequence number went back: the INS restarted"),
+        CounterRow("epoch_invalid", "poses dropped: a status that must hold does not"),
+        CounterRow("epoch_absurd", "poses dropped: a field out of range"),
+        CounterRow("epoch_late", "poses dropped: too old"),
+        CounterRow("epoch_contested", "poses dropped while two nodes send as the INS"),
+        CounterRow("epoch_untimed", "poses stamped without a valid time of day"),
+        CounterRow("ins_twice", "frames that tell of a second node with the INS's id"),
+        CounterRow("own_id_taken", "frames that tell of a second node with our own id"),
+        CounterRow("ins_clock_jumps", "jumps of the INS's clock"),
+        CounterRow("ins_clock_wild", "stamps that did not fit the INS's clock so far"),
+        CounterRow("wall_clock_steps", "steps of this machine's wall clock by more than 0.1 s"),
+        CounterRow("heartbeat_bad", "malformed heartbeats of the INS"),
+        CounterRow("emcy", "emergency messages of the INS", trouble=False),
+        CounterRow("emcy_bad", "malformed emergency messages of the INS"),
+        CounterRow("ins_boot_up", "boot-up messages of the INS", trouble=False),
+        CounterRow("sync", "SYNC messages", trouble=False),
+        CounterRow("time", "TIME messages", trouble=False),
+        CounterRow("time_bad", "malformed TIME messages"),
+        CounterRow("time_wild", "TIME messages off by more than 0.5 s"),
+        CounterRow("time_jumps", "jumps of TIME: four messages off in a row that agree"),
+        CounterRow("node_frame_bad", "malformed NMT commands and SDO requests to us"),
+        CounterRow("can_opened", "times the CAN interface was opened", trouble=False),
+        CounterRow("can_lost", "times the open CAN interface failed"),
+        CounterRow("can_silent", "times it was closed because no frame came"),
+        CounterRow("can_extended", "data frames with 29-bit identifiers (CANopen)"),
+        CounterRow("can_ignored", "remote and FD frames", trouble=False),
+        CounterRow("can_overflow", "frames that the kernel dropped as its receive buffer was full"),
+        CounterRow("can_error_frames", "what the driver told of the CAN controller"),
+        CounterRow("can_bus_off", "times the controller went bus-off"),
+        CounterRow("can_recovered", "ends of bus-off"),
+        CounterRow("can_garbage", "lines of an slcan adapter that are neither frame nor answer"),
+        CounterRow("can_unsent", "frames that the bus did not take"),
+    ),
+    "sim": (
+        CounterRow("pings_late", "pings that were sent after their time"),
+        CounterRow("sonar_bytes_lost", "bytes of pings that nobody took"),
+    ),
+    RECORD: (
+        CounterRow("pings", "pings written", trouble=False),
+        CounterRow("contacts", "changes of obstacles written", trouble=False),
+        CounterRow("poses", "poses written: 20 a second", trouble=False),
+        CounterRow("lost_pings", "pings that were published and never recorded, by the gaps in their `seq`"),
+        CounterRow("lost_poses", "likewise poses"),
+        CounterRow("lost_lists", "likewise obstacle lists"),
+        CounterRow("unfit_pings", "pings that s7k cannot carry, such as samples of scale `db`"),
+        CounterRow("unfit_contacts", "obstacles that s7k cannot carry"),
+        CounterRow("unfit_poses", "poses that s7k cannot carry"),
+        CounterRow("contacts_without_pose", "changes not written yet, because the vehicle's pose was not known"),
+        *(CounterRow(f"bad_{topic}", f"`{topic}` messages that are none; they are among the lost ones too")
+          for topic in ("ping", "obstacles", "pose")),
+    ),
+    FILES: (
+        CounterRow("corrupt_frames", "ARIS: frames that are none; clips: frames that show what the one before showed"),
+        CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
+        CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
+        CounterRow("other_messages", "Oculus: messages of no use here"),
+        CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
+    ),
+    DEVICES: (
+        CounterRow("frames", "CAN adapter: frames passed on", trouble=False),
+        CounterRow("garbage", "CAN adapter: lines that are neither frame nor command"),
+        CounterRow("dropped", "CAN adapter: frames that a port did not take"),
+        CounterRow("refused", "CAN adapter: frames sent by a port that is not on the bus"),
+        CounterRow("unsent", "INS: frames that the bus did not take"),
+        CounterRow("unread", "INS: times the bus could not be read"),
+    ),
+}  # fmt: skip
+
+
+def _of_bus(process: str) -> list[CounterRow]:
+    """Return what a process's sockets count: topics that it reads, health that it watches, requests that it answers."""
+    row = PROCESSES[process]
+    topics = [*row.reads, *([bus.HEALTH] if row.watches else [])]
+    dropped = [CounterRow(f"dropped_{topic}", f"`{topic}` messages dropped: newer ones waited") for topic in topics]
+    bad = [CounterRow(f"bad_{topic}", f"`{topic}` messages that are none", logged=True) for topic in topics]
+    requests = [CounterRow(f"bad_{row.answers}", "requests that are none, or too long")] if row.answers else []
+    return dropped + bad + requests
+
+
+COUNTERS: dict[str, dict[str, CounterRow]] = {
+    where: {row.name: row for row in [*rows, *(_of_bus(where) if where in PROCESSES else [])]}
+    for where, rows in _OWN.items()
+}
+"""By who counts, and by name."""
+
+
+def first_logged(where: str) -> frozenset[str]:
+    """Return the counters whose first count is worth a line in the log."""
+    return frozenset(row.name for row in COUNTERS[where].values() if row.logged)
+
+
+def troubles(where: str) -> frozenset[str]:
+    """Return the counters that tell of trouble."""
+    return frozenset(row.name for row in COUNTERS[where].values() if row.trouble)
+
+
+def refuse_unknown(where: str, names: Iterable[str]) -> None:
+    """Raise LookupError for a counter without a row; only in tests, whose environment says so: `REFUSE`."""
+    unknown = set(names) - COUNTERS[where].keys()
+    if unknown and REFUSE in os.environ:
+        raise LookupError(f"{where} counts {', '.join(sorted(unknown))}: no row in {__name__}")
