@@ -19,22 +19,6 @@ from ods.sonar_link.settings import SonarSettings
 
 CONNECT_S = 2.0
 PAUSE_S = 0.002
-<<<<<<< HEAD
-QUIET = {
-    "records", "unchecked_records", "pings", "port_opens", "other_records", "no_device_time", "network_frames",
-}  # fmt: skip
-"""Counters that tell of no trouble."""
-ADVICE = {
-    "bad_checksum": "bytes change on the way: termination, ground, cable",
-    "data_without_geometry": "switch record 7004 on at the sonar, for every ping",
-    "data_without_settings": "switch record 7000 on at the sonar, for every ping",
-    "garbage_bytes": "bytes that are in no record: noise, or records cut short by a baud that is too low",
-    "lost_pings": "pings that the sonar numbered and that did not come whole: noise, a full line, or a busy processor",
-    "unframed_bytes": "bytes outside network frames: is this the port of a 7k center?",
-}
-=======
-SAMPLES = (7042, 7018)
->>>>>>> bcb1452 (One counter table: meaning, trouble, log and advice of each name; docs and doctor come from it, tests refuse any other name)
 
 
 def examine(port: str) -> Iterator[Finding]:

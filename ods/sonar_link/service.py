@@ -19,17 +19,7 @@ log = logging.getLogger(__name__)
 
 MAX_READS = 16
 """Reads before the work loop gets its turn."""
-<<<<<<< HEAD
-LOGGED = {
-    "bad_beam_table", "bad_checksum", "bad_ping", "bad_remote_control", "bad_settings", "bad_water_column",
-    "control_lost", "control_refused", "control_unsent", "data_without_geometry", "data_without_settings",
-    "lost_pings", "no_device_time", "overlong_record", "ping_number_restarts", "port_losses", "unframed_bytes",
-    "unsupported_layout",
-}  # fmt: skip
-=======
-REPLIES = {remote_control.ACKNOWLEDGED, remote_control.REFUSED}
 LOGGED = first_logged("sonar")
->>>>>>> bcb1452 (One counter table: meaning, trouble, log and advice of each name; docs and doctor come from it, tests refuse any other name)
 """Counters whose first count is worth a line in the log."""
 
 
