@@ -17,7 +17,7 @@ from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
 from ods.sim_sonar.device.slcan_hub import SlcanHub
-from ods.sim_sonar.device.sonar_line import open_line
+from ods.sim_sonar.device.sonar_line import open_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimConfig
@@ -42,10 +42,10 @@ class SimWorker(Worker[SimConfig]):
         scene, sonar_model = load_scene(sim.scene), load_sonar(sim.sonar)
         images = ImageSimulator(sonar_model, scene)
         images.render(0.0, 0)
-        self._line = open_line(sim, run_dir)
+        end, self._line = open_sonar(sim, run_dir, images)
         self._bus = self._open_can(run_dir)
         mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
-        self._sonar = LiveSonar(images, sim, mission, self._line)
+        self._sonar = LiveSonar(images, end, sim, mission, self._line)
         ins = LiveIns(scene, sim, mission, self._ins())
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:

@@ -34,10 +34,13 @@ class SimSettings(Settings, frozen=True):
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
-    sonar_line: Literal["serial", "tcp"] = "serial"
-    """serial: a pseudo-terminal with the bare records; tcp: network frames for one client at 127.0.0.1."""
+    sonar_line: Literal["serial", "tcp", "oculus"] = "serial"
+    """serial: a pseudo-terminal with the bare s7k records; tcp: the same in network frames, for one client at
+    127.0.0.1; oculus: a Blueprint Oculus there, on its own kind of TCP."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
-    """Where the simulated sonar listens when its line is tcp."""
+    """Where the simulated sonar listens when its line is tcp or oculus."""
+    sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
+    """UDP port at 127.0.0.1 to which a simulated Oculus sends its status."""
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
     sonar_latency_ms: NonNegative = 2.0

@@ -12,7 +12,8 @@ from ods.base.arrays import Floats
 from ods.messages import Ping, frame_of
 from ods.sim_sonar.device.live import LiveSonar, Mission
 from ods.sim_sonar.device.remote_end import LEAST_RANGE_M, RemoteEnd
-from ods.sim_sonar.device.tcp_line import TcpLine
+from ods.sim_sonar.device.seabat import SeaBatEnd
+from ods.sim_sonar.device.tcp_line import FramedTcpLine
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimSettings
@@ -69,7 +70,7 @@ class PunctualSonar(LiveSonar):
         self._now_ns = self._due_ns = 100 * clock.NS
         patch.setattr(clock, "monotonic_ns", lambda: self._now_ns)
         settings = SimSettings(scene=SCENE, sonar=SONAR, ins_eds=CONFIG / "ins.eds")
-        super().__init__(images, settings, Mission(self._now_ns, []), wire)
+        super().__init__(images, SeaBatEnd(images, wire), settings, Mission(self._now_ns, []), wire)
         self._due_ns = super().step()
 
     def step(self) -> int:
@@ -181,14 +182,14 @@ def test_broken_requests_are_ignored(sonar: SonarModel) -> None:
 
 
 @pytest.fixture
-def line() -> Iterator[TcpLine]:
-    made = TcpLine(0)
+def line() -> Iterator[FramedTcpLine]:
+    made = FramedTcpLine(0)
     yield made
     made.unplug()
 
 
 def test_over_tcp_only_what_was_subscribed_to_comes_and_a_new_client_begins_afresh(
-    sonar: SonarModel, line: TcpLine
+    sonar: SonarModel, line: FramedTcpLine
 ) -> None:
     end = RemoteEnd(sonar, line)
     sent = records.ping_records(ImageSimulator(sonar, load_scene(SCENE)).ping(0.0, 1, 0, clock.utc_ns()))

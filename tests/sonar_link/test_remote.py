@@ -23,7 +23,7 @@ from ods.messages import Health, Ping
 from ods.runtime import bus
 from ods.sim_sonar.device.remote_end import Line, RemoteEnd
 from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.tcp_line import TcpLine
+from ods.sim_sonar.device.tcp_line import FramedTcpLine
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records
@@ -118,7 +118,7 @@ def folder() -> Iterator[Path]:
 
 @pytest.fixture(params=["serial", "tcp"])
 def far_end(request: pytest.FixtureRequest, folder: Path) -> Iterator[FarEnd]:
-    end = FarEnd(TcpLine(0) if request.param == "tcp" else SerialLine(folder / "seabat"))
+    end = FarEnd(FramedTcpLine(0) if request.param == "tcp" else SerialLine(folder / "seabat"))
     end.start()
     yield end
     end.stop()
@@ -130,7 +130,7 @@ def start(folder: Path, far_end: FarEnd) -> Iterator[Callable[..., Process]]:
 
     def start(**sonar: Any) -> Process:
         line = far_end.line
-        port = f"tcp://127.0.0.1:{line.port}" if isinstance(line, TcpLine) else str(folder / "seabat")
+        port = f"tcp://127.0.0.1:{line.port}" if isinstance(line, FramedTcpLine) else str(folder / "seabat")
         running.append(Process(folder, port=port, **sonar))
         return running[-1]
 
@@ -166,7 +166,7 @@ def test_the_configured_range_is_set_and_set_again_after_reconnecting_and_after_
 def test_a_sonar_is_left_alone_when_nothing_is_configured(far_end: FarEnd, start: Callable[..., Process]) -> None:
     process = start()
     process.wait(lambda: process.range_m() > 90.0 and process.health and process.health.ready)
-    asked = 1 if isinstance(far_end.line, TcpLine) else 0  # the subscription
+    asked = 1 if isinstance(far_end.line, FramedTcpLine) else 0  # the subscription
     assert process.health is not None
     assert process.health.counters.get("control_requests", 0) == asked
 

@@ -1,6 +1,5 @@
-"""The live devices of the bench, each in a thread at its own pace: the SeaBat on its line, the INS on CAN."""
+"""The live devices of the bench, each in a thread at its own pace: the sonar on its line, the INS on CAN."""
 
-import dataclasses
 import logging
 import queue
 import threading
@@ -8,13 +7,13 @@ from collections.abc import Callable
 
 from ods.base import clock
 from ods.messages import Truth
+from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
-from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
+from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
-from ods.sonar_link.s7k import records
 
 log = logging.getLogger(__name__)
 
@@ -69,22 +68,24 @@ class Device(threading.Thread):
 
 
 class LiveSonar:
-    """The simulated SeaBat: an image at every ping period, written as s7k records when its echoes have come in.
+    """The simulated sonar: an image at every ping period, sent as its far end speaks when its echoes have come in.
 
-    What remote control asks for holds from the next ping on.
+    What clients ask for holds from the next ping on.
     """
 
-    def __init__(self, images: ImageSimulator, settings: SimSettings, mission: Mission, line: Line) -> None:
+    def __init__(
+        self, images: ImageSimulator, end: FarEnd, settings: SimSettings, mission: Mission, line: Line
+    ) -> None:
+        """`images`: those after switching on."""
         self.truths: queue.SimpleQueue[Truth] = queue.SimpleQueue()
         self.pings_late = 0
         self._images = images
-        self._longest = images.sonar
         self._offset_ns = round(settings.sonar_clock_offset_s * clock.NS)
         self._mission = mission
         self._line = line
         self._plugged = True
-        self._remote = RemoteEnd(self._longest, line)
-        self._controls = self._remote.controls
+        self._end = end
+        self._controls = end.controls
         self._latency_ms = settings.sonar_latency_ms
         self._set_times()
         self._ping_number = 0
@@ -99,13 +100,13 @@ class LiveSonar:
             return due_ns
         self._plug_as_the_faults_say(due_ns)
         if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
-            telegram = self._remote.wanted(self._telegram)
+            telegram = self._end.wanted(self._telegram)
             if telegram:
                 self._line.write(telegram, max(PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
                 self.truths.put(self._truth(clock.monotonic_ns()))
         self._ping_number += 1
         self._transmit_ns += self._period_ns
-        self._remote.listen(self._device_utc_ns(clock.monotonic_ns()))
+        self._end.listen(self._device_utc_ns(clock.monotonic_ns()))
         self._obey()
         while clock.monotonic_ns() > self._transmit_ns + self._listen_ns + self._period_ns:
             self.pings_late += 1
@@ -114,23 +115,16 @@ class LiveSonar:
         return self._transmit_ns + self._listen_ns
 
     def _obey(self) -> None:
-        """Work with what has been asked for: as many samples as reach the range, tables made anew (some 50 ms)."""
-        if self._remote.controls == self._controls:
+        """Work with what has been asked for."""
+        if self._end.controls == self._controls:
             return
-        self._controls = self._remote.controls
-        sonar = self._longest
-        samples = 1 + round((self._controls.range_m - sonar.range0_m) / sonar.dr_m)
-        self._images = ImageSimulator(
-            dataclasses.replace(sonar, samples=min(max(samples, 1), sonar.samples)),
-            self._images.scene,
-            power_db=self._controls.power_db - NOMINAL_POWER_DB,
-            gain_db=self._controls.gain_db - NOMINAL_GAIN_DB,
-        )
+        self._controls = self._end.controls
+        self._images = self._end.images()
         self._set_times()
 
     def _set_times(self) -> None:
         sonar = self._images.sonar
-        self._period_ns = round(sonar.ping_period_s * clock.NS)
+        self._period_ns = round(self._end.period_s(sonar) * clock.NS)
         listen_s = 2.0 * sonar.range_max_m / sonar.sound_speed + 1e-3 * self._latency_ms
         self._listen_ns = round(listen_s * clock.NS)
 
@@ -139,8 +133,7 @@ class LiveSonar:
 
     def _render(self) -> None:
         seconds, utc_ns = self._mission.seconds(self._transmit_ns), self._device_utc_ns(self._transmit_ns)
-        ping = self._images.ping(seconds, self._ping_number, self._transmit_ns, utc_ns)
-        self._telegram = records.ping_records(ping, controls=self._controls)
+        self._telegram = self._end.telegram(self._images, seconds, self._ping_number, self._transmit_ns, utc_ns)
 
     def _truth(self, sent_ns: int) -> Truth:
         seconds = self._mission.seconds(self._transmit_ns)

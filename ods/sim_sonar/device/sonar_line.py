@@ -1,11 +1,17 @@
-"""Which line the simulated sonar and the on-board side share."""
+"""Which line the simulated sonar and the on-board side share, and which sonar is at its far end."""
 
 from pathlib import Path
 
+from ods.base.settings_file import load
+from ods.sim_sonar.device.far_end import FarEnd
+from ods.sim_sonar.device.oculus import OculusEnd
 from ods.sim_sonar.device.remote_end import Line
+from ods.sim_sonar.device.seabat import SeaBatEnd
 from ods.sim_sonar.device.serial_line import SerialLine
-from ods.sim_sonar.device.tcp_line import HOST, TcpLine
+from ods.sim_sonar.device.tcp_line import HOST, FramedTcpLine, TcpLine
+from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.settings import SimSettings
+from ods.sim_sonar.sonar.settings import SonarFile
 
 SERIAL_PORT = "seabat"
 """Name of the simulated sonar's device in the run folder."""
@@ -13,9 +19,13 @@ SERIAL_PORT = "seabat"
 
 def port_of(sim: SimSettings, run_dir: Path) -> str:
     """Return `sonar.port` for the on-board side."""
-    return f"tcp://{HOST}:{sim.sonar_tcp_port}" if sim.sonar_line == "tcp" else str(run_dir / SERIAL_PORT)
+    return str(run_dir / SERIAL_PORT) if sim.sonar_line == "serial" else f"tcp://{HOST}:{sim.sonar_tcp_port}"
 
 
-def open_line(sim: SimSettings, run_dir: Path) -> Line:
-    """Make the line appear."""
-    return TcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
+def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple[FarEnd, Line]:
+    """Make the line appear, with the sonar at its far end; `images`: those after switching on."""
+    if sim.sonar_line == "oculus":
+        plain = TcpLine(sim.sonar_tcp_port)
+        return OculusEnd(load(sim.sonar, SonarFile), images, plain, sim.sonar_status_port), plain
+    line: Line = FramedTcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
+    return SeaBatEnd(images, line), line

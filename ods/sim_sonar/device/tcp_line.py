@@ -1,4 +1,4 @@
-"""The far end of a TCP connection: the simulated sonar as a 7k center with network frames."""
+"""The far end of a TCP connection: the bare bytes, or those of a 7k center in network frames."""
 
 import contextlib
 import socket
@@ -17,7 +17,7 @@ class TcpLine:
     Bytes that nobody reads are lost, and the connection with them.
     """
 
-    needs_subscription = True
+    needs_subscription = False
 
     def __init__(self, port: int) -> None:
         """`port` 0: any that is free, see `port`."""
@@ -26,9 +26,12 @@ class TcpLine:
         self.connections = 0
         self._server: socket.socket | None = None
         self._client: socket.socket | None = None
-        self._deframer = Deframer(MAX_REQUEST_BYTES)
-        self._transmissions = 0
         self.plug()
+
+    @property
+    def connected(self) -> bool:
+        """A client is there, or has not been found gone yet."""
+        return self._client is not None
 
     def plug(self) -> None:
         """Listen."""
@@ -44,15 +47,14 @@ class TcpLine:
             self._server = None
 
     def write(self, records: list[bytes], patience_s: float) -> bool:
-        """Send framed records; hang up, and count what is lost, when the client takes longer than `patience_s`."""
+        """Send records; hang up, and count what is lost, when the client takes longer than `patience_s`."""
         deadline_s = time.monotonic() + patience_s
         for record in records:
             if self._client is None:
                 return False
-            self._transmissions += 1
             try:
                 self._client.settimeout(max(0.001, deadline_s - time.monotonic()))
-                self._client.sendall(frame_record(record, self._transmissions))
+                self._client.sendall(self._wrapped(record))
             except OSError:
                 self.lost_bytes += len(record)
                 self._hang_up()
@@ -75,7 +77,7 @@ class TcpLine:
         if not data:
             self._hang_up()
             return b""
-        return self._deframer.feed(data)
+        return self._unwrapped(data)
 
     def _accept(self) -> None:
         with contextlib.suppress(OSError):
@@ -83,9 +85,40 @@ class TcpLine:
                 self._client, _ = self._server.accept()
                 self._client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 self.connections += 1
-                self._deframer = Deframer(MAX_REQUEST_BYTES)
+                self._begin()
 
     def _hang_up(self) -> None:
         if self._client is not None:
             self._client.close()
             self._client = None
+
+    def _begin(self) -> None:
+        """A client has come."""
+
+    def _wrapped(self, record: bytes) -> bytes:
+        return record
+
+    def _unwrapped(self, data: bytes) -> bytes:
+        return data
+
+
+class FramedTcpLine(TcpLine):
+    """The same with network frames around the records of both sides."""
+
+    needs_subscription = True
+
+    def __init__(self, port: int) -> None:
+        """`port` 0: any that is free, see `port`."""
+        self._deframer = Deframer(MAX_REQUEST_BYTES)
+        self._transmissions = 0
+        super().__init__(port)
+
+    def _begin(self) -> None:
+        self._deframer = Deframer(MAX_REQUEST_BYTES)
+
+    def _wrapped(self, record: bytes) -> bytes:
+        self._transmissions += 1
+        return frame_record(record, self._transmissions)
+
+    def _unwrapped(self, data: bytes) -> bytes:
+        return self._deframer.feed(data)

@@ -56,8 +56,9 @@ def linear(counts: NDArray[np.unsignedinteger], gamma: int) -> AnyArray:
         return counts.astype(np.float32) if long else counts
     full_scale, power = int(np.iinfo(counts.dtype).max), FULL_GAMMA / gamma
     if long:
-        return (full_scale * (counts / full_scale) ** power).astype(np.float32)
-    return _table(full_scale, power)[counts]
+        return np.asarray(full_scale * (counts / full_scale) ** power, np.float32)
+    amplitudes: Floats32 = _table(full_scale, power)[counts]
+    return amplitudes
 
 
 @lru_cache(maxsize=4)

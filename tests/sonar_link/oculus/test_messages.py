@@ -65,7 +65,8 @@ def test_gamma_is_undone_for_all_sample_types(dtype: str) -> None:
     sent = wire.image(3, dtype=dtype)
     full = float(np.iinfo(dtype).max)
     decoded = frame(wire.ping(sent, gamma=127))
-    np.testing.assert_allclose(decoded, (full * (sent / full) ** (255 / 127)).T, rtol=1e-6)
+    expected = full * (sent.T.astype(np.float64) / full) ** (255 / 127)
+    np.testing.assert_allclose(decoded.astype(np.float64), expected, rtol=1e-6)
     assert decoded.dtype == np.float32
 
 

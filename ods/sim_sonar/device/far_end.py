@@ -1,0 +1,29 @@
+"""What a simulated sonar is beside its images: how it speaks, and what it has been asked for."""
+
+from typing import Protocol
+
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.sonar.model import SonarModel
+
+
+class FarEnd(Protocol):
+    """A sonar's telegrams. What a client asks for holds from the next ping on."""
+
+    @property
+    def controls(self) -> object:
+        """What has been asked for; images are made anew when it is another."""
+
+    def listen(self, device_ns: int) -> None:
+        """Read and answer requests, tell of itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
+
+    def images(self) -> ImageSimulator:
+        """Return the images that have been asked for, tables made anew (some 50 ms)."""
+
+    def period_s(self, sonar: SonarModel) -> float:
+        """Return the time from ping to ping."""
+
+    def telegram(self, images: ImageSimulator, t_s: float, number: int, sent_ns: int, device_ns: int) -> list[bytes]:
+        """Return the records of the ping sent at scene time `t_s`, `sent_ns` on CLOCK_MONOTONIC."""
+
+    def wanted(self, telegram: list[bytes]) -> list[bytes]:
+        """Return those records that go out now."""

@@ -1,0 +1,49 @@
+"""The simulated SeaBat: s7k records, and remote control of range, power and gain."""
+
+import dataclasses
+
+from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.sonar_link.s7k import records
+
+
+class SeaBatEnd:
+    """The far end of a 7k sonar: see `FarEnd`."""
+
+    def __init__(self, nominal: ImageSimulator, line: Line) -> None:
+        """`nominal`: the images of the longest range, at the scene's levels: those after switching on."""
+        self._nominal = nominal
+        self._remote = RemoteEnd(nominal.sonar, line)
+
+    @property
+    def controls(self) -> object:
+        """Range, power and gain."""
+        return self._remote.controls
+
+    def listen(self, device_ns: int) -> None:
+        """Obey what has come; the replies are stamped `device_ns`."""
+        self._remote.listen(device_ns)
+
+    def images(self) -> ImageSimulator:
+        """Return images of as many samples as reach the range."""
+        asked, sonar = self._remote.controls, self._nominal.sonar
+        samples = 1 + round((asked.range_m - sonar.range0_m) / sonar.dr_m)
+        return ImageSimulator(
+            dataclasses.replace(sonar, samples=min(max(samples, 1), sonar.samples)),
+            self._nominal.scene,
+            power_db=asked.power_db - NOMINAL_POWER_DB,
+            gain_db=asked.gain_db - NOMINAL_GAIN_DB,
+        )
+
+    def period_s(self, sonar: SonarModel) -> float:
+        """Return the time from ping to ping, which the range tells."""
+        return sonar.ping_period_s
+
+    def telegram(self, images: ImageSimulator, t_s: float, number: int, sent_ns: int, device_ns: int) -> list[bytes]:
+        """Return the records of a ping."""
+        return records.ping_records(images.ping(t_s, number, sent_ns, device_ns), controls=self._remote.controls)
+
+    def wanted(self, telegram: list[bytes]) -> list[bytes]:
+        """Return all on a serial line, over TCP those subscribed to."""
+        return self._remote.wanted(telegram)
