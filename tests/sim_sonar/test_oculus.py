@@ -4,6 +4,7 @@ import socket
 import struct
 import time
 from collections.abc import Iterator
+from pathlib import Path
 
 import msgspec
 import numpy as np
@@ -18,9 +19,9 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
-from tests.recordings import CONFIG
 from tests.sonar_link.oculus import wire
 
+CONFIG = Path(__file__).parents[2] / "config"
 PATIENCE_S = 10.0
 SECOND = 1_000_000_000
 
@@ -111,16 +112,16 @@ def test_32_bits_gains_and_256_beams(client: Client) -> None:
 def test_the_high_mode_is_narrower_and_tells_another_gain(client: Client) -> None:
     client.ask(mode=2, range=20.0, gain=50.0)
     data = client.ping()
-    assert (data[16], read(data, "d", 29), read(data, "d", 97)) == (2, 70.0, pytest.approx(1.2e6))
+    assert [data[16], read(data, "d", 29), read(data, "d", 97)] == pytest.approx([2, 70.0, 1.2e6])
     assert np.frombuffer(data, "<i2", 16, 202)[-1] == round(6000 * 70 / 130)
 
 
 def test_gain_raises_the_samples(client: Client) -> None:
-    client.ask(range=20.0, gain=50.0)
-    quiet = np.frombuffer(client.ping(), np.uint8, offset=234).astype(float)
-    client.ask(range=20.0, gain=62.0)
-    loud = np.frombuffer(client.ping(), np.uint8, offset=234).astype(float)
-    inside = (quiet > 20) & (loud < 255)
+    client.ask(range=20.0, gain=50.0, flags=0x4B)
+    quiet = np.frombuffer(client.ping(), "<u2", offset=234).astype(float)
+    client.ask(range=20.0, gain=62.0, flags=0x4B)
+    loud = np.frombuffer(client.ping(), "<u2", offset=234).astype(float)
+    inside = (quiet > 50) & (loud < 65535)
     assert inside.sum() > 20
     assert np.median(loud[inside] / quiet[inside]) == pytest.approx(10 ** (6 / 20), rel=0.03)
 
@@ -128,7 +129,7 @@ def test_gain_raises_the_samples(client: Client) -> None:
 def test_a_sound_speed_that_is_told_stretches_the_ranges(client: Client) -> None:
     client.ask(range=20.0, sound=1530.0)
     data = client.ping()
-    assert (read(data, "d", 145), read(data, "d", 162)) == (1530.0, pytest.approx(0.2 * 1530 / 1500))
+    assert [read(data, "d", 145), read(data, "d", 162)] == pytest.approx([1530.0, 0.2 * 1530 / 1500])
 
 
 @pytest.mark.parametrize(("rate", "range_m", "period_s"), [(0, 20.0, 0.1), (1, 20.0, 1 / 15), (2, 40.0, 0.0582)])
@@ -154,7 +155,7 @@ def test_standby_sends_dummies_and_the_status_tells_who_is_connected(client: Cli
 def test_what_it_cannot_do_it_does_not(client: Client, fields: dict[str, float]) -> None:
     data = wire.header(0x15, 53, 1)
     wire.put_fire(data, **fields)
-    client.socket.sendall(b"noise that is no header" + bytes(data))
+    client.socket.sendall(data)
     client.ask(range=12.0)
     assert client.end.controls is not None
     assert client.end.controls.range_m == 12.0
