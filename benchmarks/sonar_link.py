@@ -27,7 +27,7 @@ from ods.runtime.bus import Subscriber
 from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sonar_link.s7k import records
 from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.framer import RecordFramer
 
 CONFIG = Path("config/onboard.toml")
 BYTES_A_SECOND = 1_200_000
@@ -192,7 +192,7 @@ def run_decoder() -> None:
     """Print the throughput of framer and assembler alone, by the size of the chunks."""
     wire = b"".join(wire_of(ping, number) for number, ping in enumerate(make_pings(8) * (PINGS_DECODED // 8)))
     for size in CHUNKS:
-        framer, assembler = Framer(), Assembler()
+        framer, assembler = RecordFramer(), Assembler()
         start = time.process_time()
         for at in range(0, len(wire), size):
             for record in framer.feed(wire[at : at + size], at):

@@ -17,8 +17,8 @@ from ods.sonar_link.port.address import TcpAddress, tcp_address
 from ods.sonar_link.registry import make_protocol
 from ods.sonar_link.settings import SonarSettings
 
-CONNECT_S = 2.0
-PAUSE_S = 0.002
+PROBE_S = 2.0
+IDLE_S = 0.002
 
 
 def examine(port: str) -> Iterator[Finding]:
@@ -80,7 +80,7 @@ def _hear(link: SonarLink, seconds: float) -> None:
             link.counters.clear()
             link.counters["pings"] = 1
         if came is None:
-            time.sleep(PAUSE_S)
+            time.sleep(IDLE_S)
 
 
 def _tcp(port: str, address: TcpAddress) -> Iterator[Finding]:
@@ -90,9 +90,9 @@ def _tcp(port: str, address: TcpAddress) -> Iterator[Finding]:
         yield Finding("note", subject, "is a serial server; it is tried when the sonar process starts")
         return
     try:
-        socket.create_connection(address[:2], CONNECT_S).close()
+        socket.create_connection(address[:2], PROBE_S).close()
     except OSError as error:
-        reason = error.strerror or f"no answer within {CONNECT_S:g} s"
+        reason = error.strerror or f"no answer within {PROBE_S:g} s"
         yield Finding("wrong", subject, f"{reason}: is the sonar on, the cable in, and sonar.port right?")
     else:
         yield Finding("good", subject, "takes connections")

@@ -19,12 +19,12 @@ from ods.commands.arguments import duration_s
 from ods.config import OnboardConfig
 from ods.recording.recorder import DEVICES, Recorder
 from ods.runtime import bus
-from ods.sonar_link.s7k.writer import S7kWriter, mend_s7k
+from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k
 
-TOPICS = ("ping", "obstacles", "pose")
+RECORDED_TOPICS = ("ping", "obstacles", "pose")
 WRITTEN = ("pings", "contacts", "poses")
 """Counters of what is in the file; the others count losses."""
-REFRESH_S = 0.25
+STATUS_PERIOD_S = 0.25
 SYNC_PERIOD_S = 5.0
 """The most that a loss of power takes; a crash of the recorder takes nothing."""
 QUEUE = bus.HIGH_WATER_MARK
@@ -94,16 +94,16 @@ def finish(path: Path) -> None:
 def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, seconds: float | None) -> None:
     begun = clock.monotonic_ns()
     heard = {"ping": begun, "obstacles": begun}
-    status_due, sync_due = _Every(REFRESH_S, begun), _Every(SYNC_PERIOD_S, begun)
+    status_due, sync_due = _Every(STATUS_PERIOD_S, begun), _Every(SYNC_PERIOD_S, begun)
     with ExitStack() as stack:
         stopped = stack.enter_context(_stop_signals())
         context = stack.enter_context(zmq.Context())
-        subscriber = stack.enter_context(bus.Subscriber(context, run_dir, TOPICS, queue=QUEUE))
+        subscriber = stack.enter_context(bus.Subscriber(context, run_dir, RECORDED_TOPICS, queue=QUEUE))
         status = StatusLine()
         stack.callback(status.clear)
         now = begun
         while not stopped.is_set() and (seconds is None or now - begun < seconds * clock.NS):
-            received, _ = subscriber.receive(REFRESH_S)
+            received, _ = subscriber.receive(STATUS_PERIOD_S)
             now = clock.monotonic_ns()
             for topic, message in sorted(received, key=lambda item: item[1].utc_ns):
                 heard[topic] = now

@@ -10,13 +10,11 @@ from ods.base.geodesy import LocalFrame
 from ods.base.geometry import body_to_polar, euler_from_quat, global_to_body
 from ods.messages import Obstacle, ObstacleList, Ping, Pose
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
-from ods.sonar_link.s7k import navigation, records
-from ods.sonar_link.s7k.contact import Change, Contact, encode_contact
-from ods.sonar_link.s7k.writer import S7kWriter
+from ods.sonar_link.files.s7k.contact import Change, Contact, encode_contact
+from ods.sonar_link.files.s7k.pose import POSE_SENSORS, GeodeticPose, encode_pose
+from ods.sonar_link.files.s7k.writer import SONAR_DEVICE, S7kWriter
 
-DEVICES = (
-    records.DEVICE, navigation.POSITION_SENSOR, navigation.HEADING_SENSOR, navigation.ATTITUDE_SENSOR,
-)  # fmt: skip
+DEVICES = (SONAR_DEVICE, *POSE_SENSORS)
 POSE_PERIOD_NS = NS // 20
 """Readers interpolate; at 100 Hz poses would be nine tenths of all records."""
 POSES_KEPT = 400
@@ -60,12 +58,11 @@ class Recorder:
     def _take_ping(self, ping: Ping) -> None:
         self._follow("pings", ping.seq)
         try:
-            frames = records.encode_ping(ping, recorded=True)
+            self._writer.write_ping(ping)
         except (ValueError, ArithmeticError):
             self.counters["unfit_pings"] += 1
-            return
-        self._writer.write(frames)
-        self.counters["pings"] += 1
+        else:
+            self.counters["pings"] += 1
 
     def _take_pose(self, pose: Pose) -> None:
         self._follow("poses", pose.seq)
@@ -80,7 +77,7 @@ class Recorder:
         try:
             if not np.isfinite(numbers).all():
                 raise ValueError("a pose is not a number")
-            frames = navigation.encode_pose(pose.utc_ns, *map(float, numbers))
+            frames = encode_pose(GeodeticPose(*map(float, numbers)), pose.utc_ns)
         except (ValueError, ArithmeticError):
             self.counters["unfit_poses"] += 1
             return

@@ -18,7 +18,7 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.simulate.files import find_sonar
 from ods.sonar_link.files.npz_writer import write_ping_file
-from ods.sonar_link.s7k.writer import write_s7k
+from ods.sonar_link.files.s7k.writer import write_s7k
 
 START_UTC_NS = 1_577_836_800_000_000_000
 """UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""

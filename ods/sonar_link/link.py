@@ -11,7 +11,7 @@ from ods.sonar_link.port.udp_listener import UdpListener
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
 
-GATHER_S = 0.008
+LONGEST_GATHER_S = 0.008
 """Longest pause for bytes to gather in the port's buffer: fewer and larger reads."""
 BITS_A_BYTE = 10
 """On a serial line: start, eight of data, stop."""
@@ -50,7 +50,7 @@ class SonarLink:
     @property
     def gather_s(self) -> float:
         """For how long the line cannot have completed the ping under way: to pause so long delays none."""
-        return min(GATHER_S, self._protocol.missing_bytes * self._byte_s)
+        return min(LONGEST_GATHER_S, self._protocol.missing_bytes * self._byte_s)
 
     def read(self, now_ns: int) -> list[Ping] | None:
         """Return the pings that the next bytes complete; None when no byte has come."""

@@ -12,7 +12,7 @@ from ods.messages import SonarAnswer, SonarRequest
 from ods.sonar_link.orders import KNOBS, Orders, OrderState
 
 Peer = list[bytes]
-Send = Callable[[Peer, SonarAnswer], None]
+SendAnswer = Callable[[Peer, SonarAnswer], None]
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class _Waiting:
 class PlannerRequests:
     """Turns requests into orders, and answers each when its order has succeeded or failed."""
 
-    def __init__(self, orders: Orders, patience_s: float, send: Send) -> None:
+    def __init__(self, orders: Orders, patience_s: float, send: SendAnswer) -> None:
         """`send` gives an answer to a peer and never waits; `patience_s`: how long a silent sonar is waited for."""
         self._orders = orders
         self._patience_ns = round(patience_s * NS)

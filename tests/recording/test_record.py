@@ -15,7 +15,7 @@ import pytest
 from ods.cli import main
 from ods.messages import Ping, frame_of
 from ods.sonar_link.files.opening import open_pings
-from ods.sonar_link.s7k.writer import write_s7k
+from ods.sonar_link.files.s7k.writer import write_s7k
 from tests.recording.record_samples import (
     HEADING,
     LATITUDE_DEG,

@@ -13,8 +13,8 @@ from ods.cli import main
 from ods.messages import ObstacleList, Ping, Pose
 from ods.recording import command
 from ods.recording.recorder import DEVICES, Recorder
-from ods.sonar_link.s7k.catalogue import encode_file_header, text_field, with_catalogue
-from ods.sonar_link.s7k.writer import S7kWriter, mend_s7k, write_s7k
+from ods.sonar_link.files.s7k.catalogue import encode_file_header, text_field, with_catalogue
+from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k, write_s7k
 from tests.recording.record_samples import LATITUDE_DEG, LONGITUDE_DEG, START_NS, obstacles_at, pose_at, rock
 from tests.sonar_link import s7k_tables
 from tests.sonar_link.sonar_samples import UTC_NS, make_ping
@@ -180,10 +180,10 @@ def test_files_that_cannot_be_mended_are_left_alone(
 
 
 def test_another_program_s_header_without_room_for_a_catalogue(tmp_path: Path) -> None:
-    from ods.sonar_link.s7k.drf import encode_record
+    from ods.sonar_link.s7k.drf import DeviceId, encode_record
 
     path = tmp_path / "x.s7k"
-    path.write_bytes(encode_record(7200, bytes(324), UTC_NS, 7000) + b"torn")
+    path.write_bytes(encode_record(7200, bytes(324), UTC_NS, DeviceId(7000)) + b"torn")
     with pytest.raises(ValueError, match="no room for a catalogue"):
         mend_s7k(path)
     assert path.read_bytes().endswith(b"torn")

@@ -20,7 +20,7 @@ from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 from ods.sonar_link.s7k import records, water_column
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.framer import RecordFramer
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")
 RANGES = 0.05 * (1 + np.arange(2000))
@@ -203,7 +203,7 @@ def test_16_bit_samples_go_out_as_record_7018() -> None:
     ping = PingMaker(SEABAT, levels_of(samples="linear16"))(image, 7, 0, 1_577_836_800_000_000_000)
     assert (ping.range0_m, ping.samples, ping.dtype, ping.scale) == (0.0, 2001, "u2", "linear")
     assert not frame_of(ping)[:, 0].any()
-    framer = Framer()
+    framer = RecordFramer()
     bodies = {record.record_type: record.body for record in framer.feed(records.encode_ping(ping)) + framer.flush()}
     decoded = water_column.decode_7018(bodies[records.BEAMFORMED_DATA])
     np.testing.assert_array_equal(decoded.frame[:, 1:], np.minimum(np.rint(image), 65535))

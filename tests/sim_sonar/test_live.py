@@ -21,10 +21,10 @@ from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
-from ods.sonar_link.s7k.remote_control import Request
+from ods.sonar_link.s7k.remote_control import ControlRequest
 
 CONFIG = Path(__file__).parents[2] / "config"
 SCENE, SONAR = CONFIG / "scenes" / "figure11.toml", CONFIG / "sonars" / "seabat6012.toml"
@@ -38,7 +38,7 @@ class Wire:
     lost_bytes = 0
 
     def __init__(self) -> None:
-        self.sent: list[Record] = []
+        self.sent: list[S7kRecord] = []
         self.asked = b""
 
     def plug(self) -> None: ...
@@ -46,7 +46,7 @@ class Wire:
     def unplug(self) -> None: ...
 
     def write(self, records: list[bytes], patience_s: float) -> bool:
-        self.sent += Framer().feed(b"".join(records))
+        self.sent += RecordFramer().feed(b"".join(records))
         return True
 
     def read(self) -> bytes:
@@ -93,10 +93,10 @@ def pings_of(wire: Wire) -> list[Ping]:
 
 def told_by(wire: Wire) -> list[Controls]:
     decoded = [records.decode(record) for record in wire.sent if record.record_type == records.SONAR_SETTINGS]
-    return [item.controls for item in decoded if isinstance(item, records.SonarSettings)]
+    return [item.controls for item in decoded if isinstance(item, records.SettingsRecord)]
 
 
-def replies_of(wire: Wire) -> list[remote_control.Reply]:
+def replies_of(wire: Wire) -> list[remote_control.ControlReply]:
     kinds = (remote_control.ACKNOWLEDGED, remote_control.REFUSED)
     return [remote_control.decode_reply(record) for record in wire.sent if record.record_type in kinds]
 
@@ -109,7 +109,7 @@ def test_the_range_changes_at_the_next_ping_with_the_same_spacing_and_a_shorter_
     wire.ask(remote_control.SET_RANGE, 50.0)
     second = seabat.step()
     third = seabat.step()
-    assert replies_of(wire) == [remote_control.Reply(5, None)]
+    assert replies_of(wire) == [remote_control.ControlReply(5, None)]
     pings = pings_of(wire)
     assert [p.samples for p in pings] == [2000, 2000, 1000]
     assert [p.dr_m for p in pings] == pytest.approx([0.05] * 3)
@@ -167,7 +167,7 @@ def test_what_is_out_of_its_limits_is_refused(sonar: SonarModel, command: int, v
     before = end.controls
     wire.ask(command, value)
     end.listen(clock.utc_ns())
-    assert replies_of(wire) == [remote_control.Reply(5, error)]
+    assert replies_of(wire) == [remote_control.ControlReply(5, error)]
     assert end.controls == before
 
 
@@ -175,7 +175,8 @@ def test_broken_requests_are_ignored(sonar: SonarModel) -> None:
     wire = Wire()
     end = RemoteEnd(sonar, wire)
     wire.ask(remote_control.SET_RANGE, float("nan"))
-    wire.asked += remote_control.encode_request(Request(remote_control.SET_GAIN, 1, b"\0"), clock.utc_ns(), 1)
+    broken = ControlRequest(remote_control.SET_GAIN, 1, b"\0")
+    wire.asked += remote_control.encode_request(broken, clock.utc_ns(), records.DEVICE)
     wire.asked += b"garbage"
     end.listen(clock.utc_ns())
     assert (wire.sent, end.controls.range_m) == ([], 100.0)
@@ -201,7 +202,7 @@ def test_over_tcp_only_what_was_subscribed_to_comes_and_a_new_client_begins_afre
     while not end.wanted(sent):
         end.listen(clock.utc_ns())
     assert line.write(end.wanted(sent), 1.0)
-    deframer, framer = Deframer(1 << 22), Framer()
+    deframer, framer = Deframer(1 << 22), RecordFramer()
     types: list[int] = []
     while len(types) < 3:
         types += [record.record_type for record in framer.feed(deframer.feed(client.recv(1 << 16)))]

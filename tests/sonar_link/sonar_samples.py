@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.messages import SAMPLE_DTYPES, Ping, SampleType, Scale
 from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.records import decode
 
 UTC_NS = 1_700_000_000_250_000_000
@@ -64,7 +64,7 @@ def make_ping(
 def link(chunks: Iterable[bytes]) -> tuple[list[Ping], Counter[str]]:
     """Send bytes through framer and assembler; return the pings and all counters."""
     counters: Counter[str] = Counter()
-    framer, assembler = Framer(counters=counters), Assembler(counters=counters)
+    framer, assembler = RecordFramer(counters=counters), Assembler(counters=counters)
     records = [record for chunk in chunks for record in framer.feed(chunk)] + framer.flush()
     fed = [assembler.feed(record, decode(record)) for record in records]
     return [ping for ping in fed if ping is not None], counters

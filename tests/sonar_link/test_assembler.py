@@ -9,19 +9,19 @@ import pytest
 from ods.messages import Ping
 from ods.sonar_link.s7k import records
 from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from tests.sonar_link.sonar_samples import UTC_NS, link, make_ping
 
 
-def records_of(ping: Ping, first_ns: int = 0, device: int = 7000) -> list[Record]:
+def records_of(ping: Ping, first_ns: int = 0, device: int = 7000) -> list[S7kRecord]:
     return [
         dataclasses.replace(record, first_ns=first_ns, last_ns=first_ns + 10)
-        for record in Framer().feed(records.encode_ping(ping, device))
+        for record in RecordFramer().feed(records.encode_ping(ping, DeviceId(device)))
     ]
 
 
-def feed(assembler: Assembler, *groups: list[Record]) -> list[Ping]:
+def feed(assembler: Assembler, *groups: list[S7kRecord]) -> list[Ping]:
     fed = [assembler.feed(record, records.decode(record)) for group in groups for record in group]
     return [ping for ping in fed if ping is not None]
 

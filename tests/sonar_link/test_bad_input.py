@@ -142,7 +142,7 @@ def test_no_beams() -> None:
 
 
 def test_unknown_record_types() -> None:
-    unknown = [encode_record(number, b"x" * 40, UTC_NS, 7000) for number in (0, 1003, 7027, 2**32 - 1)]
+    unknown = [encode_record(number, b"x" * 40, UTC_NS, records.DEVICE) for number in (0, 1003, 7027, 2**32 - 1)]
     expect(b"".join(unknown), other_records=4)
 
 

@@ -13,10 +13,10 @@ from ods.sonar_link.orders import Controls, Orders, OrderState
 from ods.sonar_link.planner_requests import PlannerRequests
 from ods.sonar_link.s7k import remote_control
 from ods.sonar_link.s7k.control import RemoteControl
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import Loss, RecordError
-from ods.sonar_link.s7k.remote_control import Reply, Request
+from ods.sonar_link.s7k.remote_control import ControlReply, ControlRequest
 from tests.sonar_link.sonar_samples import UTC_NS
 
 S = 1_000_000_000
@@ -45,9 +45,9 @@ def control(**wanted: float) -> Control:
 
 
 def test_the_request_field_by_field() -> None:
-    made = remote_control.encode_request(remote_control.set_value(1003, 9, 50.0), UTC_NS, device=7000)
-    (record,) = Framer().feed(made)
-    assert (record.record_type, record.device) == (7500, 7000)
+    made = remote_control.encode_request(remote_control.set_value(1003, 9, 50.0), UTC_NS, device=DeviceId(7000))
+    (record,) = RecordFramer().feed(made)
+    assert (record.record_type, record.device) == (7500, DeviceId(7000))
     assert record.body == struct.pack("<II16sf", 1003, 9, bytes(16), 50.0)
     assert remote_control.decode_request(record) == remote_control.set_value(1003, 9, 50.0)
 
@@ -59,17 +59,17 @@ def test_a_subscription_field_by_field() -> None:
 
 
 def test_replies_field_by_field() -> None:
-    request = Request(1003, 77, tracking=b"0123456789abcdef")
-    (yes,) = Framer().feed(remote_control.encode_reply(request, None, UTC_NS, 1))
-    (no,) = Framer().feed(remote_control.encode_reply(request, 5, UTC_NS, 1))
+    request = ControlRequest(1003, 77, tracking=b"0123456789abcdef")
+    (yes,) = RecordFramer().feed(remote_control.encode_reply(request, None, UTC_NS, DeviceId(1)))
+    (no,) = RecordFramer().feed(remote_control.encode_reply(request, 5, UTC_NS, DeviceId(1)))
     assert (yes.record_type, yes.body) == (7501, struct.pack("<I16s", 77, request.tracking))
     assert (no.record_type, no.body) == (7502, struct.pack("<I16sI", 77, request.tracking, 5))
-    assert [remote_control.decode_reply(r) for r in (yes, no)] == [Reply(77, None), Reply(77, 5)]
+    assert [remote_control.decode_reply(r) for r in (yes, no)] == [ControlReply(77, None), ControlReply(77, 5)]
 
 
 @given(st.sampled_from([7500, 7501, 7502]), st.binary(max_size=60))
 def test_any_body_is_decoded_or_refused(record_type: int, body: bytes) -> None:
-    record = Record(record_type, 0, 0, None, body)
+    record = S7kRecord(record_type, DeviceId(0), None, body)
     decoders: list[Any] = [remote_control.decode_reply]
     if record_type == 7500:
         decoders = [
@@ -132,9 +132,9 @@ def test_of_orders_in_quick_succession_the_last_one_is_sent_and_other_settings_d
 def test_a_refusal_is_said_at_once_with_its_code() -> None:
     wanted = control(range_m=500.0)
     (request,) = wanted.requests(0)
-    wanted.answered(Reply(request.ticket + 1, 9))
+    wanted.answered(ControlReply(request.ticket + 1, 9))
     assert wanted.orders.state("range_m") is OrderState.ASKED
-    wanted.answered(Reply(request.ticket, 2))
+    wanted.answered(ControlReply(request.ticket, 2))
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it has not said what it has"]
     wanted.told(Controls(100.0), 10 * S)
     assert wanted.problems() == ["the sonar refused range 500 m (error 2): it says 100 m"]
@@ -175,7 +175,7 @@ def test_a_refused_subscription_is_said() -> None:
     wanted = Control({}, (7000, 7004, 7042))
     wanted.connected()
     (request,) = wanted.requests(0)
-    wanted.answered(Reply(request.ticket, 1))
+    wanted.answered(ControlReply(request.ticket, 1))
     assert wanted.problems() == ["the sonar refused to send records 7000, 7004, 7042 (error 1)"]
     wanted.connected()
     assert wanted.problems() == []
@@ -223,7 +223,7 @@ def test_a_planner_hears_why_not() -> None:
     planners = Planners(orders)
     planners.ask(b"refused", range_m=500.0)
     (request,) = orders.requests(0)
-    orders.answered(Reply(request.ticket, 2))
+    orders.answered(ControlReply(request.ticket, 2))
     planners.requests.answer(0)
     assert planners.reason(b"refused").startswith("the sonar refused range 500 m (error 2)")
     planners.ask(b"silence", 1.0, gain_db=10.0)

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from ods.sonar_link.files.opening import PingFileError, open_pings
-from ods.sonar_link.s7k.catalogue import encode_file_header
-from ods.sonar_link.s7k.drf import encode_record
-from ods.sonar_link.s7k.writer import write_s7k
+from ods.sonar_link.files.s7k.catalogue import encode_file_header
+from ods.sonar_link.files.s7k.writer import write_s7k
+from ods.sonar_link.s7k.drf import DeviceId, encode_record
 from tests.recordings import same_but
 from tests.sonar_link.s7k_tables import entries_of
 from tests.sonar_link.sonar_samples import UTC_NS, make_ping
@@ -20,7 +20,7 @@ def test_s7k_round_trip_with_foreign_records_and_a_cut_off_end(tmp_path: Path) -
     last = entries_of(path)[-1]
     data = path.read_bytes()[: last["offset"] + last["size"] - 7]
     assert data[4:8] == b"\xff\xff\x00\x00"
-    path.write_bytes(data + encode_record(1003, bytes(37), UTC_NS, 100))
+    path.write_bytes(data + encode_record(1003, bytes(37), UTC_NS, DeviceId(100)))
     sequence = open_pings(path)
     assert [same_but(a, b, "t_rx_ns") for a, b in zip(sequence.pings, pings[:3], strict=True)] == [True] * 3
     assert sequence.losses["bad_checksum"] == 1

@@ -16,8 +16,8 @@ import pytest
 from ods.base import clock
 from ods.runtime.bus import TOPICS
 from ods.sonar_link.s7k import records
-from ods.sonar_link.s7k.drf import SYNC, encode_record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import SYNC_WORD, encode_record
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.protocol import S7kProtocol
 from ods.sonar_link.settings import SonarSettings
 from tests.sonar_link.sonar_process import Process, Sonar, running
@@ -132,7 +132,7 @@ def false_header(size: int) -> bytes:
 RNG = np.random.default_rng(6)
 NOISE = {
     "random": RNG.bytes(5000),
-    "sync words": b"".join(RNG.bytes(int(n)) + SYNC for n in RNG.integers(0, 9, 200)),
+    "sync words": b"".join(RNG.bytes(int(n)) + SYNC_WORD for n in RNG.integers(0, 9, 200)),
     "headers of 4 GB": false_header(2**32 - 1) * 50,
     "headers of 4 MB": false_header(4 * 1024 * 1024) * 50,
     "headers of 60 kB": b"".join(RNG.bytes(20) + false_header(60_000) for _ in range(50)),
@@ -164,7 +164,7 @@ def test_noise_bursts_between_and_inside_pings(process: Process, sonar: Sonar, n
 @pytest.mark.parametrize("bit", [16, 17, 19, 21, 22, 31])
 def test_a_size_with_one_wrong_bit_holds_nothing_up_for_long(process: Process, sonar: Sonar, bit: int) -> None:
     wire = bytearray(sonar.ping(**FULL))
-    at = wire.rindex(SYNC, 0, 3000) + 4
+    at = wire.rindex(SYNC_WORD, 0, 3000) + 4
     wire[at : at + 4] = (int.from_bytes(wire[at : at + 4], "little") ^ 1 << bit).to_bytes(4, "little")
     sonar.device.send(bytes(wire))
     assert sonar.recover() < RECOVERY_S
@@ -304,7 +304,7 @@ def test_range_gain_and_sound_speed_change_from_ping_to_ping(process: Process, s
 @pytest.mark.parametrize("noise", NOISE.values(), ids=NOISE.keys())
 def test_endless_garbage_takes_no_more_memory_than_the_longest_record(noise: bytes) -> None:
     longest = 100_000
-    framer = Framer(max_record_bytes=longest)
+    framer = RecordFramer(max_record_bytes=longest)
     chunk = (noise + false_header(longest)) * 3
     tracemalloc.start()
     try:

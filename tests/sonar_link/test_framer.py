@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ods.sonar_link.s7k.drf import SYNC, Record, decode_time, encode_record, encode_time
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import SYNC_WORD, DeviceId, S7kRecord, decode_time, encode_record, encode_time
+from ods.sonar_link.s7k.framer import RecordFramer
 from tests.sonar_link.sonar_samples import UTC_NS
 
 
@@ -23,7 +23,7 @@ def by_hand(body: bytes, flags: int = 1, size: int | None = None, version: int =
     return frame + struct.pack("<I", sum(frame) & 0xFFFFFFFF)
 
 
-def bodies_of(records: list[Record]) -> list[bytes]:
+def bodies_of(records: list[S7kRecord]) -> list[bytes]:
     return [record.body for record in records]
 
 
@@ -35,26 +35,26 @@ fake_headers = st.builds(
 )
 cut_frames = st.builds(lambda body, end: by_hand(body)[:end], bodies, st.integers(54, 70))
 damaged_frames = st.builds(lambda body: by_hand(body)[:-5] + b"\x00\xff\x00\xff\x00", bodies)
-garbage = st.lists(st.one_of(st.binary(max_size=40), st.just(SYNC), fake_headers, cut_frames, damaged_frames)).map(
+garbage = st.lists(st.one_of(st.binary(max_size=40), st.just(SYNC_WORD), fake_headers, cut_frames, damaged_frames)).map(
     b"".join
 )
 
 
 def test_a_frame_made_by_hand() -> None:
-    (record,) = Framer().feed(by_hand(b"body"))
-    assert (record.record_type, record.device, record.enumerator, record.body) == (7042, 7128, 3, b"body")
+    (record,) = RecordFramer().feed(by_hand(b"body"))
+    assert (record.record_type, record.device, record.body) == (7042, (7128, 3), b"body")
     assert record.time_ns == 1_588_682_096_500_000_000  # date -d '2020-05-05 12:34:56.5 UTC' +%s%N
 
 
 def test_the_encoder_writes_what_the_document_says() -> None:
-    made = encode_record(7042, b"body", 1_588_682_096_500_000_000, device=7128, enumerator=3)
+    made = encode_record(7042, b"body", 1_588_682_096_500_000_000, device=DeviceId(7128, 3))
     assert made == by_hand(b"body")
 
 
 @given(st.lists(bodies, max_size=4), garbage, st.lists(st.integers(0, 1500), max_size=12))
 def test_chunking_does_not_matter(contents: list[bytes], noise: bytes, cuts: list[int]) -> None:
     stream = noise + noise.join(by_hand(body) for body in contents)
-    whole, parts = Framer(), Framer()
+    whole, parts = RecordFramer(), RecordFramer()
     edges = sorted({0, *(min(cut, len(stream)) for cut in cuts), len(stream)})
     records = [r for i, j in pairwise(edges) for r in parts.feed(stream[i:j])] + parts.flush()
     assert records == whole.feed(stream) + whole.flush()
@@ -65,7 +65,7 @@ def test_chunking_does_not_matter(contents: list[bytes], noise: bytes, cuts: lis
 def test_garbage_costs_no_whole_frame_and_every_byte_is_accounted_for(
     parts: list[tuple[bytes, bytes]], tail: bytes
 ) -> None:
-    framer = Framer()
+    framer = RecordFramer()
     frames = [by_hand(body) for _, body in parts]
     stream = b"".join(noise + frame for (noise, _), frame in zip(parts, frames, strict=True)) + tail
     records = framer.feed(stream) + framer.flush()
@@ -79,7 +79,7 @@ def test_garbage_costs_no_whole_frame_and_every_byte_is_accounted_for(
 @given(st.lists(st.integers(1, 90), min_size=1, max_size=30))
 def test_arrival_times_are_those_of_the_chunks(sizes: list[int]) -> None:
     stream = b"noise" + by_hand(b"a" * 50) + by_hand(b"b" * 120) + b"?" * sum(sizes)
-    framer, records, time_of_byte, at = Framer(), list[Record](), list[int](), 0
+    framer, records, time_of_byte, at = RecordFramer(), list[S7kRecord](), list[int](), 0
     for t_ns, size in enumerate([*sizes, len(stream)]):
         chunk = stream[at : at + size]
         records += framer.feed(chunk, t_ns)
@@ -103,7 +103,7 @@ def test_arrival_times_are_those_of_the_chunks(sizes: list[int]) -> None:
     ],
 )
 def test_each_kind_of_loss_has_its_counter(frame: bytes, counter: str) -> None:
-    framer = Framer(max_record_bytes=1000)
+    framer = RecordFramer(max_record_bytes=1000)
     records = framer.feed(frame) + framer.feed(by_hand(b"good")) + framer.flush()
     if counter == "truncated_record":  # the good frame's first byte completes it: the checksum tells
         counter = "bad_checksum"
@@ -112,14 +112,14 @@ def test_each_kind_of_loss_has_its_counter(frame: bytes, counter: str) -> None:
 
 
 def test_a_record_without_checksum_is_taken_and_counted() -> None:
-    framer = Framer()
+    framer = RecordFramer()
     assert bodies_of(framer.feed(by_hand(b"body", flags=0)[:-4] + b"\x12\x34\x56\x78")) == [b"body"]
     assert framer.counters == {"records": 1, "unchecked_records": 1}
 
 
 @pytest.mark.parametrize("end", [12, 20, 40, 53])
 def test_a_frame_cut_in_its_header_does_not_borrow_the_next_frames_flags(end: int) -> None:
-    framer = Framer()
+    framer = RecordFramer()
     records = framer.feed(by_hand(b"lost" * 20)[:end] + by_hand(b"good" * 30)) + framer.flush()
     assert bodies_of(records) == [b"good" * 30]
 
@@ -128,11 +128,11 @@ def test_optional_data_are_left_out() -> None:
     frame = bytearray(by_hand(b"bodyoptional"))
     frame[12:16] = (68).to_bytes(4, "little")
     frame[-4:] = (sum(frame[:-4]) & 0xFFFFFFFF).to_bytes(4, "little")
-    assert bodies_of(Framer().feed(frame)) == [b"body"]
+    assert bodies_of(RecordFramer().feed(frame)) == [b"body"]
 
 
 def test_a_header_that_claims_4_gb_allocates_nothing_and_holds_up_nothing() -> None:
-    framer = Framer()
+    framer = RecordFramer()
     tracemalloc.start()
     try:
         records = framer.feed(by_hand(b"", size=2**32 - 1)[:64] + by_hand(b"good"))
@@ -144,7 +144,7 @@ def test_a_header_that_claims_4_gb_allocates_nothing_and_holds_up_nothing() -> N
 
 
 def test_a_record_that_stops_in_the_middle_is_given_up_on_request() -> None:
-    framer = Framer()
+    framer = RecordFramer()
     assert framer.feed(by_hand(b"x" * 100)[:120], 7) == []
     before = framer.waiting_since_ns
     assert framer.give_up() == []
@@ -153,7 +153,7 @@ def test_a_record_that_stops_in_the_middle_is_given_up_on_request() -> None:
 
 
 def test_missing_bytes_are_what_the_record_under_way_still_needs() -> None:
-    frame, framer = by_hand(b"x" * 100), Framer()
+    frame, framer = by_hand(b"x" * 100), RecordFramer()
     told = []
     for at in range(len(frame)):
         told.append(framer.missing_bytes)
@@ -164,7 +164,7 @@ def test_missing_bytes_are_what_the_record_under_way_still_needs() -> None:
 
 def test_many_false_headers_over_the_same_bytes_stay_cheap() -> None:
     """Each of 20,000 headers claims 1 MB: adding them up one by one would take minutes."""
-    framer = Framer()
+    framer = RecordFramer()
     stream = by_hand(b"", size=1_000_000)[:64] * 20_000 + by_hand(b"good")
     records = [r for at in range(0, len(stream), 4096) for r in framer.feed(stream[at : at + 4096])]
     assert bodies_of(records + framer.flush()) == [b"good"]

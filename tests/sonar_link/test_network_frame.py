@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ods.sonar_link.s7k.drf import encode_record
-from ods.sonar_link.s7k.framer import Framer
-from ods.sonar_link.s7k.network_frame import HEADER_BYTES, HEADER_START, Deframer, frame_record
+from ods.sonar_link.s7k.drf import DeviceId, encode_record
+from ods.sonar_link.s7k.framer import RecordFramer
+from ods.sonar_link.s7k.network_frame import HEADER_START, PACKET_HEADER_BYTES, Deframer, frame_record
 from tests.sonar_link.sonar_samples import UTC_NS
 
 LIMIT = 1 << 20
@@ -25,12 +25,12 @@ def by_hand(data: bytes, *, packets: int = 1, size: int | None = None, total: in
 
 
 def record(number: int, length: int = 50) -> bytes:
-    return encode_record(7000, number.to_bytes(4, "little") + bytes(length), UTC_NS, device=1)
+    return encode_record(7000, number.to_bytes(4, "little") + bytes(length), UTC_NS, device=DeviceId(1))
 
 
 def numbers(*streams: bytes) -> list[int]:
     """The records that come out of one stream after another, and its end."""
-    deframer, framer = Deframer(LIMIT), Framer(LIMIT)
+    deframer, framer = Deframer(LIMIT), RecordFramer(LIMIT)
     found = [r for stream in streams for r in framer.feed(deframer.feed(stream))]
     found += framer.feed(deframer.flush()) + framer.flush()
     return [int.from_bytes(r.body[:4], "little") for r in found]
@@ -70,12 +70,12 @@ def test_chunking_does_not_matter_and_no_byte_is_lost(stream: bytes, cuts: list[
     joined = b"".join(parts.feed(stream[i:j]) for i, j in pairwise(edges)) + parts.flush()
     assert joined == whole.feed(stream) + whole.flush()
     assert parts.counters == whole.counters
-    assert len(stream) == len(joined) + HEADER_BYTES * whole.counters["network_frames"]
+    assert len(stream) == len(joined) + PACKET_HEADER_BYTES * whole.counters["network_frames"]
 
 
 @given(
     st.lists(st.integers(0, 300), min_size=1, max_size=5),
-    st.integers(HEADER_BYTES + 1, 500),
+    st.integers(PACKET_HEADER_BYTES + 1, 500),
     st.lists(st.integers(0, 3000), max_size=12),
 )
 def test_records_of_any_length_come_through_packets_of_any_length(

@@ -245,7 +245,7 @@ def test_a_half_open_connection_is_made_again_by_the_process(folder: Path) -> No
         process = Process(folder, port=f"tcp://127.0.0.1:{server.getsockname()[1]}", silence_s=0.5)
         first, _ = server.accept()  # and not a word
         second, _ = server.accept()
-        process.wait(lambda: process.health and process.health.counters["port_losses"] >= 1)
+        process.wait(lambda: process.health and process.health.counters.get("port_losses", 0) >= 1)
         process.close()
         first.close()
         second.close()

@@ -12,7 +12,7 @@ from ods.messages import Ping, SampleType, Scale, frame_of
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import BeamTable
 from ods.sonar_link.s7k import records
-from ods.sonar_link.s7k.drf import Record
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
 from ods.sonar_link.s7k.loss import Loss
 from ods.sonar_link.s7k.water_column import WaterColumn
 from tests.sonar_link.sonar_samples import link, make_ping
@@ -21,7 +21,7 @@ RATE_HZ = 3000.0  # with 1500 m/s: 0.25 m a sample
 
 
 def decode(record_type: int, body: bytes) -> records.Content | Loss:
-    decoded = records.decode(Record(record_type, 7128, 0, None, body))
+    decoded = records.decode(S7kRecord(record_type, DeviceId(7128), None, body))
     assert decoded is not None
     return decoded
 
@@ -45,7 +45,7 @@ def test_settings_field_by_field() -> None:
     fields += [struct.pack("<fff", 100.0, 1481.5, 30.0), bytes(2)]
     body = b"".join(fields)
     assert len(body) == 156
-    assert decode(7000, body) == records.SonarSettings(77, 2, 455e3, 15000.0, 1481.5, Controls(60.0, 208.0, 25.5))
+    assert decode(7000, body) == records.SettingsRecord(77, 2, 455e3, 15000.0, 1481.5, Controls(60.0, 208.0, 25.5))
     assert decode(7000, body + b"later versions append") == decode(7000, body)
 
 

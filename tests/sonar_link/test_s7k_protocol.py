@@ -8,8 +8,8 @@ import pytest
 from ods.messages import Ping
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records, remote_control
-from ods.sonar_link.s7k.drf import encode_record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import DeviceId, encode_record
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.s7k.protocol import S7kProtocol
 from ods.sonar_link.settings import SonarSettings
@@ -28,7 +28,7 @@ def protocol(port: str = "/dev/seabat", latency_ms: float = 0.0, range_m: float 
 
 
 def feed(made: S7kProtocol, ping: Ping, arrival_ns: int, device: int = 7000) -> Ping:
-    (back,) = made.feed(records.encode_ping(ping, device), arrival_ns)
+    (back,) = made.feed(records.encode_ping(ping, DeviceId(device)), arrival_ns)
     return back
 
 
@@ -86,7 +86,7 @@ def test_over_tcp_everything_travels_in_network_frames_and_a_connection_begins_w
     made = protocol("tcp://10.0.0.5:7000", range_m=50.0)
     made.connected(0)
     stream = b"".join(made.requests(0))
-    sent = Framer().feed(Deframer(1 << 20).feed(stream))
+    sent = RecordFramer().feed(Deframer(1 << 20).feed(stream))
     subscription, wanted_range = map(remote_control.decode_request, sent)
     assert remote_control.subscribed_types(subscription) == {7000, 7004, 7042}
     assert (wanted_range.command, remote_control.value_of(wanted_range)) == (remote_control.SET_RANGE, 50.0)
@@ -102,13 +102,13 @@ def test_requests_go_to_the_sonar_that_was_heard_and_its_settings_are_decoded_on
     feed(made, make_ping(1), S, device=7128)
     assert made.orders.told == Controls(10.5, 0.0, 0.0)
     made.connected(S)
-    (request,) = Framer().feed(b"".join(made.requests(S)))
-    assert (request.record_type, request.device) == (7500, 7128)
+    (request,) = RecordFramer().feed(b"".join(made.requests(S)))
+    assert (request.record_type, request.device) == (7500, DeviceId(7128))
 
 
 def test_a_reply_that_cannot_be_read_is_counted_and_is_no_other_record() -> None:
     made = protocol()
-    assert made.feed(encode_record(remote_control.REFUSED, b"short", UTC_NS, 7000), 0) == []
+    assert made.feed(encode_record(remote_control.REFUSED, b"short", UTC_NS, records.DEVICE), 0) == []
     assert made.counters == Counter(records=1, bad_remote_control=1)
 
 

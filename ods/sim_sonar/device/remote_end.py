@@ -5,10 +5,10 @@ from typing import Protocol
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import drf, records, remote_control
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import RecordError
-from ods.sonar_link.s7k.remote_control import Request
+from ods.sonar_link.s7k.remote_control import ControlRequest
 
 NOMINAL_POWER_DB, NOMINAL_GAIN_DB = 210.0, 30.0
 """Those of the scene's levels, and those after switching on."""
@@ -50,7 +50,7 @@ class RemoteEnd:
         self._line = line
         self._ranges_m = LEAST_RANGE_M, sonar.range0_m + (sonar.samples - 1) * sonar.dr_m
         self.controls = Controls(self._ranges_m[1], NOMINAL_POWER_DB, NOMINAL_GAIN_DB)
-        self._framer = Framer(MAX_REQUEST_BYTES)
+        self._framer = RecordFramer(MAX_REQUEST_BYTES)
         self._subscribed: set[int] = set()
         self._client = 0
 
@@ -67,9 +67,9 @@ class RemoteEnd:
         """Return those of a ping's records that go out: all on a serial line, over TCP those subscribed to."""
         if not self._line.needs_subscription:
             return records
-        return [record for record in records if drf.unpack_header(record).record_type in self._subscribed]
+        return [record for record in records if drf.unpack_record_header(record).record_type in self._subscribed]
 
-    def _take(self, record: Record, utc_ns: int) -> None:
+    def _take(self, record: S7kRecord, utc_ns: int) -> None:
         if record.record_type != remote_control.REMOTE_CONTROL:
             return
         try:
@@ -80,7 +80,7 @@ class RemoteEnd:
         reply = remote_control.encode_reply(request, error, utc_ns, records.DEVICE)
         self._line.write([reply], REPLY_PATIENCE_S)
 
-    def _obey(self, request: Request) -> int | None:
+    def _obey(self, request: ControlRequest) -> int | None:
         """Return the error, None when obeyed. Raises RecordError."""
         now = self.controls
         if request.command == remote_control.SUBSCRIBE:

@@ -14,12 +14,12 @@ import numpy as np
 
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import START_BYTES, Decoder
-from ods.sonar_link.files.mapped_file import map_file
+from ods.sonar_link.files.mapped_file import memory_map
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.ping_builder import MAX_SAMPLES, Geometry, make_beam_table
 
 SIGNATURE = b"DDF\x05"
-HEADER_BYTES = 1024
+ARIS_HEADER_BYTES = 1024
 DB_PER_COUNT = 80.0 / 255.0
 US = 1e-6
 NS_PER_US = 1000
@@ -69,10 +69,10 @@ class ArisDecoder(Decoder):
 
     def read(self, path: Path) -> PingSequence:
         """Read a recording. Raises PingFileError."""
-        data = map_file(path)
-        if not self.recognizes(data[:START_BYTES]) or len(data) < 2 * HEADER_BYTES:
+        data = memory_map(path)
+        if not self.recognizes(data[:START_BYTES]) or len(data) < 2 * ARIS_HEADER_BYTES:
             raise PingFileError(f"{path}: not an ARIS recording")
-        first = _header_at(data, HEADER_BYTES)
+        first = _header_at(data, ARIS_HEADER_BYTES)
         beams = BEAMS_OF_PING_MODE.get(first.ping_mode, 0)
         if not beams or not 1 <= first.samples <= MAX_SAMPLES or (beams, bool(first.telephoto)) not in BEARINGS_DEG:
             raise PingFileError(f"{path}: the first frame header is corrupt")
@@ -84,9 +84,9 @@ class ArisDecoder(Decoder):
 
 def _whole_frames(data: mmap, first: _FrameHeader) -> tuple[list[int], Counter[str]]:
     """Return where the frames of the first one's shape begin, and the count of the others."""
-    frame_bytes = HEADER_BYTES + BEAMS_OF_PING_MODE[first.ping_mode] * first.samples
-    whole, rest = divmod(len(data) - HEADER_BYTES, frame_bytes)
-    places = [HEADER_BYTES + index * frame_bytes for index in range(whole)]
+    frame_bytes = ARIS_HEADER_BYTES + BEAMS_OF_PING_MODE[first.ping_mode] * first.samples
+    whole, rest = divmod(len(data) - ARIS_HEADER_BYTES, frame_bytes)
+    places = [ARIS_HEADER_BYTES + index * frame_bytes for index in range(whole)]
     good = [place for place in places if _geometry_of(_header_at(data, place), like=first) is not None]
     return good, +Counter(truncated_frames=int(rest > 0), corrupt_frames=whole - len(good))
 
@@ -124,5 +124,5 @@ def _ping(data: mmap, offset: int, index: int) -> Ping:
     if geometry is None:
         raise PingFileError(f"frame at byte {offset}: changed while the file was read")
     beams = geometry.table.bearing_rad.size
-    frame = np.frombuffer(data, np.uint8, beams * header.samples, offset + HEADER_BYTES).reshape(-1, beams)
+    frame = np.frombuffer(data, np.uint8, beams * header.samples, offset + ARIS_HEADER_BYTES).reshape(-1, beams)
     return recorded_ping(frame[:, ::-1].T, geometry, index, header.time_us * NS_PER_US)

@@ -15,7 +15,7 @@ import numpy as np
 
 from ods.base.arrays import Bytes
 from ods.sonar_link.files import video1
-from ods.sonar_link.files.mapped_file import map_file
+from ods.sonar_link.files.mapped_file import memory_map
 from ods.sonar_link.files.ping_sequence import PingFileError
 
 Pixels = Bytes
@@ -45,7 +45,7 @@ class AviFrames:
         """Find the frames; they are decoded when asked for. Raises PingFileError."""
         self.path = path
         self.losses: Counter[str] = Counter()
-        self._data = map_file(path)
+        self._data = memory_map(path)
         self.period_ns = 0
         self._chunks: list[tuple[int, int]] = []
         found: _Format | None = None

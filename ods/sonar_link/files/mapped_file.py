@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.sonar_link.files.ping_sequence import PingFileError
 
 
-def map_file(path: Path) -> mmap.mmap:
+def memory_map(path: Path) -> mmap.mmap:
     """Return the whole file, read-only, without loading it. Raises PingFileError."""
     try:
         with path.open("rb") as file:

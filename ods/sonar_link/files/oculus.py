@@ -10,7 +10,7 @@ from pathlib import Path
 
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import Decoder
-from ods.sonar_link.files.mapped_file import map_file
+from ods.sonar_link.files.mapped_file import memory_map
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.framer import fault_of
@@ -26,7 +26,7 @@ class OculusDecoder(Decoder):
 
     def read(self, path: Path) -> PingSequence:
         """Read a recording. Raises PingFileError."""
-        data = map_file(path)
+        data = memory_map(path)
         losses: Counter[str] = Counter()
         found: list[int] = []
         for offset in _results(data, losses):

@@ -10,7 +10,7 @@ from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
 from ods.sonar_link.files.npz import NpzDecoder
 from ods.sonar_link.files.oculus import OculusDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
-from ods.sonar_link.files.s7k import S7kDecoder
+from ods.sonar_link.files.s7k.decoder import S7kDecoder
 
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 

@@ -14,8 +14,9 @@ import msgspec
 
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import BeamTable, Geometry, Stamp, build_ping, listening_ns
+from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.s7k import records
-from ods.sonar_link.s7k.drf import Record
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
 from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.water_column import WaterColumn
 
@@ -26,8 +27,6 @@ HABIT = 8
 LEAST_HABIT = 4
 """Fewer pings tell nothing: a sonar may announce its beams more than once at its start."""
 MAX_SONARS = 8
-MAX_GAP = 1000
-"""A ping number further ahead than this is a sonar that started afresh, not pings lost."""
 
 
 class Assembler:
@@ -40,10 +39,10 @@ class Assembler:
 
     def __init__(self, counters: "Counter[str] | None" = None) -> None:
         self.counters: Counter[str] = Counter() if counters is None else counters
-        self._sonars: dict[tuple[int, int], _Sonar] = {}
+        self._sonars: dict[DeviceId, _Sonar] = {}
         self._seq = 0
 
-    def feed(self, record: Record, content: records.Content | Loss | None) -> Ping | None:
+    def feed(self, record: S7kRecord, content: records.Content | Loss | None) -> Ping | None:
         """Take one record with what `records.decode` says of it; return the ping that it completes.
 
         A record without a time makes a ping at its arrival, less the time that the sonar listened.
@@ -66,15 +65,14 @@ class Assembler:
             self.counters["other_records"] += 1
         return None
 
-    def _sonar(self, record: Record) -> "_Sonar":
-        key = record.device, record.enumerator
-        if key not in self._sonars and len(self._sonars) >= MAX_SONARS:
-            self._sonars.clear()
-        if key not in self._sonars:
-            self._sonars[key] = _Sonar()
-        return self._sonars[key]
+    def _sonar(self, record: S7kRecord) -> "_Sonar":
+        if record.device not in self._sonars:
+            if len(self._sonars) >= MAX_SONARS:
+                self._sonars.clear()
+            self._sonars[record.device] = _Sonar(PingNumbers(self.counters))
+        return self._sonars[record.device]
 
-    def _complete(self, record: Record, data: WaterColumn, sonar: "_Sonar") -> Ping:
+    def _complete(self, record: S7kRecord, data: WaterColumn, sonar: "_Sonar") -> Ping:
         if sonar.delivered == (data.ping_number, data.multi_ping):
             raise RecordError(Loss.DUPLICATE_PING)
         settings = sonar.settings_of(data)
@@ -88,32 +86,25 @@ class Assembler:
         if record.time_ns is None:
             self.counters["no_device_time"] += 1
             ping = msgspec.structs.replace(ping, t_ns=record.first_ns - listening_ns(ping))
-        self._count_gap(sonar.delivered, data.ping_number)
+        sonar.numbers.follow(data.ping_number)
         sonar.delivered = data.ping_number, data.multi_ping
         self._seq += 1
         self.counters["pings"] += 1
         return ping
 
-    def _count_gap(self, delivered: tuple[int, int] | None, ping_number: int) -> None:
-        """Count what the ping number tells: pings lost, or a sonar that started afresh."""
-        ahead = 0 if delivered is None else (ping_number - delivered[0]) % 2**32
-        if ahead > MAX_GAP:
-            self.counters["ping_number_restarts"] += 1
-        elif ahead > 1:
-            self.counters["lost_pings"] += ahead - 1
-
 
 class _Sonar:
     """What one sonar said last."""
 
-    def __init__(self) -> None:
-        self.settings: deque[records.SonarSettings] = deque(maxlen=KEPT)
+    def __init__(self, numbers: PingNumbers) -> None:
+        self.numbers = numbers
+        self.settings: deque[records.SettingsRecord] = deque(maxlen=KEPT)
         self.tables: deque[tuple[int | None, BeamTable | None]] = deque(maxlen=KEPT)
         self.delivered: tuple[int, int] | None = None
         self._own_tables: deque[bool] = deque(maxlen=HABIT)
         """Whether the last pings had a beam table of their own."""
 
-    def settings_of(self, data: WaterColumn) -> records.SonarSettings:
+    def settings_of(self, data: WaterColumn) -> records.SettingsRecord:
         for settings in reversed(self.settings):
             if (settings.ping_number, settings.multi_ping) == (data.ping_number, data.multi_ping):
                 return settings
@@ -144,7 +135,7 @@ class _Sonar:
         return table
 
 
-def _geometry(settings: records.SonarSettings, table: BeamTable, data: WaterColumn) -> Geometry:
+def _geometry(settings: records.SettingsRecord, table: BeamTable, data: WaterColumn) -> Geometry:
     """Raises ValueError when the records do not fit each other."""
     if data.beam_numbers is not None:
         table = table.part(data.beam_numbers)

@@ -5,9 +5,9 @@ Record 7000, which comes with every ping, tells whether a setting took effect; a
 
 from ods.sonar_link.orders import Controls, Order, Orders
 from ods.sonar_link.s7k import remote_control
-from ods.sonar_link.s7k.remote_control import Reply, Request
+from ods.sonar_link.s7k.remote_control import ControlReply, ControlRequest
 
-COMMANDS = {
+COMMAND_OF = {
     "range_m": remote_control.SET_RANGE,
     "power_db": remote_control.SET_POWER,
     "gain_db": remote_control.SET_GAIN,
@@ -36,7 +36,7 @@ class RemoteControl:
         self._subscription_error = None
         self._orders.renew()
 
-    def requests(self, now_ns: int) -> list[Request]:
+    def requests(self, now_ns: int) -> list[ControlRequest]:
         """Return what is to be sent now."""
         due = []
         if self._subscribe_due:
@@ -46,7 +46,7 @@ class RemoteControl:
         for order in self._orders.due(now_ns):
             ticket = self._next_ticket()
             self._asked[order.name] = ticket, order
-            due.append(remote_control.set_value(COMMANDS[order.name], ticket, order.value))
+            due.append(remote_control.set_value(COMMAND_OF[order.name], ticket, order.value))
         self._counters["control_requests"] += len(due)
         return due
 
@@ -54,7 +54,7 @@ class RemoteControl:
         """Take what record 7000 says."""
         self._orders.hear(controls, now_ns)
 
-    def answered(self, reply: Reply) -> None:
+    def answered(self, reply: ControlReply) -> None:
         """Take what the sonar replied to a request."""
         self._counters["control_acknowledged" if reply.error is None else "control_refused"] += 1
         if reply.error is None:

@@ -11,25 +11,34 @@ from typing import NamedTuple
 
 import numpy as np
 
-SYNC = b"\xff\xff\x00\x00"
+SYNC_WORD = b"\xff\xff\x00\x00"
 SYNC_AT = 4
 """Where the sync word stands in a frame; the header's offset field counts from here."""
-VERSION = 5
+RECORD_VERSION = 5
 CHECKSUM_BYTES = 4
 CHECKSUM_VALID = 1
 RECORDED = 1 << 15
 
 _HEADER = struct.Struct("<HH4sIII10sHIIHHIHHIII")
 _TIME = struct.Struct("<HHfBB")
-HEADER_BYTES = _HEADER.size
-EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
+RECORD_HEADER_BYTES = _HEADER.size
+UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 YEARS = range(1970, 2200)
 """Years taken for a real 7KTIME."""
 _NS = 1_000_000_000
 _DAY_NS = 86_400 * _NS
 
 
-class Header(NamedTuple):
+class DeviceId(NamedTuple):
+    """Which of the devices on a line or in a file."""
+
+    number: int
+    """Of its kind: 7000 is "7k sonar source"."""
+    enumerator: int = 0
+    """Tells two of one kind apart."""
+
+
+class RecordHeader(NamedTuple):
     """The fields of a frame's header that matter here."""
 
     version: int
@@ -41,18 +50,16 @@ class Header(NamedTuple):
     """From the frame's start to its optional data; 0 when there are none."""
     time: bytes
     record_type: int
-    device: int
-    enumerator: int
+    device: DeviceId
     flags: int
 
 
 @dataclass(frozen=True, slots=True)
-class Record:
+class S7kRecord:
     """One record as it came, without frame, checksum and optional data."""
 
     record_type: int
-    device: int
-    enumerator: int
+    device: DeviceId
     time_ns: int | None
     """7KTIME, UTC ns since 1970; None when the device had no time or told an absurd one."""
     body: bytes
@@ -63,20 +70,19 @@ class Record:
     """When the frame's last byte was read."""
 
 
-def unpack_header(buffer: bytes | bytearray) -> Header:
-    """Return the header at the start of `buffer`, which holds at least HEADER_BYTES."""
+def unpack_record_header(buffer: bytes | bytearray) -> RecordHeader:
+    """Return the header at the start of `buffer`, which holds at least RECORD_HEADER_BYTES."""
     version, offset, _, size, optional_offset, _, time, _, record_type, device, _, enumerator, _, flags, *_ = (
         _HEADER.unpack_from(buffer)
     )
-    return Header(version, offset, size, optional_offset, time, record_type, device, enumerator, flags)
+    return RecordHeader(version, offset, size, optional_offset, time, record_type, DeviceId(device, enumerator), flags)
 
 
 def encode_record(
     record_type: int,
     body: bytes,
     utc_ns: int | None,
-    device: int,
-    enumerator: int = 0,
+    device: DeviceId,
     recorded: bool = False,
     optional: tuple[int, bytes] | None = None,
 ) -> bytes:
@@ -85,10 +91,11 @@ def encode_record(
     `optional`: identifier and bytes of the optional data behind the body.
     """
     identifier, extra = optional or (0, b"")
-    size = HEADER_BYTES + len(body) + len(extra) + CHECKSUM_BYTES
+    optional_at = RECORD_HEADER_BYTES + len(body) if optional else 0
+    size = RECORD_HEADER_BYTES + len(body) + len(extra) + CHECKSUM_BYTES
     header = _HEADER.pack(
-        VERSION, HEADER_BYTES - SYNC_AT, SYNC, size, HEADER_BYTES + len(body) if optional else 0, identifier,
-        encode_time(utc_ns), 1, record_type, device, 0, enumerator,
+        RECORD_VERSION, RECORD_HEADER_BYTES - SYNC_AT, SYNC_WORD, size, optional_at, identifier,
+        encode_time(utc_ns), 1, record_type, device.number, 0, device.enumerator,
         0, CHECKSUM_VALID | (RECORDED if recorded else 0), 0, 0, 0, 0,
     )  # fmt: skip
     frame = header + body + extra
@@ -106,7 +113,7 @@ def decode_time(field: bytes) -> int | None:
     sane = year in YEARS and 1 <= day <= 366 and hours < 24 and minutes < 60
     if not sane or not math.isfinite(seconds) or not 0.0 <= seconds < 61.0:
         return None
-    days = date(year, 1, 1).toordinal() + day - 1 - EPOCH.toordinal()
+    days = date(year, 1, 1).toordinal() + day - 1 - UNIX_EPOCH.toordinal()
     return days * _DAY_NS + (hours * 3600 + minutes * 60) * _NS + round(seconds * _NS)
 
 
@@ -124,7 +131,7 @@ def encode_time(utc_ns: int | None) -> bytes:
         return bytes(_TIME.size)
     whole_s, part_ns = divmod(utc_ns, _NS)
     try:
-        moment = EPOCH + timedelta(seconds=whole_s)
+        moment = UNIX_EPOCH + timedelta(seconds=whole_s)
     except OverflowError:
         raise ValueError(f"utc_ns: {utc_ns} is no time of this age") from None
     if moment.year not in YEARS:

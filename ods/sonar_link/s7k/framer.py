@@ -11,20 +11,20 @@ from collections import Counter, deque
 import numpy as np
 
 from ods.sonar_link.s7k import drf
-from ods.sonar_link.s7k.drf import Header, Record
+from ods.sonar_link.s7k.drf import RecordHeader, S7kRecord
 from ods.sonar_link.s7k.loss import Loss
 
 MAX_RECORD_BYTES = 4 * 1024 * 1024
-MIN_RECORD_BYTES = drf.HEADER_BYTES + drf.CHECKSUM_BYTES
-MIN_OFFSET = drf.HEADER_BYTES - drf.SYNC_AT
-FRAME_START = drf.VERSION.to_bytes(2, "little") + MIN_OFFSET.to_bytes(2, "little") + drf.SYNC
-KEPT_TAIL = drf.SYNC_AT + len(drf.SYNC) - 1
+MIN_RECORD_BYTES = drf.RECORD_HEADER_BYTES + drf.CHECKSUM_BYTES
+MIN_OFFSET = drf.RECORD_HEADER_BYTES - drf.SYNC_AT
+FRAME_START = drf.RECORD_VERSION.to_bytes(2, "little") + MIN_OFFSET.to_bytes(2, "little") + drf.SYNC_WORD
+KEPT_TAIL = drf.SYNC_AT + len(drf.SYNC_WORD) - 1
 """The longest beginning of a header that cannot be recognized yet."""
 _SUM_BYTES = 4
 _SUM_MASK = 0xFFFFFFFF
 
 
-class Framer:
+class RecordFramer:
     """Turns chunks of a stream into records, in any chunking the same.
 
     Counters: records, of them unchecked_records (without checksum); garbage_bytes (bytes of no record); and one for
@@ -41,7 +41,7 @@ class Framer:
         self._start = 0  # position of the buffer's first byte in the stream
         self._arrivals: deque[tuple[int, int]] = deque()  # (position behind a chunk, when it was read)
 
-    def feed(self, data: bytes | bytearray | memoryview, t_ns: int = 0) -> list[Record]:
+    def feed(self, data: bytes | bytearray | memoryview, t_ns: int = 0) -> list[S7kRecord]:
         """Take the next bytes of the stream, read at `t_ns`; return the records that they complete."""
         if not len(data):
             return []
@@ -55,17 +55,17 @@ class Framer:
     @property
     def waiting_since_ns(self) -> int | None:
         """When the first byte of the record under way was read; None when none is."""
-        under_way = self._bytes.startswith(drf.SYNC, drf.SYNC_AT)
+        under_way = self._bytes.startswith(drf.SYNC_WORD, drf.SYNC_AT)
         return self._arrivals[0][1] if under_way else None
 
     @property
     def missing_bytes(self) -> int:
         """Bytes that must come before the record under way can be complete; 0 when none is under way."""
-        if self.waiting_since_ns is None or len(self._bytes) < drf.HEADER_BYTES:
+        if self.waiting_since_ns is None or len(self._bytes) < drf.RECORD_HEADER_BYTES:
             return 0
-        return drf.unpack_header(self._bytes).size - len(self._bytes)
+        return drf.unpack_record_header(self._bytes).size - len(self._bytes)
 
-    def give_up(self) -> list[Record]:
+    def give_up(self) -> list[S7kRecord]:
         """Disbelieve the header of the record under way; return the records found behind it."""
         if self.waiting_since_ns is None:
             return []
@@ -73,18 +73,18 @@ class Framer:
         self._discard(drf.SYNC_AT)
         return self._records()
 
-    def flush(self) -> list[Record]:
+    def flush(self) -> list[S7kRecord]:
         """End the stream: give up whatever is under way; return the records found in it. Feeding may go on."""
-        records: list[Record] = []
+        records: list[S7kRecord] = []
         while self.waiting_since_ns is not None:
             records += self.give_up()
         self._discard(len(self._bytes))
         return records
 
-    def _records(self) -> list[Record]:
-        found: list[Record] = []
-        while self._find_sync() and len(self._bytes) >= drf.HEADER_BYTES:
-            header = drf.unpack_header(self._bytes)
+    def _records(self) -> list[S7kRecord]:
+        found: list[S7kRecord] = []
+        while self._find_sync() and len(self._bytes) >= drf.RECORD_HEADER_BYTES:
+            header = drf.unpack_record_header(self._bytes)
             fault = self._fault(header)
             if fault is None and len(self._bytes) < header.size:
                 break
@@ -98,13 +98,13 @@ class Framer:
 
     def _find_sync(self) -> bool:
         """Drop what cannot be part of a header; tell whether a sync word stands where a header has it."""
-        at = self._bytes.find(drf.SYNC, drf.SYNC_AT)
+        at = self._bytes.find(drf.SYNC_WORD, drf.SYNC_AT)
         self._discard(at - drf.SYNC_AT if at >= 0 else len(self._bytes) - KEPT_TAIL)
         return at >= 0
 
-    def _fault(self, header: Header) -> Loss | None:
+    def _fault(self, header: RecordHeader) -> Loss | None:
         """Say why the header cannot be one, None when it can."""
-        if header.version != drf.VERSION:
+        if header.version != drf.RECORD_VERSION:
             return Loss.BAD_VERSION
         if header.size < MIN_RECORD_BYTES:
             return Loss.SHORT_RECORD
@@ -116,7 +116,7 @@ class Framer:
             return Loss.BAD_OFFSET
         return None
 
-    def _fault_of_content(self, header: Header) -> Loss | None:
+    def _fault_of_content(self, header: RecordHeader) -> Loss | None:
         """Say why the whole record cannot be one, None when it can."""
         if not header.flags & drf.CHECKSUM_VALID:
             swallows = self._bytes.find(FRAME_START, 1, header.size) >= 0
@@ -126,12 +126,11 @@ class Framer:
         fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == told
         return None if fits else Loss.BAD_CHECKSUM
 
-    def _take(self, header: Header) -> Record:
+    def _take(self, header: RecordHeader) -> S7kRecord:
         body_end = header.optional_offset or header.size - drf.CHECKSUM_BYTES
-        record = Record(
+        record = S7kRecord(
             record_type=header.record_type,
             device=header.device,
-            enumerator=header.enumerator,
             time_ns=drf.decode_time(header.time),
             body=bytes(self._bytes[drf.SYNC_AT + header.offset : body_end]),
             first_ns=self._arrivals[0][1],

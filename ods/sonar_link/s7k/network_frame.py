@@ -12,16 +12,16 @@ import struct
 from collections import Counter
 from typing import NamedTuple
 
-VERSION = 5
+PACKET_VERSION = 5
 MAX_PACKET_BYTES = 60_000
 """Longest packet that we send, header included."""
 
 _HEADER = struct.Struct("<HHIHHIIIIHHI")
-HEADER_BYTES = _HEADER.size
-HEADER_START = VERSION.to_bytes(2, "little") + HEADER_BYTES.to_bytes(2, "little")
+PACKET_HEADER_BYTES = _HEADER.size
+HEADER_START = PACKET_VERSION.to_bytes(2, "little") + PACKET_HEADER_BYTES.to_bytes(2, "little")
 
 
-class Header(NamedTuple):
+class PacketHeader(NamedTuple):
     """The fields of a packet's header, in their order."""
 
     version: int
@@ -47,13 +47,13 @@ class Header(NamedTuple):
 
 def frame_record(record: bytes, transmission: int, max_packet_bytes: int = MAX_PACKET_BYTES) -> bytes:
     """Return the packets that carry one record, from and to unspecified devices."""
-    step = max_packet_bytes - HEADER_BYTES
+    step = max_packet_bytes - PACKET_HEADER_BYTES
     parts = [record[at : at + step] for at in range(0, len(record), step)]
     packets = []
     for sequence, part in enumerate(parts):
-        header = Header(
-            version=VERSION, offset=HEADER_BYTES, total_packets=len(parts), total_records=1,
-            transmission=transmission % 2**16, packet_size=HEADER_BYTES + len(part), total_size=len(record),
+        header = PacketHeader(
+            version=PACKET_VERSION, offset=PACKET_HEADER_BYTES, total_packets=len(parts), total_records=1,
+            transmission=transmission % 2**16, packet_size=PACKET_HEADER_BYTES + len(part), total_size=len(record),
             sequence=sequence,
         )  # fmt: skip
         packets.append(_HEADER.pack(*header) + part)
@@ -82,13 +82,13 @@ class Deframer:
             else:
                 end = _next_header(stream, at)
                 if end == at:
-                    if len(stream) - at < HEADER_BYTES:
+                    if len(stream) - at < PACKET_HEADER_BYTES:
                         break
-                    header = Header(*_HEADER.unpack_from(stream, at))
+                    header = PacketHeader(*_HEADER.unpack_from(stream, at))
                     if self._believable(header):
                         self.counters["network_frames"] += 1
-                        self._data_left = header.packet_size - HEADER_BYTES
-                        at += HEADER_BYTES
+                        self._data_left = header.packet_size - PACKET_HEADER_BYTES
+                        at += PACKET_HEADER_BYTES
                         continue
                     end = at + 1
                 self.counters["unframed_bytes"] += end - at
@@ -103,8 +103,8 @@ class Deframer:
         self.counters["unframed_bytes"] += len(held)
         return held
 
-    def _believable(self, header: Header) -> bool:
-        data_bytes = header.packet_size - HEADER_BYTES
+    def _believable(self, header: PacketHeader) -> bool:
+        data_bytes = header.packet_size - PACKET_HEADER_BYTES
         return (
             0 < data_bytes <= header.total_size <= self._max_record_bytes
             and header.sequence < header.total_packets <= header.total_size

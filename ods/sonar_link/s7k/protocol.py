@@ -15,8 +15,8 @@ from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import MAX_SONARS, Assembler
 from ods.sonar_link.s7k.control import RemoteControl
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.loss import RecordError
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.settings import SonarSettings
@@ -42,13 +42,13 @@ class S7kProtocol(SonarProtocol):
         self._latency_ns = round(settings.latency_ms * 1e6)
         self._timeout_ns = round(settings.record_timeout_s * clock.NS)
         self._deframer = Deframer(settings.max_record_bytes, counters) if framed else None
-        self._framer = Framer(settings.max_record_bytes, counters)
+        self._framer = RecordFramer(settings.max_record_bytes, counters)
         self._assembler = Assembler(counters)
         self._control = RemoteControl(self.orders, wanted if framed else ())
-        self._clocks: dict[tuple[int, int], DeviceClock] = {}
-        """Each sonar's own, by device and enumerator."""
-        self._sonar = records.DEVICE, 0
-        """Device and enumerator that requests go to: those of the last settings heard."""
+        self._clocks: dict[DeviceId, DeviceClock] = {}
+        """Each sonar's own."""
+        self._sonar = records.DEVICE
+        """The device that requests go to: that of the last settings heard."""
         self._transmissions = 0
         self._record_types: Counter[int] = Counter()
 
@@ -106,28 +106,28 @@ class S7kProtocol(SonarProtocol):
             "switch 7000, 7004 and 7042 on at the sonar, for every ping"
         )
 
-    def _take(self, found: list[Record]) -> list[Ping]:
+    def _take(self, found: list[S7kRecord]) -> list[Ping]:
         return [ping for record in found if (ping := self._take_record(record)) is not None]
 
-    def _take_record(self, record: Record) -> Ping | None:
+    def _take_record(self, record: S7kRecord) -> Ping | None:
         self._record_types[record.record_type] += 1
         if record.record_type in REPLIES:
             self._take_reply(record)
             return None
         content = records.decode(record)
-        if isinstance(content, records.SonarSettings):
-            self._sonar = record.device, record.enumerator
+        if isinstance(content, records.SettingsRecord):
+            self._sonar = record.device
             self._control.told(content.controls, record.last_ns)
         ping = self._assembler.feed(record, content)
         return None if ping is None else self._on_our_clock(ping, record)
 
-    def _take_reply(self, record: Record) -> None:
+    def _take_reply(self, record: S7kRecord) -> None:
         try:
             self._control.answered(remote_control.decode_reply(record))
         except RecordError as error:
             self.counters[error.loss.value] += 1
 
-    def _on_our_clock(self, ping: Ping, record: Record) -> Ping:
+    def _on_our_clock(self, ping: Ping, record: S7kRecord) -> Ping:
         """Return the ping with its time of transmission; its record left the sonar `delay_ns` later at the earliest."""
         delay_ns = listening_ns(ping) + self._latency_ns
         left_ns = record.first_ns
@@ -135,16 +135,15 @@ class S7kProtocol(SonarProtocol):
             left_ns = self._clock_of(record).local_ns(record.time_ns + delay_ns, record.first_ns)
         return msgspec.structs.replace(ping, t_ns=left_ns - delay_ns)
 
-    def _clock_of(self, record: Record) -> DeviceClock:
-        key = record.device, record.enumerator
-        if key not in self._clocks and len(self._clocks) >= MAX_SONARS:
-            self._clocks.clear()
-        if key not in self._clocks:
-            self._clocks[key] = DeviceClock(self.counters)
-        return self._clocks[key]
+    def _clock_of(self, record: S7kRecord) -> DeviceClock:
+        if record.device not in self._clocks:
+            if len(self._clocks) >= MAX_SONARS:
+                self._clocks.clear()
+            self._clocks[record.device] = DeviceClock(self.counters)
+        return self._clocks[record.device]
 
-    def _framed(self, request: remote_control.Request, now_ns: int) -> bytes:
-        record = remote_control.encode_request(request, self._utc_of(now_ns), *self._sonar)
+    def _framed(self, request: remote_control.ControlRequest, now_ns: int) -> bytes:
+        record = remote_control.encode_request(request, self._utc_of(now_ns), self._sonar)
         if self._deframer is None:
             return record
         self._transmissions += 1

@@ -14,7 +14,7 @@ from ods.messages import Ping
 from ods.sonar_link.orders import Controls
 from ods.sonar_link.ping_builder import MAX_BEAMS, SOUND_SPEEDS, BeamTable, make_beam_table
 from ods.sonar_link.s7k import water_column
-from ods.sonar_link.s7k.drf import Record, encode_record
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord, encode_record
 from ods.sonar_link.s7k.loss import Loss, RecordError
 from ods.sonar_link.s7k.water_column import WaterColumn
 
@@ -23,11 +23,11 @@ BEAM_GEOMETRY = 7004
 BEAMFORMED_DATA = 7018
 COMPRESSED_WATER_COLUMN = 7042
 
-DEVICE = 7000
+DEVICE = DeviceId(7000)
 """Device identifier of our own records: "7k sonar source"; the SeaBat 6012 is older than the format and has none."""
 SAMPLE_RATES = (1.0, 1e8)
 """Hz."""
-GRID_TOLERANCE = 1e-3
+SAMPLE_GRID_TOLERANCE = 1e-3
 """Share of a sample that `range0_m` may lie off the sampling grid."""
 
 _SETTINGS = struct.Struct(
@@ -45,7 +45,7 @@ _GEOMETRY = struct.Struct("<QI")
 
 
 @dataclass(frozen=True)
-class SonarSettings:
+class SettingsRecord:
     """What record 7000 says that matters here."""
 
     ping_number: int
@@ -57,10 +57,10 @@ class SonarSettings:
     controls: Controls
 
 
-Content = SonarSettings | BeamTable | WaterColumn
+Content = SettingsRecord | BeamTable | WaterColumn
 
 
-def decode(record: Record) -> Content | Loss | None:
+def decode(record: S7kRecord) -> Content | Loss | None:
     """Return what a record says, or why it cannot be used; None for a type that is not used here."""
     try:
         return _decode(record)
@@ -68,7 +68,7 @@ def decode(record: Record) -> Content | Loss | None:
         return error.loss
 
 
-def _decode(record: Record) -> Content | None:
+def _decode(record: S7kRecord) -> Content | None:
     if record.record_type == SONAR_SETTINGS:
         return _decode_settings(record.body)
     if record.record_type == BEAM_GEOMETRY:
@@ -80,13 +80,13 @@ def _decode(record: Record) -> Content | None:
     return None
 
 
-def encode_ping(ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded: bool = False) -> bytes:
+def encode_ping(ping: Ping, device: DeviceId = DEVICE, recorded: bool = False) -> bytes:
     """Return the records of one ping, framed, one after another. Raises ValueError: see `ping_records`."""
-    return b"".join(ping_records(ping, device, enumerator, recorded))
+    return b"".join(ping_records(ping, device, recorded))
 
 
 def ping_records(
-    ping: Ping, device: int = DEVICE, enumerator: int = 0, recorded: bool = False, controls: Controls | None = None
+    ping: Ping, device: DeviceId = DEVICE, recorded: bool = False, controls: Controls | None = None
 ) -> list[bytes]:
     """Return the records of one ping, framed: 7000, 7004, and its samples, stamped with `ping.utc_ns`.
 
@@ -99,7 +99,7 @@ def ping_records(
     if (ping.scale, ping.dtype) not in (("log8", "u1"), ("linear", "u2"), ("linear", "f4")):
         raise ValueError(f"ping {ping.ping_number}: s7k has no record for {ping.dtype} samples of scale {ping.scale}")
     first_sample = round(ping.range0_m / ping.dr_m)
-    if abs(ping.range0_m / ping.dr_m - first_sample) > GRID_TOLERANCE:
+    if abs(ping.range0_m / ping.dr_m - first_sample) > SAMPLE_GRID_TOLERANCE:
         raise ValueError(f"ping {ping.ping_number}: range0_m {ping.range0_m:g} is no multiple of dr_m {ping.dr_m:g}")
     rate = 0.5 * ping.sound_speed / ping.dr_m
     if ping.dtype == "u2" and first_sample == 0:
@@ -109,12 +109,12 @@ def ping_records(
     told = controls or Controls(ping.range0_m + ping.samples * ping.dr_m, 0.0, 0.0)
     settings = SONAR_SETTINGS, _encode_settings(ping, rate, told)
     return [
-        encode_record(record_type, body, ping.utc_ns, device, enumerator, recorded)
+        encode_record(record_type, body, ping.utc_ns, device, recorded)
         for record_type, body in (settings, (BEAM_GEOMETRY, _encode_geometry(ping)), samples)
     ]
 
 
-def _decode_settings(body: bytes) -> SonarSettings:
+def _decode_settings(body: bytes) -> SettingsRecord:
     if len(body) < _SETTINGS.size:
         raise RecordError(Loss.BAD_SETTINGS)
     fields = _SETTINGS.unpack_from(body)
@@ -125,7 +125,7 @@ def _decode_settings(body: bytes) -> SonarSettings:
         raise RecordError(Loss.BAD_SETTINGS)
     told = 0.0 < frequency < 1e9
     controls = Controls(*fields[_RANGE_FIELD : _RANGE_FIELD + 3])
-    return SonarSettings(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed, controls)
+    return SettingsRecord(ping_number, multi_ping, frequency if told else 0.0, rate, sound_speed, controls)
 
 
 def _encode_settings(ping: Ping, sample_rate_hz: float, controls: Controls) -> bytes:

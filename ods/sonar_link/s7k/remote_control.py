@@ -10,7 +10,7 @@ import struct
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from ods.sonar_link.s7k.drf import Record, encode_record
+from ods.sonar_link.s7k.drf import DeviceId, S7kRecord, encode_record
 from ods.sonar_link.s7k.loss import Loss, RecordError
 
 REMOTE_CONTROL = 7500
@@ -35,7 +35,7 @@ MAX_SUBSCRIBED = 256
 
 
 @dataclass(frozen=True)
-class Request:
+class ControlRequest:
     """One command."""
 
     command: int
@@ -46,7 +46,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Reply:
+class ControlReply:
     """What became of a request."""
 
     ticket: int
@@ -54,12 +54,12 @@ class Reply:
     """None: acknowledged; else why it was refused."""
 
 
-def set_value(command: int, ticket: int, value: float) -> Request:
+def set_value(command: int, ticket: int, value: float) -> ControlRequest:
     """Return the request that sets range, power or gain."""
-    return Request(command, ticket, _VALUE.pack(value))
+    return ControlRequest(command, ticket, _VALUE.pack(value))
 
 
-def value_of(request: Request) -> float:
+def value_of(request: ControlRequest) -> float:
     """Return what range, power or gain is to be set to. Raises RecordError."""
     if len(request.parameters) < _VALUE.size:
         raise RecordError(Loss.BAD_REMOTE_CONTROL)
@@ -69,13 +69,13 @@ def value_of(request: Request) -> float:
     return value
 
 
-def subscribe(ticket: int, record_types: Iterable[int]) -> Request:
+def subscribe(ticket: int, record_types: Iterable[int]) -> ControlRequest:
     """Return the request for these record types, from now on, over the connection that it is sent on."""
     types = list(record_types)
-    return Request(SUBSCRIBE, ticket, struct.pack(f"<I{len(types)}I", len(types), *types))
+    return ControlRequest(SUBSCRIBE, ticket, struct.pack(f"<I{len(types)}I", len(types), *types))
 
 
-def subscribed_types(request: Request) -> set[int]:
+def subscribed_types(request: ControlRequest) -> set[int]:
     """Return the record types of a subscription. Raises RecordError."""
     if len(request.parameters) < _COUNT.size:
         raise RecordError(Loss.BAD_REMOTE_CONTROL)
@@ -85,21 +85,21 @@ def subscribed_types(request: Request) -> set[int]:
     return set(struct.unpack_from(f"<{count}I", request.parameters, _COUNT.size))
 
 
-def encode_request(request: Request, utc_ns: int, device: int, enumerator: int = 0) -> bytes:
+def encode_request(request: ControlRequest, utc_ns: int, device: DeviceId) -> bytes:
     """Return record 7500, framed, to the sonar `device`."""
     body = _REQUEST.pack(request.command, request.ticket, request.tracking) + request.parameters
-    return encode_record(REMOTE_CONTROL, body, utc_ns, device, enumerator)
+    return encode_record(REMOTE_CONTROL, body, utc_ns, device)
 
 
-def decode_request(record: Record) -> Request:
+def decode_request(record: S7kRecord) -> ControlRequest:
     """Decode record 7500. Raises RecordError."""
     if len(record.body) < _REQUEST.size:
         raise RecordError(Loss.BAD_REMOTE_CONTROL)
     command, ticket, tracking = _REQUEST.unpack_from(record.body)
-    return Request(command, ticket, record.body[_REQUEST.size :], tracking)
+    return ControlRequest(command, ticket, record.body[_REQUEST.size :], tracking)
 
 
-def encode_reply(request: Request, error: int | None, utc_ns: int, device: int) -> bytes:
+def encode_reply(request: ControlRequest, error: int | None, utc_ns: int, device: DeviceId) -> bytes:
     """Return record 7501, or 7502 when there is an error, framed."""
     body = _REPLY.pack(request.ticket, request.tracking)
     if error is None:
@@ -107,10 +107,10 @@ def encode_reply(request: Request, error: int | None, utc_ns: int, device: int) 
     return encode_record(REFUSED, body + _ERROR.pack(error), utc_ns, device)
 
 
-def decode_reply(record: Record) -> Reply:
+def decode_reply(record: S7kRecord) -> ControlReply:
     """Decode record 7501 or 7502. Raises RecordError."""
     refused = record.record_type == REFUSED
     if len(record.body) < _REPLY.size + (_ERROR.size if refused else 0):
         raise RecordError(Loss.BAD_REMOTE_CONTROL)
     ticket, _ = _REPLY.unpack_from(record.body)
-    return Reply(ticket, _ERROR.unpack_from(record.body, _REPLY.size)[0] if refused else None)
+    return ControlReply(ticket, _ERROR.unpack_from(record.body, _REPLY.size)[0] if refused else None)

@@ -21,7 +21,7 @@ DEFAULT_LOG_FACTOR = 40.0
 
 MAGNITUDE_ONLY = 1 << 1
 EIGHT_BIT_LOG = 1 << 2
-THIRTY_TWO_BIT = 1 << 12
+FLOAT_MAGNITUDE = 1 << 12
 FACTOR_GIVEN = 1 << 13
 SEGMENTS_GIVEN = 1 << 14
 FIRST_SAMPLE_IS_DELAY = 1 << 15
@@ -69,7 +69,7 @@ def decode_7042(body: bytes) -> WaterColumn:
     if len(body) < _HEADER_7042.size:
         raise RecordError(Loss.BAD_WATER_COLUMN)
     _, ping_number, multi_ping, beams, _, _, flags, first, rate, factor = _HEADER_7042.unpack_from(body)
-    if flags & FIRST_SAMPLE_IS_DELAY or (flags & THIRTY_TWO_BIT and flags & EIGHT_BIT_LOG):
+    if flags & FIRST_SAMPLE_IS_DELAY or (flags & FLOAT_MAGNITUDE and flags & EIGHT_BIT_LOG):
         raise RecordError(Loss.UNSUPPORTED_LAYOUT)
     if not math.isfinite(rate) or rate < 0.0:
         raise RecordError(Loss.BAD_WATER_COLUMN)
@@ -103,7 +103,7 @@ def encode_7042(ping: Ping, first_sample: int, sample_rate_hz: float) -> bytes:
         if ping.scale_factor != DEFAULT_LOG_FACTOR:
             flags, factor = flags | FACTOR_GIVEN, ping.scale_factor
     elif ping.dtype == "f4":
-        flags |= THIRTY_TWO_BIT
+        flags |= FLOAT_MAGNITUDE
     beams = np.zeros(ping.beams, _beam_dtype(_sample_dtype(flags), False, ping.samples))
     beams["beam"] = np.arange(ping.beams)
     beams["samples"] = ping.samples
@@ -121,7 +121,7 @@ def _check_shape(beams: int, samples: int) -> None:
 
 
 def _sample_dtype(flags: int) -> np.dtype[np.void]:
-    if flags & THIRTY_TWO_BIT:
+    if flags & FLOAT_MAGNITUDE:
         magnitude, phase = "<f4", "i1"
     elif flags & EIGHT_BIT_LOG:
         magnitude, phase = "u1", "i1"

@@ -8,19 +8,19 @@ from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.s7k import drf
 from ods.sonar_link.s7k.assembler import Assembler
-from ods.sonar_link.s7k.drf import Record
-from ods.sonar_link.s7k.framer import Framer
+from ods.sonar_link.s7k.drf import S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.records import decode
 
 CHUNK_BYTES = 1024 * 1024
-MAX_RECORD_BYTES = 64 * 1024 * 1024
+LONGEST_RECORD_BYTES = 64 * 1024 * 1024
 
 
 class S7kDecoder(Decoder):
     """Counts everything in a recording that is no ping."""
 
     name = ".s7k"
-    signature = ((drf.SYNC_AT, drf.SYNC),)
+    signature = ((drf.SYNC_AT, drf.SYNC_WORD),)
     suffix = ".s7k"
 
     def read(self, path: Path) -> PingSequence:
@@ -38,7 +38,7 @@ class S7kDecoder(Decoder):
 
 
 def _pings(path: Path, counters: Counter[str]) -> list[Ping]:
-    framer = Framer(MAX_RECORD_BYTES, counters)
+    framer = RecordFramer(LONGEST_RECORD_BYTES, counters)
     assembler = Assembler(counters=counters)
     pings: list[Ping] = []
     with path.open("rb") as file:
@@ -47,5 +47,5 @@ def _pings(path: Path, counters: Counter[str]) -> list[Ping]:
     return pings + _assembled(assembler, framer.flush())
 
 
-def _assembled(assembler: Assembler, found: list[Record]) -> list[Ping]:
+def _assembled(assembler: Assembler, found: list[S7kRecord]) -> list[Ping]:
     return [ping for record in found if (ping := assembler.feed(record, decode(record))) is not None]

@@ -25,21 +25,21 @@ _NAME_BYTES = 64
 
 
 def encode_file_header(
-    utc_ns: int, name: str, devices: Sequence[int] = (DEVICE,), catalogue_bytes: int = 0, catalogue_at: int = 0
+    utc_ns: int, name: str, devices: Sequence[drf.DeviceId] = (DEVICE,), catalogue_bytes: int = 0, catalogue_at: int = 0
 ) -> bytes:
     """Return record 7200, framed. Its length depends on the number of devices only, so it can be rewritten in place."""
     body = _FILE_HEADER.pack(
         bytes(16), _VERSION, 0, bytes(16), _DEVICE.size * len(devices), len(devices),
         text_field(name, _NAME_BYTES), text_field(f"ods {__version__}", 16), b"", b"",
     )  # fmt: skip
-    body += b"".join(_DEVICE.pack(device, 0) for device in devices)
+    body += b"".join(_DEVICE.pack(*device) for device in devices)
     place = _CATALOGUE_PLACE.pack(catalogue_bytes, catalogue_at)
     return drf.encode_record(FILE_HEADER, body, utc_ns, DEVICE, recorded=True, optional=(FILE_CATALOGUE, place))
 
 
 def with_catalogue(header_frame: bytes, catalogue_bytes: int, catalogue_at: int) -> bytes:
     """Return a framed record 7200 that says where the catalogue is. Raises ValueError when it has no room for that."""
-    header = drf.unpack_header(header_frame)
+    header = drf.unpack_record_header(header_frame)
     end = header.optional_offset + _CATALOGUE_PLACE.size
     if header.record_type != FILE_HEADER or not header.optional_offset or end + drf.CHECKSUM_BYTES != len(header_frame):
         raise ValueError("its file header has no room for a catalogue")
@@ -49,9 +49,15 @@ def with_catalogue(header_frame: bytes, catalogue_bytes: int, catalogue_at: int)
 
 def encode_entry(frame: bytes, offset: int) -> bytes:
     """Return the catalogue's entry of the record whose frame begins with `frame` and stands at `offset`."""
-    header = drf.unpack_header(frame)
+    header = drf.unpack_record_header(frame)
     return _ENTRY.pack(
-        header.size, offset, header.record_type & 0xFFFF, header.device & 0xFFFF, header.enumerator, header.time, 0
+        header.size,
+        offset,
+        header.record_type & 0xFFFF,
+        header.device.number & 0xFFFF,
+        header.device.enumerator,
+        header.time,
+        0,
     )
 
 

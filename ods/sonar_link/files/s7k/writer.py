@@ -10,14 +10,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ods.messages import Ping
-from ods.sonar_link.s7k import drf, records
-from ods.sonar_link.s7k.catalogue import (
+from ods.sonar_link.files.s7k.catalogue import (
     FILE_CATALOGUE,
     encode_catalogue,
     encode_entry,
     encode_file_header,
     with_catalogue,
 )
+from ods.sonar_link.s7k import drf, records
+
+SONAR_DEVICE = records.DEVICE
+"""That of the records of pings."""
 
 
 class S7kWriter:
@@ -27,7 +30,9 @@ class S7kWriter:
     make it safe from a loss of power.
     """
 
-    def __init__(self, file: io.FileIO, name: str, utc_ns: int, devices: Sequence[int] = (records.DEVICE,)) -> None:
+    def __init__(
+        self, file: io.FileIO, name: str, utc_ns: int, devices: Sequence[drf.DeviceId] = (SONAR_DEVICE,)
+    ) -> None:
         """Write the file header; `name`: the recording's. Raises OSError, ValueError for a time without a 7KTIME."""
         self.size = 0
         """Bytes of the file."""
@@ -51,6 +56,10 @@ class S7kWriter:
         self.size += len(frames)
         self._entries += entries
 
+    def write_ping(self, ping: Ping) -> None:
+        """Append the records of a ping. Raises ValueError when the format cannot carry it, ArithmeticError, OSError."""
+        self.write(records.encode_ping(ping, recorded=True))
+
     def sync(self) -> None:
         """Make what is written safe from a loss of power; takes as long as the disk takes. Raises OSError."""
         os.fdatasync(self._file.fileno())
@@ -67,7 +76,7 @@ def write_s7k(path: Path, pings: Iterable[Ping]) -> None:
         writer: S7kWriter | None = None
         for ping in pings:
             writer = writer or S7kWriter(file, path.name, ping.utc_ns)
-            writer.write(records.encode_ping(ping, recorded=True))
+            writer.write_ping(ping)
         if writer is not None:
             writer.close()
 
@@ -83,7 +92,7 @@ def mend_s7k(path: Path) -> int:
             raise ValueError("is being written")
         found = _survey(file)
         if not found.complete:
-            utc_ns = drf.decode_time(drf.unpack_header(found.header).time)
+            utc_ns = drf.decode_time(drf.unpack_record_header(found.header).time)
             with_catalogue(found.header, 0, 0)  # says whether it can be done, before anything is changed
             file.truncate(found.end)
             file.seek(found.end)
@@ -116,32 +125,32 @@ def _survey(file: io.FileIO) -> _Survey:
         header = data[: places[0][1]]
         at, size = places[-1]
         complete = False
-        if drf.unpack_header(data[at : at + drf.HEADER_BYTES]).record_type == FILE_CATALOGUE:
+        if drf.unpack_record_header(data[at : at + drf.RECORD_HEADER_BYTES]).record_type == FILE_CATALOGUE:
             places.pop()
             complete = header == with_catalogue(header, size, at)
-        entries = b"".join(encode_entry(data[at : at + drf.HEADER_BYTES], at) for at, _ in places)
+        entries = b"".join(encode_entry(data[at : at + drf.RECORD_HEADER_BYTES], at) for at, _ in places)
     return _Survey(header, len(places), entries, sum(places[-1]), complete)
 
 
 def whole_records(data: bytes | mmap.mmap) -> Iterator[tuple[int, int]]:
     """Yield place and size of each whole record with a valid checksum, whatever stands between them."""
     at = 0
-    while 0 <= at <= len(data) - drf.HEADER_BYTES:
+    while 0 <= at <= len(data) - drf.RECORD_HEADER_BYTES:
         size = _record_size(data, at)
         if size:
             yield at, size
             at += size
         else:
-            at = max(data.find(drf.SYNC, at + drf.SYNC_AT + 1) - drf.SYNC_AT, -1)
+            at = max(data.find(drf.SYNC_WORD, at + drf.SYNC_AT + 1) - drf.SYNC_AT, -1)
 
 
 def _record_size(data: bytes | mmap.mmap, at: int) -> int:
     """Return the size of the whole record at `at`, 0 when there is none."""
-    if data[at + drf.SYNC_AT : at + drf.SYNC_AT + len(drf.SYNC)] != drf.SYNC:
+    if data[at + drf.SYNC_AT : at + drf.SYNC_AT + len(drf.SYNC_WORD)] != drf.SYNC_WORD:
         return 0
-    header = drf.unpack_header(data[at : at + drf.HEADER_BYTES])
+    header = drf.unpack_record_header(data[at : at + drf.RECORD_HEADER_BYTES])
     end = at + header.size - drf.CHECKSUM_BYTES
-    if header.size < drf.HEADER_BYTES + drf.CHECKSUM_BYTES or end + drf.CHECKSUM_BYTES > len(data):
+    if header.size < drf.RECORD_HEADER_BYTES + drf.CHECKSUM_BYTES or end + drf.CHECKSUM_BYTES > len(data):
         return 0
     told = int.from_bytes(data[end : end + drf.CHECKSUM_BYTES], "little")
     return header.size if told == drf.checksum_of(data[at:end]) else 0

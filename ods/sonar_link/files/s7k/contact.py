@@ -8,8 +8,8 @@ import struct
 from dataclasses import dataclass
 from enum import IntEnum
 
+from ods.sonar_link.files.s7k.catalogue import text_field
 from ods.sonar_link.s7k import drf
-from ods.sonar_link.s7k.catalogue import text_field
 from ods.sonar_link.s7k.records import DEVICE
 
 CONTACT_OUTPUT = 3001
