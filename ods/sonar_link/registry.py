@@ -25,12 +25,19 @@ class ProtocolRow(NamedTuple):
     """Who speaks it, in a few words."""
     page: str
     """In docs/."""
+    knobs: frozenset[str] = frozenset()
+    """Those of `range_m`, `power_db` and `gain_db` in `SonarSettings` that are sent to the sonar."""
 
 
 PROTOCOLS: dict[str, ProtocolRow] = {
     "s7k": ProtocolRow(
         "ods.sonar_link.s7k.protocol:S7kProtocol", frozenset({"serial", "tcp", "socket"}),
         "Teledyne RESON SeaBat and others of the 7k Data Format", "sonar-s7k.md",
+        frozenset({"range_m", "power_db", "gain_db"}),
+    ),
+    "oculus": ProtocolRow(
+        "ods.sonar_link.oculus.protocol:OculusProtocol", frozenset({"tcp"}), "Blueprint Subsea Oculus M series",
+        "oculus.md",
     ),
 }  # fmt: skip
 """By the names that `sonar.protocol` may have."""

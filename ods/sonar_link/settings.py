@@ -6,6 +6,7 @@ import msgspec
 
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
+from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.port.address import transport_of
 from ods.sonar_link.registry import PROTOCOLS
 from ods.sonar_link.s7k.settings import S7kSettings
@@ -45,6 +46,7 @@ class SonarSettings(Settings, frozen=True):
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """How often a setting is sent before it counts as not taken."""
     s7k: S7kSettings = S7kSettings()
+    oculus: OculusSettings = OculusSettings()
 
     @property
     def control_patience_s(self) -> float:
@@ -59,5 +61,10 @@ class SonarSettings(Settings, frozen=True):
         transport, spoken = transport_of(self.port), PROTOCOLS[self.protocol].transports
         if transport not in spoken:
             raise ValueError(f"port: {self.port}: {self.protocol} is spoken over {', '.join(sorted(spoken))} only")
+        for name in ("range_m", "power_db", "gain_db"):
+            if getattr(self, name) is not None and name not in PROTOCOLS[self.protocol].knobs:
+                raise ValueError(
+                    f"{name}: {self.protocol} has its own settings, see docs/{PROTOCOLS[self.protocol].page}"
+                )
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")

@@ -29,7 +29,7 @@ NOBODY = IPv4Address(0)
 class StatusBoard:
     """The newest status of the sonar at `address`, and of others. Counters: statuses, other_statuses, bad_status."""
 
-    def __init__(self, address: IPv4Address, counters: "Counter[str]") -> None:
+    def __init__(self, address: str, counters: "Counter[str]") -> None:
         self.counters = counters
         self._address = address
         self.newest_ns = 0
@@ -45,7 +45,7 @@ class StatusBoard:
             self.counters["bad_status"] += 1
             return
         self.newest_ns = now_ns
-        if status.address == self._address:
+        if str(status.address) == self._address:
             self.counters["statuses"] += 1
             self._own = now_ns, status
         else:

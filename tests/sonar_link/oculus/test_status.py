@@ -1,7 +1,6 @@
 """Whose status it is, and what it tells."""
 
 from collections import Counter
-from ipaddress import IPv4Address
 
 import pytest
 from hypothesis import given
@@ -14,7 +13,7 @@ S = 1_000_000_000
 
 
 def board(*datagrams: bytes) -> StatusBoard:
-    made = StatusBoard(IPv4Address("192.168.2.3"), Counter())
+    made = StatusBoard("192.168.2.3", Counter())
     for datagram in datagrams:
         made.hear(datagram, S)
     return made
