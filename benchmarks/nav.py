@@ -30,7 +30,7 @@ import zmq
 from ods.base import clock, settings_file
 from ods.base.arrays import Ints
 from ods.base.geodesy import LocalFrame
-from ods.config import OnboardConfig
+from ods.config import OnboardConfig, part_of
 from ods.messages import Detection, Detections, Sector
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
@@ -39,6 +39,7 @@ from ods.sim_sonar.device.ins_canopen import SimulatedIns
 from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.tracker.service import TrackerWorker
+from ods.tracker.settings import TrackerConfig
 
 CONFIG = Path(__file__).parents[1] / "config"
 FILES = {"canopen": "onboard.toml", "dbc": "onboard-sbg.toml"}
@@ -195,7 +196,8 @@ def _wait_for_tracker(run_dir: Path) -> None:
 
 
 def _track(config: Path, out: Connection) -> None:
-    service.run(TimedTracker, PROCESSES["tracker"], settings_file.load(config, OnboardConfig))
+    loaded = settings_file.load(config, OnboardConfig)
+    service.run_worker(TimedTracker, PROCESSES["tracker"], loaded.bus.run_dir, part_of(loaded, TrackerConfig))
     out.send(taken)
 
 

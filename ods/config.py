@@ -1,34 +1,18 @@
-"""The configuration of the on-board processes: what `config/onboard.toml` may say."""
+"""The configuration of the on-board processes: what `config/onboard.toml` may say, and each process's part of it."""
 
-from pathlib import Path
-from typing import Annotated
+from typing import TypeVar
 
-import msgspec
-
+from ods.base.geodesy import SiteSettings
 from ods.base.settings import Settings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
+from ods.runtime.bus import BusSettings
+from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.supervisor import SuperviseSettings
 from ods.sonar_link.settings import SonarSettings
 from ods.tracker.settings import TrackerSettings
 
-
-class BusSettings(Settings, frozen=True):
-    """Where the processes meet."""
-
-    run_dir: Path
-    """Folder of sockets and locks; its path must stay under 80 characters."""
-
-    def __post_init__(self) -> None:
-        if len(str(self.run_dir)) > 80:
-            raise ValueError(f"run_dir: {self.run_dir} is longer than 80 characters, too long for a socket path")
-
-
-class SiteSettings(Settings, frozen=True):
-    """The place: origin of the local north-east-down frame."""
-
-    latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
-    longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+PartT = TypeVar("PartT", bound=Settings)
 
 
 class OnboardConfig(Settings, frozen=True):
@@ -40,4 +24,10 @@ class OnboardConfig(Settings, frozen=True):
     pipeline: PipelineSettings
     tracker: TrackerSettings
     nav: NavSettings
+    pose: PoseSettings = PoseSettings()
     supervise: SuperviseSettings = SuperviseSettings()
+
+
+def part_of(config: Settings, kind: type[PartT]) -> PartT:
+    """Return the tables of a configuration that a worker reads: those of the same names as the fields of `kind`."""
+    return kind(**{name: getattr(config, name) for name in kind.__struct_fields__})

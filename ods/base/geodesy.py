@@ -7,11 +7,14 @@ Constants: NIMA TR8350.2, third edition. Inverse: B. R. Bowring, Survey Review 2
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import Floats
+from ods.base.settings import Settings
 
 SEMI_MAJOR_M = 6378137.0
 FLATTENING = 1.0 / 298.257223563
@@ -21,6 +24,13 @@ ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)
 REPETITIONS = 2
 """Of Bowring's formula: one is off by 4 um at 20 km height, two by no more than rounding (4 nm) up to 1000 km from the
 surface, up or down."""
+
+
+class SiteSettings(Settings, frozen=True):
+    """The place: origin of the local north-east-down frame."""
+
+    latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+    longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
 
 
 def ecef_of(latitude_deg: ArrayLike, longitude_deg: ArrayLike, height_m: ArrayLike) -> Floats:

@@ -13,6 +13,7 @@ from ods.base.errors import OdsError
 from ods.base.settings import Settings
 
 T = TypeVar("T", bound=Settings)
+S = TypeVar("S")
 
 
 class ConfigError(OdsError):
@@ -24,6 +25,17 @@ def load(path: Path, kind: type[T]) -> T:
 
     Raises ConfigError.
     """
+    return _convert(path, _read(path), kind)
+
+
+def load_table(path: Path, name: str, kind: type[T]) -> T:
+    """Read one table of a TOML file as `kind`, and do not look at the others. Raises ConfigError."""
+    found = {key: table for key, table in _read(path).items() if key == name}
+    table: T = getattr(_convert(path, found, msgspec.defstruct("File", [(name, kind)])), name)
+    return table
+
+
+def _read(path: Path) -> dict[str, Any]:
     try:
         data = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
@@ -31,6 +43,10 @@ def load(path: Path, kind: type[T]) -> T:
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not valid TOML: {error}") from error
     _refuse_non_finite(data, path, "")
+    return data
+
+
+def _convert(path: Path, data: dict[str, Any], kind: type[S]) -> S:
     folder = path.resolve().parent
 
     def hook(wanted: type, value: Any) -> Any:

@@ -4,9 +4,10 @@ import importlib
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from ods.base import settings_file
-from ods.runtime import service
+from ods.base.settings_file import load
+from ods.config import part_of
 from ods.runtime.processes import PROCESSES
+from ods.runtime.service import run_worker
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -16,8 +17,8 @@ def add_arguments(_parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the process that the command is named after until SIGTERM or SIGINT. Raises OdsError."""
     process = PROCESSES[args.command]
-    settings = settings_file.load(args.config, _named(process.settings))
-    service.run(_named(process.worker), process, settings)
+    config = load(args.config, _named(process.config))
+    run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))
 
 
 def _named(path: str) -> Any:

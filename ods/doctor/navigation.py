@@ -73,7 +73,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
         heard = heard._replace(problems=[])
         counters["own_id_taken"] = 0
-    yield from _judge(subject, heard, counters, seconds, settings.tracker.pose.max_extrapolation_s)
+    yield from _judge(subject, heard, counters, seconds, settings.pose.max_extrapolation_s)
 
 
 def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource:
@@ -155,7 +155,7 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
     rate = heard.poses / seconds
     if rate * bridged_s < 1.0:
         yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
-                      "(tracker.pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
+                      "(pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
     else:
         yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.newest)}")
     for problem in heard.problems:

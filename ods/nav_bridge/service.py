@@ -5,9 +5,9 @@ import time
 
 from ods.base import clock
 from ods.base.geodesy import LocalFrame
-from ods.config import OnboardConfig
 from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.registry import make_source
+from ods.nav_bridge.settings import NavConfig
 from ods.runtime.service import TICK_S, Service, Worker
 
 GATHER_S = 0.0018
@@ -16,10 +16,10 @@ LATE_S = 0.0005
 """For what has not come by then."""
 
 
-class NavWorker(Worker[OnboardConfig]):
+class NavWorker(Worker[NavConfig]):
     """Reads the CAN bus in the work loop itself and publishes a pose an epoch."""
 
-    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+    def __init__(self, service: Service, settings: NavConfig) -> None:
         super().__init__(service, settings)
         nav, counters = settings.nav, service.counters
         frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)

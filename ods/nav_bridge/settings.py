@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
@@ -234,3 +235,10 @@ class NavSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if getattr(self, self.source) is None:
             raise ValueError(f"{self.source}: missing, as source is {self.source!r}")
+
+
+class NavConfig(Settings, frozen=True):
+    """What the nav process reads of the configuration."""
+
+    site: SiteSettings
+    nav: NavSettings

@@ -4,10 +4,10 @@ from collections import deque
 from typing import Any
 
 from ods.base import clock
-from ods.config import OnboardConfig
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
+from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
 from ods.runtime.pose_buffer import PoseBuffer
@@ -17,7 +17,7 @@ _SMOOTHING = 0.1
 """Weight of the newest ping in the running means."""
 
 
-class PipelineWorker(Worker[OnboardConfig]):
+class PipelineWorker(Worker[PipelineConfig]):
     """Publishes `detections` for each `ping`; reads `pose` for the stages that compare pings.
 
     Counters: bad_ping, failed_stage, drop_out_image, detections, process_mean_us, process_max_us and, where a stage
@@ -25,10 +25,10 @@ class PipelineWorker(Worker[OnboardConfig]):
     (dropped_ping).
     """
 
-    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+    def __init__(self, service: Service, settings: PipelineConfig) -> None:
         super().__init__(service, settings)
         self._chain: Chain
-        poses = settings.tracker.pose
+        poses = settings.pose
         self._poses = PoseBuffer(poses.capacity, poses.max_extrapolation_s)
         self._poses.counters = service.counters
         self._waiting: deque[Ping] = deque()

@@ -7,6 +7,7 @@ import msgspec
 
 from ods.base.settings import NonNegative, Settings
 from ods.pipeline.stage.params import BUILT_IN, StageError, read_params, stage_label
+from ods.runtime.pose_buffer import PoseSettings
 
 StageTable = dict[str, Any]
 
@@ -63,3 +64,10 @@ class PipelineSettings(Settings, frozen=True):
     def chain(self) -> tuple[StageTable, ...]:
         """Return the stages to build."""
         return self.stage or DEFAULT_STAGES
+
+
+class PipelineConfig(Settings, frozen=True):
+    """What the pipeline process reads of the configuration."""
+
+    pose: PoseSettings
+    pipeline: PipelineSettings

@@ -11,11 +11,11 @@ from pathlib import Path
 import zmq
 
 from ods.base import clock
+from ods.base.arguments import duration_s
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.base.terminal import StatusLine
-from ods.commands.arguments import duration_s
 from ods.config import OnboardConfig
 from ods.recording.recorder import DEVICES, Recorder
 from ods.runtime import bus

@@ -22,6 +22,7 @@ import zmq
 
 from ods import messages
 from ods.base.errors import OdsError
+from ods.base.settings import Settings
 
 log = logging.getLogger(__name__)
 
@@ -86,6 +87,17 @@ REQUESTS: dict[str, Request] = {
 HEALTH = "health"
 HEALTH_PERIOD_S = 0.5
 HEALTH_STALE_S = 2.0
+
+
+class BusSettings(Settings, frozen=True):
+    """Where the processes meet."""
+
+    run_dir: Path
+    """Folder of sockets and locks; its path must stay under 80 characters."""
+
+    def __post_init__(self) -> None:
+        if len(str(self.run_dir)) > 80:
+            raise ValueError(f"run_dir: {self.run_dir} is longer than 80 characters, too long for a socket path")
 
 
 class BusError(OdsError):

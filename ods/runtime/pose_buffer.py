@@ -4,11 +4,14 @@ import math
 from bisect import bisect_left
 from collections import Counter
 from dataclasses import dataclass
+from typing import Annotated
 
+import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.base.settings import Positive, Settings
 from ods.messages import Pose, Quaternion, Vector3
 
 TURN_BASE_NS = NS // 10
@@ -18,6 +21,15 @@ POSITION_GROWTH = 0.2
 ATTITUDE_GROWTH = 0.1
 """Standard deviation that extrapolation adds to roll, pitch and yaw, rad/s."""
 NORM_TOLERANCE = 1e-3
+
+
+class PoseSettings(Settings, frozen=True):
+    """The buffer of vehicle poses that pipeline and tracker keep."""
+
+    capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
+    """Poses kept."""
+    max_extrapolation_s: Positive = 0.3
+    """Longest time a pose is carried on beyond the newest one, s."""
 
 
 @dataclass(frozen=True, slots=True)

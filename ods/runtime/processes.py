@@ -8,15 +8,17 @@ class Process:
     """One row of the process table."""
 
     name: str
-    worker: str
-    """`module:class` of its `ods.runtime.service.Worker`."""
-    settings: str
-    """`module:struct` of its configuration file."""
+    job: str
     reads: tuple[str, ...]
     """Topics."""
     publishes: tuple[str, ...]
     """Topics."""
-    job: str
+    worker: str
+    """`module:class` of its `ods.runtime.service.Worker`."""
+    settings: str
+    """`module:struct` of the tables that the worker reads of the configuration."""
+    config: str = "ods.config:OnboardConfig"
+    """`module:struct` of its configuration file."""
     on_board: bool = True
     watches: tuple[str, ...] = ()
     """Processes whose health it reads."""
@@ -24,20 +26,31 @@ class Process:
     """Name of its socket for requests; '': it takes none."""
 
 
-_ONBOARD = "ods.config:OnboardConfig"
-
 PROCESSES: dict[str, Process] = {
     process.name: process
     for process in (
-        Process("nav", "ods.nav_bridge.service:NavWorker", _ONBOARD, (), ("pose",), "CAN frames to poses"),
-        Process("tracker", "ods.tracker.service:TrackerWorker", _ONBOARD, ("detections", "pose"), ("obstacles",),
-                "detections and pose to obstacles", watches=("sonar", "pipeline", "nav")),
-        Process("pipeline", "ods.pipeline.service:PipelineWorker", _ONBOARD, ("ping", "pose"), ("detections",),
-                "pings to detections"),
-        Process("sonar", "ods.sonar_link.service:SonarWorker", _ONBOARD, (), ("ping",), "sonar bytes to pings",
-                answers="sonar-requests"),
-        Process("sim", "ods.sim_sonar.service:SimWorker", "ods.bench.settings:BenchConfig", (), ("truth",),
-                "simulated sonar and vehicle", on_board=False),
+        Process(
+            "nav", "CAN frames to poses", reads=(), publishes=("pose",),
+            worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
+        ),
+        Process(
+            "tracker", "detections and pose to obstacles", reads=("detections", "pose"), publishes=("obstacles",),
+            worker="ods.tracker.service:TrackerWorker", settings="ods.tracker.settings:TrackerConfig",
+            watches=("sonar", "pipeline", "nav"),
+        ),
+        Process(
+            "pipeline", "pings to detections", reads=("ping", "pose"), publishes=("detections",),
+            worker="ods.pipeline.service:PipelineWorker", settings="ods.pipeline.settings:PipelineConfig",
+        ),
+        Process(
+            "sonar", "sonar bytes to pings", reads=(), publishes=("ping",), answers="sonar-requests",
+            worker="ods.sonar_link.service:SonarWorker", settings="ods.sonar_link.settings:SonarConfig",
+        ),
+        Process(
+            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth",), on_board=False,
+            worker="ods.sim_sonar.service:SimWorker", settings="ods.sim_sonar.settings:SimConfig",
+            config="ods.bench.settings:BenchConfig",
+        ),
     )
 }  # fmt: skip
 """In starting order: consumers before producers, so that the first ping finds its readers."""

@@ -193,11 +193,11 @@ def notify(text: str) -> None:
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
 
 
-def run(worker_type: type[Worker[Any]], process: Process, settings: Any) -> None:
+def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:
     """Run one process until SIGTERM or SIGINT. Raises BusError or StartError when it cannot work."""
     _die_with_supervisor()
     stopping = _stop_signals()
-    service = Service(process, settings.bus.run_dir)
+    service = Service(process, run_dir)
     try:
         worker = worker_type(service, settings)
         notify(f"STATUS={process.name} is starting")

@@ -8,9 +8,8 @@ from pathlib import Path
 import can
 
 from ods.base import clock
-from ods.base.geodesy import LocalFrame
-from ods.base.settings_file import load
-from ods.config import OnboardConfig
+from ods.base.geodesy import LocalFrame, SiteSettings
+from ods.base.settings_file import load_table
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.can_bus import SLCAN_PORT, can_of
 from ods.sim_sonar.device.ins_canopen import SimulatedIns
@@ -57,7 +56,7 @@ class SimWorker(Worker[SimConfig]):
             assert sim.ins_eds is not None  # `SimSettings` has seen to it
             return SimulatedIns(self._bus, sim.ins_eds)
         assert sim.ins_dbc is not None
-        site = load(self.settings.onboard, OnboardConfig).site
+        site = load_table(self.settings.onboard, "site", SiteSettings)
         return SimulatedDbcIns(self._bus, sim.ins_dbc, LocalFrame(site.latitude_deg, site.longitude_deg))
 
     def _open_can(self, run_dir: Path) -> can.BusABC:

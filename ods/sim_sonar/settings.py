@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.settings import NonNegative, Positive, Settings
-from ods.config import BusSettings
+from ods.runtime.bus import BusSettings
 
 
 class FaultSettings(Settings, frozen=True):

@@ -11,8 +11,8 @@ from rich.console import Console
 from rich.progress import track
 
 from ods.base import clock
+from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.commands.arguments import positive_int
 from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene

@@ -6,7 +6,6 @@ import time
 import msgspec
 
 from ods.base import clock
-from ods.config import OnboardConfig
 from ods.messages import Ping, SonarRequest
 from ods.runtime.bus import TOPICS
 from ods.runtime.counters import first_logged
@@ -14,6 +13,7 @@ from ods.runtime.service import Service, Worker
 from ods.sonar_link.link import SonarLink
 from ods.sonar_link.planner_requests import PlannerRequests
 from ods.sonar_link.registry import make_protocol
+from ods.sonar_link.settings import SonarConfig
 
 log = logging.getLogger(__name__)
 
@@ -23,10 +23,10 @@ LOGGED = first_logged("sonar")
 """Counters whose first count is worth a line in the log."""
 
 
-class SonarWorker(Worker[OnboardConfig]):
+class SonarWorker(Worker[SonarConfig]):
     """Lets the line work and publishes its pings; takes the requests of planners."""
 
-    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+    def __init__(self, service: Service, settings: SonarConfig) -> None:
         super().__init__(service, settings)
         sonar = settings.sonar
         self._counters = service.counters

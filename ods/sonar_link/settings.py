@@ -68,3 +68,9 @@ class SonarSettings(Settings, frozen=True):
                 )
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")
+
+
+class SonarConfig(Settings, frozen=True):
+    """What the sonar process reads of the configuration."""
+
+    sonar: SonarSettings

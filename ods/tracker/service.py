@@ -4,7 +4,6 @@ from collections import deque
 from typing import Any
 
 from ods.base import clock
-from ods.config import OnboardConfig
 from ods.messages import Detections, ObstacleList
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, StartError, Worker
@@ -15,6 +14,7 @@ from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Picture
 from ods.tracker.output.validity import Watch
+from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.warm_up import warm_up
 
@@ -25,12 +25,12 @@ MAP_PERIOD_NS = clock.NS
 """Between two attempts to write the map: a kill loses no more than this, a file that is locked delays no list."""
 
 
-class TrackerWorker(Worker[OnboardConfig]):
+class TrackerWorker(Worker[TrackerConfig]):
     """Runs the tracker over what the bus brings."""
 
-    def __init__(self, service: Service, settings: OnboardConfig) -> None:
+    def __init__(self, service: Service, settings: TrackerConfig) -> None:
         super().__init__(service, settings)
-        self._poses = PoseBuffer(settings.tracker.pose.capacity, settings.tracker.pose.max_extrapolation_s)
+        self._poses = PoseBuffer(settings.pose.capacity, settings.pose.max_extrapolation_s)
         self._waiting: deque[Detections] = deque()
         self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
         self._poses.counters = self._lister.counters = service.counters

@@ -5,7 +5,9 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
+from ods.runtime.pose_buffer import PoseSettings
 
 Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
@@ -69,15 +71,6 @@ class LifeSettings(Settings, frozen=True):
     """The same when its position's standard deviation exceeds this."""
 
 
-class PoseSettings(Settings, frozen=True):
-    """The buffer of vehicle poses."""
-
-    capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
-    """Poses kept."""
-    max_extrapolation_s: Positive = 0.3
-    """Longest time a pose is carried on beyond the newest one, s."""
-
-
 class PlannerSettings(Settings, frozen=True):
     """The obstacle list to the path planner."""
 
@@ -117,10 +110,17 @@ class TrackerSettings(Settings, frozen=True):
     motion: MotionSettings = MotionSettings()
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()
-    pose: PoseSettings = PoseSettings()
     planner: PlannerSettings = PlannerSettings()
     map: MapSettings = MapSettings()
 
     def __post_init__(self) -> None:
         if self.life.drop_existence >= self.life.confirm_existence:
             raise ValueError("life.drop_existence: must be below life.confirm_existence")
+
+
+class TrackerConfig(Settings, frozen=True):
+    """What the tracker process reads of the configuration."""
+
+    site: SiteSettings
+    pose: PoseSettings
+    tracker: TrackerSettings

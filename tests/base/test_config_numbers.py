@@ -15,11 +15,12 @@ from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.base.settings_file import load
 from ods.bench.settings import BenchConfig
-from ods.config import OnboardConfig
+from ods.config import OnboardConfig, part_of
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import POSE_OBJECTS
+from ods.nav_bridge.settings import POSE_OBJECTS, NavConfig
 from ods.runtime.service import Service
 from ods.sonar_link.service import SonarWorker
+from ods.sonar_link.settings import SonarConfig
 
 CONFIG = Path(__file__).parents[2] / "config"
 ABSURD = [0, -1, 1e-300, -1e300, 1e300, 1e39, 10**18, 2**63, 2**64, 10**400, -(10**400)]
@@ -89,13 +90,13 @@ def make_worker(config: OnboardConfig, key: Key) -> None:
     counters: Counter[str] = Counter()
     service = cast(Service, SimpleNamespace(counters=counters, answer=None, complain_once=None))
     if key[0] == "sonar":
-        worker = SonarWorker(service, config)
+        worker = SonarWorker(service, part_of(config, SonarConfig))
         worker.start()
         assert counters["port_open_errors"] == 1
         worker._protocol.connected(0)
         worker._protocol.requests(0)
     elif key[0] == "nav":
-        NavWorker(service, config)
+        NavWorker(service, part_of(config, NavConfig))
 
 
 def complaint(file: Path, kind: type[Settings], key: Key) -> str:

@@ -5,18 +5,17 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import can
 import zmq
 
 from ods.base import clock
+from ods.base.geodesy import SiteSettings
 from ods.base.geometry import quat_from_euler
-from ods.config import OnboardConfig
 from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavSettings
+from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
 from ods.sim_sonar.device.ins_canopen import SimulatedIns
@@ -57,7 +56,7 @@ class Client:
         self._subscriber.close()
 
 
-SITE = SimpleNamespace(latitude_deg=57.0, longitude_deg=9.9)
+SITE = SiteSettings(latitude_deg=57.0, longitude_deg=9.9)
 
 
 class Vehicle(threading.Thread):
@@ -104,9 +103,8 @@ def nav_process(
         can=can_settings,
         stale_s=0.2,
     )
-    config = cast(OnboardConfig, SimpleNamespace(nav=nav, bus=SimpleNamespace(run_dir=run_dir), site=SITE))
     host = service.Service(PROCESSES["nav"], run_dir)
-    worker = NavWorker(host, config)
+    worker = NavWorker(host, NavConfig(nav=nav, site=SITE))
     worker.start()
     stopping: list[int] = []
     loop = threading.Thread(target=service._loop, args=(host, cast(Any, worker), stopping))

@@ -22,18 +22,16 @@ from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 PROGRAM = """
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from ods.runtime import service
 from ods.pipeline.service import PipelineWorker
-from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.settings import PipelineConfig, PipelineSettings
 from ods.runtime.processes import PROCESSES
-from ods.tracker.settings import PoseSettings
+from ods.runtime.pose_buffer import PoseSettings
 
 settings = PipelineSettings(stage=tuple({"use": name} for name in sys.argv[2:]))
-poses = SimpleNamespace(pose=PoseSettings())
-config = SimpleNamespace(bus=SimpleNamespace(run_dir=Path(sys.argv[1])), pipeline=settings, tracker=poses)
+config = PipelineConfig(pose=PoseSettings(), pipeline=settings)
 try:
-    service.run(PipelineWorker, PROCESSES["pipeline"], config)
+    service.run_worker(PipelineWorker, PROCESSES["pipeline"], Path(sys.argv[1]), config)
 except service.StartError as error:
     sys.exit(str(error))
 """

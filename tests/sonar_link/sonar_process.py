@@ -29,7 +29,7 @@ from ods.base import clock
 from ods.runtime import service
 from ods.runtime.processes import PROCESSES
 from ods.sonar_link.service import SonarWorker
-from ods.sonar_link.settings import SonarSettings
+from ods.sonar_link.settings import SonarConfig, SonarSettings
 
 def step_wall_clock(*_):
     stepped = time.time_ns
@@ -38,7 +38,7 @@ def step_wall_clock(*_):
 signal.signal(signal.SIGUSR1, step_wall_clock)
 folder = Path(sys.argv[1])
 sonar = SonarSettings(port=str(folder / "seabat"))
-service.run(SonarWorker, PROCESSES["sonar"], SimpleNamespace(bus=SimpleNamespace(run_dir=folder), sonar=sonar))
+service.run_worker(SonarWorker, PROCESSES["sonar"], folder, SonarConfig(sonar=sonar))
 """
 PATIENCE_S = 20.0
 

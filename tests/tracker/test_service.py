@@ -22,21 +22,18 @@ from tests.tracker.samples import SECTOR
 PROGRAM = """
 import sys
 from pathlib import Path
-from types import SimpleNamespace
 from ods.runtime import service
-from ods.config import SiteSettings
+from ods.base.geodesy import SiteSettings
+from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import MapSettings, PlannerSettings, TrackerSettings
+from ods.tracker.settings import MapSettings, PlannerSettings, TrackerConfig, TrackerSettings
 
 folder = Path(sys.argv[1])
 tracker = TrackerSettings(map=MapSettings(path=folder / "map.sqlite"), planner=PlannerSettings(period_s=0.1))
-settings = SimpleNamespace(
-    bus=SimpleNamespace(run_dir=folder),
-    site=SiteSettings(latitude_deg=57.0, longitude_deg=10.0),
-    tracker=tracker,
-)
-service.run(TrackerWorker, PROCESSES["tracker"], settings)
+site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
+config = TrackerConfig(site=site, pose=PoseSettings(), tracker=tracker)
+service.run_worker(TrackerWorker, PROCESSES["tracker"], folder, config)
 """
 PATIENCE_S = 60.0
 """The very first start on a machine compiles."""

@@ -18,9 +18,9 @@ from ods.bench.collector import Record
 from ods.bench.metrics import Summary, summarize
 from ods.bench.settings import BenchConfig
 from ods.client import Sonar
-from ods.config import BusSettings
 from ods.messages import ObstacleList, Ping
 from ods.runtime import bus
+from ods.runtime.bus import BusSettings
 
 CONFIG = Path(__file__).parents[2] / "config" / "bench-faults.toml"
 CALM_CONFIG = CONFIG.with_name("bench.toml")

@@ -11,8 +11,8 @@ from ods.assess.track.case import save
 from ods.assess.track.measure import rows
 from ods.assess.track.scenarios import KINDS, make
 from ods.assess.track.table import table_of
+from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.commands.arguments import positive_int
 
 QUICK = ("paper", "static 10", "50 false alarms")
 SEEDS = 5

@@ -3,8 +3,8 @@
 from argparse import ArgumentParser, Namespace
 
 from ods.base import clock
+from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.commands.arguments import positive_int
 from ods.map.commands.files import AREA_NAMES, add_map_argument, map_file, opened
 from ods.map.prune import Criteria, why_not
 from ods.tracker.map.store import copy_of_map, sole_access

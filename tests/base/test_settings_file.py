@@ -1,0 +1,40 @@
+"""One table of a TOML file, and a worker's part of a whole configuration."""
+
+from pathlib import Path
+
+import pytest
+
+from ods.base.geodesy import SiteSettings
+from ods.base.settings_file import ConfigError, load, load_table
+from ods.config import OnboardConfig, part_of
+from ods.tracker.settings import TrackerConfig
+
+CONFIG = Path(__file__).parents[2] / "config"
+
+
+def test_one_table_is_read_and_the_others_are_not_looked_at(tmp_path: Path) -> None:
+    file = tmp_path / "some.toml"
+    file.write_text("[other]\nx = true\n[site]\nlatitude_deg = 57\nlongitude_deg = 9.5\n")
+    assert load_table(file, "site", SiteSettings) == SiteSettings(latitude_deg=57.0, longitude_deg=9.5)
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("[other]", "site: missing"),
+        ("[site]\nlatitude_deg = 57", "site.longitude_deg: missing"),
+        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0", "site.latitude_deg: expected `float` <= 90.0"),
+    ],
+)
+def test_a_wrong_table_is_one_line_with_its_key(tmp_path: Path, text: str, complaint: str) -> None:
+    file = tmp_path / "some.toml"
+    file.write_text(text)
+    with pytest.raises(ConfigError) as refused:
+        load_table(file, "site", SiteSettings)
+    assert str(refused.value) == f"{file}: {complaint}"
+
+
+def test_a_worker_gets_its_part() -> None:
+    config = load(CONFIG / "onboard.toml", OnboardConfig)
+    part = part_of(config, TrackerConfig)
+    assert (part.site, part.pose, part.tracker) == (config.site, config.pose, config.tracker)
