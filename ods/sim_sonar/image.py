@@ -1,18 +1,17 @@
-"""One call renders one image: a scene, or arrays of bodies, seen by a sonar at one time."""
+"""One call renders one image: a scene, or arrays, seen by a sonar at one time."""
 
 from typing import NamedTuple
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
-from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import Bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard
-from ods.sim_sonar.mean_area import mean_area
-from ods.sim_sonar.pose import VehiclePose
+from ods.sim_sonar.mean_area import Surroundings, mean_area
+from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.quantize import PingMaker
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.truth import truth_of
@@ -20,29 +19,21 @@ from ods.sim_sonar.truth import truth_of
 
 def render_image(
     sonar: SonarModel,
-    objects: Floats,
-    sea_bed: Bed | None,
-    position_ned: Floats,
-    attitude: Floats,
+    surroundings: Surroundings,
+    sent: Transmission,
     levels: ImageLevels | None = None,
     *,
     seed: int = 0,
-    ping_number: int = 0,
-    t_s: float = 0.0,
-    shadows: bool = True,
 ) -> Image:
     """Return one image from arrays: (beams, samples) float32 amplitude, counts.
 
-    `objects`: (n, bodies.COLUMNS) rows in NED; `sea_bed`: of bed.make_bed, or None; `position_ned`: (3,) m; `attitude`:
-    (4,) unit quaternion, body to global; `t_s`: scene time, for other sonars' pulses and the coherence time. Intensity
-    is Gamma distributed about eq. 5's mean [SSIE]. Raises ValueError when `levels` do not fit the sonar. Tables are
-    made anew at each call: for a sequence, keep a Receiver.
+    The time in `sent` is for other sonars' pulses and the coherence time. Intensity is Gamma distributed about eq. 5's
+    mean [SSIE]. Raises ValueError when `levels` do not fit the sonar. Tables are made anew at each call: for a
+    sequence, keep a Receiver.
     """
     chosen = ImageLevels() if levels is None else levels
-    area = mean_area(
-        grid_of(sonar), objects, sea_bed, position_ned, attitude, shadows=shadows, max_error=chosen.max_error
-    )
-    return Receiver(sonar, chosen, seed).receive(area, position_ned, attitude, t_s, ping_number)
+    area = mean_area(grid_of(sonar), surroundings, sent.pose, chosen.max_error)
+    return Receiver(sonar, chosen, seed).receive(area, sent)
 
 
 class _Moment(NamedTuple):
@@ -51,10 +42,14 @@ class _Moment(NamedTuple):
     t_s: float
     pose: VehiclePose
     """At transmission."""
-    heard: Floats
-    """Rows of the objects as they are heard, see `as_heard`."""
+    heard: Bodies
+    """The objects as they are heard, see `as_heard`."""
     area: Floats
     """(beams, samples) m2."""
+
+    def sent(self, ping_number: int) -> Transmission:
+        """Return the ping of that number, sent now."""
+        return Transmission(self.pose, self.t_s, ping_number)
 
 
 class ImageSimulator:
@@ -95,21 +90,20 @@ class ImageSimulator:
             file, scene = self.scene.file, self.scene
             pose = scene.pose_at(t_s)
             heard = as_heard(scene.bodies_at(t_s), t_s, pose, self.sonar.sound_speed, scene.pose_at)
-            area = mean_area(
-                self._grid, heard, scene.sea_bed, *pose, shadows=file.shadows, max_error=file.image.max_error
-            )
+            surroundings = Surroundings(heard, scene.sea_bed, file.shadows)
+            area = mean_area(self._grid, surroundings, pose, file.image.max_error)
             self._newest = _Moment(t_s, pose, heard, area)
         return self._newest
 
     def mean_image(self, t_s: float, ping_number: int = 0) -> Image:
         """Return the image without speckle: (beams, samples) float32 root mean square amplitude, counts."""
         moment = self._moment(t_s)
-        return self.receiver.mean_image(moment.area, self.receiver.levels_of(*moment.pose, t_s, ping_number))
+        return self.receiver.mean_image(moment.area, self.receiver.levels_of(moment.sent(ping_number)))
 
     def render(self, t_s: float, ping_number: int) -> Image:
         """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts."""
         moment = self._moment(t_s)
-        return self.receiver.receive(moment.area, *moment.pose, t_s, ping_number)
+        return self.receiver.receive(moment.area, moment.sent(ping_number))
 
     def ping(self, t_s: float, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
         """Return the image at scene time `t_s` as the sonar sends it, transmitted at `t_ns`."""
@@ -118,6 +112,6 @@ class ImageSimulator:
     def truth(self, t_s: float, ping_number: int = 0) -> list[TruthObject]:
         """Return the bounded objects at scene time `t_s`, with the levels of their echoes in that ping."""
         moment = self._moment(t_s)
-        levels = self.receiver.levels_of(*moment.pose, t_s, ping_number)
-        heard_ned = moment.heard[self.scene.shown, bodies.CENTRE : bodies.AXES]
-        return truth_of(self.sonar, moment.area, levels, *moment.pose, self.scene.objects_at(t_s), heard_ned)
+        levels = self.receiver.levels_of(moment.sent(ping_number))
+        heard_ned = moment.heard["centre"][self.scene.shown]
+        return truth_of(self.sonar, moment.area, levels, moment.pose, self.scene.objects_at(t_s), heard_ned)

@@ -1,4 +1,4 @@
-"""Where the vehicle is and how it is turned."""
+"""Where the vehicle is, how it is turned, and the pings that it sends from there."""
 
 from typing import NamedTuple
 
@@ -15,3 +15,12 @@ class VehiclePose(NamedTuple):
     """(..., 3) m."""
     attitude: Floats
     """(..., 4) unit quaternion, body to global."""
+
+
+class Transmission(NamedTuple):
+    """One ping as it is sent."""
+
+    pose: VehiclePose
+    t_s: float = 0.0
+    """Scene time, s."""
+    ping_number: int = 0

@@ -8,6 +8,7 @@ import numpy as np
 from ods.base import geometry
 from ods.base.arrays import Floats, Mask
 from ods.messages import TruthObject, Vector3
+from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.receiver.signal_chain import Levels
 from ods.sim_sonar.scene.timeline import ObjectStates
 from ods.sim_sonar.sonar.model import SonarModel
@@ -33,18 +34,16 @@ def truth_of(
     sonar: SonarModel,
     area: Floats,
     levels: Levels,
-    vehicle_ned: Floats,
-    attitude: Floats,
+    pose: VehiclePose,
     objects: ObjectStates,
     heard_ned: Floats,
 ) -> list[TruthObject]:
     """Return the bounded objects behind the image of a mean area (beams, samples).
 
-    `vehicle_ned`, `attitude`: the pose at transmission; `heard_ned`: (n, 3) where the objects are heard, see
-    reception.as_heard.
+    `pose`: at transmission; `heard_ned`: (n, 3) where the objects are heard, see motion_during_reception.as_heard.
     """
-    inside = in_sector(sonar, heard_ned, objects.radius_m, vehicle_ned, attitude)
-    seen = geometry.global_to_body(heard_ned, vehicle_ned, attitude)
+    inside = within_fan(sonar, heard_ned, objects.radius_m, pose)
+    seen = geometry.global_to_body(heard_ned, *pose)
     distance, bearing, _ = geometry.body_to_polar(seen)
     found = []
     for k, name in enumerate(objects.names):
@@ -57,9 +56,9 @@ def truth_of(
     return found
 
 
-def in_sector(sonar: SonarModel, position_ned: Floats, radius_m: Floats, vehicle_ned: Floats, attitude: Floats) -> Mask:
+def within_fan(sonar: SonarModel, position_ned: Floats, radius_m: Floats, pose: VehiclePose) -> Mask:
     """Tell which of (n, 3) objects are in the fan: centre in range and bearing, some of it in a main lobe."""
-    distance, bearing, elevation = geometry.body_to_polar(geometry.global_to_body(position_ned, vehicle_ned, attitude))
+    distance, bearing, elevation = geometry.body_to_polar(geometry.global_to_body(position_ned, *pose))
     half_beam = 0.5 * sonar.beam_width_rad
     reach = np.arcsin(np.clip(radius_m / np.maximum(distance, 1e-9), 0.0, 1.0)) + sonar.half_vertical_rad
     return np.asarray(

@@ -10,13 +10,13 @@ from rich.table import Table
 from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.detail import levels
+from ods.sim_sonar.echo.detail import LEVEL_ERRORS
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.mean_area import Surroundings, mean_area
+from ods.sim_sonar.pose import Transmission
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.sea_bed.model import Bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.simulate.files import find_scene
@@ -28,12 +28,12 @@ NOISE_KEYS = ("gain", "noise_counts", "looks", "range_correlation", "beam_correl
 """Levels that are no imperfection."""
 SMOOTHING = (3, 9)
 """Beams and samples over which images are averaged before they are compared."""
-FEWEST, SHORTEST_S = 41, 0.1
+FEWEST_TURNS, SHORTEST_S = 41, 0.1
 """Turns of a measurement, and CPU time of each figure, at least."""
 
 
 @dataclass(frozen=True)
-class Point:
+class CurvePoint:
     """One model level on one scene."""
 
     max_error: float
@@ -50,29 +50,29 @@ class Curve:
     """All model levels on one scene but the reference, coarsest first, and what the scene's own budget picks."""
 
     scene: str
-    points: list[Point]
-    picked: Point
+    points: list[CurvePoint]
+    picked: CurvePoint
 
 
 def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
     """Return the CPU time, ms, of the parts of an image, under the names of table 1."""
-    at_start, file, grid = scene.vehicle_at(0.0), scene.file, grid_of(sonar)
-    pose = at_start.position_ned, at_start.attitude
-    bodies = scene.bodies_at(0.0)
+    file, grid = scene.file, grid_of(sonar)
+    sent = Transmission(scene.pose_at(0.0))
     plain = ImageLevels(**{name: getattr(file.image, name) for name in NOISE_KEYS})
     imperfect, perfect = Receiver(sonar, file.image, file.seed), Receiver(sonar, plain, file.seed)
+    whole = Surroundings(scene.bodies_at(0.0), scene.sea_bed, file.shadows)
 
-    def area_of(rows: Floats, sea_bed: Bed | None) -> Floats:
-        return mean_area(grid, rows, sea_bed, *pose, shadows=file.shadows, max_error=file.image.max_error)
+    def area_of(surroundings: Surroundings) -> Floats:
+        return mean_area(grid, surroundings, sent.pose, file.image.max_error)
 
-    area = area_of(bodies, scene.sea_bed)
-    clean = cpu_ms(lambda: perfect.receive(area, *pose, 0.0, 0))
-    dirty = cpu_ms(lambda: imperfect.receive(area, *pose, 0.0, 0))
+    area = area_of(whole)
+    clean = cpu_ms(lambda: perfect.receive(area, sent))
+    dirty = cpu_ms(lambda: imperfect.receive(area, sent))
     images = ImageSimulator(sonar, scene)
     times = iter(np.arange(1e6) * sonar.ping_period_s)
     return {
-        "objects": cpu_ms(lambda: area_of(bodies, None)),
-        "sea-bed": cpu_ms(lambda: area_of(bodies[:0], scene.sea_bed)),
+        "objects": cpu_ms(lambda: area_of(whole._replace(sea_bed=None))),
+        "sea-bed": cpu_ms(lambda: area_of(whole._replace(objects=whole.objects[:0]))),
         "imperfections": max(0.0, dirty - clean),
         "noise": clean,
         "total": cpu_ms(lambda: images.render(float(next(times)) % file.duration_s, 0)),
@@ -95,28 +95,25 @@ def table(sonar: SonarModel) -> None:
 def curve_of(sonar: SonarModel, name: str) -> Curve:
     """Measure all model levels on the scene of that name. Raises ConfigError."""
     scene = find_scene(name)
-    start, file, grid = scene.vehicle_at(0.0), scene.file, grid_of(sonar)
-    receiver = Receiver(sonar, file.image, file.seed)
+    file, grid = scene.file, grid_of(sonar)
+    sent, receiver = Transmission(scene.pose_at(0.0)), Receiver(sonar, file.image, file.seed)
+    surroundings = Surroundings(scene.bodies_at(0.0), scene.sea_bed, file.shadows)
 
     def area_of(max_error: float) -> Floats:
-        return mean_area(
-            grid, scene.bodies_at(0.0), scene.sea_bed, start.position_ned, start.attitude,
-            shadows=file.shadows, max_error=max_error,
-        )  # fmt: skip
+        return mean_area(grid, surroundings, sent.pose, max_error)
 
-    *forced, finest = levels()
+    *forced, finest = LEVEL_ERRORS
     reference = area_of(finest)
     chosen = sorted({*forced, file.image.max_error}, reverse=True)
     noise, *areas = interleaved_ms(
-        [lambda: receiver.receive(reference, start.position_ned, start.attitude, 0.0, 0)]
-        + [lambda level=level: area_of(level) for level in chosen]  # type: ignore[misc]
+        [lambda: receiver.receive(reference, sent)] + [lambda level=level: area_of(level) for level in chosen]  # type: ignore[misc]
     )
     noise_m2 = (file.image.noise_counts / file.image.gain) ** 2
     points = []
     for level, ms in zip(chosen, areas, strict=True):
         area = area_of(level)
         errors = relative_error(area, reference), error_db(area, reference, noise_m2)
-        points.append(Point(level, noise + ms, *errors))
+        points.append(CurvePoint(level, noise + ms, *errors))
     return Curve(name, points, points[chosen.index(file.image.max_error)])
 
 
@@ -143,7 +140,7 @@ def interleaved_ms(jobs: Sequence[Callable[[], object]]) -> list[float]:
     for job in jobs:
         job()
     spent: list[list[float]] = []
-    while len(spent) < FEWEST or sum(map(sum, spent)) < SHORTEST_S * len(jobs):
+    while len(spent) < FEWEST_TURNS or sum(map(sum, spent)) < SHORTEST_S * len(jobs):
         spent.append([_cpu_s(job) for job in jobs])
     return [1e3 * float(value) for value in np.median(spent, axis=0)]
 

@@ -6,30 +6,34 @@ from hypothesis import strategies as st
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo import bodies
-from ods.sim_sonar.echo.bodies import FAR, circle_radius, contains, hit
+from ods.sim_sonar.echo.bodies import BODY, FAR, Body, circle_radius, contains, hit
 
 angle = st.floats(-3.0, 3.0)
 unit = st.floats(-1.0, 1.0)
+KINDS = (bodies.SPHERE, bodies.CYLINDER, bodies.PLANE)
 Triple = tuple[float, float, float]
 
 
-def make(kind: int, centre: Triple, rpy: Triple, half: Triple) -> Floats:
+def make(kind: int, centre: Triple, rpy: Triple, half: Triple) -> Body:
     axes = geometry.rotation_matrix(geometry.quat_from_euler(*rpy)).T
-    return np.array([kind, *centre, *axes.ravel(), *half, 1.0, 0.0, 0.2])
+    body: Body = np.array([(kind, centre, axes, half, 1.0, 0.0, 0.2)], BODY)[0]
+    return body
 
 
-def local(body: Floats, point: Floats) -> Floats:
-    return np.asarray((point - body[bodies.CENTRE : bodies.AXES]) @ body[bodies.AXES : bodies.HALF].reshape(3, 3).T)
+def local(body: Body, point: Floats) -> Floats:
+    return np.asarray((point - body["centre"]) @ body["axes"].T)
 
 
 @settings(deadline=None)  # the first call compiles
-@given(st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]), angle, angle, angle, unit, unit, unit)
-def test_rays_end_on_the_first_surface_with_its_normal(
-    kind: int, roll: float, pitch: float, yaw: float, u: float, v: float, w: float
-) -> None:
+@given(
+    st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]),
+    st.tuples(angle, angle, angle),
+    st.tuples(unit, unit, unit),
+)
+def test_rays_end_on_the_first_surface_with_its_normal(kind: int, rpy: Triple, off: Triple) -> None:
     half = {bodies.SPHERE: (2.0, 2.0, 2.0), bodies.CYLINDER: (1.0, 1.0, 3.0), bodies.PLANE: (2.0, 3.0, 0.0)}[kind]
-    body = make(kind, (10.0, 1.0, -2.0), (roll, pitch, yaw), half)
-    aim = np.array([10.0 + 3 * u, 1.0 + 3 * v, -2.0 + 3 * w])
+    body = make(kind, (10.0, 1.0, -2.0), rpy, half)
+    aim = np.array([10.0, 1.0, -2.0]) + 3.0 * np.array(off)
     ray = aim / np.linalg.norm(aim)
     distance, cosine = hit(body, *ray)
     depths = np.linspace(0.0, 30.0, 3001)
@@ -55,7 +59,7 @@ def test_rays_end_on_the_first_surface_with_its_normal(
 
 
 def test_nothing_is_met_behind_or_from_inside() -> None:
-    for kind in (bodies.SPHERE, bodies.CYLINDER, bodies.PLANE):
+    for kind in KINDS:
         behind = make(kind, (-10.0, 0.0, 0.0), (0.0, 0.0, 0.0), (2.0, 2.0, 2.0))
         assert hit(behind, 1.0, 0.0, 0.0) == (FAR, 0.0)
     around = make(bodies.SPHERE, (0.5, 0.0, 0.0), (0.0, 0.0, 0.0), (2.0, 2.0, 2.0))
@@ -63,7 +67,7 @@ def test_nothing_is_met_behind_or_from_inside() -> None:
     assert contains(around, np.zeros(3))
 
 
-@given(st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]), angle, angle, angle)
+@given(st.sampled_from(KINDS), angle, angle, angle)
 def test_circle_circumscribes_the_projection(kind: int, roll: float, pitch: float, yaw: float) -> None:
     half = {bodies.SPHERE: (2.0, 2.0, 2.0), bodies.CYLINDER: (1.5, 1.5, 2.0), bodies.PLANE: (2.0, 3.0, 0.0)}[kind]
     body = make(kind, (5.0, 6.0, 7.0), (roll, pitch, yaw), half)
@@ -74,17 +78,17 @@ def test_circle_circumscribes_the_projection(kind: int, roll: float, pitch: floa
         up = np.array([0.0, 0.0, 2.0])
         rim = np.stack([np.cos(turn), np.sin(turn), np.zeros_like(turn)], axis=1) * half[0]
         corners = rim if kind == bodies.SPHERE else np.concatenate([rim + up, rim - up])
-    spread = np.hypot(*(corners @ body[bodies.AXES : bodies.HALF].reshape(3, 3))[:, :2].T).max()
+    spread = np.hypot(*(corners @ body["axes"])[:, :2].T).max()
     expected = 2.0 if kind == bodies.SPHERE else spread
     assert circle_radius(body) == pytest.approx(expected, rel=1e-6)
 
 
 def test_frame_change_keeps_distances_and_shapes() -> None:
     attitude = geometry.quat_from_euler(0.1, -0.2, 0.7)
-    body = make(bodies.CYLINDER, (20.0, 3.0, 5.0), (0.4, 0.3, 0.2), (1.0, 1.0, 2.0))[None, :]
+    body = make(bodies.CYLINDER, (20.0, 3.0, 5.0), (0.4, 0.3, 0.2), (1.0, 1.0, 2.0))
     position = np.array([1.0, 2.0, 3.0])
-    seen = bodies.to_sonar_frame(body, position, geometry.rotation_matrix(attitude))
-    centre = geometry.global_to_body(body[0, 1:4], position, attitude)
-    np.testing.assert_allclose(seen[0, 1:4], centre)
-    axis = geometry.global_to_body(body[0, 10:13], np.zeros(3), attitude)
-    np.testing.assert_allclose(seen[0, 10:13], axis)
+    (seen,) = bodies.to_sonar_frame(np.array([body]), position, geometry.rotation_matrix(attitude))
+    centre = geometry.global_to_body(body["centre"], position, attitude)
+    np.testing.assert_allclose(seen["centre"], centre)
+    axis = geometry.global_to_body(body["axes"][2], np.zeros(3), attitude)
+    np.testing.assert_allclose(seen["axes"][2], axis)

@@ -6,12 +6,13 @@ import pytest
 from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo import bodies
-from ods.sim_sonar.echo.detail import levels
+from ods.sim_sonar.echo.bodies import BODY, SPHERE
+from ods.sim_sonar.echo.detail import LEVEL_ERRORS
 from ods.sim_sonar.echo.settings import Surface
-from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.mean_area import Surroundings, mean_area
+from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.scene.timeline import Scene, load_scene
-from ods.sim_sonar.sea_bed.model import make_bed
+from ods.sim_sonar.sea_bed.model import make_sea_bed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import load_sonar
 
@@ -21,14 +22,12 @@ SCENES = ("flat_bottom", "figure11", "rough_figure11", "rough_50")
 
 
 def area(scene: Scene, max_error: float) -> Floats:
-    vehicle = scene.vehicle_at(3.0)
-    return mean_area(grid_of(SEABAT), scene.bodies_at(3.0), scene.sea_bed, vehicle.position_ned, vehicle.attitude,
-                     max_error=max_error)  # fmt: skip
+    return mean_area(grid_of(SEABAT), Surroundings(scene.bodies_at(3.0), scene.sea_bed), scene.pose_at(3.0), max_error)
 
 
 @cache
 def reference(name: str) -> Floats:
-    return area(load_scene(CONFIG / f"scenes/{name}.toml"), levels()[-1])
+    return area(load_scene(CONFIG / f"scenes/{name}.toml"), LEVEL_ERRORS[-1])
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -46,18 +45,13 @@ def test_same_input_same_bytes() -> None:
 
 
 def test_levels_run_from_coarse_to_the_reference() -> None:
-    assert list(levels()) == sorted(levels(), reverse=True)
+    assert list(LEVEL_ERRORS) == sorted(LEVEL_ERRORS, reverse=True)
 
 
 def test_what_lies_outside_the_fan_changes_nothing() -> None:
-    rows = np.zeros((4, bodies.COLUMNS))
-    rows[:, bodies.KIND] = bodies.SPHERE
-    rows[:, bodies.AXES : bodies.HALF] = np.eye(3).ravel()
-    rows[:, bodies.HALF : bodies.SURFACE] = 2.0
-    rows[:, bodies.SURFACE :] = 0.5, 0.2, 0.3
-    rows[:, 1:4] = [[-20.0, 0.0, 0.0], [0.0, 40.0, 1.0], [150.0, 0.0, 0.0], [110.0, 40.0, 2.0]]
-    level, origin = np.array([1.0, 0.0, 0.0, 0.0]), np.zeros(3)
-    bed = make_bed(5.0, Surface())
-    for sea_bed in (None, bed):
-        empty = mean_area(grid_of(SEABAT), rows[:0], sea_bed, origin, level)
-        assert np.array_equal(mean_area(grid_of(SEABAT), rows, sea_bed, origin, level), empty)
+    places = [(-20.0, 0.0, 0.0), (0.0, 40.0, 1.0), (150.0, 0.0, 0.0), (110.0, 40.0, 2.0)]
+    objects = np.array([(SPHERE, place, np.eye(3), (2.0, 2.0, 2.0), 0.5, 0.2, 0.3) for place in places], BODY)
+    pose, grid = VehiclePose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])), grid_of(SEABAT)
+    for sea_bed in (None, make_sea_bed(5.0, Surface())):
+        empty = mean_area(grid, Surroundings(objects[:0], sea_bed), pose)
+        assert np.array_equal(mean_area(grid, Surroundings(objects, sea_bed), pose), empty)

@@ -8,15 +8,17 @@ from scipy import integrate
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import BODY, Bodies
 from ods.sim_sonar.echo.motion_during_reception import as_heard
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator, render_image
-from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.mean_area import Surroundings, mean_area
+from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.sea_bed.model import bed_of
+from ods.sim_sonar.sea_bed.model import sea_bed_of
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
@@ -25,6 +27,7 @@ from ods.sim_sonar.sonar.settings import SonarFile, VerticalPattern
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")
 PATTERN = VerticalPattern()
+Triple = tuple[float, float, float]
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
 ORIGIN = np.zeros(3)
 PATTERN_WIDTH = np.radians(1.5) * integrate.quad(lambda x: float(horizontal_power(x, -25.0)), -60, 60, limit=800)[0]
@@ -35,21 +38,20 @@ def two_way(elevation_rad: float | Floats) -> Floats:
     return np.asarray(10 ** (np.interp(off_axis_deg, PATTERN.angle_deg, PATTERN.level_db) / 10))
 
 
-def body(kind: int, centre: tuple[float, float, float], half: tuple[float, float, float], axes: Floats | None = None,
-         cd: float = 1.0, cs: float = 0.0, sigma: float = 0.3) -> Floats:  # fmt: skip
-    turned = np.eye(3) if axes is None else axes
-    return np.array([[kind, *centre, *turned.ravel(), *half, cd, cs, sigma]])
+def body(kind: int, centre: Triple, half: Triple, axes: Floats | None = None,
+         surface: Triple = (1.0, 0.0, 0.3)) -> Bodies:  # fmt: skip
+    return np.array([(kind, centre, np.eye(3) if axes is None else axes, half, *surface)], BODY)
 
 
-def sphere(north: float, east: float, radius: float, down: float = 0.0, cd: float = 1.0, cs: float = 0.0) -> Floats:
-    return body(bodies.SPHERE, (north, east, down), (radius,) * 3, cd=cd, cs=cs)
+def sphere(north: float, east: float, radius: float, down: float = 0.0, cd: float = 1.0, cs: float = 0.0) -> Bodies:
+    return body(bodies.SPHERE, (north, east, down), (radius,) * 3, surface=(cd, cs, 0.3))
 
 
-def image_of(objects: Floats | None = None, bed: SeaBed | None = None, attitude: Floats = LEVEL,
+def image_of(objects: Bodies | None = None, bed: SeaBed | None = None, attitude: Floats = LEVEL,
              sonar: SonarModel = SEABAT, shadows: bool = True, max_error: float = 0.01) -> Floats:  # fmt: skip
-    rows = np.empty((0, bodies.COLUMNS)) if objects is None else objects
-    seen = None if bed is None else bed_of(bed, 0)
-    return mean_area(grid_of(sonar), rows, seen, ORIGIN, attitude, shadows=shadows, max_error=max_error)
+    seen = None if bed is None else sea_bed_of(bed, 0)
+    surroundings = Surroundings(np.empty(0, BODY) if objects is None else objects, seen, shadows)
+    return mean_area(grid_of(sonar), surroundings, VehiclePose(ORIGIN, attitude), max_error)
 
 
 # --- the sea-bed
@@ -107,7 +109,7 @@ CLOSE_BEAMS = make_sonar(SonarFile(name="beams that add up evenly", frequency_hz
                                    samples=2000))  # fmt: skip
 
 
-def heard(objects: Floats) -> float:
+def heard(objects: Bodies) -> float:
     """Return the area, weighted by gamma cos(alpha), that all beams hear together."""
     return float(image_of(objects, sonar=CLOSE_BEAMS).sum() * np.radians(0.5) / PATTERN_WIDTH)
 
@@ -133,7 +135,7 @@ def test_sphere_returns_the_integral_of_eq_3_wherever_it_is() -> None:
 def test_upright_cylinder_and_facing_plane() -> None:
     assert heard(body(bodies.CYLINDER, (80.0, 0.0, 0.0), (0.2, 0.2, 1.0))) == pytest.approx(0.2 * np.pi, rel=0.01)
     facing = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-    plate = body(bodies.PLANE, (70.0, 0.0, 0.0), (2.0, 1.0, 0.0), facing, cd=0.3, cs=0.4)
+    plate = body(bodies.PLANE, (70.0, 0.0, 0.0), (2.0, 1.0, 0.0), facing, (0.3, 0.4, 0.3))
     assert heard(plate) == pytest.approx(0.7 * 8.0, rel=0.01)
     image = image_of(plate)
     assert image[:, 1398:1401].sum() > 0.95 * image.sum()
@@ -169,7 +171,7 @@ def test_side_lobes_leave_mirror_objects_25_db_down() -> None:
 def test_left_and_right_are_alike() -> None:
     right = np.concatenate([sphere(40.0, 12.0, 2.0, 1.0, cs=0.5), sphere(60.0, -20.0, 3.0)])
     left = right.copy()
-    left[:, 2] *= -1.0
+    left["centre"][:, 1] *= -1.0
     bed = SeaBed(depth_m=5.0)
     starboard = image_of(right, bed, geometry.quat_from_euler(0.05, 0.03, 0.1))
     port = image_of(left, bed, geometry.quat_from_euler(-0.05, 0.03, -0.1))
@@ -281,7 +283,8 @@ def test_mean_image_is_what_speckle_averages_to() -> None:
     receiver, area = simulator.receiver, simulator.mean_area(0.0)
     power = np.zeros_like(mean)
     for k in range(200):
-        power += np.square(receiver.receive(area, np.array([3.7 * k, 0.0, 0.0]), LEVEL, 0.0, k).astype(np.float64))
+        sent = Transmission(VehiclePose(np.array([3.7 * k, 0.0, 0.0]), LEVEL), 0.0, k)
+        power += np.square(receiver.receive(area, sent).astype(np.float64))
     ratio = power / 200.0 / mean
     assert ratio.mean() == pytest.approx(1.0, abs=0.003)
     assert ratio.std() == pytest.approx(1.0 / np.sqrt(200.0), rel=0.05)
@@ -297,7 +300,6 @@ def test_without_speckle_the_mean_image_is_rendered() -> None:
 def test_one_call_renders_the_same_from_arrays() -> None:
     scene = scene_of(range_correlation=0.2)
     heard = as_heard(scene.bodies_at(3.0), 3.0, scene.pose_at(3.0), SEABAT.sound_speed, scene.pose_at)
-    image = render_image(
-        SEABAT, heard, scene.sea_bed, *scene.pose_at(3.0), scene.file.image, seed=5, ping_number=20, t_s=3.0
-    )
+    sent = Transmission(scene.pose_at(3.0), 3.0, 20)
+    image = render_image(SEABAT, Surroundings(heard, scene.sea_bed), sent, scene.file.image, seed=5)
     np.testing.assert_array_equal(image, ImageSimulator(SEABAT, scene).render(3.0, 20))

@@ -13,6 +13,7 @@ from ods.base.arrays import Floats
 from ods.base.settings_file import ConfigError
 from ods.messages import frame_of
 from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.quantize import LogQuantizer, PingMaker, quantize_linear, quantize_log8
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
@@ -32,10 +33,16 @@ def levels_of(**image: object) -> ImageLevels:
     return msgspec.convert({"gain": 1000.0, "noise_counts": 0.0, **image}, ImageLevels)
 
 
+def sent(ping: int = 0) -> Transmission:
+    return Transmission(VehiclePose(HERE, AHEAD), ping_number=ping)
+
+
 def mean_db(ping: int = 0, t_s: float = 0.0, area: float = 1.0, attitude: Floats = AHEAD, **image: object) -> Floats:
     """Return the level of each sample of an even image, dB over its level without imperfections."""
     levels = levels_of(speckle=False, **image)
-    received = Receiver(SEABAT, levels, 4).receive(np.full((60, 2000), area), HERE, attitude, t_s, ping)
+    received = Receiver(SEABAT, levels, 4).receive(
+        np.full((60, 2000), area), Transmission(VehiclePose(HERE, attitude), t_s, ping)
+    )
     reference = max(area * levels.gain**2, levels.noise_counts**2 if not area else 0.0) or 1.0
     return np.asarray(20.0 * np.log10(np.maximum(received.astype(np.float64), 1e-6)) - 10.0 * np.log10(reference))
 
@@ -105,7 +112,7 @@ def test_drop_outs_and_drop_ins_are_where_and_when_asked() -> None:
 
 def test_random_drop_outs_come_as_often_as_asked_and_anywhere() -> None:
     receiver = Receiver(SEABAT, levels_of(dropouts=[{"chance": 0.3, "width_m": 1.0}]), 8)
-    dark = [receiver.levels_of(HERE, AHEAD, 0.0, ping).over_range < 0.5 for ping in range(1000)]
+    dark = [receiver.levels_of(sent(ping)).over_range < 0.5 for ping in range(1000)]
     middles = [RANGES[row].mean() for row in dark if row.any()]
     assert len(middles) == pytest.approx(300, abs=45)
     assert np.histogram(middles, 4, (0.0, 100.0))[0] == pytest.approx(75.0, abs=30)
@@ -118,9 +125,9 @@ def test_a_wide_drop_out_takes_the_whole_image() -> None:
 
 def test_saturation() -> None:
     area = np.tile(np.linspace(0.0, 4.0, 2000), (60, 1))
-    image = Receiver(SEABAT, levels_of(speckle=False, saturation_counts=1500.0), 1).receive(area, HERE, AHEAD, 0.0, 0)
+    image = Receiver(SEABAT, levels_of(speckle=False, saturation_counts=1500.0), 1).receive(area, sent())
     np.testing.assert_allclose(image, np.minimum(1000.0 * np.sqrt(area), 1500.0), rtol=1e-5)
-    speckled = Receiver(SEABAT, levels_of(saturation_counts=1500.0), 1).receive(area, HERE, AHEAD, 0.0, 0)
+    speckled = Receiver(SEABAT, levels_of(saturation_counts=1500.0), 1).receive(area, sent())
     assert speckled.max() == 1500.0
 
 
@@ -160,7 +167,7 @@ def test_pulses_walk_through_the_images_at_their_own_rate() -> None:
 def test_interference_is_noise_that_is_fresh_in_each_ping() -> None:
     receiver = Receiver(SEABAT, levels_of(interference=other()), 1)
     empty = np.zeros((60, 2000))
-    one, two = (receiver.receive(empty, HERE, AHEAD, 0.0, ping)[40] for ping in (0, 1))
+    one, two = (receiver.receive(empty, sent(ping))[40] for ping in (0, 1))
     assert np.square(one).mean() == pytest.approx(500.0**2, rel=0.1)
     assert abs(np.corrcoef(one, two)[0, 1]) < 0.1
 
@@ -257,6 +264,6 @@ def test_beam_gains_must_fit_the_sonar(tmp_path: Path) -> None:
 @pytest.mark.parametrize("sonar", [SEABAT])
 def test_no_sample_is_nan(sonar: SonarModel) -> None:
     for area in (0.0, 1e-30, 1e12):
-        image = Receiver(sonar, levels_of(), 1).receive(np.full((60, 2000), area), HERE, AHEAD, 0.0, 0)
+        image = Receiver(sonar, levels_of(), 1).receive(np.full((60, 2000), area), sent())
         assert np.isfinite(image).all()
         assert image.min() >= 0.0

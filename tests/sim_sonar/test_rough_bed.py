@@ -9,14 +9,15 @@ from scipy.ndimage import uniform_filter
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.base.settings_file import ConfigError
-from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import BODY, PLANE, SPHERE, UNBOUNDED, Bodies
 from ods.sim_sonar.echo.settings import Surface
-from ods.sim_sonar.mean_area import mean_area
+from ods.sim_sonar.mean_area import Surroundings, mean_area
+from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.sea_bed.height_field import height_at, load_field, seeded_field
-from ods.sim_sonar.sea_bed.model import Bed, make_bed
+from ods.sim_sonar.sea_bed.model import SeaBedModel, make_sea_bed
 from ods.sim_sonar.sonar.grid import grid_of
-from ods.sim_sonar.sonar.model import SonarModel, make_sonar
+from ods.sim_sonar.sonar.model import make_sonar
 from ods.sim_sonar.sonar.patterns import horizontal_power
 from ods.sim_sonar.sonar.settings import SonarFile, VerticalPattern
 
@@ -27,12 +28,13 @@ PATTERN = VerticalPattern()
 SONAR = make_sonar(SonarFile(name="short", frequency_hz=455e3, beams_per_plane=21, beam_spacing_deg=2.0,
                              beam_width_deg=2.0, range0_m=0.1, dr_m=0.1, samples=400))  # fmt: skip
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
-NOBODY = np.empty((0, bodies.COLUMNS))
+NOBODY = np.empty(0, BODY)
 
 
-def image_of(bed: Bed, objects: Floats = NOBODY, attitude: Floats = LEVEL, sonar: SonarModel = SONAR,
-             max_error: float = 0.01, **more: Any) -> Floats:  # fmt: skip
-    return mean_area(grid_of(sonar), objects, bed, np.zeros(3), attitude, max_error=max_error, **more)
+def image_of(bed: SeaBedModel, objects: Bodies = NOBODY, attitude: Floats = LEVEL,
+             max_error: float = 0.01, shadows: bool = True) -> Floats:  # fmt: skip
+    surroundings = Surroundings(objects, bed, shadows)
+    return mean_area(grid_of(SONAR), surroundings, VehiclePose(np.zeros(3), attitude), max_error)
 
 
 def smoothed_error(image: Floats, reference: Floats) -> float:
@@ -40,19 +42,19 @@ def smoothed_error(image: Floats, reference: Floats) -> float:
                  np.linalg.norm(uniform_filter(reference, (3, 9))))  # fmt: skip
 
 
-def bed_from(tmp_path: Path, heights: Heights, depth: float, facet: float = 0.25, half: float = 60.0) -> Bed:
+def bed_from(tmp_path: Path, heights: Heights, depth: float, facet: float = 0.25, half: float = 60.0) -> SeaBedModel:
     nodes = np.arange(-half, half + facet / 2, facet)
     path = tmp_path / f"bed{facet}.npz"
     np.savez(path, height_m=heights(nodes[:, None], nodes[None, :]), facet_m=facet, north_m=-half, east_m=-half)
-    return make_bed(depth, SURFACE, load_field(path))
+    return make_sea_bed(depth, SURFACE, load_field(path))
 
 
 def dunes(north: Floats, east: Floats) -> Floats:
     return np.asarray(0.35 * np.sin(0.7 * north + 0.3 * east) + 0.2 * np.cos(0.5 * east - 0.2 * north + 1.0))
 
 
-def sphere(north: float, east: float, down: float, radius: float) -> Floats:
-    return np.array([[bodies.SPHERE, north, east, down, *np.eye(3).ravel(), radius, radius, radius, 0.4, 0.1, 0.3]])
+def sphere(north: float, east: float, down: float, radius: float) -> Bodies:
+    return np.array([(SPHERE, (north, east, down), np.eye(3), (radius, radius, radius), 0.4, 0.1, 0.3)], BODY)
 
 
 def summed_over_the_ground(heights: Heights, depth: float, attitude: Floats) -> Floats:
@@ -103,11 +105,11 @@ def test_rough_bed_is_the_sum_over_its_visible_ground(tmp_path: Path) -> None:
 def test_heights_of_nothing_are_the_flat_bed_in_closed_form(slope_deg: float) -> None:
     attitude = geometry.quat_from_euler(0.03, 0.04, 0.5)
     slope = (np.radians(slope_deg), 1.0)
-    almost = make_bed(3.0, SURFACE, seeded_field(1, 1e-6, 3.0, 64, None), *slope)
-    flat, rough = make_bed(3.0, SURFACE, None, *slope), image_of(almost, attitude=attitude, max_error=0.005)
+    almost = make_sea_bed(3.0, SURFACE, seeded_field(1, 1e-6, 3.0, 64, None), *slope)
+    flat, rough = make_sea_bed(3.0, SURFACE, None, *slope), image_of(almost, attitude=attitude, max_error=0.005)
     assert almost.field is not None
     assert smoothed_error(rough, image_of(flat, attitude=attitude)) < 0.01
-    assert make_bed(3.0, SURFACE, seeded_field(1, 0.0, 3.0, 64, None)).field is None
+    assert make_sea_bed(3.0, SURFACE, seeded_field(1, 0.0, 3.0, 64, None)).field is None
 
 
 def test_energy_does_not_depend_on_the_number_of_facets(tmp_path: Path) -> None:
@@ -123,8 +125,8 @@ def test_left_and_right_are_alike(tmp_path: Path) -> None:
 
 
 def test_shadow_of_a_sphere_ends_where_similar_triangles_say() -> None:
-    bed = make_bed(4.0, SURFACE, seeded_field(1, 1e-6, 3.0, 64, None))
-    flat = make_bed(4.0, SURFACE)
+    bed = make_sea_bed(4.0, SURFACE, seeded_field(1, 1e-6, 3.0, 64, None))
+    flat = make_sea_bed(4.0, SURFACE)
     radius, ahead, down = 0.8, 12.0, 3.2
     upper = np.arctan2(down, ahead) - np.arcsin(
         radius / np.hypot(ahead, down)
@@ -217,8 +219,8 @@ def test_vehicle_in_a_hill_is_refused(tmp_path: Path) -> None:
 def test_quay_stands_on_a_rough_bed_and_ends_the_view(tmp_path: Path) -> None:
     bed = bed_from(tmp_path, dunes, 3.0)
     facing = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
-    endless = (bodies.UNBOUNDED, bodies.UNBOUNDED, 0.0)
-    quay = np.array([[bodies.PLANE, 25.0, 0.0, 0.0, *facing.ravel(), *endless, 0.3, 0.4, 0.3]])
+    endless = (UNBOUNDED, UNBOUNDED, 0.0)
+    quay = np.array([(PLANE, (25.0, 0.0, 0.0), facing, endless, 0.3, 0.4, 0.3)], BODY)
     image, bare = image_of(bed, quay), image_of(bed)
     np.testing.assert_allclose(image[10, :240], bare[10, :240], rtol=0.05, atol=1e-3 * bare[10].max())
     assert image[10, 249] > 5.0 * bare[10, 249]

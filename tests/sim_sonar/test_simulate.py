@@ -184,7 +184,7 @@ def test_errors_of_a_mean_image() -> None:
 
 def test_parts_and_curves_are_measured(small: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(simulate_speed, "SHORTEST_S", 0.0)
-    monkeypatch.setattr(simulate_speed, "FEWEST", 1)
+    monkeypatch.setattr(simulate_speed, "FEWEST_TURNS", 1)
     sonar = load_sonar(Path(small))
     parts = simulate_speed.parts_of(sonar, load_scene(SCENE))
     assert list(parts) == list(simulate_speed.TABLE_1)

@@ -10,6 +10,7 @@ from scipy import stats
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.receiver.speckle_law import beam_overlap_correlation, taps
@@ -23,12 +24,19 @@ GAIN = 100.0
 BEAM = SEABAT.beam_width_rad
 
 
-def image_of(levels: ImageLevels, north: float = 0.0, east: float = 0.0, down: float = 0.0, yaw: float = 0.0,
-             t_s: float = 0.0, ping: int = 0, seed: int = 5, sonar: SonarModel = SEABAT) -> Floats:  # fmt: skip
-    receiver = Receiver(sonar, levels, seed)
-    attitude = geometry.quat_from_euler(0.0, 0.0, yaw)
+def sent_from(north: float = 0.0, east: float = 0.0, down: float = 0.0, yaw: float = 0.0,
+              t_s: float = 0.0, ping: int = 0) -> Transmission:  # fmt: skip
+    pose = VehiclePose(np.array([north, east, down]), geometry.quat_from_euler(0.0, 0.0, yaw))
+    return Transmission(pose, t_s, ping)
+
+
+AT_ORIGIN = sent_from()
+
+
+def image_of(levels: ImageLevels, sent: Transmission = AT_ORIGIN, seed: int = 5,
+             sonar: SonarModel = SEABAT) -> Floats:  # fmt: skip
     area = np.ones((sonar.beams, sonar.samples))
-    return receiver.receive(area, np.array([north, east, down]), attitude, t_s, ping).astype(np.float64)
+    return Receiver(sonar, levels, seed).receive(area, sent).astype(np.float64)
 
 
 def plain(looks: float = 1.0, **more: float) -> ImageLevels:
@@ -63,10 +71,9 @@ def test_intensity_follows_the_gamma_law(looks: float, noise: float) -> None:
 
 def test_rare_peaks_are_as_rare_as_they_should_be() -> None:
     receiver = Receiver(SEABAT, plain(), 3)
-    still = geometry.quat_from_euler(0.0, 0.0, 0.0)
     found = np.zeros(3)
     for k in range(40):
-        image = receiver.receive(EVEN, np.array([50.0 * k, 0.0, 0.0]), still, 0.0, k)
+        image = receiver.receive(EVEN, sent_from(50.0 * k, ping=k))
         found += [np.count_nonzero(image > GAIN * np.sqrt(level)) for level in (7.0, 9.0, 11.0)]
     np.testing.assert_allclose(found, 4.8e6 * np.exp([-7.0, -9.0, -11.0]), rtol=0.25)
 
@@ -116,16 +123,21 @@ def test_filter_keeps_the_variance() -> None:
 
 def test_frozen_scene_has_frozen_speckle() -> None:
     levels = plain(range_correlation=0.3)
-    first, later = image_of(levels, 7.3, -2.0, 4.0, 0.4), image_of(levels, 7.3, -2.0, 4.0, 0.4, t_s=60.0, ping=400)
+    first, later = (
+        image_of(levels, sent_from(7.3, -2.0, 4.0, 0.4)),
+        image_of(levels, sent_from(7.3, -2.0, 4.0, 0.4, t_s=60.0, ping=400)),
+    )
     np.testing.assert_array_equal(first, later)
-    assert abs(correlation(first, image_of(levels, 7.3, -2.0, 4.0, 0.4, seed=6))) < 0.02
+    assert abs(correlation(first, image_of(levels, sent_from(7.3, -2.0, 4.0, 0.4), seed=6))) < 0.02
 
 
 def test_receiver_noise_is_fresh_even_then() -> None:
     alone = plain(noise_counts=50.0, gain=1e-9)
-    assert abs(correlation(image_of(alone, ping=1), image_of(alone, ping=2))) < 0.02
+    assert abs(correlation(image_of(alone, sent_from(ping=1)), image_of(alone, sent_from(ping=2)))) < 0.02
     both = plain(noise_counts=GAIN)
-    assert correlation(image_of(both, ping=1), image_of(both, ping=2)) == pytest.approx(0.47, abs=0.05)
+    assert correlation(image_of(both, sent_from(ping=1)), image_of(both, sent_from(ping=2))) == pytest.approx(
+        0.47, abs=0.05
+    )
 
 
 @pytest.mark.parametrize("range_correlation", [0.0, 0.4])
@@ -133,12 +145,12 @@ def test_motion_along_a_beam_renews_speckle_cell_by_cell(range_correlation: floa
     levels = plain(range_correlation=range_correlation)
     start, middle = image_of(levels), slice(28, 32)
     for cells, rest in ((0.1, 0.9), (0.5, 0.5), (0.9, 0.1), (1.0, 0.0), (30.0, 0.0)):
-        moved = image_of(levels, north=cells * SEABAT.dr_m)
+        moved = image_of(levels, sent_from(north=cells * SEABAT.dr_m))
         assert correlation(start[middle], moved[middle]) == pytest.approx(rest, abs=0.04), f"{cells} cells"
 
 
 def test_motion_across_a_beam_counts_by_beam_widths() -> None:
-    start, moved = image_of(plain()), image_of(plain(), east=0.5)
+    start, moved = image_of(plain()), image_of(plain(), sent_from(east=0.5))
     for metres in (25.0, 50.0, 90.0):
         near = slice(round(metres / 0.05) - 50, round(metres / 0.05) + 50)
         # beams 29 and 30 also see the step along them, 0.5 sin(0.75 deg) m
@@ -148,11 +160,11 @@ def test_motion_across_a_beam_counts_by_beam_widths() -> None:
 
 
 def test_turning_renews_speckle_by_beam_widths_and_turning_back_restores_it() -> None:
-    start = image_of(plain(), yaw=0.3)
+    start = image_of(plain(), sent_from(yaw=0.3))
     for widths, rest in ((0.2, 0.8), (0.7, 0.3), (1.0, 0.0)):
-        turned = image_of(plain(), yaw=0.3 + widths * BEAM)
+        turned = image_of(plain(), sent_from(yaw=0.3 + widths * BEAM))
         assert correlation(start, turned) == pytest.approx(rest, abs=0.02)
-    np.testing.assert_array_equal(image_of(plain(), yaw=0.3), start)
+    np.testing.assert_array_equal(image_of(plain(), sent_from(yaw=0.3)), start)
 
 
 @pytest.mark.parametrize("width_deg", [1.5, 1.7])
@@ -160,15 +172,17 @@ def test_speckle_stays_where_heading_passes_180_degrees(width_deg: float) -> Non
     sonar = make_sonar(SonarFile(name="small", frequency_hz=455e3, beams_per_plane=20, beam_spacing_deg=2.0,
                                  beam_width_deg=width_deg, range0_m=0.1, dr_m=0.1, samples=500))  # fmt: skip
     turn = 0.2 * np.radians(width_deg)
-    before, after = (image_of(plain(), 3.0, 4.0, yaw=np.pi + side * turn / 2, sonar=sonar) for side in (-1, 1))
+    before, after = (
+        image_of(plain(), sent_from(3.0, 4.0, yaw=np.pi + side * turn / 2), sonar=sonar) for side in (-1, 1)
+    )
     assert correlation(before, after) == pytest.approx(0.8, abs=0.03)
 
 
 def test_coherence_time() -> None:
     levels = plain(coherence_s=2.0)
-    start = image_of(levels, t_s=3.1)
+    start = image_of(levels, sent_from(t_s=3.1))
     for seconds, rest in ((0.0, 1.0), (0.5, 0.75), (1.9, 0.05), (2.5, 0.0)):
-        assert correlation(start, image_of(levels, t_s=3.1 + seconds)) == pytest.approx(rest, abs=0.02)
+        assert correlation(start, image_of(levels, sent_from(t_s=3.1 + seconds))) == pytest.approx(rest, abs=0.02)
 
 
 # --- what real sonars show
@@ -176,7 +190,7 @@ def test_coherence_time() -> None:
 
 def test_aris_statistics_are_in_reach() -> None:
     levels = plain(1.15, range_correlation=0.16, beam_correlation=0.03, coherence_s=0.1)
-    image, following = image_of(levels), image_of(levels, t_s=0.095)
+    image, following = image_of(levels), image_of(levels, sent_from(t_s=0.095))
     intensity = np.square(image)
     assert 1.1 < intensity.mean() ** 2 / intensity.var() < 1.2
     assert from_sample_to_sample(image) == pytest.approx(0.16, abs=0.02)

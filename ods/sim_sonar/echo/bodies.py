@@ -1,21 +1,38 @@
-"""The generic objects of [SSIE] as rows of numbers, and where a ray from the sonar meets them.
+"""The generic objects of [SSIE], and where a ray from the sonar meets them.
 
-A body is one row of COLUMNS float64, in the sonar's frame (FRD, origin at the sonar): kind, centre, local axes (three
-rows of a rotation matrix), half sizes, Cd, Cs, sigma in radians.
-    sphere    half sizes (radius, radius, radius)
-    cylinder  local z is the axis, half sizes (radius, radius, half length)
-    plane     local z is the normal, half sizes (half width, half height, 0); UNBOUNDED without bounds
+sphere    half sizes (radius, radius, radius)
+cylinder  local z is the axis, half sizes (radius, radius, half length)
+plane     local z is the normal, half sizes (half width, half height, 0); UNBOUNDED without bounds
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.sim_sonar.kernel import compiled
 
 SPHERE, CYLINDER, PLANE = 0, 1, 2
-KIND, CENTRE, AXES, HALF, SURFACE, COLUMNS = 0, 1, 4, 13, 16, 19
+
+BODY = np.dtype(
+    [
+        ("kind", np.int64),
+        ("centre", np.float64, 3),
+        ("axes", np.float64, (3, 3)),
+        ("half", np.float64, 3),
+        ("cd", np.float64),
+        ("cs", np.float64),
+        ("sigma_rad", np.float64),
+    ]
+)
+"""One body: SPHERE, CYLINDER or PLANE; its centre, m; its local axes, the rows of a rotation matrix; half sizes, m; its
+surface (see reflection)."""
+Bodies = NDArray[np.void]
+"""(n,) of BODY, all in NED or in the sonar's frame (FRD, origin at the sonar)."""
+Body = np.void
+"""One of them."""
 
 UNBOUNDED = 1e9
 """Half size of a plane without bounds, m."""
@@ -23,31 +40,50 @@ FAR = 1e12
 """Range of a ray that meets nothing, m."""
 
 
+class LocalRay(NamedTuple):
+    """A ray in a body's own axes: where the sonar is, m from the body's centre, and a unit vector along the ray."""
+
+    ox: float
+    oy: float
+    oz: float
+    dx: float
+    dy: float
+    dz: float
+
+
 @compiled
-def hit(body: Floats, x: float, y: float, z: float) -> tuple[float, float]:
+def hit(body: Body, x: float, y: float, z: float) -> tuple[float, float]:
     """Return range and cos(incidence angle) where the ray along the unit vector (x, y, z) first meets `body`.
 
     FAR and 0 where it does not; a body around the sonar is not met.
     """
-    if body[KIND] == SPHERE:
+    if body["kind"] == SPHERE:
         return _hit_sphere(body, x, y, z)
-    a, h = AXES, HALF
-    dx = body[a] * x + body[a + 1] * y + body[a + 2] * z
-    dy = body[a + 3] * x + body[a + 4] * y + body[a + 5] * z
-    dz = body[a + 6] * x + body[a + 7] * y + body[a + 8] * z
-    cx, cy, cz = body[CENTRE], body[CENTRE + 1], body[CENTRE + 2]
-    ox = -(body[a] * cx + body[a + 1] * cy + body[a + 2] * cz)
-    oy = -(body[a + 3] * cx + body[a + 4] * cy + body[a + 5] * cz)
-    oz = -(body[a + 6] * cx + body[a + 7] * cy + body[a + 8] * cz)
-    if body[KIND] == CYLINDER:
-        return _hit_cylinder(body[h], body[h + 2], ox, oy, oz, dx, dy, dz)
-    return _hit_plane(body[h], body[h + 1], ox, oy, oz, dx, dy, dz)
+    ray = _local_ray(body["axes"], body["centre"], x, y, z)
+    half = body["half"]
+    if body["kind"] == CYLINDER:
+        return _hit_cylinder(half[0], half[2], ray)
+    return _hit_plane(half[0], half[1], ray)
 
 
 @compiled
-def _hit_sphere(body: Floats, x: float, y: float, z: float) -> tuple[float, float]:
-    cx, cy, cz = body[CENTRE], body[CENTRE + 1], body[CENTRE + 2]
-    radius = body[HALF]
+def _local_ray(axes: Floats, centre: Floats, x: float, y: float, z: float) -> LocalRay:
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    return LocalRay(
+        ox=-(axes[0, 0] * cx + axes[0, 1] * cy + axes[0, 2] * cz),
+        oy=-(axes[1, 0] * cx + axes[1, 1] * cy + axes[1, 2] * cz),
+        oz=-(axes[2, 0] * cx + axes[2, 1] * cy + axes[2, 2] * cz),
+        dx=axes[0, 0] * x + axes[0, 1] * y + axes[0, 2] * z,
+        dy=axes[1, 0] * x + axes[1, 1] * y + axes[1, 2] * z,
+        dz=axes[2, 0] * x + axes[2, 1] * y + axes[2, 2] * z,
+    )
+
+
+@compiled
+def _hit_sphere(body: Body, x: float, y: float, z: float) -> tuple[float, float]:
+    centre = body["centre"]
+    cx, cy, cz = centre[0], centre[1], centre[2]
+    radius = body["half"][0]
     along = cx * x + cy * y + cz * z
     miss = cx * cx + cy * cy + cz * cz - along * along
     square = radius * radius - miss
@@ -61,9 +97,8 @@ def _hit_sphere(body: Floats, x: float, y: float, z: float) -> tuple[float, floa
 
 
 @compiled
-def _hit_cylinder(
-    radius: float, half: float, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float]:
+def _hit_cylinder(radius: float, half: float, ray: LocalRay) -> tuple[float, float]:
+    ox, oy, oz, dx, dy, dz = ray
     a = dx * dx + dy * dy
     b = ox * dx + oy * dy
     square = b * b - a * (ox * ox + oy * oy - radius * radius)
@@ -84,9 +119,8 @@ def _hit_cylinder(
 
 
 @compiled
-def _hit_plane(
-    half_width: float, half_height: float, ox: float, oy: float, oz: float, dx: float, dy: float, dz: float
-) -> tuple[float, float]:
+def _hit_plane(half_width: float, half_height: float, ray: LocalRay) -> tuple[float, float]:
+    ox, oy, oz, dx, dy, dz = ray
     if abs(dz) < 1e-12:
         return FAR, 0.0
     distance = -oz / dz
@@ -97,44 +131,46 @@ def _hit_plane(
     return distance, abs(dz)
 
 
-def contains(body: Floats, point: Floats) -> bool:
+def contains(body: Body, point: Floats) -> bool:
     """Tell whether a sphere or cylinder surrounds `point` (3,); planes surround nothing."""
-    axes = body[AXES:HALF].reshape(3, 3)
-    local = np.abs(axes @ (point - body[CENTRE:AXES]))
-    if body[KIND] == PLANE:
+    local = np.abs(body["axes"] @ (point - body["centre"]))
+    radius, _, half_length = body["half"]
+    if body["kind"] == PLANE:
         return False
-    if body[KIND] == SPHERE:
-        return bool(np.linalg.norm(local) <= body[HALF])
-    return bool(math.hypot(local[0], local[1]) <= body[HALF] and local[2] <= body[HALF + 2])
+    if body["kind"] == SPHERE:
+        return bool(np.linalg.norm(local) <= radius)
+    return bool(math.hypot(local[0], local[1]) <= radius and local[2] <= half_length)
 
 
 @compiled
-def middles(bodies: Floats, point: Floats) -> Floats:
+def middles(bodies: Bodies, point: Floats) -> Floats:
     """Return the (n, 3) points in the middle of bodies that are nearest to `point` (3,).
 
     A sphere's centre; of a cylinder's axis and of a plane the nearest point. Frame as that of `bodies`.
     """
-    out = bodies[:, CENTRE:AXES].copy()
+    out = np.empty((len(bodies), 3))
     for k in range(len(bodies)):
         body = bodies[k]
-        x, y, z = point[0] - body[CENTRE], point[1] - body[CENTRE + 1], point[2] - body[CENTRE + 2]
+        centre = body["centre"]
+        for c in range(3):
+            out[k, c] = centre[c]
+        x, y, z = point[0] - centre[0], point[1] - centre[1], point[2] - centre[2]
         for axis in range(3):
-            if body[KIND] == SPHERE or (body[KIND] == CYLINDER and axis < 2):
+            if body["kind"] == SPHERE or (body["kind"] == CYLINDER and axis < 2):
                 continue
-            a, half = AXES + 3 * axis, body[HALF + axis]
-            along = min(max(body[a] * x + body[a + 1] * y + body[a + 2] * z, -half), half)
+            axes, half = body["axes"], body["half"][axis]
+            along = min(max(axes[axis, 0] * x + axes[axis, 1] * y + axes[axis, 2] * z, -half), half)
             for c in range(3):
-                out[k, c] += along * body[a + c]
+                out[k, c] += along * axes[axis, c]
     return out
 
 
-def circle_radius(body: Floats) -> float:
+def circle_radius(body: Body) -> float:
     """Return the radius of the circle that circumscribes a body's projection on the frame's x-y plane."""
-    axes = body[AXES:HALF].reshape(3, 3)
-    half = body[HALF:SURFACE]
-    if body[KIND] == SPHERE:
+    axes, half = body["axes"], body["half"]
+    if body["kind"] == SPHERE:
         return float(half[0])
-    if body[KIND] == PLANE:
+    if body["kind"] == PLANE:
         sides = axes[:2, :2] * half[:2, None]
         return float(max(np.linalg.norm(sides[0] + sides[1]), np.linalg.norm(sides[0] - sides[1])))
     return _cylinder_circle(float(half[0]), float(half[2]), min(1.0, abs(float(axes[2, 2]))))
@@ -149,19 +185,19 @@ def _cylinder_circle(radius: float, half: float, upright: float) -> float:
 
 
 @compiled
-def bounding_radius(body: Floats) -> float:
+def bounding_radius(body: Body) -> float:
     """Return the radius of a body's bounding sphere."""
-    across, side, along = body[HALF], body[HALF + 1], body[HALF + 2]
-    if body[KIND] == SPHERE:
+    across, side, along = body["half"][0], body["half"][1], body["half"][2]
+    if body["kind"] == SPHERE:
         return float(across)
-    if body[KIND] == CYLINDER:
+    if body["kind"] == CYLINDER:
         return math.hypot(across, along)
     return math.hypot(across, side)
 
 
-def to_sonar_frame(bodies: Floats, position_ned: Floats, rotation: Floats) -> Floats:
+def to_sonar_frame(bodies: Bodies, position_ned: Floats, rotation: Floats) -> Bodies:
     """Return bodies given in NED as seen by a sonar at `position_ned` with body-to-global `rotation` (3, 3)."""
     seen = bodies.copy()
-    seen[:, CENTRE:AXES] = (bodies[:, CENTRE:AXES] - position_ned) @ rotation
-    seen[:, AXES:HALF] = (bodies[:, AXES:HALF].reshape(-1, 3, 3) @ rotation).reshape(-1, 9)
+    seen["centre"] = (bodies["centre"] - position_ned) @ rotation
+    seen["axes"] = bodies["axes"] @ rotation
     return seen

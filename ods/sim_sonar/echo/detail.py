@@ -38,8 +38,3 @@ def detail_of(max_error: float) -> Detail:
         lean=0.03 * root,
         reach=min(0.3 / root, 60.0),
     )
-
-
-def levels() -> tuple[float, ...]:
-    """Return the allowed error, `max_error`, of every model level, coarsest first; the last is the reference."""
-    return LEVEL_ERRORS

@@ -5,7 +5,7 @@ from ods.sim_sonar.kernel import compiled
 
 
 @compiled
-def look_up(table: Floats, place: float) -> float:
+def interpolate(table: Floats, place: float) -> float:
     """Return `table`, even from 0 to 1, at `place`; the ends hold beyond."""
     where = min(max(place, 0.0), 1.0) * (len(table) - 1)
     node = min(int(where), len(table) - 2)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.bodies import AXES, CENTRE, HALF, middles
+from ods.sim_sonar.echo.bodies import Bodies, middles
 from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.pose import Times, VehiclePose
 
@@ -19,47 +19,46 @@ LEAST_DISTANCE_M = 1e-9
 
 
 def as_heard(
-    objects: Floats, t_s: float, sent: VehiclePose, sound_speed: float, pose_at: Callable[[Times], VehiclePose]
-) -> Floats:
-    """Return the (n, bodies.COLUMNS) rows, NED, of which a vehicle at rest in the pose `sent` has the same echoes.
+    objects: Bodies, t_s: float, sent: VehiclePose, sound_speed: float, pose_at: Callable[[Times], VehiclePose]
+) -> Bodies:
+    """Return the bodies, NED, of which a vehicle at rest in the pose `sent` has the same echoes.
 
-    `objects`: rows as they are; `sent`: the pose at scene time `t_s`; `sound_speed`: m/s; `pose_at`: the poses at scene
-    times (...). An object is heard as a whole, at the reception of what comes from its middle (see
-    bodies.middles). That the way back is longer or shorter than the way there is left out in the instant, not in the
-    range: at 2 m/s and 20 deg/s that is 0.004 deg at 100 m.
+    `objects`: as they are, NED; `sent`: the pose at scene time `t_s`; `sound_speed`: m/s; `pose_at`: the poses at scene
+    times (...). An object is heard as a whole, at the reception of what comes from its middle (see bodies.middles).
+    That the way back is longer or shorter than the way there is left out in the instant, not in the range: at 2 m/s and
+    20 deg/s that is 0.004 deg at 100 m.
     """
-    middle = middles(objects, sent[0])
-    there = np.sqrt(np.square(middle - sent[0]).sum(axis=1))
-    return _as_heard(objects, middle, *sent, *pose_at(t_s + there * (2.0 / sound_speed)))
+    middle = middles(objects, sent.position_ned)
+    there = np.sqrt(np.square(middle - sent.position_ned).sum(axis=1))
+    return _as_heard(objects, middle, sent, pose_at(t_s + there * (2.0 / sound_speed)))
 
 
 @compiled
-def _as_heard(
-    objects: Floats, middle: Floats, sent_ned: Floats, sent: Floats, heard_ned: Floats, heard: Floats
-) -> Floats:
-    """Move and turn each body about its middle; poses at transmission (3,), (4,), and at reception (n, 3), (n, 4)."""
+def _as_heard(objects: Bodies, middle: Floats, sent: VehiclePose, heard: VehiclePose) -> Bodies:
+    """Move and turn each body about its middle; `sent`: one pose, `heard`: (n,) poses, at reception."""
     out = objects.copy()
-    forth = _rotation(sent)
+    sent_ned, forth = sent.position_ned, _rotation(sent.attitude)
     turn = np.empty((3, 3))
     for k in range(len(objects)):
-        back = _rotation(heard[k])
+        heard_ned, back = heard.position_ned[k], _rotation(heard.attitude[k])
         for i in range(3):
             for j in range(3):
                 turn[i, j] = forth[i, 0] * back[j, 0] + forth[i, 1] * back[j, 1] + forth[i, 2] * back[j, 2]
-        there, again = _distance(middle[k], sent_ned), max(_distance(middle[k], heard_ned[k]), LEAST_DISTANCE_M)
+        there, again = _distance(middle[k], sent_ned), max(_distance(middle[k], heard_ned), LEAST_DISTANCE_M)
         stretch = 0.5 * (there + again) / again
+        body, moved = objects[k], out[k]
         for i in range(3):
             place = sent_ned[i]
             for j in range(3):
-                way, centre = middle[k, j] - heard_ned[k, j], objects[k, CENTRE + j] - middle[k, j]
+                way, centre = middle[k, j] - heard_ned[j], body["centre"][j] - middle[k, j]
                 place += turn[i, j] * (stretch * way + centre)
-            out[k, CENTRE + i] = place
-        for axis in range(AXES, HALF, 3):
+            moved["centre"][i] = place
+        for axis in range(3):
             for i in range(3):
                 along = 0.0
                 for j in range(3):
-                    along += turn[i, j] * objects[k, axis + j]
-                out[k, axis + i] = along
+                    along += turn[i, j] * body["axes"][axis, j]
+                moved["axes"][axis, i] = along
     return out
 
 

@@ -1,4 +1,4 @@
-"""The mean echo of one object: a fan of rays just wide and fine enough for it.
+"""The mean echo of one object, by rays just wide and fine enough for it.
 
 Rays meet the object at the centres of cells of bearing and elevation. A cell returns gamma S^2 R^2 over its solid angle
 (eq. 5; R^2 turns solid angle into area) and spreads it, as a trapezoid, over the ranges that the slope towards its
@@ -7,47 +7,56 @@ beams by the horizontal pattern, side lobes included.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
-from ods.sim_sonar.echo.bodies import FAR, SURFACE, hit
+from ods.sim_sonar.echo.bodies import FAR, Bodies, hit
 from ods.sim_sonar.echo.mixing import mix, shares_of
+from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import Grid, two_way
+from ods.sim_sonar.sonar.grid import Grid, mean_two_way
+
+
+class Occluders(NamedTuple):
+    """What may hide an object."""
+
+    rivals: Ints
+    """Numbers of the bodies that may."""
+    limit: Floats
+    """(bearings, elevations) ranges at which the sea-bed does."""
+
+
+class Bins(NamedTuple):
+    """Range bins [start, end) of a row, about the range of an echo."""
+
+    start: int
+    end: int
+    edge_m: float
+    """Near edge of bin 0."""
+    dr_m: float
 
 
 @compiled
-def add_object(
-    image: Floats,
-    all_bodies: Floats,
-    which: int,
-    rivals: Ints,
-    bearing: Floats,
-    elevation: Floats,
-    limit: Floats,
-    grid: Grid,
-) -> Floats:
+def add_object(image: Floats, bodies: Bodies, which: int, occluders: Occluders, rays: RayFan, grid: Grid) -> Floats:
     """Add the mean echo, m2, of body `which` to `image` (beams, samples) and return the ranges its rays meet it at.
 
-    `bearing` and `elevation` are the borders of the fan's cells, `rivals` the bodies that may hide this one, `limit`
-    (bearings, elevations) the ranges at which the sea-bed does. The ranges, of the same shape, are FAR where the object
-    is not met first.
+    The ranges (bearings, elevations) are FAR where the object is not met first.
     """
-    ranges, echo = _trace(all_bodies, which, rivals, bearing, elevation, limit)
-    cells = np.zeros((len(grid.vertical), len(bearing) - 1, grid.samples))
-    first, last = _deposit(cells, ranges, echo, bearing, elevation, grid)
-    mix(image, cells, first, last, shares_of(bearing, grid, math.inf))
+    ranges, echo = _trace(bodies, which, occluders, rays)
+    cells = np.zeros((len(grid.vertical), len(rays.bearing) - 1, grid.samples))
+    first, last = _deposit(cells, ranges, echo, rays, grid)
+    mix(image, cells, first, last, shares_of(rays.bearing, grid, math.inf))
     return ranges
 
 
 @compiled
-def _trace(
-    all_bodies: Floats, which: int, rivals: Ints, bearing: Floats, elevation: Floats, limit: Floats
-) -> tuple[Floats, Floats]:
+def _trace(bodies: Bodies, which: int, occluders: Occluders, rays: RayFan) -> tuple[Floats, Floats]:
     """Return range (FAR where not met first) and gamma R^2 of the ray through each cell, (bearings, elevations)."""
-    body = all_bodies[which]
+    body, limit, rivals = bodies[which], occluders.limit, occluders.rivals
+    bearing, elevation = rays.bearing, rays.elevation
     ranges = np.full_like(limit, FAR)
     echo = np.zeros_like(limit)
     bearings, elevations = limit.shape[0], limit.shape[1]
@@ -63,22 +72,20 @@ def _trace(
                 continue
             hidden = False
             for rival in rivals:
-                hidden = hidden or hit(all_bodies[rival], x, y, z)[0] < distance
+                hidden = hidden or hit(bodies[rival], x, y, z)[0] < distance
             if not hidden:
                 ranges[a, e] = distance
-                gamma = reflectivity(cosine, body[SURFACE], body[SURFACE + 1], body[SURFACE + 2])
+                gamma = reflectivity(cosine, body["cd"], body["cs"], body["sigma_rad"])
                 echo[a, e] = gamma * distance * distance
     return ranges, echo
 
 
 @compiled
-def _deposit(
-    cells: Floats, ranges: Floats, echo: Floats, bearing: Floats, elevation: Floats, grid: Grid
-) -> tuple[int, int]:
+def _deposit(cells: Floats, ranges: Floats, echo: Floats, rays: RayFan, grid: Grid) -> tuple[int, int]:
     """Spread each cell's echo, m2 per radian of bearing, over range; return first and last+1 bin touched."""
     first, last = grid.samples, 0
     for e in range(ranges.shape[1]):
-        low, high = math.sin(elevation[e]), math.sin(elevation[e + 1])
+        low, high = math.sin(rays.elevation[e]), math.sin(rays.elevation[e + 1])
         for a in range(ranges.shape[0]):
             if echo[a, e] == 0.0:
                 continue
@@ -89,8 +96,8 @@ def _deposit(
             end = min(grid.samples, int((0.5 * (wide + narrow) - near) / grid.dr_m) + 1)
             first, last = min(first, start), max(last, end)
             for plane in range(len(cells)):
-                power = echo[a, e] * (high - low) * two_way(grid.vertical[plane], low, high)
-                _spread(cells[plane, a], power, start, end, near, grid.dr_m, wide, narrow)
+                power = echo[a, e] * (high - low) * mean_two_way(grid.vertical[plane], low, high)
+                _spread(cells[plane, a], power, Bins(start, end, near, grid.dr_m), wide, narrow)
     return first, max(first, last)
 
 
@@ -108,13 +115,11 @@ def _extent(ranges: Floats, k: int) -> float:
 
 
 @compiled
-def _spread(
-    row: Floats, power: float, start: int, end: int, edge: float, step: float, wide: float, narrow: float
-) -> None:
-    """Add `power` to bins [start, end) of `row` as a trapezoid about 0: two boxes, wide and narrow, folded."""
-    before = _trapezoid(edge + start * step, wide, narrow)
-    for j in range(start, end):
-        after = _trapezoid(edge + (j + 1) * step, wide, narrow)
+def _spread(row: Floats, power: float, bins: Bins, wide: float, narrow: float) -> None:
+    """Add `power` to `bins` of `row` as a trapezoid about 0: two boxes, wide and narrow, folded."""
+    before = _trapezoid(bins.edge_m + bins.start * bins.dr_m, wide, narrow)
+    for j in range(bins.start, bins.end):
+        after = _trapezoid(bins.edge_m + (j + 1) * bins.dr_m, wide, narrow)
         row[j] += power * (after - before)
         before = after
 

@@ -1,4 +1,4 @@
-"""How fine each object's fan must be, and which objects may hide which."""
+"""How many rays each object needs, and which objects may hide which."""
 
 import math
 from typing import NamedTuple
@@ -6,22 +6,19 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
-from ods.sim_sonar.echo import bodies
-from ods.sim_sonar.echo.bodies import AXES, CENTRE, HALF, KIND, PLANE, SPHERE, SURFACE
+from ods.sim_sonar.echo.bodies import PLANE, SPHERE, Bodies, Body, bounding_radius
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import Grid, two_way
+from ods.sim_sonar.sonar.grid import LIT_BEYOND_WIDTHS, Grid, mean_two_way
 
-MARGIN_WIDTHS = 3.0
-"""The projector lights this many beam widths beyond the outer beams."""
 MAX_CELLS = 720
-"""Cells of a fan in bearing, or in elevation."""
+"""Of one object in bearing, or in elevation."""
 ALL_ROUND = (-math.pi, math.pi, -0.5 * math.pi, 0.5 * math.pi)
 LOOSEST = 4.0
 """Error that a faint object's own echo may have, over that of the image."""
 
 
-class Fan(NamedTuple):
-    """Borders of the cells of one object's fan; empty when nothing of it can be seen."""
+class RayFan(NamedTuple):
+    """The rays for one object: borders of their cells, empty when nothing of it can be seen."""
 
     bearing: Floats
     elevation: Floats
@@ -30,8 +27,8 @@ class Fan(NamedTuple):
 
 
 @compiled
-def shares_of_error(seen: Floats, grid: Grid, max_error: float) -> Floats:
-    """Return the (n,) relative errors that the echoes of (n, COLUMNS) bodies in the sonar's frame may have.
+def shares_of_error(seen: Bodies, grid: Grid, max_error: float) -> Floats:
+    """Return the (n,) relative errors that the echoes of (n,) bodies in the sonar's frame may have.
 
     Together they make `max_error`. An echo that fills n samples with the power a counts for a / sqrt(n) in the image's
     rms, its rays cost as one over its error: least work is where the error goes as that to the power -2/3. Planes keep
@@ -40,7 +37,7 @@ def shares_of_error(seen: Floats, grid: Grid, max_error: float) -> Floats:
     out = np.full(len(seen), max_error)
     weight = np.zeros(len(seen))
     for k in range(len(seen)):
-        if seen[k, KIND] != PLANE:
+        if seen[k]["kind"] != PLANE:
             weight[k] = _weight(seen[k], grid)
     total, parts = np.sum(weight**2), np.sum(weight ** (2.0 / 3.0))
     for k in range(len(seen)):
@@ -51,39 +48,40 @@ def shares_of_error(seen: Floats, grid: Grid, max_error: float) -> Floats:
 
 
 @compiled
-def _weight(body: Floats, grid: Grid) -> float:
+def _weight(body: Body, grid: Grid) -> float:
     """Return about how much a sphere or cylinder counts in the rms of the image."""
-    x, y, z = body[CENTRE], body[CENTRE + 1], body[CENTRE + 2]
-    radius = math.sqrt(body[HALF] * max(body[HALF], body[HALF + 2]))
+    x, y, z = body["centre"][0], body["centre"][1], body["centre"][2]
+    half = body["half"]
+    radius = math.sqrt(half[0] * max(half[0], half[2]))
     distance = max(math.sqrt(x * x + y * y + z * z), radius)
     sine, reach = -z / distance, radius / distance
     heard = 0.0
     for plane in range(len(grid.vertical)):
-        heard += two_way(grid.vertical[plane], max(sine - reach, -1.0), min(sine + reach, 1.0))
+        heard += mean_two_way(grid.vertical[plane], max(sine - reach, -1.0), min(sine + reach, 1.0))
     samples = max(1.0, radius / grid.dr_m) * max(1.0, 2.0 * reach / grid.beam_width_rad)
-    return float((body[SURFACE] + body[SURFACE + 1]) * heard * radius * radius / math.sqrt(samples))
+    return float((body["cd"] + body["cs"]) * heard * radius * radius / math.sqrt(samples))
 
 
 @compiled
-def fan_of(body: Floats, grid: Grid, max_error: float) -> Fan:
-    """Return the fan that holds what the sonar can see of `body`, fine enough for a relative error of `max_error`."""
-    nothing = Fan(np.empty(0), np.empty(0), 0.0)
+def ray_fan_of(body: Body, grid: Grid, max_error: float) -> RayFan:
+    """Return the rays that hold what the sonar can see of `body`, fine enough for a relative error of `max_error`."""
+    nothing = RayFan(np.empty(0), np.empty(0), 0.0)
     nearest, farthest = _reach(body)
     if nearest > grid.edge_m + grid.samples * grid.dr_m:
         return nothing
     low, high, bottom, top = _span(body)
-    margin = MARGIN_WIDTHS * grid.beam_width_rad
+    margin = LIT_BEYOND_WIDTHS * grid.beam_width_rad
     low, high = max(low, grid.bearing_rad[0] - margin), min(high, grid.bearing_rad[-1] + margin)
     if low >= high:
         return nothing
     finest = 3.3 / math.sqrt(max_error)
     beam_cells = (high - low) / (grid.beam_width_rad * min(0.5, 3.0 * math.sqrt(max_error)))
-    if body[KIND] == PLANE:
-        lobes = 1.7 * finest / body[SURFACE + 2] / math.pi
+    if body["kind"] == PLANE:
+        lobes = 1.7 * finest / body["sigma_rad"] / math.pi
         across, upward = (high - low) * lobes, (top - bottom) * lobes
     else:
-        across = upward = 0.33 * finest / body[SURFACE + 2]
-    return Fan(
+        across = upward = 0.33 * finest / body["sigma_rad"]
+    return RayFan(
         _borders(low, high, max(finest, beam_cells, across)),
         _borders(bottom, top, max(finest, upward)),
         farthest,
@@ -91,15 +89,15 @@ def fan_of(body: Floats, grid: Grid, max_error: float) -> Fan:
 
 
 @compiled
-def rivals_of(seen: Floats) -> Mask:
-    """Return (n, n): whether, of (n, COLUMNS) bodies in the sonar's frame, the second may stand before the first."""
+def rivals_of(seen: Bodies) -> Mask:
+    """Return (n, n): whether, of (n,) bodies in the sonar's frame, the second may stand before the first."""
     count = len(seen)
     out = np.zeros((count, count), np.bool_)
     distance, radius, half = np.empty(count), np.empty(count), np.empty(count)
     for k in range(count):
-        x, y, z = seen[k, CENTRE], seen[k, CENTRE + 1], seen[k, CENTRE + 2]
+        x, y, z = seen[k]["centre"][0], seen[k]["centre"][1], seen[k]["centre"][2]
         distance[k] = math.sqrt(x * x + y * y + z * z)
-        radius[k] = bodies.bounding_radius(seen[k])
+        radius[k] = bounding_radius(seen[k])
         half[k] = math.asin(radius[k] / distance[k]) if distance[k] > radius[k] else math.pi
     for k in range(count):
         for other in range(count):
@@ -108,18 +106,18 @@ def rivals_of(seen: Floats) -> Mask:
             apart = math.pi
             if distance[k] * distance[other] > 0.0:
                 product = 0.0
-                for c in range(CENTRE, AXES):
-                    product += seen[k, c] * seen[other, c]
+                for c in range(3):
+                    product += seen[k]["centre"][c] * seen[other]["centre"][c]
                 apart = math.acos(min(max(product / (distance[k] * distance[other]), -1.0), 1.0))
             out[k, other] = apart < half[k] + half[other]
     return out
 
 
 @compiled
-def _reach(body: Floats) -> tuple[float, float]:
+def _reach(body: Body) -> tuple[float, float]:
     """Return ranges, m, between which all of a body lies."""
-    x, y, z = body[CENTRE], body[CENTRE + 1], body[CENTRE + 2]
-    distance, radius = math.sqrt(x * x + y * y + z * z), bodies.bounding_radius(body)
+    x, y, z = body["centre"][0], body["centre"][1], body["centre"][2]
+    distance, radius = math.sqrt(x * x + y * y + z * z), bounding_radius(body)
     return distance - radius, distance + radius
 
 
@@ -131,11 +129,12 @@ def _borders(low: float, high: float, wanted: float) -> Floats:
 
 
 @compiled
-def _span(body: Floats) -> tuple[float, float, float, float]:
+def _span(body: Body) -> tuple[float, float, float, float]:
     """Return least and greatest bearing, least and greatest elevation of a body; all round when it cannot be told."""
-    if body[KIND] != SPHERE:
+    if body["kind"] != SPHERE:
         return _box_span(body)
-    x, y, z, radius = body[CENTRE], body[CENTRE + 1], body[CENTRE + 2], body[HALF]
+    x, y, z = body["centre"][0], body["centre"][1], body["centre"][2]
+    radius = body["half"][0]
     level, distance = math.hypot(x, y), math.sqrt(x * x + y * y + z * z)
     if level <= radius:
         return ALL_ROUND
@@ -145,14 +144,14 @@ def _span(body: Floats) -> tuple[float, float, float, float]:
 
 
 @compiled
-def _box_span(body: Floats) -> tuple[float, float, float, float]:
+def _box_span(body: Body) -> tuple[float, float, float, float]:
     west, east, bottom, top = math.pi, -math.pi, math.pi, -math.pi
     place = np.empty(3)
     for point in _BOX_EDGES:
         for c in range(3):
-            place[c] = body[CENTRE + c]
+            place[c] = body["centre"][c]
             for axis in range(3):
-                place[c] += point[axis] * body[HALF + axis] * body[AXES + 3 * axis + c]
+                place[c] += point[axis] * body["half"][axis] * body["axes"][axis, c]
         if place[0] <= 0.0:
             return ALL_ROUND
         bearing = math.atan2(place[1], place[0])

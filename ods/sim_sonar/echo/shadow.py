@@ -1,25 +1,51 @@
 """Shadows: what an object hides of the sea-bed behind it.
 
-At one bearing a convex object hides one interval of elevations. A shade is a row of SHADE_COLUMNS numbers, taken from
-the fan of rays that has met the object: least and greatest bearing, sines of least and greatest elevation, range, and
-the object's number.
+At one bearing a convex object hides one interval of elevations.
 """
 
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import FAR
+from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.kernel import compiled
 
-WEST, EAST, LOW, HIGH, RANGE, OBJECT, SHADE_COLUMNS = 0, 1, 2, 3, 4, 5, 6
+SHADE = np.dtype(
+    [
+        ("west", np.float64),
+        ("east", np.float64),
+        ("low", np.float64),
+        ("high", np.float64),
+        ("range_m", np.float64),
+        ("which", np.int64),
+    ]
+)
+"""What the rays of one bearing that have met an object tell: least and greatest bearing, sines of least and greatest
+elevation, range, the object's number."""
+Shades = NDArray[np.void]
+"""(n,) of SHADE."""
+
+MEAN_SHADE = np.dtype(
+    [
+        ("share", np.float64),
+        ("low", np.float64),
+        ("high", np.float64),
+        ("range_m", np.float64),
+        ("which", np.int64),
+    ]
+)
+"""What one object hides of a column: the share of its width; the rest is the mean over that."""
+MeanShades = NDArray[np.void]
+"""(n,) of MEAN_SHADE."""
 
 
 @compiled
-def shades_of(ranges: Floats, bearing: Floats, elevation: Floats, which: int) -> Floats:
-    """Return the shades (n, SHADE_COLUMNS) of an object: `ranges` (bearings, elevations) is FAR where it is not met."""
-    out = np.empty((ranges.shape[0], SHADE_COLUMNS))
+def shades_of(ranges: Floats, rays: RayFan, which: int) -> Shades:
+    """Return the shades of an object whose rays met it at `ranges` (bearings, elevations), FAR where they did not."""
+    out = np.empty(ranges.shape[0], SHADE)
     count = 0
     for a in range(ranges.shape[0]):
         first, last, nearest = ranges.shape[1], -1, FAR
@@ -28,45 +54,52 @@ def shades_of(ranges: Floats, bearing: Floats, elevation: Floats, which: int) ->
                 first, last, nearest = min(first, e), e, min(nearest, ranges[a, e])
         if last < 0:
             continue
-        out[count, WEST], out[count, EAST] = bearing[a], bearing[a + 1]
-        out[count, LOW], out[count, HIGH] = math.sin(elevation[first]), math.sin(elevation[last + 1])
-        out[count, RANGE], out[count, OBJECT] = nearest, which
+        shade = out[count]
+        shade["west"], shade["east"] = rays.bearing[a], rays.bearing[a + 1]
+        shade["low"], shade["high"] = math.sin(rays.elevation[first]), math.sin(rays.elevation[last + 1])
+        shade["range_m"], shade["which"] = nearest, which
         count += 1
     return out[:count]
 
 
 @compiled
-def shades_on(shades: Floats, west: float, east: float) -> Floats:
-    """Return one mean shade of each object on a column between two bearings; WEST becomes the share that it takes."""
+def shades_on(shades: Shades, west: float, east: float) -> MeanShades:
+    """Return one mean shade of each object on a column between two bearings."""
     count = -1
-    mine = np.empty(shades.shape)
+    out = np.empty(len(shades), MEAN_SHADE)
     for k in range(len(shades)):
-        part = (min(east, shades[k, EAST]) - max(west, shades[k, WEST])) / (east - west)
+        shade = shades[k]
+        part = (min(east, shade["east"]) - max(west, shade["west"])) / (east - west)
         if part <= 0.0:
             continue
-        if count < 0 or mine[count, OBJECT] != shades[k, OBJECT]:
+        if count < 0 or out[count]["which"] != shade["which"]:
             count += 1
-            mine[count] = 0.0
-            mine[count, OBJECT] = shades[k, OBJECT]
-        mine[count, WEST] += part
-        for c in (LOW, HIGH, RANGE):
-            mine[count, c] += part * shades[k, c]
+            new = out[count]
+            new["share"], new["low"], new["high"], new["range_m"] = 0.0, 0.0, 0.0, 0.0
+            new["which"] = shade["which"]
+        mean = out[count]
+        mean["share"] += part
+        mean["low"] += part * shade["low"]
+        mean["high"] += part * shade["high"]
+        mean["range_m"] += part * shade["range_m"]
     for k in range(count + 1):
-        for c in (LOW, HIGH, RANGE):
-            mine[k, c] /= mine[k, WEST]
-    return mine[: count + 1]
+        mean = out[k]
+        mean["low"] /= mean["share"]
+        mean["high"] /= mean["share"]
+        mean["range_m"] /= mean["share"]
+    return out[: count + 1]
 
 
 @compiled
-def visible_share(shades: Floats, low: float, high: float, distance: float) -> float:
+def visible_share(shades: MeanShades, low: float, high: float, distance: float) -> float:
     """Return how much of the elevations with sines `low` to `high`, `distance` m away, a column of the fan sees.
 
-    `shades` are those of shades_on. What two objects hide is taken as the product of what each hides, which is exact
-    but where the edges of both cross.
+    What two objects hide is taken as the product of what each hides, which is exact but where the edges of both cross.
     """
     seen = 1.0
     for k in range(len(shades)):
-        if shades[k, RANGE] < distance:
-            part = min(high, shades[k, HIGH]) - max(low, shades[k, LOW])
-            seen *= 1.0 - min(1.0, shades[k, WEST] * max(0.0, part) / (high - low))
+        shade = shades[k]
+        if shade["range_m"] < distance:
+            part = min(high, shade["high"]) - max(low, shade["low"])
+            seen *= 1.0 - min(1.0, shade["share"] * max(0.0, part) / (high - low))
     return seen

@@ -4,14 +4,15 @@ import numpy as np
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.receiver.settings import Interference
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.sonar.patterns import NODES_PER_WIDTH
 
 
-def beam_weights(sonar: SonarModel, source: Interference, position_ned: Floats, attitude: Floats) -> Floats:
+def beam_weights(sonar: SonarModel, source: Interference, pose: VehiclePose) -> Floats:
     """Return (beams,) how strong each beam hears the source: its horizontal pattern, power, one way."""
-    body = geometry.global_to_body(np.array(source.position_ned), position_ned, attitude)
+    body = geometry.global_to_body(np.array(source.position_ned), *pose)
     _, bearing, _ = geometry.body_to_polar(body)
     offset = geometry.wrap_angle(sonar.bearing_rad - bearing) / sonar.beam_width_rad
     running = sonar.horizontal_cumulative

@@ -3,6 +3,8 @@
 A 32-bit integer hash turns a key into bits, two table look-ups turn them into a normal number.
 """
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
@@ -18,8 +20,12 @@ BITS = 16
 MASK64 = 2**64 - 1
 
 
+@cache
 def normal_table() -> Normals:
-    """Return 2**BITS float32 whose pairwise sums are normal: mean 0, variance 1, right to 3 % at 4.5 sigma."""
+    """Return 2**BITS float32 whose pairwise sums are normal: mean 0, variance 1, right to 3 % at 4.5 sigma.
+
+    The same array each time: do not write to it.
+    """
     count = 2**BITS
     edges = np.exp(-0.5 * ndtri(np.arange(1, count) / count) ** 2) / np.sqrt(2.0 * np.pi)
     density = np.concatenate([[0.0], edges, [0.0]])
@@ -28,7 +34,7 @@ def normal_table() -> Normals:
 
 
 @compiled
-def mix(key: np.uint32) -> np.uint32:
+def hash32(key: np.uint32) -> np.uint32:
     """Return 32 well mixed bits of a 32-bit key (a bijection: xor-shifts and odd multipliers)."""
     bits = key ^ (key >> np.uint32(16))
     bits = np.uint32(bits * np.uint32(0x21F0AAAD))
@@ -38,7 +44,7 @@ def mix(key: np.uint32) -> np.uint32:
 
 
 @compiled
-def look_up(bits: Keys, table: Normals, out: Normals) -> None:
+def normals_of(bits: Keys, table: Normals, out: Normals) -> None:
     """Set `out` to the normal numbers of hashes, from `normal_table`; all (n,)."""
     low = np.uint32(2**BITS - 1)
     for j in range(len(out)):

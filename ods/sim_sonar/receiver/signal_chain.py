@@ -6,17 +6,18 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.sim_sonar.kernel import compiled
+from ods.sim_sonar.pose import Transmission
 from ods.sim_sonar.receiver import gain
 from ods.sim_sonar.receiver.interference import arrivals, beam_weights
-from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, look_up, make_keys, mix, normal_table
+from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, hash32, make_keys, normal_table, normals_of
 from ods.sim_sonar.receiver.settings import DropIn, Dropout, ImageLevels
 from ods.sim_sonar.receiver.speckle import SpeckleField
 from ods.sim_sonar.receiver.speckle_law import (
     TABLE_NODES,
     TABLE_REACH,
-    amplitude_table,
     beam_overlap_correlation,
     normal_correlation,
+    speckle_amplitudes,
 )
 from ods.sim_sonar.sonar.model import SonarModel
 
@@ -38,6 +39,21 @@ class Levels(NamedTuple):
     """(samples,) amplitude gain of the setting, of belts and arcs, on echo and noise alike."""
     over_beams: Normals
     """(beams,) amplitude gain."""
+    saturation: np.float32
+    """Highest amplitude that is passed on."""
+
+
+class Chance(NamedTuple):
+    """What turns one ping's mean power into speckle and noise."""
+
+    keys: Keys
+    """(beams, samples) of the receiver's noise."""
+    salt: np.uint32
+    """Makes it another one in each ping."""
+    normal: Normals
+    """`normal_table`."""
+    amplitude: Image
+    """`speckle_amplitudes`."""
 
 
 class Receiver:
@@ -52,7 +68,7 @@ class Receiver:
         """Prepare tables: a second or less. `power_db` raises the echoes, `gain_db` echoes and noise."""
         self._sonar, self._levels, self._seed = sonar, levels, seed
         self._normal = normal_table()
-        self._amplitude = amplitude_table(levels.looks)
+        self._amplitude = speckle_amplitudes(levels.looks)
         self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
         self._ranges = gain.sample_ranges(sonar)
         self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
@@ -69,15 +85,15 @@ class Receiver:
             levels.coherence_s,
         )
 
-    def levels_of(self, position_ned: Floats, attitude: Floats, t_s: float, ping_number: int) -> Levels:
-        """Return the levels of one ping, transmitted at scene time `t_s` from a pose."""
+    def levels_of(self, sent: Transmission) -> Levels:
+        """Return the levels of one ping."""
         sources, shape = self._levels.interference, (self._sonar.beams, self._sonar.samples)
         heard, arriving = np.zeros((len(sources), shape[0])), np.zeros((len(sources), shape[1]))
         for index, source in enumerate(sources):
-            heard[index] = source.level_counts**2 * beam_weights(self._sonar, source, position_ned, attitude)
-            arriving[index] = arrivals(self._sonar, source, t_s)
+            heard[index] = source.level_counts**2 * beam_weights(self._sonar, source, sent.pose)
+            arriving[index] = arrivals(self._sonar, source, sent.t_s)
         arcs: list[Dropout | DropIn] = [*self._levels.dropouts, *self._levels.drop_ins]
-        over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, ping_number)
+        over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, sent.ping_number)
         return Levels(
             self._echo,
             self._noise,
@@ -85,6 +101,7 @@ class Receiver:
             arriving.astype(np.float32),
             _amplitude(over_range),
             self._over_beams,
+            np.float32(self._levels.saturation_counts),
         )
 
     def mean_image(self, area: Floats, levels: Levels) -> Image:
@@ -94,23 +111,22 @@ class Receiver:
         image = np.sqrt(power, out=power).astype(np.float32)
         image *= levels.over_range
         image *= levels.over_beams[:, None]
-        return np.minimum(image, np.float32(self._levels.saturation_counts), out=image)
+        return np.minimum(image, levels.saturation, out=image)
 
-    def receive(self, area: Floats, position_ned: Floats, attitude: Floats, t_s: float, ping_number: int) -> Image:
+    def receive(self, area: Floats, sent: Transmission) -> Image:
         """Return the image of a mean area, m2, (beams, samples) float64: amplitude, counts, (beams, samples) float32.
 
         Intensity is Gamma distributed about the mean of echo, noise and interference together. The echo's part keeps
         its speckle as long as the pose stays; noise and interference are fresh in each ping.
         """
-        levels = self.levels_of(position_ned, attitude, t_s, ping_number)
+        levels = self.levels_of(sent)
         if not self._levels.speckle:
             return self.mean_image(area, levels)
         field = np.zeros(area.shape, np.float32)
         if area.any():
-            field = self._field.at(position_ned, attitude, t_s, self._normal)
-        salt = np.uint32(bits64(self._seed, PING_STREAM, ping_number) & 0xFFFFFFFF)
-        saturation = np.float32(self._levels.saturation_counts)
-        _receive(area, levels, self._noise_keys, salt, self._normal, self._amplitude, saturation, field)
+            field = self._field.at(sent)
+        salt = np.uint32(bits64(self._seed, PING_STREAM, sent.ping_number) & 0xFFFFFFFF)
+        _receive(area, levels, Chance(self._noise_keys, salt, self._normal, self._amplitude), field)
         return field
 
 
@@ -124,10 +140,7 @@ def _amplitude(level_db: Floats) -> Normals:
 
 
 @compiled
-def _receive(
-    area: Floats, levels: Levels, keys: Keys, salt: np.uint32, normal: Normals, law: Image, saturation: np.float32,
-    image: Image,
-) -> None:  # fmt: skip
+def _receive(area: Floats, levels: Levels, chance: Chance, image: Image) -> None:
     """Turn `image`, the normal numbers of the echoes' speckle, (beams, samples), into amplitude."""
     samples = len(levels.noise)
     floor, fresh = np.empty(samples, np.float32), np.empty(samples, np.float32)
@@ -136,11 +149,11 @@ def _receive(
         floor[:] = levels.noise
         for source in range(len(levels.heard)):
             _add(floor, levels.heard[source, beam], levels.arriving[source])
-        _refresh(keys[beam], salt, bits)
-        look_up(bits, normal, fresh)
+        _refresh(chance.keys[beam], chance.salt, bits)
+        normals_of(bits, chance.normal, fresh)
         _combine(image[beam], fresh, area[beam], levels.echo, floor)
-        _apply_law(image[beam], floor, law)
-        _amplify(image[beam], levels.over_range, levels.over_beams[beam], saturation)
+        _apply_law(image[beam], floor, chance.amplitude)
+        _amplify(image[beam], levels.over_range, levels.over_beams[beam], levels.saturation)
 
 
 @compiled
@@ -152,7 +165,7 @@ def _add(target: Normals, factor: np.float32, source: Normals) -> None:
 @compiled
 def _refresh(keys: Keys, salt: np.uint32, bits: Keys) -> None:
     for j in range(len(bits)):
-        bits[j] = mix(np.uint32(mix(keys[j]) + salt))
+        bits[j] = hash32(np.uint32(hash32(keys[j]) + salt))
 
 
 @compiled

@@ -17,7 +17,8 @@ import numpy as np
 from ods.base import geometry
 from ods.base.arrays import Floats, Ints
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.receiver.random_field import Keys, Normals, look_up, make_keys, mix
+from ods.sim_sonar.pose import Transmission
+from ods.sim_sonar.receiver.random_field import Keys, Normals, hash32, make_keys, normal_table, normals_of
 from ods.sim_sonar.receiver.speckle_law import taps
 from ods.sim_sonar.sonar.model import SonarModel
 
@@ -42,6 +43,39 @@ class Cells(NamedTuple):
     time_share: float
 
 
+class Scatterers(NamedTuple):
+    """What the field of one sonar is made of, whatever its pose."""
+
+    keys: Keys
+    """(rows, samples and a margin) of the numbers; rows are beams and a margin, plane by plane."""
+    nearness: Normals
+    """(samples and a margin,) 1 / range, 1/m."""
+    normal: Normals
+    """`normal_table`."""
+    range_taps: Normals
+    beam_taps: Normals
+    planes: int
+
+
+class RowCells(NamedTuple):
+    """The cells of one row of the field, as its hash takes them: 32 bits throughout, or it is three times slower."""
+
+    heading: np.uint32
+    next_heading: np.uint32
+    turned: np.uint32
+    """Share of OFFSETS that is in the next heading cell."""
+    along: np.uint32
+    next_along: np.uint32
+    """In the next heading cell; likewise below."""
+    along_share: np.float32
+    next_along_share: np.float32
+    across: np.float32
+    next_across: np.float32
+    time: np.uint32
+    young: np.uint32
+    """Share of OFFSETS from which on a number is in the next time cell."""
+
+
 class SpeckleField:
     """The normal numbers behind the speckle of one sonar; `range_correlation`, `beam_correlation` of those numbers."""
 
@@ -51,23 +85,22 @@ class SpeckleField:
         self._sonar = sonar
         self._coherence_s = coherence_s
         self._headings = max(1, round(2.0 * math.pi / sonar.beam_width_rad))
-        self._range_taps = taps(range_correlation).astype(np.float32)
-        self._beam_taps = taps(beam_correlation).astype(np.float32)
-        margin = len(self._beam_taps) // 2
+        range_taps, beam_taps = (taps(value).astype(np.float32) for value in (range_correlation, beam_correlation))
+        margin = len(beam_taps) // 2
         bearing = sonar.plane_bearing_rad
         before = bearing[0] - sonar.beam_width_rad * np.arange(margin, 0, -1)
         after = bearing[-1] + sonar.beam_width_rad * np.arange(1, margin + 1)
         self._bearing = np.tile(np.concatenate([before, bearing, after]), sonar.planes)
-        samples = sonar.samples + len(self._range_taps) - 1
-        self._keys = make_keys(seed, STREAM, len(self._bearing), samples)
-        ranges = sonar.range0_m + (np.arange(samples) - len(self._range_taps) // 2) * sonar.dr_m
-        self._nearness = (1.0 / np.maximum(ranges, sonar.dr_m)).astype(np.float32)
+        samples = sonar.samples + len(range_taps) - 1
+        keys = make_keys(seed, STREAM, len(self._bearing), samples)
+        ranges = sonar.range0_m + (np.arange(samples) - len(range_taps) // 2) * sonar.dr_m
+        nearness = (1.0 / np.maximum(ranges, sonar.dr_m)).astype(np.float32)
+        self._scatterers = Scatterers(keys, nearness, normal_table(), range_taps, beam_taps, sonar.planes)
 
-    def at(self, position_ned: Floats, attitude: Floats, t_s: float, table: Normals) -> Normals:
-        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, as seen from a pose at a time."""
+    def at(self, sent: Transmission) -> Normals:
+        """Return the (beams, samples) float32 normal numbers, mean 0, variance 1, that a ping sees."""
         out = np.zeros((self._sonar.beams, self._sonar.samples), np.float32)
-        cells = self._cells(position_ned, attitude, t_s)
-        _fill(self._keys, cells, self._nearness, table, self._range_taps, self._beam_taps, self._sonar.planes, out)
+        _fill(self._scatterers, self._cells(*sent.pose, sent.t_s), out)
         return out
 
     def _cells(self, position_ned: Floats, attitude: Floats, t_s: float) -> Cells:
@@ -94,23 +127,16 @@ class SpeckleField:
 
 
 @compiled
-def _fill(
-    keys: Keys,
-    cells: Cells,
-    nearness: Normals,
-    table: Normals,
-    range_taps: Normals,
-    beam_taps: Normals,
-    planes: int,
-    out: Normals,
-) -> None:
+def _fill(scatterers: Scatterers, cells: Cells, out: Normals) -> None:
     """Add the filtered field to `out` (beams, samples), which is zero."""
-    rows, beams = len(keys) // planes, len(out) // planes
-    raw, bits = np.empty(keys.shape[1], np.float32), np.empty(keys.shape[1], np.uint32)
+    planes, range_taps, beam_taps = scatterers.planes, scatterers.range_taps, scatterers.beam_taps
+    rows, samples = len(scatterers.keys) // planes, scatterers.keys.shape[1]
+    beams = len(out) // planes
+    raw, bits = np.empty(samples, np.float32), np.empty(samples, np.uint32)
     smooth = np.empty(out.shape[1], np.float32)
     for plane in range(planes):
         for row in range(rows):
-            _draw(keys[plane * rows + row], cells, plane * rows + row, nearness, table, bits, raw)
+            _draw(scatterers, cells, plane * rows + row, bits, raw)
             smooth[:] = 0.0
             for k in range(len(range_taps)):
                 _add(smooth, range_taps[k], raw[k : k + len(smooth)])
@@ -127,43 +153,45 @@ def _add(target: Normals, factor: np.float32, source: Normals) -> None:
 
 
 @compiled
-def _draw(keys: Keys, cells: Cells, row: int, nearness: Normals, table: Normals, bits: Keys, out: Normals) -> None:
+def _draw(scatterers: Scatterers, cells: Cells, row: int, bits: Keys, out: Normals) -> None:
     """Set `out` to the numbers of one row: each key, with the cells it is in, hashed and looked up."""
-    _hash(
-        keys, bits, nearness,
-        np.uint32(cells.heading[0]), np.uint32(cells.heading[1]), np.uint32(cells.heading_share * OFFSETS),
-        np.uint32(cells.along[row, 0]), np.uint32(cells.along[row, 1]),
-        cells.along_share[row, 0], cells.along_share[row, 1],
-        cells.across[row, 0], cells.across[row, 1],
-        np.uint32(cells.time), np.uint32((1.0 - cells.time_share) * OFFSETS),
-    )  # fmt: skip
-    look_up(bits, table, out)
+    mine = RowCells(
+        heading=np.uint32(cells.heading[0]),
+        next_heading=np.uint32(cells.heading[1]),
+        turned=np.uint32(cells.heading_share * OFFSETS),
+        along=np.uint32(cells.along[row, 0]),
+        next_along=np.uint32(cells.along[row, 1]),
+        along_share=cells.along_share[row, 0],
+        next_along_share=cells.along_share[row, 1],
+        across=cells.across[row, 0],
+        next_across=cells.across[row, 1],
+        time=np.uint32(cells.time),
+        young=np.uint32((1.0 - cells.time_share) * OFFSETS),
+    )
+    _hash(scatterers.keys[row], mine, scatterers.nearness, bits)
+    normals_of(bits, scatterers.normal, out)
 
 
 @compiled
-def _hash(
-    keys: Keys, bits: Keys, nearness: Normals, heading: np.uint32, next_heading: np.uint32, turned: np.uint32,
-    along_0: np.uint32, along_1: np.uint32, share_0: np.float32, share_1: np.float32,
-    across_0: np.float32, across_1: np.float32, time: np.uint32, young: np.uint32,
-) -> None:  # fmt: skip
-    """Set `bits` to the hash of key and cells; 32-bit arithmetic throughout, or the loop is three times slower.
+def _hash(keys: Keys, cells: RowCells, nearness: Normals, bits: Keys) -> None:
+    """Set `bits` to the hash of key and cells.
 
     Ten bits of a key each lay its own borders in heading, along, and across the beam; others in time.
     """
     mask, step = np.uint32(OFFSETS - 1), np.float32(1.0 / OFFSETS)
     for j in range(len(bits)):
         key = keys[j]
-        second = (key & mask) < turned
+        second = (key & mask) < cells.turned
         own_along = np.float32(np.int32((key >> np.uint32(10)) & mask)) * step
         own_across = np.float32(np.int32((key >> np.uint32(20)) & mask)) * step
         own_time = np.uint32(key * np.uint32(0x9E3779B1)) >> np.uint32(22)
-        further = np.uint32(np.int32((share_1 if second else share_0) + own_along))
-        along = np.uint32((along_1 if second else along_0) + further)
-        side = (across_1 if second else across_0) * nearness[j] + own_across
+        further = np.uint32(np.int32((cells.next_along_share if second else cells.along_share) + own_along))
+        along = np.uint32((cells.next_along if second else cells.along) + further)
+        side = (cells.next_across if second else cells.across) * nearness[j] + own_across
         across = np.uint32(np.int32(np.floor(side)))
-        turn = next_heading if second else heading
-        age = np.uint32(time + np.uint32(1)) if own_time >= young else time
+        turn = cells.next_heading if second else cells.heading
+        age = np.uint32(cells.time + np.uint32(1)) if own_time >= cells.young else cells.time
         cell = np.uint32(np.uint32(along * np.uint32(0x85EBCA6B)) + np.uint32(across * np.uint32(0xC2B2AE35)))
         cell = np.uint32(cell + np.uint32(turn * np.uint32(0x27D4EB2F)))
         cell = np.uint32(cell + np.uint32(age * np.uint32(0x165667B1)))
-        bits[j] = mix(np.uint32(mix(np.uint32(key + cell)) ^ key))
+        bits[j] = hash32(np.uint32(hash32(np.uint32(key + cell)) ^ key))

@@ -21,7 +21,7 @@ FAINT = 1e-3
 """Correlation below which no filter is worth it."""
 
 
-def amplitude_table(looks: float) -> Image:
+def speckle_amplitudes(looks: float) -> Image:
     """Return sqrt(g) for normal quantiles even in +-TABLE_REACH, where g is Gamma distributed: mean 1, shape `looks`.
 
     looks = 1 is fully developed speckle: Rayleigh amplitude, exponential intensity.

@@ -11,7 +11,7 @@ from ods.sim_sonar.pose import Times
 from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
 
 STILL = np.zeros(3)
-SLOW = 1e-6
+LEAST_SPEED = 1e-6
 """Horizontal speed below which a path has no heading, m/s."""
 
 
@@ -63,7 +63,7 @@ class VehicleMotion(Motion):
             return heading
         velocity = self.velocity(t_s)
         north, east = velocity[..., 0], velocity[..., 1]
-        return np.where(np.hypot(north, east) > SLOW, np.arctan2(east, north), heading)
+        return np.where(np.hypot(north, east) > LEAST_SPEED, np.arctan2(east, north), heading)
 
 
 def _swing(part: Oscillation, t_s: Times) -> float | Floats:

@@ -9,11 +9,20 @@ import numpy as np
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.base.settings_file import ConfigError, load
-from ods.sim_sonar.echo import bodies
+from ods.sim_sonar.echo.bodies import (
+    BODY,
+    CYLINDER,
+    PLANE,
+    SPHERE,
+    UNBOUNDED,
+    Bodies,
+    circle_radius,
+    contains,
+)
 from ods.sim_sonar.pose import Times, VehiclePose
 from ods.sim_sonar.scene.motion import Motion, VehicleMotion
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
-from ods.sim_sonar.sea_bed.model import bed_of
+from ods.sim_sonar.sea_bed.model import sea_bed_of
 
 CHECK_STEP_S = 0.25
 """Time between the instants at which a scene is checked."""
@@ -50,14 +59,14 @@ class Scene:
 
     def __init__(self, file: SceneFile) -> None:
         self.file = file
-        self.sea_bed = bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
+        self.sea_bed = sea_bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
         self._vehicle = VehicleMotion(file.vehicle)
         self._paths = [Motion(item) for item in file.objects]
-        self._rows = np.array([_row(item) for item in file.objects]).reshape(-1, bodies.COLUMNS)
+        self._bodies = np.concatenate([np.empty(0, BODY), *(_body(item) for item in file.objects)])
         self.shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
-        """Rows of `bodies_at` that `objects_at` has: bounded objects."""
+        """Those of `bodies_at` that `objects_at` has: bounded objects."""
         self._names = tuple(file.objects[i].name for i in self.shown)
-        self._radius = np.array([bodies.circle_radius(self._rows[i]) for i in self.shown])
+        self._radius = np.array([circle_radius(self._bodies[i]) for i in self.shown])
         self._check()
 
     def pose_at(self, t_s: Times) -> VehiclePose:
@@ -80,12 +89,12 @@ class Scene:
             self._radius,
         )
 
-    def bodies_at(self, t_s: float) -> Floats:
-        """Return the (n, bodies.COLUMNS) rows of all objects at `t_s`, centres and axes in NED."""
-        rows = self._rows.copy()
-        for row, path in zip(rows, self._paths, strict=True):
-            row[bodies.CENTRE : bodies.AXES] = path.position(t_s)
-        return rows
+    def bodies_at(self, t_s: float) -> Bodies:
+        """Return all objects at `t_s`, in NED."""
+        bodies = self._bodies.copy()
+        for body, path in zip(bodies, self._paths, strict=True):
+            body["centre"] = path.position(t_s)
+        return bodies
 
     def _check(self) -> None:
         """Refuse a vehicle under the sea-bed or inside an object at any time of the mission."""
@@ -94,8 +103,8 @@ class Scene:
             place = self._vehicle.position(float(t_s))
             if self.sea_bed is not None and not self.sea_bed.is_above(place):
                 raise ValueError(f"sea_bed.depth_m: the vehicle is under the sea-bed at t = {t_s:.2f} s")
-            for row, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
-                if bodies.contains(row, place):
+            for body, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
+                if contains(body, place):
                     raise ValueError(f"objects: {item.name!r} is around the vehicle at t = {t_s:.2f} s")
 
 
@@ -112,24 +121,22 @@ def _is_wall(item: Sphere | Cylinder | Plane) -> bool:
     return isinstance(item, Plane) and item.width_m is None
 
 
-def _row(item: Sphere | Cylinder | Plane) -> Floats:
-    """Return the body row of an object, its centre still at the origin."""
-    row = np.zeros(bodies.COLUMNS)
-    axes = np.eye(3)
+def _body(item: Sphere | Cylinder | Plane) -> Bodies:
+    """Return an object, (1,), its centre still at the origin."""
+    body = np.zeros(1, BODY)
+    body["axes"] = np.eye(3)
     if isinstance(item, Sphere):
-        kind, half = bodies.SPHERE, (item.radius_m,) * 3
+        body["kind"], body["half"] = SPHERE, item.radius_m
     elif isinstance(item, Cylinder):
-        kind, half = bodies.CYLINDER, (item.radius_m, item.radius_m, 0.5 * item.length_m)
-        axes = _axes_of(np.array(item.axis_ned))
+        body["kind"], body["half"] = CYLINDER, (item.radius_m, item.radius_m, 0.5 * item.length_m)
+        body["axes"] = _axes_of(np.array(item.axis_ned))
     else:
-        size = [bodies.UNBOUNDED if side is None else 0.5 * side for side in (item.width_m, item.height_m)]
-        kind, half = bodies.PLANE, (size[0], size[1], 0.0)
-        axes = _axes_of(np.array(item.normal_ned))
-    row[bodies.KIND] = kind
-    row[bodies.AXES : bodies.HALF] = axes.ravel()
-    row[bodies.HALF : bodies.SURFACE] = half
-    row[bodies.SURFACE :] = item.surface.cd, item.surface.cs, math.radians(item.surface.sigma_deg)
-    return row
+        size = [UNBOUNDED if side is None else 0.5 * side for side in (item.width_m, item.height_m)]
+        body["kind"], body["half"] = PLANE, (size[0], size[1], 0.0)
+        body["axes"] = _axes_of(np.array(item.normal_ned))
+    surface = item.surface
+    body["cd"], body["cs"], body["sigma_rad"] = surface.cd, surface.cs, math.radians(surface.sigma_deg)
+    return body
 
 
 def _axes_of(direction: Floats) -> Floats:

@@ -13,10 +13,11 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.mixing import mix, pattern_width, shares_of
+from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.reflection import reflectivity
-from ods.sim_sonar.echo.shadow import EAST, HIGH, LOW, WEST
+from ods.sim_sonar.echo.shadow import Shades
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import Grid, two_way
+from ods.sim_sonar.sonar.grid import Grid, mean_two_way
 
 LEVEL = 1e-9
 """Tilt, in radians, under which every bearing sees the same profile."""
@@ -31,6 +32,14 @@ class FlatBed(NamedTuple):
     """Sonar above sea-bed; 0 or less: there is none."""
     gamma: Floats
     """(samples,) eq. 3 at each sample's incidence angle, whose cosine is h / R."""
+
+
+class FlatColumn(NamedTuple):
+    """The half plane of one bearing: the foot of the perpendicular on the sea-bed, and how that is tilted."""
+
+    nearest_m: float
+    cos_tilt: float
+    sin_tilt: float
 
 
 @compiled
@@ -48,22 +57,21 @@ def bed_column(bed: FlatBed, grid: Grid, bearing_rad: float, out: Floats) -> Non
     """Add the sea-bed's echo at one bearing, m2 per radian of bearing, to `out` (planes, samples)."""
     along = bed.down[0] * math.cos(bearing_rad) + bed.down[1] * math.sin(bearing_rad)
     steep = math.hypot(along, bed.down[2])
-    cos_tilt, sin_tilt = along / steep, bed.down[2] / steep
-    nearest = bed.height_m / steep
+    ahead = FlatColumn(bed.height_m / steep, along / steep, bed.down[2] / steep)
     # ahead of the foot of the perpendicular, and behind it as far as that is still in this half plane
     if along < 0.0:
-        _branch(bed, grid, nearest, 0.0, sin_tilt, cos_tilt, sin_tilt, out)
+        _branch(bed, grid, ahead, 0.0, ahead.sin_tilt, out)
     else:
-        _branch(bed, grid, nearest, 0.0, 1.0, cos_tilt, sin_tilt, out)
+        _branch(bed, grid, ahead, 0.0, 1.0, out)
         if along > LEVEL:
-            _branch(bed, grid, nearest, sin_tilt, 1.0, -cos_tilt, sin_tilt, out)
+            behind = FlatColumn(ahead.nearest_m, -ahead.cos_tilt, ahead.sin_tilt)
+            _branch(bed, grid, behind, ahead.sin_tilt, 1.0, out)
 
 
 @compiled
-def _branch(
-    bed: FlatBed, grid: Grid, nearest: float, low: float, high: float, cos_tilt: float, sin_tilt: float, out: Floats
-) -> None:
+def _branch(bed: FlatBed, grid: Grid, column: FlatColumn, low: float, high: float, out: Floats) -> None:
     """One side of the perpendicular's foot; the cosine of the angle to it, nearest / R, runs from `high` to `low`."""
+    nearest, cos_tilt, sin_tilt = column
     first = max(0, int((nearest / high - grid.edge_m) / grid.dr_m))
     before = high * sin_tilt - math.sqrt(1.0 - high * high) * cos_tilt
     for j in range(first, grid.samples):
@@ -72,7 +80,7 @@ def _branch(
         distance = max(grid.edge_m + (j + 0.5) * grid.dr_m, nearest)
         area = bed.gamma[j] * distance * distance * abs(before - after)
         for plane in range(len(out)):
-            out[plane, j] += area * two_way(grid.vertical[plane], -before, -after)
+            out[plane, j] += area * mean_two_way(grid.vertical[plane], -before, -after)
         before = after
 
 
@@ -93,17 +101,17 @@ def bed_columns(bed: FlatBed, grid: Grid, lean: float) -> Floats:
 
 
 @compiled
-def _blend(columns: Floats, plane: int, bearing_rad: float, grid: Grid, first: int, last: int, out: Floats) -> None:
-    """Set bins [first, last) of `out` to the echo at one bearing between those of `columns`."""
-    parts = columns.shape[1] - 1
+def _blend(columns: Floats, bearing_rad: float, grid: Grid, first: int, out: Floats) -> None:
+    """Set `out`, bins from `first` on, to the echo at one bearing between those of one plane's `columns`."""
+    parts = len(columns) - 1
     span = max(grid.bearing_rad[-1] - grid.bearing_rad[0], 1e-9)
     place = min(max((bearing_rad - grid.bearing_rad[0]) / span, 0.0), 1.0) * parts
     k = min(int(place), max(parts - 1, 0))
     share = place - k
-    low, high = columns[plane, k, first:last], columns[plane, min(k + 1, parts), first:last]
-    target = out[first:last]
-    for j in range(last - first):
-        target[j] = low[j] + share * (high[j] - low[j])
+    last = first + len(out)
+    low, high = columns[k, first:last], columns[min(k + 1, parts), first:last]
+    for j in range(len(out)):
+        out[j] = low[j] + share * (high[j] - low[j])
 
 
 @compiled
@@ -115,28 +123,29 @@ def add_bed(image: Floats, columns: Floats, grid: Grid) -> None:
     for plane in range(len(columns)):
         for beam in range(beams):
             if beam == 0 or columns.shape[1] > 1:
-                _blend(columns, plane, grid.bearing_rad[beam], grid, 0, grid.samples, column)
+                _blend(columns[plane], grid.bearing_rad[beam], grid, 0, column)
             row = image[plane * beams + beam]
             for j in range(grid.samples):
                 row[j] += width * column[j]
 
 
 @compiled
-def hide_bed(image: Floats, bed: FlatBed, columns: Floats, grid: Grid, shades: Floats, reach: float) -> None:
-    """Take out of `image` (beams, samples) what `shades` (see shadow) hide of the sea-bed."""
+def hide_bed(image: Floats, bed: FlatBed, columns: Floats, grid: Grid, shades: Shades, reach: float) -> None:
+    """Take out of `image` (beams, samples) what `shades` hide of the sea-bed."""
     border = np.empty(2)
     column = np.empty((len(columns), 1, grid.samples))
-    for row in shades:
-        border[0], border[1] = row[WEST], row[EAST]
-        middle = 0.5 * (row[WEST] + row[EAST])
-        near, far = _meet(bed, middle, row[LOW]), _meet(bed, middle, row[HIGH])
+    for k in range(len(shades)):
+        shade = shades[k]
+        border[0], border[1] = shade["west"], shade["east"]
+        middle = 0.5 * (shade["west"] + shade["east"])
+        near, far = _meet(bed, middle, shade["low"]), _meet(bed, middle, shade["high"])
         begin = max((near - grid.edge_m) / grid.dr_m, 0.0)
         finish = min((far - grid.edge_m) / grid.dr_m, float(grid.samples))
         if begin >= finish:
             continue
         first, last = int(begin), min(int(finish) + 1, grid.samples)
         for plane in range(len(columns)):
-            _blend(columns, plane, middle, grid, first, last, column[plane, 0])
+            _blend(columns[plane], middle, grid, first, column[plane, 0, first:last])
             column[plane, 0, first] *= min(first + 1.0, finish) - begin
             if last - 1 > first:
                 column[plane, 0, last - 1] *= max(0.0, finish - (last - 1))
@@ -144,11 +153,9 @@ def hide_bed(image: Floats, bed: FlatBed, columns: Floats, grid: Grid, shades: F
 
 
 @compiled
-def flat_ranges(bed: FlatBed, bearing: Floats, elevation: Floats) -> Floats:
-    """Return the ranges, FAR where there is none, at which the rays through cells of a fan meet the sea-bed.
-
-    `bearing`, `elevation`: the cells' borders; (bearings, elevations).
-    """
+def flat_ranges(bed: FlatBed, rays: RayFan) -> Floats:
+    """Return the (bearings, elevations) ranges, FAR where there is none, at which rays meet the sea-bed."""
+    bearing, elevation = rays.bearing, rays.elevation
     sines = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
     out = np.empty((len(bearing) - 1, len(sines)))
     for a in range(out.shape[0]):

@@ -13,7 +13,7 @@ from ods.sim_sonar.sea_bed.settings import SeaBed
 
 
 @dataclass(frozen=True, eq=False)
-class Bed:
+class SeaBedModel:
     """A sea-bed: a plane, and heights above it."""
 
     depth_m: float
@@ -33,17 +33,17 @@ class Bed:
         return bool(-down > height) and bool(down < 0.0)
 
 
-def make_bed(
+def make_sea_bed(
     depth_m: float, surface: Surface, field: HeightField | None = None, slope_rad: float = 0.0, toward_rad: float = 0.0
-) -> Bed:
+) -> SeaBedModel:
     """Return a sea-bed that falls by `slope_rad` towards heading `toward_rad`, with the heights of `field` on it."""
     gamma = reflectivity_table(surface.cd, surface.cs, math.radians(surface.sigma_deg))
-    return Bed(
+    return SeaBedModel(
         depth_m, _axes(slope_rad, toward_rad), surface, None if field is None or field.slope == 0.0 else field, gamma
     )
 
 
-def bed_of(settings: SeaBed, scene_seed: int) -> Bed:
+def sea_bed_of(settings: SeaBed, scene_seed: int) -> SeaBedModel:
     """Return the sea-bed that a scene file describes. Raises ValueError for a file of heights that is none."""
     slope, toward = math.radians(settings.slope_deg), math.radians(settings.slope_heading_deg)
     field: HeightField | None = None
@@ -53,7 +53,7 @@ def bed_of(settings: SeaBed, scene_seed: int) -> Bed:
         rough = settings.rough
         seed = scene_seed if rough.seed is None else rough.seed
         field = seeded_field(seed, rough.rms_height_m, rough.correlation_m, rough.facets, rough.facet_m)
-    return make_bed(settings.depth_m, settings.surface, field, slope, toward)
+    return make_sea_bed(settings.depth_m, settings.surface, field, slope, toward)
 
 
 def _axes(slope: float, toward: float) -> Floats:

@@ -10,11 +10,13 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Floats32
 from ods.sim_sonar.echo.bodies import FAR
-from ods.sim_sonar.echo.interpolation import look_up
-from ods.sim_sonar.echo.shadow import shades_on, visible_share
+from ods.sim_sonar.echo.interpolation import interpolate
+from ods.sim_sonar.echo.ray_budget import RayFan
+from ods.sim_sonar.echo.shadow import Shades, shades_on, visible_share
 from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.sonar.grid import Grid
 
@@ -24,13 +26,24 @@ LEAST_LEAN = 0.02
 """Least cosine between the sonar's axis and a facet's normal, times the normal's length, at which it is a slope."""
 LEANING = 1.0002
 """One over the cosine of the lean, about one degree, above which a trace is surveyed twice."""
-UP, SLOPE_X, SLOPE_Y, LAND_ROWS = 0, 1, 2, 3
-"""The sea-bed at the steps of a trace: metres up the sonar's axis, slopes in x and y."""
-RANGE, SINE, GAMMA, DENSITY, ECHO_ROWS = 0, 1, 2, 3, 4
-"""Its echo there: range, sine of elevation, gamma, lit area per metre of range (the density)."""
-NEAR, FAR_END, LOW, HIGH, AT_NEAR, AT_FAR, DENSE_NEAR, DENSE_FAR, SEEN, PIECE_COLUMNS = 0, 1, 2, 3, 4, 5, 6, 7, 8, 9
-"""A visible piece of sea-bed, a row of numbers: of its two ends the ranges, sines of elevation, gamma and density; and
-the share of it that no object hides."""
+
+PIECE = np.dtype(
+    [
+        ("near", np.float64),
+        ("far", np.float64),
+        ("low", np.float64),
+        ("high", np.float64),
+        ("gamma_near", np.float64),
+        ("gamma_far", np.float64),
+        ("density_near", np.float64),
+        ("density_far", np.float64),
+        ("seen", np.float64),
+    ]
+)
+"""A visible piece of sea-bed: of its two ends the ranges, sines of elevation, gamma and density; and the share of it
+that no object hides."""
+Pieces = NDArray[np.void]
+"""(n,) of PIECE."""
 
 
 class RoughBed(NamedTuple):
@@ -75,6 +88,36 @@ class Trace(NamedTuple):
     """Metres up the sonar's axis per metre of height."""
 
 
+class Land(NamedTuple):
+    """The sea-bed at the steps of a trace."""
+
+    up: Floats
+    """Metres up the sonar's axis."""
+    slope_x: Floats
+    slope_y: Floats
+
+
+class LandEcho(NamedTuple):
+    """Its echo there."""
+
+    reach: Floats
+    """Range, m."""
+    sine: Floats
+    """Of elevation."""
+    gamma: Floats
+    density: Floats
+    """Lit area per metre of range."""
+
+
+class Zone(NamedTuple):
+    """A ring of the sea-bed in which all columns are equally wide."""
+
+    bearing: Floats
+    """(columns + 1,) borders of the columns."""
+    ahead: Floats
+    """(steps + 1,) ends of the steps, m."""
+
+
 @compiled
 def trace_of(bed: RoughBed, bearing_rad: float) -> Trace:
     """Return the half plane of a bearing."""
@@ -94,12 +137,17 @@ def trace_of(bed: RoughBed, bearing_rad: float) -> Trace:
 
 
 @compiled
-def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats) -> None:
-    """Set `land` (LAND_ROWS, steps) to the sea-bed at the distances `ahead`, m, along a trace.
+def _unknown_land(steps: int) -> Land:
+    return Land(np.empty(steps), np.empty(steps), np.empty(steps))
+
+
+@compiled
+def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
+    """Set `land` to the sea-bed at the distances `ahead`, m, along a trace.
 
     When the vehicle leans, where a point of the sea-bed lies depends on its height: a second look corrects the first.
     """
-    up = land[UP]
+    up = land.up
     for k in range(len(ahead)):
         up[k] = (ahead[k] * trace.down - trace.height) * trace.stretch
     _look(bed, trace, ahead, land)
@@ -108,9 +156,9 @@ def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats) -> None:
 
 
 @compiled
-def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats) -> None:
-    """Set `land` to the sea-bed under the places that its row UP gives."""
-    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
+def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
+    """Set `land` to the sea-bed under the places that its `up` gives."""
+    up, slope_x, slope_y = land
     line = np.uint64(3 * (bed.columns + 1))
     south, east = float(bed.rows), float(bed.columns)
     for k in range(len(ahead)):
@@ -139,10 +187,10 @@ def _between(nodes: Floats32, corner: np.uint64, line: np.uint64, a: np.float32,
 
 
 @compiled
-def _reflect(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats, echo: Floats) -> None:
-    """Set `echo` (ECHO_ROWS, steps) from `land`: range, sine of elevation, gamma, density R^2 d(sine) / dR."""
-    up, slope_x, slope_y = land[UP], land[SLOPE_X], land[SLOPE_Y]
-    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
+def _reflect(bed: RoughBed, trace: Trace, ahead: Floats, land: Land, echo: LandEcho) -> None:
+    """Set `echo` from `land`; the density is R^2 d(sine) / dR."""
+    up, slope_x, slope_y = land
+    reach, sine, gamma, density = echo
     upright = 1.0 / trace.stretch
     lean_x, lean_y = bed.turn[0, 2], bed.turn[1, 2]
     toward_x, toward_y = trace.toward
@@ -160,21 +208,20 @@ def _reflect(bed: RoughBed, trace: Trace, ahead: Floats, land: Floats, echo: Flo
         gamma[k] = facing / distance * math.sqrt(tilted)
         density[k] = ahead[k] * facing / max(abs(ahead[k] + up[k] * slope), STEEPEST * distance)
     for k in range(len(ahead)):
-        gamma[k] = look_up(bed.gamma, gamma[k])
+        gamma[k] = interpolate(bed.gamma, gamma[k])
 
 
 @compiled
-def march(
-    bed: RoughBed, grid: Grid, bearing: Floats, ahead: Floats, horizon: Floats, shades: Floats, out: Floats
-) -> tuple[int, int]:
-    """Add the echo of columns, m2 per radian of bearing, to `out` (planes, columns, samples).
+def march(bed: RoughBed, grid: Grid, zone: Zone, horizon: Floats, shades: Shades, out: Floats) -> tuple[int, int]:
+    """Add the echo of a zone's columns, m2 per radian of bearing, to `out` (planes, columns, samples).
 
-    `bearing` (columns + 1) are the columns' borders, `ahead` the ends of the steps, m. `horizon` (columns,) is the sine
-    of the elevation up to which each column is filled, and is moved on. `shades`: see shadow. Returns the first and
-    last+1 sample touched.
+    `horizon` (columns,) is the sine of the elevation up to which each column is filled, and is moved on. Returns the
+    first and last+1 sample touched.
     """
-    pieces = np.empty((len(ahead), PIECE_COLUMNS))
-    land, echo = np.empty((LAND_ROWS, len(ahead))), np.empty((ECHO_ROWS, len(ahead)))
+    bearing, ahead = zone
+    steps = len(ahead)
+    pieces = np.empty(steps, PIECE)
+    land, echo = _unknown_land(steps), LandEcho(np.empty(steps), np.empty(steps), np.empty(steps), np.empty(steps))
     nearest, farthest = FAR, 0.0
     for c in range(len(bearing) - 1):
         trace = trace_of(bed, 0.5 * (bearing[c] + bearing[c + 1]))
@@ -183,55 +230,57 @@ def march(
         count, horizon[c] = _see(echo, horizon[c], pieces)
         mine = shades_on(shades, bearing[c], bearing[c + 1])
         for k in range(count if len(mine) else 0):
-            middle = 0.5 * (pieces[k, NEAR] + pieces[k, FAR_END])
-            pieces[k, SEEN] = visible_share(mine, pieces[k, LOW], pieces[k, HIGH], middle)
+            piece = pieces[k]
+            piece["seen"] = visible_share(mine, piece["low"], piece["high"], 0.5 * (piece["near"] + piece["far"]))
         for plane in range(len(out)):
-            _fill(out[plane, c], pieces, count, grid.vertical[plane], grid)
+            _fill(out[plane, c], pieces[:count], grid.vertical[plane], grid)
         for k in range(count):
-            nearest = min(nearest, pieces[k, NEAR], pieces[k, FAR_END])
-            farthest = max(farthest, pieces[k, NEAR], pieces[k, FAR_END])
+            nearest = min(nearest, pieces[k]["near"], pieces[k]["far"])
+            farthest = max(farthest, pieces[k]["near"], pieces[k]["far"])
     first = min(max(int((nearest - grid.edge_m) / grid.dr_m), 0), grid.samples)
     return first, min(max(int((farthest - grid.edge_m) / grid.dr_m) + 1, first), grid.samples)
 
 
 @compiled
-def _see(echo: Floats, horizon: float, pieces: Floats) -> tuple[int, float]:
+def _see(echo: LandEcho, horizon: float, pieces: Pieces) -> tuple[int, float]:
     """Set `pieces` to what is seen along a trace; return their number and the new horizon."""
     count = 0
-    reach, sine, gamma, density = echo[RANGE], echo[SINE], echo[GAMMA], echo[DENSITY]
-    for k in range(1, echo.shape[1]):
+    reach, sine, gamma, density = echo
+    for k in range(1, len(reach)):
         low = max(sine[k - 1], horizon)
         if sine[k] <= low:
             continue
         horizon = sine[k]
         rest = (sine[k] - low) / (sine[k] - sine[k - 1])
         piece = pieces[count]
-        piece[NEAR], piece[FAR_END] = reach[k] - rest * (reach[k] - reach[k - 1]), reach[k]
-        piece[LOW], piece[HIGH] = low, sine[k]
-        piece[AT_NEAR], piece[AT_FAR] = gamma[k] - rest * (gamma[k] - gamma[k - 1]), gamma[k]
-        piece[DENSE_NEAR], piece[DENSE_FAR] = density[k] - rest * (density[k] - density[k - 1]), density[k]
-        piece[SEEN] = 1.0
+        piece["near"], piece["far"] = reach[k] - rest * (reach[k] - reach[k - 1]), reach[k]
+        piece["low"], piece["high"] = low, sine[k]
+        piece["gamma_near"], piece["gamma_far"] = gamma[k] - rest * (gamma[k] - gamma[k - 1]), gamma[k]
+        piece["density_near"] = density[k] - rest * (density[k] - density[k - 1])
+        piece["density_far"] = density[k]
+        piece["seen"] = 1.0
         count += 1
     return count, horizon
 
 
 @compiled
-def _fill(row: Floats, pieces: Floats, count: int, vertical: Floats, grid: Grid) -> None:
+def _fill(row: Floats, pieces: Pieces, vertical: Floats, grid: Grid) -> None:
     """Add the echo of `pieces` as heard by one vertical plane to `row` (samples,)."""
     per_bin = 1.0 / grid.dr_m
-    for k in range(count):
-        near, reach = pieces[k, NEAR], pieces[k, FAR_END]
-        low, high = pieces[k, LOW], pieces[k, HIGH]
-        first = pieces[k, AT_NEAR] * look_up(vertical, 0.5 + 0.5 * low)
-        second = pieces[k, AT_FAR] * look_up(vertical, 0.5 + 0.5 * high)
-        one, other = pieces[k, DENSE_NEAR], pieces[k, DENSE_FAR]
-        middle = 0.5 * (near + reach)
+    for k in range(len(pieces)):
+        piece = pieces[k]
+        near, far = piece["near"], piece["far"]
+        low, high = piece["low"], piece["high"]
+        first = piece["gamma_near"] * interpolate(vertical, 0.5 + 0.5 * low)
+        second = piece["gamma_far"] * interpolate(vertical, 0.5 + 0.5 * high)
+        one, other = piece["density_near"], piece["density_far"]
+        middle = 0.5 * (near + far)
         # gamma and density change linearly: the mean of their product is more than the product of their means
         power = 0.5 * (first + second) * middle * middle * (high - low)
-        power += (second - first) * (other - one) * (reach - near) / 12.0
+        power += (second - first) * (other - one) * (far - near) / 12.0
         if power > 0.0:
-            begin, finish = (near - grid.edge_m) * per_bin, (reach - grid.edge_m) * per_bin
-            _ramp(row, pieces[k, SEEN] * power, begin, finish, first * one, second * other)
+            begin, finish = (near - grid.edge_m) * per_bin, (far - grid.edge_m) * per_bin
+            _ramp(row, piece["seen"] * power, begin, finish, first * one, second * other)
 
 
 @compiled
@@ -261,20 +310,20 @@ def _ramp(row: Floats, power: float, one: float, other: float, at_one: float, at
 
 
 @compiled
-def meet_ranges(bed: RoughBed, bearing: Floats, elevation: Floats, ahead: Floats, coarse_rad: float) -> Floats:
-    """Return the ranges, FAR where there is none, at which the rays through cells of a fan meet the sea-bed.
+def meet_ranges(bed: RoughBed, rays: RayFan, ahead: Floats, coarse_rad: float) -> Floats:
+    """Return the (bearings, elevations) ranges, FAR where there is none, at which rays meet the sea-bed.
 
-    `bearing`, `elevation`: the cells' borders; (bearings, elevations). Rays beyond the last step meet nothing. Cells
-    within `coarse_rad` of bearing share one trace.
+    Rays beyond the last step meet nothing. Cells within `coarse_rad` of bearing share one trace.
     """
+    bearing, elevation = rays.bearing, rays.elevation
     out = np.full((len(bearing) - 1, len(elevation) - 1), FAR)
     aim = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
     group = max(1, int(coarse_rad / (bearing[1] - bearing[0])))
-    land = np.empty((LAND_ROWS, len(ahead)))
+    land = _unknown_land(len(ahead))
     for a in range(0, out.shape[0], group):
         end = min(a + group, out.shape[0])
         survey(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), ahead, land)
-        _meet(land[UP], aim, ahead, out[a])
+        _meet(land.up, aim, ahead, out[a])
         for other in range(a + 1, end):
             out[other] = out[a]
     return out

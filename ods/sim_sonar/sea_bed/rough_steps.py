@@ -1,30 +1,19 @@
 """Where the columns of a rough sea-bed's echo run and how long their steps are."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.detail import Detail
 from ods.sim_sonar.echo.mixing import add_mean, blended_shares, mix, pattern_width
+from ods.sim_sonar.echo.shadow import Shades
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sea_bed.rough import RoughBed, march
-from ods.sim_sonar.sonar.grid import Grid
+from ods.sim_sonar.sea_bed.rough import RoughBed, Zone, march
+from ods.sim_sonar.sonar.grid import LIT_BEYOND_WIDTHS, Grid
 
-MARGIN_WIDTHS = 3.0
-"""Columns reach this many beam widths beyond the outer beams."""
 MAX_SPLITS = 5
 """A column is split at most this many times."""
-
-
-class Zone(NamedTuple):
-    """A ring of the sea-bed in which all columns are equally wide."""
-
-    bearing: Floats
-    """(columns + 1,) borders of the columns."""
-    ahead: Floats
-    """(steps + 1,) ends of the steps, m."""
 
 
 @compiled
@@ -42,7 +31,7 @@ def zones_of(grid: Grid, height_m: float, scale_m: float, detail: Detail) -> lis
     """Return the rings, from the sonar outwards; each has twice the columns of the one before."""
     farthest = grid.edge_m + grid.samples * grid.dr_m
     ahead = steps_ahead(height_m, scale_m, farthest, detail)
-    margin = MARGIN_WIDTHS * grid.beam_width_rad
+    margin = LIT_BEYOND_WIDTHS * grid.beam_width_rad
     low = max(grid.bearing_rad[0] - margin, -math.pi)
     high = min(grid.bearing_rad[-1] + margin, math.pi)
     count = math.ceil((high - low) / grid.beam_width_rad)
@@ -58,8 +47,8 @@ def zones_of(grid: Grid, height_m: float, scale_m: float, detail: Detail) -> lis
     return zones
 
 
-def add_rough_bed(image: Floats, bed: RoughBed, grid: Grid, scale_m: float, shades: Floats, detail: Detail) -> None:
-    """Add the mean echo, m2, of the sea-bed to `image` (beams, samples); `shades`: see shadow."""
+def add_rough_bed(image: Floats, bed: RoughBed, grid: Grid, scale_m: float, shades: Shades, detail: Detail) -> None:
+    """Add the mean echo, m2, of the sea-bed to `image` (beams, samples), less what `shades` hide."""
     height = -float(bed.sonar_m[2])
     horizon = np.full(1, -2.0)
     whole = pattern_width(grid)
@@ -67,7 +56,7 @@ def add_rough_bed(image: Floats, bed: RoughBed, grid: Grid, scale_m: float, shad
         count = len(zone.bearing) - 1
         horizon = np.repeat(horizon, count // len(horizon))
         columns = np.zeros((len(grid.vertical), count, grid.samples))
-        first, last = march(bed, grid, zone.bearing, zone.ahead, horizon, shades, columns)
+        first, last = march(bed, grid, zone, horizon, shades, columns)
         if last > first:
             shares = blended_shares(zone.bearing, grid, detail.reach)
             mix(image, columns, first, last, shares)

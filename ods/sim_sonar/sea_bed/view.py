@@ -8,9 +8,10 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.detail import Detail
-from ods.sim_sonar.echo.ray_budget import Fan
+from ods.sim_sonar.echo.ray_budget import RayFan
+from ods.sim_sonar.echo.shadow import Shades
 from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_ranges, hide_bed, reflectivity_profile
-from ods.sim_sonar.sea_bed.model import Bed
+from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges
 from ods.sim_sonar.sea_bed.rough_steps import add_rough_bed, steps_ahead
 from ods.sim_sonar.sonar.grid import Grid
@@ -25,13 +26,13 @@ STEEP, GENTLEST = 0.1, 1.8
 class OpenWater:
     """No sea-bed."""
 
-    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
-        """Return (bearings, elevations) ranges at which the sea-bed stops the rays of `fan`; FAR where it does not."""
+    def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
+        """Return (bearings, elevations) ranges at which the sea-bed stops `rays`; FAR where it does not."""
         del grid
-        return np.full((len(fan.bearing) - 1, len(fan.elevation) - 1), FAR)
+        return np.full((len(rays.bearing) - 1, len(rays.elevation) - 1), FAR)
 
-    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
-        """Add the sea-bed's echo, m2, to `image` (beams, samples), less what `shades` (see shadow) hide."""
+    def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
+        """Add the sea-bed's echo, m2, to `image` (beams, samples), less what `shades` hide."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,12 +42,12 @@ class FlatView(OpenWater):
     bed: FlatBed
     detail: Detail
 
-    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
+    def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
         """See OpenWater."""
         del grid
-        return flat_ranges(self.bed, fan.bearing, fan.elevation)
+        return flat_ranges(self.bed, rays)
 
-    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
+    def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
         """See OpenWater."""
         columns = bed_columns(self.bed, grid, self.detail.lean)
         add_bed(image, columns, grid)
@@ -62,19 +63,19 @@ class RoughView(OpenWater):
     """Length over which the echo changes: the heights' correlation length, or more for a gentle bed."""
     detail: Detail
 
-    def hides_beyond(self, fan: Fan, grid: Grid) -> Floats:
+    def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
         """See OpenWater."""
-        far = min(fan.farthest_m, grid.edge_m + grid.samples * grid.dr_m)
+        far = min(rays.farthest_m, grid.edge_m + grid.samples * grid.dr_m)
         ahead = steps_ahead(-float(self.bed.sonar_m[2]), self.scale_m, far, self.detail)
         coarse = self.detail.spacing * self.scale_m / far
-        return meet_ranges(self.bed, fan.bearing, fan.elevation, ahead, coarse)
+        return meet_ranges(self.bed, rays, ahead, coarse)
 
-    def add_to(self, image: Floats, grid: Grid, shades: Floats) -> None:
+    def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
         """See OpenWater."""
         add_rough_bed(image, self.bed, grid, self.scale_m, shades, self.detail)
 
 
-def view_of(bed: Bed | None, grid: Grid, position_ned: Floats, rotation: Floats, detail: Detail) -> OpenWater:
+def view_of(bed: SeaBedModel | None, grid: Grid, position_ned: Floats, rotation: Floats, detail: Detail) -> OpenWater:
     """Return `bed` as seen by a sonar at `position_ned` with body-to-global `rotation`; from below it is not seen."""
     place = np.zeros(3) if bed is None else (position_ned - np.array([0.0, 0.0, bed.depth_m])) @ bed.axes
     height = -float(place[2])

@@ -11,6 +11,8 @@ from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, NODES_PER_WIDTH
 
 STEPS_PER_SINE = 128
 """Points over which the vertical pattern is averaged, for one unit of sin(elevation)."""
+LIT_BEYOND_WIDTHS = 3.0
+"""The projector lights this many beam widths beyond the outer beams."""
 
 
 class Grid(NamedTuple):
@@ -43,7 +45,7 @@ def grid_of(sonar: SonarModel) -> Grid:
 
 
 @compiled
-def two_way(table: Floats, low: float, high: float) -> float:
+def mean_two_way(table: Floats, low: float, high: float) -> float:
     """Return the mean of S^2 between two values of sin(elevation), from one plane's table."""
     steps = 1 + int(abs(high - low) * STEPS_PER_SINE)
     total = 0.0
