@@ -1,23 +1,13 @@
-"""The one module that reads the wall clock and maps clocks onto CLOCK_MONOTONIC."""
+"""The one module that reads the machine's clocks, and the units of time."""
 
 import time
-from collections import deque
 
 NS = 1_000_000_000
-DRIFT_DIVISOR = 10_000
-"""A device's clock drifts by at most one part in this many: 100 ppm."""
-CONFIRMATIONS = 4
-"""Consecutive messages that must agree before a jump of a device's clock is believed."""
-STEP_NS = 10_000_000
-"""Messages no later than this are late by the jitter of a line, not by a step of the device's clock."""
-STEP_CONFIRMATIONS = 8
-"""Consecutive late messages that must agree before they are taken for a step back that shows in nothing else."""
-SETTLED = 2 * STEP_CONFIRMATIONS
-"""Wild messages in a row, none the least late of its last STEP_CONFIRMATIONS, that are no backlog: a wild line."""
-STEP_SHARE = 4
-"""They agree within one part in so many of the least lateness: jitter does not."""
-STEP_PACE = 16
-"""And within one part in so many of the device's time between them: the delays of a backlog shrink as it is read."""
+"""Nanoseconds in a second."""
+MS = 1_000_000
+"""Nanoseconds in a millisecond."""
+DAY_MS = 86_400_000
+"""Milliseconds in a day."""
 
 
 def monotonic_ns() -> int:
@@ -37,128 +27,3 @@ def utc_offset_ns() -> int:
         before, utc, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
         readings.append((after - before, utc - (before + after) // 2))
     return min(readings)[1]
-
-
-class OffsetEstimator:
-    """Maps the clock of one device onto CLOCK_MONOTONIC.
-
-    Delays only add, so the offset is the lower envelope of arrival - device time over the last `window` messages. An
-    old minimum is allowed to have grown by 100 ppm of its age, so that a drifting clock is followed. A low value
-    counts once two messages in a row stand for it: so small steps forward are followed.
-
-    Messages further than `jump_ns` from the envelope leave it alone. A run of messages off it is a step of the device's
-    clock when they tell the same offset: CONFIRMATIONS of them further off than `jump_ns`, if there is one among them
-    that no delay explains; else STEP_CONFIRMATIONS that are late by more than STEP_NS, and do not become less late as a
-    backlog does (SETTLED of them when delays differ too much to agree). Messages keep their order on the way: so no
-    delay explains one that is early, or whose device time lies before the last one's; from there on the arrival counts
-    until the step is confirmed or the run ends. Without such a sign they are taken for late ones.
-    """
-
-    def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
-        self.jumps = 0
-        """Jumps of the device's clock, and steps back, that were believed."""
-        self.wild = 0
-        """Messages further than `jump_ns` from the envelope."""
-        self._window = window
-        self._jump_ns = jump_ns
-        self._suspects: deque[tuple[int, int]] = deque(maxlen=STEP_CONFIRMATIONS)
-        """(device time, arrival) of the messages that came last, one after another, and all off the envelope."""
-        self._wild_run = 0
-        self._settled_for = 0
-        """Wild messages since one that was less late than those before it."""
-        self._no_delay = False
-        """Something among the suspects is not explained by delays."""
-        self._envelope: deque[tuple[int, int]] = deque()  # (message number, key), both rising: a sliding minimum
-        self._messages = 0
-        self._newest_device_ns: int | None = None
-        self._previous_key: int | None = None
-
-    def map(self, device_ns: int, arrival_ns: int) -> int:
-        """Return the monotonic time of `device_ns`, ns, never later than its message's arrival, and learn from it."""
-        wild = self._suspect(device_ns, arrival_ns)
-        confirming = self._jumped() or self._stepped_back() or self._settled()
-        if confirming:
-            self._rebase(confirming)
-        elif not wild:
-            self._learn(device_ns, arrival_ns)
-        if confirming or not wild:
-            self._newest_device_ns = device_ns
-        return arrival_ns if self._no_delay else self._mapped(device_ns, arrival_ns)
-
-    def _suspect(self, device_ns: int, arrival_ns: int) -> bool:
-        """Keep a message that is off the envelope, forget those before one that is not; tell whether it is wild."""
-        late_ns = arrival_ns - device_ns - self._offset(device_ns, arrival_ns)
-        wild = abs(late_ns) > self._jump_ns
-        if not wild and late_ns <= STEP_NS:
-            self._trust()
-            return False
-        went_back = self._newest_device_ns is not None and device_ns < self._newest_device_ns
-        self.wild += wild
-        self._wild_run = self._wild_run + 1 if wild else 0
-        self._suspects.append((device_ns, arrival_ns))
-        shrinks = arrival_ns - device_ns == min(_differences(list(self._suspects))[0])
-        self._settled_for = self._settled_for + 1 if wild and not shrinks else 0
-        self._no_delay |= went_back or late_ns < 0
-        return wild
-
-    def _trust(self) -> None:
-        self._suspects.clear()
-        self._wild_run = self._settled_for = 0
-        self._no_delay = False
-
-    def _mapped(self, device_ns: int, arrival_ns: int) -> int:
-        return min(device_ns + self._offset(device_ns, arrival_ns), arrival_ns)
-
-    def _offset(self, device_ns: int, arrival_ns: int) -> int:
-        if not self._envelope:
-            return arrival_ns - device_ns
-        return self._envelope[0][1] + arrival_ns // DRIFT_DIVISOR
-
-    def _learn(self, device_ns: int, arrival_ns: int) -> None:
-        key = arrival_ns - device_ns - arrival_ns // DRIFT_DIVISOR
-        previous, self._previous_key = self._previous_key, key
-        if previous is None:
-            return
-        agreed = max(key, previous)
-        while self._envelope and self._envelope[-1][1] >= agreed:
-            self._envelope.pop()
-        self._messages += 1
-        self._envelope.append((self._messages, agreed))
-        if self._envelope[0][0] <= self._messages - self._window:
-            self._envelope.popleft()
-
-    def _jumped(self) -> list[tuple[int, int]]:
-        """Return the messages that confirm a jump that no delay explains, none when there was none."""
-        suspects = list(self._suspects)[-CONFIRMATIONS:]
-        if self._wild_run < CONFIRMATIONS or not self._no_delay:
-            return []
-        differences, device_span = _differences(suspects)
-        agreed = max(differences) - min(differences) <= min(self._jump_ns, device_span // 2)
-        return suspects if agreed else []
-
-    def _stepped_back(self) -> list[tuple[int, int]]:
-        """Return the late messages that confirm a step back, none when there was none."""
-        suspects = list(self._suspects)
-        if len(suspects) < STEP_CONFIRMATIONS:
-            return []
-        differences, device_span = _differences(suspects)
-        least_ns = min(differences) - self._offset(*suspects[-1])
-        agreed = max(differences) - min(differences) <= min(least_ns // STEP_SHARE, device_span // STEP_PACE)
-        return suspects if agreed else []
-
-    def _settled(self) -> list[tuple[int, int]]:
-        """Return the newest wild messages when they agree on nothing, but become no less late either."""
-        return list(self._suspects) if self._settled_for >= SETTLED and not self._no_delay else []
-
-    def _rebase(self, confirming: list[tuple[int, int]]) -> None:
-        self.jumps += 1
-        self._envelope.clear()
-        self._previous_key = None
-        for device_ns, arrival_ns in confirming:
-            self._learn(device_ns, arrival_ns)
-        self._trust()
-
-
-def _differences(messages: list[tuple[int, int]]) -> tuple[list[int], int]:
-    """Return arrival - device time of each message, and the device's time from the first to the last."""
-    return [arrival - device for device, arrival in messages], abs(messages[-1][0] - messages[0][0])

@@ -1,5 +1,23 @@
-"""The one error that the `ods` command turns into a line and exit code 2."""
+"""The one error that the `ods` command turns into a line and exit code 2, and other people's errors in one line."""
+
+import os
 
 
 class OdsError(Exception):
     """Something the user can put right: a bad file, key, device or option. Its text is one line."""
+
+
+def one_line(error: object) -> str:
+    """Return a text, of somebody else's error as a rule, as one line."""
+    return " ".join(str(error).split())
+
+
+def reason_of(error: BaseException) -> str:
+    """Return the operating system's word for what is behind `error`, else its own text, as one line."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, OSError) and cause.errno:
+            text = os.strerror(cause.errno)
+            return text[:1].lower() + text[1:]
+        cause = cause.__cause__
+    return one_line(error)

@@ -2,7 +2,6 @@
 
 import math
 import os
-import re
 import tomllib
 from pathlib import Path
 from typing import Any, TypeVar
@@ -10,7 +9,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from ods.base.errors import OdsError
-from ods.base.settings import Settings
+from ods.base.settings import Settings, complaint_of
 
 T = TypeVar("T", bound=Settings)
 S = TypeVar("S")
@@ -57,7 +56,7 @@ def _convert(path: Path, data: dict[str, Any], kind: type[S]) -> S:
     try:
         return msgspec.convert(data, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {_in_plain_words(str(error))}") from error
+        raise ConfigError(f"{path}: {complaint_of(error)}") from error
 
 
 def _refuse_non_finite(value: Any, path: Path, key: str) -> None:
@@ -69,15 +68,3 @@ def _refuse_non_finite(value: Any, path: Path, key: str) -> None:
             _refuse_non_finite(item, path, f"{key}[{index}]")
     elif isinstance(value, float) and not math.isfinite(value):
         raise ConfigError(f"{path}: {key}: must be a finite number, got {value}")
-
-
-def _in_plain_words(text: str) -> str:
-    """Turn "Expected `float`, got `str` - at `$.a.b`" into "a.b: expected `float`, got `str`"."""
-    match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
-    message, key = (match[1], match[2]) if match else (text, "")
-    message = message.replace(" | null", "")  # TOML has no null
-    field = re.search(r"(unknown|required) field `([^`]+)`", message)
-    if field:
-        key = f"{key}.{field[2]}" if key else field[2]
-        message = "unknown key" if field[1] == "unknown" else "missing"
-    return f"{key}: {message[:1].lower()}{message[1:]}" if key else message

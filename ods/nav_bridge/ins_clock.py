@@ -1,9 +1,8 @@
 """The INS's clock, mapped onto CLOCK_MONOTONIC."""
 
-from ods.base.clock import OffsetEstimator
+from ods.base.clock import DAY_MS, MS
+from ods.base.clock_sync import OffsetEstimator
 
-MS = 1_000_000
-DAY_MS = 86_400_000
 MASK_28_BIT = (1 << 28) - 1
 """TIME_OF_DAY has four reserved bits above its milliseconds (CiA 301)."""
 DAYS_1970_TO_1984 = 5113

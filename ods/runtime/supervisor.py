@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from ods.base.backoff import Backoff
 from ods.base.errors import OdsError
 from ods.base.settings import NonNegative, Positive, PositiveInt, Settings
 from ods.runtime.processes import Process
@@ -54,6 +55,7 @@ class RestartPolicy:
 
     def __init__(self, settings: SuperviseSettings) -> None:
         self._settings = settings
+        self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
         self._restarts: deque[float] = deque()
 
     def delay(self, now_s: float) -> float | None:
@@ -63,7 +65,7 @@ class RestartPolicy:
         if len(self._restarts) >= self._settings.restarts:
             return None
         self._restarts.append(now_s)
-        return min(self._settings.longest_delay_s, self._settings.first_delay_s * 2.0 ** (len(self._restarts) - 1))
+        return self._backoff.delay_s(len(self._restarts))
 
 
 class Child:

@@ -2,7 +2,7 @@
 
 from collections import Counter
 
-from ods.base.clock import OffsetEstimator
+from ods.base.clock_sync import OffsetEstimator
 
 
 class DeviceClock:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, one_line
 from ods.base.geometry import quat_from_euler
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
@@ -96,7 +96,7 @@ def load(path: Path) -> Scenario:
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror or 'not a NumPy .npz file'}") from error
     except UNREADABLE as error:
-        raise ScenarioError(f"{path}: not a readable .npz file: {' '.join(str(error).split())}") from error
+        raise ScenarioError(f"{path}: not a readable .npz file: {one_line(error)}") from error
     try:
         return _checked(arrays, text)
     except (ValueError, TypeError) as error:

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ods.base import clock
+from ods.base import clock, clock_sync
 from ods.base.clock import NS
 from ods.nav_bridge.can.stamp_clock import WallClock
 from tests.nav_bridge.canopen_samples import DAY_MS, IDS, MS, PERIOD, UTC_OFFSET, Bench, pdos
@@ -94,7 +94,7 @@ def test_a_jump_of_the_ins_clock(jump_ms: int) -> None:
         for number in range(1, EPOCHS)
     ]
     errors = [error for error in found if error is not None]
-    assert len(errors) >= EPOCHS - 1 - clock.CONFIRMATIONS
+    assert len(errors) >= EPOCHS - 1 - clock_sync.CONFIRMATIONS
     assert max(np.abs(errors)) < 4 * MS
     assert bench.counters["ins_clock_jumps"] == 1
 
@@ -133,6 +133,6 @@ def test_time_messages_that_come_late_or_jump() -> None:
     assert bench.counters["time"] == 59
     assert not any(said[number] for number in range(1, 4_000))
     assert said[4_500] == ["UTC of the INS is +20.0 s from this machine's"]
-    assert bench.counters["time_wild"] == 2 + clock.CONFIRMATIONS
+    assert bench.counters["time_wild"] == 2 + clock_sync.CONFIRMATIONS
     assert bench.counters["time_jumps"] == 1
     assert bench.counters["ins_clock_jumps"] == 0

@@ -2,7 +2,6 @@
 
 import contextlib
 import logging
-import os
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
@@ -11,7 +10,8 @@ from typing import Any
 import can
 
 from ods.base import clock
-from ods.base.errors import OdsError
+from ods.base.backoff import Backoff
+from ods.base.errors import OdsError, one_line, reason_of
 from ods.nav_bridge.can.bus_errors import BusErrors
 from ods.nav_bridge.can.frame import CanId, ErrorFrame, Frame
 from ods.nav_bridge.can.python_can_bus import OtherBus
@@ -27,7 +27,7 @@ READ_LIMIT = 512
 FULL_MASK = {False: 0x7FF, True: 0x1FFFFFFF}
 """All bits of a standard and of an extended identifier."""
 SEND_TIMEOUT_S = 0.02
-FIRST_RETRY_NS, LAST_RETRY_NS = 100_000_000, 1_000_000_000
+FIRST_RETRY_S, LAST_RETRY_S = 0.1, 1.0
 IFF_UP = 1
 FailedBus = (can.CanError, OSError)
 AnyBus = SocketcanBus | SlcanBus | OtherBus
@@ -61,7 +61,7 @@ class CanLink:
         self._why = "not open yet"
         self._said = ""
         self._retry_ns = 0
-        self._delay_ns = FIRST_RETRY_NS
+        self._backoff = Backoff(FIRST_RETRY_S, LAST_RETRY_S)
         self._heard_ns = clock.monotonic_ns()
         self._opened_ns = 0
 
@@ -173,9 +173,8 @@ class CanLink:
 
     def _try_later(self, error: Exception) -> None:
         """Wait longer each time until a frame is heard; say the reason once."""
-        self._why = plain_words(error)
-        self._retry_ns = clock.monotonic_ns() + self._delay_ns
-        self._delay_ns = min(2 * self._delay_ns, LAST_RETRY_NS)
+        self._why = reason_of(error)
+        self._retry_ns = clock.monotonic_ns() + round(self._backoff.failed() * clock.NS)
         if self._why != self._said:
             self._said = self._why
             log.warning("%s: %s; trying again", self._settings.channel, self._why)
@@ -183,7 +182,7 @@ class CanLink:
     def _heard(self, arrival_ns: int) -> None:
         self._heard_ns = arrival_ns
         self._errors.works()
-        self._delay_ns = FIRST_RETRY_NS
+        self._backoff.worked()
         if self._said:
             self._said = ""
             log.info("%s: frames arrive again", self._settings.channel)
@@ -198,21 +197,10 @@ def _is_up(channel: str) -> bool:
     return bool(flags & IFF_UP)
 
 
-def plain_words(error: BaseException) -> str:
-    """Return the operating system's word for what is behind `error`, else its own text, as one line."""
-    cause: BaseException | None = error
-    while cause is not None:
-        if isinstance(cause, OSError) and cause.errno:
-            return os.strerror(cause.errno).lower()
-        cause = cause.__cause__
-    return " ".join(str(error).split())
-
-
 def _refuse_bad_settings(settings: CanSettings, error: BaseException) -> None:
     """Raise OdsError when trying again cannot help: unknown interface, bit rate or option."""
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, (ValueError, NotImplementedError, TypeError)):
-            text = " ".join(str(error).split())
-            raise OdsError(f"nav.can: {settings.interface} {settings.channel}: {text}") from error
+            raise OdsError(f"nav.can: {settings.interface} {settings.channel}: {one_line(error)}") from error
         cause = cause.__cause__

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from canopen import ObjectDictionary, import_od
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, one_line
 from ods.nav_bridge.encoding import read_text
 
 
@@ -23,7 +23,7 @@ def read_dictionary(eds: Path, node_id: int, key: str) -> ObjectDictionary:
     try:
         return import_od(source, node_id)
     except Exception as error:  # canopen lets through whatever a malformed file runs into
-        raise EdsError(f"{eds}: {key}: not a usable EDS: {' '.join(repr(error).split())}") from error
+        raise EdsError(f"{eds}: {key}: not a usable EDS: {one_line(repr(error))}") from error
 
 
 def number_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int:

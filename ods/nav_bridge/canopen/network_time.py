@@ -3,7 +3,8 @@
 import struct
 from collections import Counter
 
-from ods.base.clock import NS, OffsetEstimator
+from ods.base.clock import NS
+from ods.base.clock_sync import OffsetEstimator
 from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.ins_clock import day_ms, utc_ns
 

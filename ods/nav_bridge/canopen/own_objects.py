@@ -9,6 +9,7 @@ from canopen import SdoAbortedError
 from canopen.objectdictionary import ODVariable
 
 from ods import __version__
+from ods.base.clock import MS
 from ods.nav_bridge.can.frame import SYNC
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.own_errors import OwnErrors
@@ -18,7 +19,6 @@ ERROR_REGISTER, ERROR_HISTORY, CONSUMER_HEARTBEAT, COUNTERS = 0x1001, 0x1003, 0x
 PRODUCES_SYNC = 1 << 30
 MASK_32_BIT = 0xFFFFFFFF
 MAX_HEARTBEAT_MS = 0xFFFF
-MS = 1_000_000
 NO_DATA, OUT_OF_RANGE = 0x08000024, 0x06090030
 """SDO abort codes."""
 

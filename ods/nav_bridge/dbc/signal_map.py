@@ -12,7 +12,7 @@ from cantools.database import Database
 from cantools.database.can import Message, Signal
 
 from ods.base.clock import NS
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, one_line
 from ods.nav_bridge.can.frame import CanId
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.encoding import read_text
@@ -234,6 +234,6 @@ def _read(file: Path) -> Database:
     try:
         database = cantools.database.load_string(text, "dbc")
     except Exception as error:  # cantools lets through whatever a malformed file runs into
-        raise DbcError(f"{file}: not a usable DBC: {' '.join(str(error).split())}") from error
+        raise DbcError(f"{file}: not a usable DBC: {one_line(error)}") from error
     assert isinstance(database, Database)
     return database

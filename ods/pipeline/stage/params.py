@@ -1,13 +1,21 @@
 """Parameters of the stages that come with ODS: what a `[[pipeline.stage]]` table may say. No numba here."""
 
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import msgspec
 
 from ods.base.errors import OdsError
-from ods.base.settings import Fraction, NonNegative, NonNegativeInt, OddInt, Positive, PositiveInt, Settings
+from ods.base.settings import (
+    Fraction,
+    NonNegative,
+    NonNegativeInt,
+    OddInt,
+    Positive,
+    PositiveInt,
+    Settings,
+    complaint_of,
+)
 
 
 class MeanRangeParams(Settings, frozen=True):
@@ -253,13 +261,4 @@ def read_params(kind: type[Settings], stage: Mapping[str, Any]) -> Settings:
     try:
         return msgspec.convert({key: value for key, value in stage.items() if key != "use"}, kind)
     except msgspec.ValidationError as error:
-        raise StageError(_in_plain_words(str(error))) from error
-
-
-def _in_plain_words(text: str) -> str:
-    """Turn "Expected `int`, got `str` - at `$.taps`" into "taps: expected `int`, got `str`"."""
-    field = re.search(r"(unknown|required) field `([^`]+)`", text)
-    if field:
-        return f"{field[2]}: " + ("unknown key" if field[1] == "unknown" else "missing")
-    message, _, key = text.partition(" - at `$.")
-    return f"{key.rstrip('`')}: {message[:1].lower()}{message[1:]}" if key else message
+        raise StageError(complaint_of(error)) from error

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any, Literal, TypeVar
 
 from ods.base.arrays import Image
+from ods.base.errors import one_line
 from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.regions import Regions
@@ -141,5 +142,5 @@ def _run_file(file: Path) -> None:
 
 def reason(error: Exception) -> str:
     """Say in one line what went wrong in somebody else's code."""
-    text = " ".join(str(error).split())
+    text = one_line(error)
     return text if isinstance(error, StageError) else f"{type(error).__name__}: {text}"

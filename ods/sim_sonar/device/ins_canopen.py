@@ -12,6 +12,7 @@ from canopen.objectdictionary import SIGNED_TYPES
 from canopen.pdo import PdoVariable
 from numpy.typing import ArrayLike
 
+from ods.base.clock import DAY_MS, MS, NS
 from ods.base.geometry import euler_from_quat
 
 NMT, SYNC, TIME, EMCY, HEARTBEAT = 0x000, 0x080, 0x100, 0x080, 0x700
@@ -20,8 +21,6 @@ NMT_COMMANDS = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL, 129: BOOT_UP, 
 TIME_OF_DAY = struct.Struct("<IH")
 ALL_VALID = 0b1111
 """Position, attitude, velocity and time of day are valid."""
-MS, SECOND = 1_000_000, 1_000_000_000
-DAY_MS = 86_400_000
 DAYS_1970_TO_1984 = 5113
 SEND_TIMEOUT_S = 0.05
 
@@ -38,7 +37,7 @@ class SimulatedIns:
         self.status = ALL_VALID
         self._bus = bus
         self._node_id = node_id
-        self._heartbeat_period_ns = round(heartbeat_period_s * SECOND)
+        self._heartbeat_period_ns = round(heartbeat_period_s * NS)
         self._heartbeat_due_ns: int | None = None
         self._second = -1
         self._sequence = 0
@@ -90,8 +89,8 @@ class SimulatedIns:
         if self._heartbeat_due_ns is None or t_ns >= self._heartbeat_due_ns:
             self._transmit(HEARTBEAT + self._node_id, bytes([self.state]))
             self._heartbeat_due_ns = t_ns + self._heartbeat_period_ns
-        if t_ns // SECOND != self._second:
-            self._second = t_ns // SECOND
+        if t_ns // NS != self._second:
+            self._second = t_ns // NS
             self._transmit(TIME, time_of_day)
 
     def _fill(self, objects: dict[tuple[int, int], float], time_of_day: bytes) -> None:

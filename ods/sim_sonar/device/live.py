@@ -17,7 +17,6 @@ from ods.sim_sonar.settings import FaultSettings, SimSettings
 
 log = logging.getLogger(__name__)
 
-MS = 1_000_000
 PATIENCE_S = 0.12
 PATIENCE_OF_PERIOD = 0.8
 """The reader of a telegram may take so long, s, or this share of the time between two pings if that is more. A line
@@ -176,7 +175,7 @@ class LiveIns:
         now = clock.monotonic_ns()
         if not self._mission.faulty("ins_silent", now):
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
-            beyond_ms = device_utc_ns % MS  # TIME_OF_DAY holds whole milliseconds
+            beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
             vehicle = self._scene.vehicle_at(self._mission.seconds(now - beyond_ms))
             self._ins.send(device_utc_ns - beyond_ms, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
         self._due_ns = max(self._due_ns + self._period_ns, now)

@@ -6,13 +6,15 @@ with every failure, up to a limit, until data have come. No clock and no thread:
 """
 
 import errno
-import os
 import termios
 from abc import ABC, abstractmethod
 from collections import Counter
 from enum import Enum
 
-NS = 1_000_000_000
+from ods.base.backoff import Backoff
+from ods.base.clock import NS
+from ods.base.errors import reason_of
+
 READ_BYTES = 65536
 ERRORS = (OSError, ValueError, termios.error)
 
@@ -36,8 +38,7 @@ class Port(ABC):
         self.fault = f"{name}: not opened yet"
         """Why the port is not open, in plain words; '' when it is."""
         self._name = name
-        self._pauses_ns = round(pauses_s[0] * NS), round(pauses_s[1] * NS)
-        self._pause_ns = self._pauses_ns[0]
+        self._backoff = Backoff(*pauses_s)
         self._due_ns = 0
         self._state = _State.CLOSED
         self._heard_ns = 0
@@ -78,7 +79,7 @@ class Port(ABC):
             return b""
         if data:
             self._heard_ns = now_ns
-            self._pause_ns = self._pauses_ns[0]
+            self._backoff.worked()
         return data
 
     def write(self, data: bytes, now_ns: int) -> bool:
@@ -140,16 +141,6 @@ class Port(ABC):
 
     def _close_and_wait(self, now_ns: int, error: Exception) -> None:
         self.close()
-        self.fault = f"{self._name}: {_in_plain_words(error)}"
-        self._due_ns = now_ns + self._pause_ns
-        self._pause_ns = min(2 * self._pause_ns, self._pauses_ns[1])
-
-
-def _in_plain_words(error: Exception) -> str:
-    number = getattr(error, "errno", None)
-    if number == errno.EAGAIN:
-        return "in use by another program"
-    if number:
-        text = os.strerror(number)
-        return text[:1].lower() + text[1:]
-    return str(error)
+        locked = isinstance(error, OSError) and error.errno == errno.EAGAIN
+        self.fault = f"{self._name}: {'in use by another program' if locked else reason_of(error)}"
+        self._due_ns = now_ns + round(self._backoff.failed() * NS)

@@ -6,8 +6,9 @@ import select
 import socket
 from collections import Counter
 
+from ods.base.clock import NS
 from ods.sonar_link.port.address import TcpAddress
-from ods.sonar_link.port.port import NS, READ_BYTES, Port, PortError
+from ods.sonar_link.port.port import READ_BYTES, Port, PortError
 
 CONNECT_S = 5.0
 """A connection that takes longer is given up."""

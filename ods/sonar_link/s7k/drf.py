@@ -11,6 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ods.base.clock import NS
+
 SYNC_WORD = b"\xff\xff\x00\x00"
 SYNC_AT = 4
 """Where the sync word stands in a frame; the header's offset field counts from here."""
@@ -25,8 +27,7 @@ RECORD_HEADER_BYTES = _HEADER.size
 UNIX_EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 YEARS = range(1970, 2200)
 """Years taken for a real 7KTIME."""
-_NS = 1_000_000_000
-_DAY_NS = 86_400 * _NS
+_DAY_NS = 86_400 * NS
 
 
 class DeviceId(NamedTuple):
@@ -114,7 +115,7 @@ def decode_time(field: bytes) -> int | None:
     if not sane or not math.isfinite(seconds) or not 0.0 <= seconds < 61.0:
         return None
     days = date(year, 1, 1).toordinal() + day - 1 - UNIX_EPOCH.toordinal()
-    return days * _DAY_NS + (hours * 3600 + minutes * 60) * _NS + round(seconds * _NS)
+    return days * _DAY_NS + (hours * 3600 + minutes * 60) * NS + round(seconds * NS)
 
 
 def _unpack_time(field: bytes) -> tuple[int, int, float, int, int]:
@@ -129,12 +130,12 @@ def encode_time(utc_ns: int | None) -> bytes:
     """
     if utc_ns is None:
         return bytes(_TIME.size)
-    whole_s, part_ns = divmod(utc_ns, _NS)
+    whole_s, part_ns = divmod(utc_ns, NS)
     try:
         moment = UNIX_EPOCH + timedelta(seconds=whole_s)
     except OverflowError:
         raise ValueError(f"utc_ns: {utc_ns} is no time of this age") from None
     if moment.year not in YEARS:
         raise ValueError(f"utc_ns: {utc_ns} lies outside the years {YEARS.start} to {YEARS.stop - 1}")
-    seconds = moment.second + part_ns / _NS
+    seconds = moment.second + part_ns / NS
     return _TIME.pack(moment.year, moment.timetuple().tm_yday, seconds, moment.hour, moment.minute)

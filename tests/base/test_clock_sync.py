@@ -7,7 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ods.base import clock
-from ods.base.clock import CONFIRMATIONS, NS, STEP_CONFIRMATIONS, OffsetEstimator
+from ods.base.clock import NS
+from ods.base.clock_sync import CONFIRMATIONS, STEP_CONFIRMATIONS, OffsetEstimator
 
 MS = 1_000_000
 PERIOD = 10 * MS
