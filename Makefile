@@ -4,7 +4,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: bench bench-vcan test test-vcan lint docs benchmark clean
+.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark clean
 
 bench: $(VENV)/.ready
 	$(BIN)/ods bench --config config/bench.toml
@@ -16,9 +16,11 @@ bench-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
 test: $(VENV)/.ready lint
-	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain/test_chain.py
+	$(BIN)/pytest -n 2 --dist loadfile --cov --cov-report= --ignore=tests/whole_chain/test_chain.py
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
+	@echo "Lines run by the first of these three, processes started by tests included. Kernels are left out: compiled code is not seen."
+	$(BIN)/coverage report
 
 # 125: no vcan to be had, and the reason was said; the tests are then reported as skipped, or failed for ODS_REQUIRE_VCAN
 test-vcan: $(VENV)/.ready
@@ -35,8 +37,15 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .[dev]
 	touch $@
 
+# the checks of `make lint` before each commit
+hooks: $(VENV)/.ready
+	$(BIN)/pre-commit install
+
 docs: $(VENV)/.ready
 	$(BIN)/python -m ods.reference docs
+
+site: $(VENV)/.ready
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
 
 benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.pipeline

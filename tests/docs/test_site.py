@@ -1,0 +1,77 @@
+"""The site: built without a broken link or anchor, asks nothing of other hosts, shows lists and tables as such."""
+
+import os
+import re
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[2]
+LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
+UNLOADED_LINKS = {"canonical", "prev", "next", "alternate"}
+MARKUP = re.compile(r"^(?:[-*+] |\d+\. |\|.*\||#+ |```)", re.MULTILINE)
+
+
+class Reader(HTMLParser):
+    """Collects what a page loads, and the text of its paragraphs without code."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.loaded: list[str] = []
+        self.paragraphs: list[str] = []
+        self._inside: list[str] = []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = dict(attrs)
+        if tag in LOADED and given.get("rel") not in UNLOADED_LINKS:
+            self.loaded.append(given.get(LOADED[tag]) or "")
+        if tag in ("p", "code"):
+            self._inside.append(tag)
+        if tag == "p":
+            self.paragraphs.append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag in self._inside:
+            self._inside.remove(tag)
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == ["p"]:
+            self.paragraphs[-1] += data
+
+
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Reader]:
+    """Every page of the site, just built."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
+    built = subprocess.run(
+        command, cwd=PROJECT, env=os.environ | {"NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True
+    )
+    assert built.returncode == 0, built.stderr
+    return {page.relative_to(folder): Reader(page) for page in sorted(folder.rglob("*.html"))}
+
+
+def test_no_page_loads_anything_from_another_host(pages: dict[Path, Reader]) -> None:
+    assert len(pages) > 25
+    assert any(reader.loaded for reader in pages.values())
+    assert not [
+        (page, link) for page, reader in pages.items() for link in reader.loaded if re.match(r"(\w+:)?//", link)
+    ]
+
+
+def test_lists_and_tables_are_shown_as_such(pages: dict[Path, Reader]) -> None:
+    assert not [
+        (str(page), text) for page, reader in pages.items() for text in reader.paragraphs if MARKUP.search(text)
+    ]
+
+
+def test_every_decision_is_listed() -> None:
+    folder = PROJECT / "docs" / "decisions"
+    listed = (folder / "README.md").read_text()
+    for page in folder.glob("0*.md"):
+        title = page.read_text().splitlines()[0].removeprefix("# ")
+        assert f"- [{title}]({page.name})\n" in listed
