@@ -17,7 +17,7 @@ from rich.table import Table
 from benchmarks.covariance_forms import FORMS, FULL, QUICK, TIMED_FILTERS, TYPES, Grid, measure
 from ods.assess.track.chart import dress, save
 from ods.base.errors import OdsError
-from ods.plots.fan import COLOURS, INK, PAPER
+from ods.plots.fan import COLOUR_MAP, INK, PAPER
 
 LEAST, MOST = -17.0, 0.0
 """Borders of the colours, powers of ten."""
@@ -32,7 +32,7 @@ def draw(grid: Grid) -> Figure:
         for column, name in enumerate(FORMS):
             panel, place = grid.panels[precision, name], axes[row, column]
             level = np.log10(np.clip(panel.error, 10.0**LEAST, 10.0**MOST))
-            mesh = place.pcolormesh(x, y, level, shading="nearest", cmap=COLOURS, norm=Normalize(LEAST, MOST))
+            mesh = place.pcolormesh(x, y, level, shading="nearest", cmap=COLOUR_MAP, norm=Normalize(LEAST, MOST))
             lines, rows = np.nonzero(panel.broken)
             place.plot(x[rows], y[lines], "x", color="#39d0ff", ms=4, mew=1.0)
             dress(place, f"{name}, {precision}", "", "")

@@ -34,10 +34,10 @@ from ods.config import OnboardConfig, part_of
 from ods.messages import Detection, Detections, Sector
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
-from ods.sim_sonar.device.can_bus import can_of
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
-from ods.sim_sonar.device.slcan_hub import SlcanHub
+from ods.sim_sonar.ins.can_bus import can_of
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.tracker.service import TrackerWorker
 from ods.tracker.settings import TrackerConfig
 

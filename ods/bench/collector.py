@@ -13,7 +13,7 @@ from ods.runtime.processes import PROCESSES
 
 
 @dataclass
-class Record:
+class RunRecord:
     """What a bench run leaves."""
 
     lists: list[tuple[int, ObstacleList]] = field(default_factory=list)
@@ -32,7 +32,7 @@ class Collector:
     """Subscribes to all topics and all health reports of a run folder."""
 
     def __init__(self, run_dir: Path) -> None:
-        self.record = Record()
+        self.record = RunRecord()
         self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         topics = ["obstacles", "truth", "detections", "ping"]

@@ -26,7 +26,7 @@ def run(args: Namespace) -> int:
     summary = summarize(record, settings.limits, settings.settle_s)
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
-    picture.draw(record, settings.out / "scene.png")
+    picture.draw_run(record, settings.out / "scene.png")
     report.show(summary, settings)
     return 1 if summary.broken else 0
 

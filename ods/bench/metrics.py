@@ -10,11 +10,11 @@ from scipy.optimize import linear_sum_assignment
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.bench.collector import Record
+from ods.bench.collector import RunRecord
 from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, Truth, TruthObject
 
-GATE_M = 5.0
+STANDS_FOR_M = 5.0
 """An obstacle farther from an object than this does not stand for it."""
 IN_PLAY = ("active", "stand_by", "hibernated")
 
@@ -72,7 +72,7 @@ class Summary(msgspec.Struct, frozen=True):
     """Limits that were broken, in plain words."""
 
 
-def summarize(record: Record, limits: BenchLimits, settle_s: float) -> Summary:
+def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summary:
     """Return the figures of a run and the limits it broke."""
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
     answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
@@ -108,7 +108,7 @@ def summarize(record: Record, limits: BenchLimits, settle_s: float) -> Summary:
     return msgspec.structs.replace(summary, broken=_broken(summary, limits))
 
 
-def _latencies_ms(record: Record, answered: dict[int, tuple[int, ObstacleList]]) -> Floats:
+def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList]]) -> Floats:
     """Return the time from each ping's last byte to its list.
 
     Writer and reader both stamp the last byte, each a little late when it has to wait for a core: the earlier counts.
@@ -158,7 +158,7 @@ class _ObjectLog:
         )
 
 
-def _score_objects(record: Record, settle_s: float) -> tuple[list[ObjectScore], set[int]]:
+def _score_objects(record: RunRecord, settle_s: float) -> tuple[list[ObjectScore], set[int]]:
     """Match obstacles with objects in every list; return a score an object and the ids that matched none, ever."""
     logs: dict[str, _ObjectLog] = defaultdict(_ObjectLog)
     all_ids: set[int] = set()
@@ -176,12 +176,12 @@ def _score_objects(record: Record, settle_s: float) -> tuple[list[ObjectScore], 
 
 
 def match(truth: Truth, obstacles: list[Obstacle]) -> dict[str, Obstacle]:
-    """Return the obstacle that stands for each object, by name: smallest sum of horizontal distances within GATE_M."""
+    """Return the obstacle that stands for each object, by name: least sum of horizontal distances in STANDS_FOR_M."""
     if not obstacles or not truth.objects:
         return {}
     far = 1e6
     cost = np.array([[_distance(obstacle, target) for obstacle in obstacles] for target in truth.objects])
-    cost[cost > GATE_M] = far
+    cost[cost > STANDS_FOR_M] = far
     rows, columns = linear_sum_assignment(cost)
     return {truth.objects[i].name: obstacles[j] for i, j in zip(rows, columns, strict=True) if cost[i, j] < far}
 
@@ -200,7 +200,7 @@ def _process_score(name: str, reports: list[Health]) -> ProcessScore:
     )
 
 
-def _back_after(record: Record, name: str, at_ns: int) -> float:
+def _back_after(record: RunRecord, name: str, at_ns: int) -> float:
     old = [report.pid for report in record.health[name] if report.t_ns <= at_ns]
     back = [report.t_ns for report in record.health[name] if report.t_ns > at_ns and report.pid not in old]
     return (min(back) - at_ns) / NS if back else math.inf

@@ -9,14 +9,14 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from ods.base import geometry
-from ods.bench.collector import Record
+from ods.bench.collector import RunRecord
 from ods.messages import Detections, Obstacle, ObstacleList, Ping, Sector, Truth
-from ods.plots.fan import INK, PAPER, draw_detections, draw_fan, level_db
+from ods.plots.fan import INK, PAPER, draw_detections, draw_fan, polar_image
 
 STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
 
 
-def draw(record: Record, file: Path) -> None:
+def draw_run(record: RunRecord, file: Path) -> None:
     """Draw a run's last image and its plan into `file`."""
     figure = Figure(figsize=(15, 7.5), layout="constrained", facecolor=PAPER)
     left, right = figure.subplots(1, 2)
@@ -28,14 +28,12 @@ def draw(record: Record, file: Path) -> None:
 
 
 def _image(axes: Axes, ping: Ping, detections: Detections) -> None:
-    beams = ping.beams // ping.planes
-    level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
-    draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
+    draw_fan(axes, polar_image(ping))
     draw_detections(axes, detections.detections)
     axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections", color=INK)
 
 
-def _plan(axes: Axes, record: Record) -> None:
+def _plan(axes: Axes, record: RunRecord) -> None:
     truths = [record.truths[number] for number in sorted(record.truths)]
     path = np.array([truth.position_ned for truth in truths])
     axes.plot(path[:, 1], path[:, 0], color="black", lw=2, label="vehicle path")
@@ -74,7 +72,7 @@ def _sector(axes: Axes, truth: Truth, sector: Sector) -> None:
     axes.fill(world[:, 1], world[:, 0], color="#54aeff", alpha=0.12, label="insonified sector")
 
 
-def _tracks(axes: Axes, newest: ObstacleList, record: Record) -> None:
+def _tracks(axes: Axes, newest: ObstacleList, record: RunRecord) -> None:
     history: dict[int, list[tuple[float, float]]] = {}
     for _, item in record.lists:
         for obstacle in item.obstacles:

@@ -5,7 +5,7 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from ods.bench.collector import Record
+from ods.bench.collector import RunRecord
 from ods.bench.metrics import Summary
 from ods.bench.settings import BenchConfig
 
@@ -13,7 +13,7 @@ PLAIN_EVERY_S = 10
 """Where the output is no terminal, one line each so many seconds."""
 
 
-class StatusLine:
+class ProgressLine:
     """One live line; where the output is no terminal, a line whenever its beginning changes."""
 
     def __init__(self) -> None:
@@ -31,7 +31,7 @@ class StatusLine:
             print(text, flush=True)
 
 
-def one_line(record: Record, elapsed_s: float, seconds: float) -> str:
+def one_line(record: RunRecord, elapsed_s: float, seconds: float) -> str:
     """Return the state of a run in one line."""
     step_s = elapsed_s if sys.stdout.isatty() else elapsed_s // PLAIN_EVERY_S * PLAIN_EVERY_S
     if not record.lists:

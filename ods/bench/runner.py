@@ -18,11 +18,11 @@ from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.base.settings_file import load
 from ods.bench import report
-from ods.bench.collector import Collector, Record
+from ods.bench.collector import Collector, RunRecord
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
-from ods.sim_sonar.device.can_bus import can_of
 from ods.sim_sonar.device.sonar_line import port_of
+from ods.sim_sonar.ins.can_bus import can_of
 
 START_S = 180.0
 """The first start compiles the pipeline's and the simulator's kernels."""
@@ -34,7 +34,7 @@ class BenchError(OdsError):
     """The bench could not run; the text says why."""
 
 
-def fly_mission(settings: BenchConfig) -> Record:
+def fly_mission(settings: BenchConfig) -> RunRecord:
     """Run one mission and return what was seen of it."""
     onboard_file, sim_file = _write_configs(settings)
     with ExitStack() as stack:
@@ -42,7 +42,7 @@ def fly_mission(settings: BenchConfig) -> Record:
         stack.callback(collector.close)
         run_log, sim_log = settings.out / "run.log", settings.out / "sim.log"
         onboard = stack.enter_context(_started("run", onboard_file, run_log))
-        line = report.StatusLine()
+        line = report.ProgressLine()
         _wait_ready(collector, ["pipeline", "tracker"], onboard, run_log, line)
         simulator = stack.enter_context(_started("sim", sim_file, sim_log))
         _wait_ready(collector, ["sim", "sonar", "nav"], simulator, sim_log, line)
@@ -105,7 +105,7 @@ def _wait_ready(
     names: list[str],
     process: "subprocess.Popen[bytes]",
     log_file: Path,
-    line: report.StatusLine,
+    line: report.ProgressLine,
 ) -> None:
     deadline_s = time.monotonic() + START_S
     while waiting := [name for name in names if not collector.ready(name)]:
@@ -127,7 +127,7 @@ def _fly(
     settings: BenchConfig,
     onboard: "subprocess.Popen[bytes]",
     simulator: "subprocess.Popen[bytes]",
-    line: report.StatusLine,
+    line: report.ProgressLine,
 ) -> None:
     """Listen for the length of the mission, and kill what is to be killed."""
     kills = sorted(settings.kill, key=lambda item: item.at_s)
@@ -145,7 +145,7 @@ def _fly(
     line.show("")
 
 
-def _kill(name: str, onboard: "subprocess.Popen[bytes]", record: Record) -> None:
+def _kill(name: str, onboard: "subprocess.Popen[bytes]", record: RunRecord) -> None:
     """Kill -9 one on-board process of this run."""
     for child in psutil.Process(onboard.pid).children():
         if name in child.cmdline():

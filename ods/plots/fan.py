@@ -5,13 +5,13 @@ Figures are made without pyplot, so nothing global is touched and no display is 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
-from numpy.typing import ArrayLike
 
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, Detections, Ping, frame_of
@@ -22,9 +22,25 @@ INK = "#c9d1d9"
 """Text, ticks and rings."""
 MARK = "#39d0ff"
 """Detections."""
-COLOURS = "inferno"
+COLOUR_MAP = "inferno"
 PIXELS = 900
 """Of the longer side of a fan."""
+
+
+class PolarImage(NamedTuple):
+    """An image of one plane as the sonar has it."""
+
+    level: Floats32
+    """(beams, samples) dB."""
+    bearing_rad: Floats
+    """(beams,)"""
+    range0_m: float
+    """Of the first sample's centre."""
+    dr_m: float
+
+    def part(self, samples: int) -> "PolarImage":
+        """Return its first `samples` samples."""
+        return self._replace(level=self.level[:, :samples])
 
 
 @dataclass(frozen=True)
@@ -51,13 +67,23 @@ def level_db(ping: Ping) -> Floats32:
     return np.asarray(20.0 * np.log10(np.maximum(frame + half_a_count, 1e-6)), np.float32)
 
 
-def rasterize(level: Floats32, bearing_rad: ArrayLike, range0_m: float, dr_m: float, pixels: int = PIXELS) -> Raster:
-    """Turn a polar image, (beams, samples), into a Cartesian one whose longer side has `pixels` pixels.
+def polar_image(ping: Ping) -> PolarImage:
+    """Return the image of a ping; of several planes the highest level.
+
+    Raises ValueError when the ping's buffer does not fit its shape.
+    """
+    beams = ping.beams // ping.planes
+    level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
+    return PolarImage(level, np.array(ping.bearing_rad[:beams]), ping.range0_m, ping.dr_m)
+
+
+def rasterize(image: PolarImage, pixels: int = PIXELS) -> Raster:
+    """Turn a polar image into a Cartesian one whose longer side has `pixels` pixels.
 
     Every pixel shows the beam and the range that it lies in. Where several samples or beams fall into one pixel it
     shows the highest, so that small echoes stay visible.
     """
-    bearing = np.asarray(bearing_rad, np.float64)
+    level, bearing, range0_m, dr_m = image
     borders = _borders(bearing)
     far = range0_m + (level.shape[1] - 0.5) * dr_m
     arc = np.linspace(borders[0], borders[-1], 181)
@@ -66,11 +92,10 @@ def rasterize(level: Floats32, bearing_rad: ArrayLike, range0_m: float, dr_m: fl
     size = max(right - left, top - bottom) / pixels
     x = left + (np.arange(max(1, round((right - left) / size))) + 0.5) * size
     y = bottom + (np.arange(max(1, round((top - bottom) / size))) + 0.5) * size
-    pooled = _pool(level, max(1, round(size / dr_m)))
-    raster = _look_up(pooled, borders, range0_m, dr_m, x, y)
+    raster = _look_up(image._replace(level=_pool(level, max(1, round(size / dr_m)))), x, y)
     crowded = int(np.clip((size / np.diff(borders).min() - range0_m) / dr_m, 0, level.shape[1]))
     if crowded:  # so near, beams are finer than pixels
-        _keep_highest(raster, level[:, :crowded], bearing, range0_m, dr_m, (left, bottom, size))
+        _keep_highest(raster, image.part(crowded), (left, bottom, size))
     return Raster(raster, (left, left + len(x) * size, bottom, bottom + len(y) * size))
 
 
@@ -88,15 +113,10 @@ def _borders(bearing: Floats) -> Floats:
     return np.concatenate(([2.0 * bearing[0] - middle[0]], middle, [2.0 * bearing[-1] - middle[-1]]))
 
 
-def _look_up(
-    level: Floats32,
-    borders: Floats,
-    range0_m: float,
-    dr_m: float,
-    x: Floats,
-    y: Floats,
-) -> Floats32:
+def _look_up(image: PolarImage, x: Floats, y: Floats) -> Floats32:
     """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN where the fan is half a pixel away."""
+    level, bearing, range0_m, dr_m = image
+    borders = _borders(bearing)
     across, ahead = np.meshgrid(x, y)
     beam = np.searchsorted(borders, np.arctan2(across, ahead)) - 1
     sample = np.rint((np.hypot(across, ahead) - range0_m) / dr_m).astype(np.int64)
@@ -107,15 +127,9 @@ def _look_up(
     return raster
 
 
-def _keep_highest(
-    raster: Floats32,
-    level: Floats32,
-    bearing: Floats,
-    range0_m: float,
-    dr_m: float,
-    grid: tuple[float, float, float],
-) -> None:
+def _keep_highest(raster: Floats32, image: PolarImage, grid: tuple[float, float, float]) -> None:
     """Raise each pixel to the highest of the cells whose centres lie in it, in place; grid: left, bottom, size."""
+    level, bearing, range0_m, dr_m = image
     left, bottom, size = grid
     distance = range0_m + dr_m * np.arange(level.shape[1])
     column = np.floor((np.sin(bearing)[:, None] * distance - left) / size).astype(np.int64)
@@ -126,9 +140,9 @@ def _keep_highest(
     np.fmax(raster, highest.reshape(raster.shape), out=raster, where=np.isfinite(highest.reshape(raster.shape)))
 
 
-def new_figure(title: str, bearing_rad: ArrayLike) -> tuple[Figure, Axes]:
+def new_figure(title: str, bearing_rad: Floats) -> tuple[Figure, Axes]:
     """Return a dark figure with one pair of axes, of a shape that suits a fan of these bearings."""
-    borders = _borders(np.asarray(bearing_rad, np.float64))
+    borders = _borders(bearing_rad)
     arc = np.linspace(borders[0], borders[-1], 181)
     across = max(0.0, np.sin(arc).max()) - min(0.0, np.sin(arc).min())
     ahead = max(0.0, np.cos(arc).max()) - min(0.0, np.cos(arc).min())
@@ -142,27 +156,24 @@ def new_figure(title: str, bearing_rad: ArrayLike) -> tuple[Figure, Axes]:
 
 def draw_fan(
     axes: Axes,
-    level: Floats32,
-    bearing_rad: ArrayLike,
-    range0_m: float,
-    dr_m: float,
+    image: PolarImage,
     *,
     limits_db: tuple[float, float] | None = None,
     label: str = "level, dB",
     pixels: int = PIXELS,
 ) -> None:
-    """Draw an image in dB, (beams, samples), as the fan it is, with range rings and a colour scale.
+    """Draw an image as the fan it is, with range rings and a colour scale.
 
     limits_db: ends of the colour scale; without them the 5 % and 99.9 % quantiles of the image.
     """
-    raster = rasterize(level, bearing_rad, range0_m, dr_m, pixels)
+    raster = rasterize(image, pixels)
     shown = raster.level[np.isfinite(raster.level)]
     low, high = limits_db or (float(np.quantile(shown, 0.05)), float(np.quantile(shown, 0.999)))
     picture = axes.imshow(
         raster.level,
         extent=raster.extent,
         origin="lower",
-        cmap=COLOURS,
+        cmap=COLOUR_MAP,
         vmin=low,
         vmax=max(high, low + 1.0),
         interpolation="nearest",
@@ -172,7 +183,7 @@ def draw_fan(
     bar.set_label(label, color=INK)
     bar.ax.tick_params(colors=INK)
     bar.outline.set_visible(False)
-    _draw_rings(axes, _borders(np.asarray(bearing_rad, np.float64)), range0_m + dr_m * level.shape[1])
+    _draw_rings(axes, _borders(image.bearing_rad), image.range0_m + image.dr_m * image.level.shape[1])
     _dress(axes)
 
 
@@ -233,9 +244,8 @@ def ping_figure(ping: Ping, detections: Detections, title: str = "") -> Figure:
     Raises ValueError when the ping's buffer does not fit its shape.
     """
     heading = title or f"ping {ping.ping_number}: {len(detections.detections)} detections"
-    beams = ping.beams // ping.planes
-    figure, axes = new_figure(heading if detections.usable else f"{heading}, drop-out", ping.bearing_rad[:beams])
-    level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
-    draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
+    image = polar_image(ping)
+    figure, axes = new_figure(heading if detections.usable else f"{heading}, drop-out", image.bearing_rad)
+    draw_fan(axes, image)
     draw_detections(axes, detections.detections)
     return figure

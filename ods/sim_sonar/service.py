@@ -11,13 +11,13 @@ from ods.base import clock
 from ods.base.geodesy import LocalFrame, SiteSettings
 from ods.base.settings_file import load_table
 from ods.runtime.service import Service, Worker
-from ods.sim_sonar.device.can_bus import SLCAN_PORT, can_of
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
-from ods.sim_sonar.device.slcan_hub import SlcanHub
 from ods.sim_sonar.device.sonar_line import open_sonar
 from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.ins.can_bus import SLCAN_PORT, can_of
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimConfig
 from ods.sim_sonar.sonar.model import load_sonar

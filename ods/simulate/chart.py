@@ -18,31 +18,31 @@ SCENES = {
     "rough_50": "rough sea-bed, 50 objects",
 }
 ENDINGS = (".png", ".svg", ".pdf")
-COLOURS = ("#8b949e", "#39d0ff", "#ffa657", "#ff7b72")
+CURVE_COLOURS = ("#8b949e", "#39d0ff", "#ffa657", "#ff7b72")
 EXACT, EXACT_DB = 1e-3, 1e-2
 """Where errors below these are drawn: a level that is exact has no place on a logarithmic axis."""
 
 
-def chart(sonar: SonarModel, path: Path) -> None:
+def draw_chart(sonar: SonarModel, path: Path) -> None:
     """Measure all model levels on four scenes and draw them. Raises OdsError."""
     if path.suffix not in ENDINGS:
         raise OdsError(f"{path}: the ending must be one of {', '.join(ENDINGS)}")
     if not path.parent.is_dir():
         raise OdsError(f"{path}: no such folder: {path.parent}")
     curves = [curve_of(sonar, name) for name in SCENES]
-    figure = draw(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}: error against time")
+    figure = curve_figure(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}: error against time")
     try:
         figure.savefig(path)
     except OSError as error:
         raise OdsError(f"{path}: {error.strerror}") from error
 
 
-def draw(curves: list[Curve], title: str) -> Figure:
+def curve_figure(curves: list[Curve], title: str) -> Figure:
     """Return the chart: relative errors left, in dB right; a ring marks what the automatic choice picks."""
     figure = Figure(figsize=(13.0, 5.5), dpi=110, facecolor=PAPER, layout="constrained")
     figure.suptitle(title, color=INK)
     left, right = figure.subplots(1, 2)
-    for curve, colour in zip(curves, COLOURS, strict=True):
+    for curve, colour in zip(curves, CURVE_COLOURS, strict=True):
         points, picked = curve.points, curve.picked
         times = [point.ms for point in points]
         name = SCENES.get(curve.scene, curve.scene)

@@ -50,13 +50,13 @@ def run(args: Namespace) -> None:
     if args.scene and args.out:
         simulate(args.scene, args.sonar, args.out, args.pings, args.seed)
     if args.table:
-        from ods.simulate.speed import table
+        from ods.simulate.speed import print_table
 
-        table(find_sonar(args.sonar))
+        print_table(find_sonar(args.sonar))
     if args.chart:
-        from ods.simulate.chart import chart
+        from ods.simulate.chart import draw_chart
 
-        chart(find_sonar(args.sonar), args.chart)
+        draw_chart(find_sonar(args.sonar), args.chart)
 
 
 def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None) -> None:
@@ -66,8 +66,8 @@ def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed:
     the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one picture
     a ping, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format cannot carry.
     """
-    if out.suffix not in WRITERS:
-        raise OdsError(f"{out}: the ending must be one of {', '.join(WRITERS)}")
+    if out.suffix not in PING_WRITERS:
+        raise OdsError(f"{out}: the ending must be one of {', '.join(PING_WRITERS)}")
     if not out.parent.is_dir():
         raise OdsError(f"{out}: no such folder: {out.parent}")
     loaded = load_scene(scene)
@@ -82,7 +82,7 @@ def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed:
             _write_png(out, shots)
             return
         with out.with_suffix(TRUTH_SUFFIX).open("wb") as truths:
-            WRITERS[out.suffix](out, _noting(shots, truths.write))
+            PING_WRITERS[out.suffix](out, _noting(shots, truths.write))
     except ValueError as error:
         raise OdsError(f"{scene}: {error}") from error
     except OSError as error:
@@ -134,15 +134,14 @@ def _write_s7k(path: Path, shots: Iterable[Shot]) -> None:
 
 def _write_png(path: Path, shots: Iterable[Shot]) -> None:
     """One picture is `path` itself; of more, each has its ping's number before the ending."""
-    from ods.plots.fan import draw_fan, level_db, new_figure
+    from ods.plots.fan import draw_fan, new_figure, polar_image
 
     drawn: Path | None = None
     for shot in shots:
         ping = shot.ping
-        beams = ping.beams // ping.planes
-        level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
-        figure, axes = new_figure(f"{path.stem}, {ping.t_ns / clock.NS:.2f} s", ping.bearing_rad[:beams])
-        draw_fan(axes, level, ping.bearing_rad[:beams], ping.range0_m, ping.dr_m)
+        image = polar_image(ping)
+        figure, axes = new_figure(f"{path.stem}, {ping.t_ns / clock.NS:.2f} s", image.bearing_rad)
+        draw_fan(axes, image)
         if ping.ping_number == 1 and drawn is not None:
             drawn.rename(_numbered(path, 0))
         drawn = path if ping.ping_number == 0 else _numbered(path, ping.ping_number)
@@ -153,7 +152,7 @@ def _numbered(path: Path, number: int) -> Path:
     return path.with_name(f"{path.stem}-{number:04d}{path.suffix}")
 
 
-WRITERS: dict[str, Callable[[Path, Iterable[Shot]], None]] = {
+PING_WRITERS: dict[str, Callable[[Path, Iterable[Shot]], None]] = {
     ".npz": _write_npz,
     ".s7k": _write_s7k,
     ".png": _write_png,

@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from rich.console import Console
@@ -79,7 +80,7 @@ def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
     }
 
 
-def table(sonar: SonarModel) -> None:
+def print_table(sonar: SonarModel) -> None:
     """Print table 1 with the times of this machine beside the paper's. Raises ConfigError for a missing scene."""
     measured = {name: parts_of(sonar, find_scene(name)) for name in TABLE_SCENES}
     shown = Table(title=f"CPU time of one image, {sonar.beams} x {sonar.samples}")
@@ -106,7 +107,7 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     reference = area_of(finest)
     chosen = sorted({*forced, file.image.max_error}, reverse=True)
     noise, *areas = interleaved_ms(
-        [lambda: receiver.receive(reference, sent)] + [lambda level=level: area_of(level) for level in chosen]  # type: ignore[misc]
+        [lambda: receiver.receive(reference, sent)] + [partial(area_of, level) for level in chosen]
     )
     noise_m2 = (file.image.noise_counts / file.image.gain) ** 2
     points = []

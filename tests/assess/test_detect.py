@@ -11,7 +11,7 @@ from ods.assess.detection.chains import DEFAULT, EQUALIZERS, all_settings
 from ods.assess.detection.command import QUICK_EFFORT, Effort, measure
 from ods.assess.detection.measure import filter_figures
 from ods.assess.images.sea import sea_images, snr_db
-from ods.assess.images.tank import BEAMS, SAMPLES, tank_images
+from ods.assess.images.tank import TANK_BEAMS, TANK_SAMPLES, tank_images
 from ods.messages import frame_of
 from ods.pipeline.chain import Chain
 from tests.assess.real_frames import REAL
@@ -35,9 +35,9 @@ def test_tank_images_are_the_same_for_the_same_seed_and_labelled_where_they_shin
     gain = []
     for image in images:
         counts = frame_of(image.ping).astype(np.float64)
-        assert counts.shape == (BEAMS, SAMPLES)
+        assert counts.shape == (TANK_BEAMS, TANK_SAMPLES)
         bearing = np.array(image.ping.bearing_rad)
-        distance = image.ping.range0_m + image.ping.dr_m * np.arange(SAMPLES)
+        distance = image.ping.range0_m + image.ping.dr_m * np.arange(TANK_SAMPLES)
         for target in image.targets:
             rows = (bearing >= target.bearing_rad[0]) & (bearing <= target.bearing_rad[1])
             columns = (distance >= target.range_m[0]) & (distance <= target.range_m[1])

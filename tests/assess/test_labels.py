@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ods.assess.detection.measure import score_of
-from ods.assess.images.held_out import BEAMS, held_out_images
+from ods.assess.images.held_out import BEAM_COUNTS, held_out_images
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.labels import read_labels
 from ods.base.errors import OdsError
@@ -50,7 +50,7 @@ def test_a_label_that_makes_no_sense_is_named(tmp_path: Path, line: str) -> None
 def test_held_out_images_differ_in_geometry_and_show_their_labels() -> None:
     images = held_out_images(12, 5)
     assert images[3].ping == held_out_images(4, 5)[3].ping
-    assert {image.ping.beams for image in images} == set(BEAMS)
+    assert {image.ping.beams for image in images} == set(BEAM_COUNTS)
     gain = contrasts(images)
     assert len(gain) >= 6
     assert np.median(gain) > 10.0

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from ods.bench.collector import Record
+from ods.bench.collector import RunRecord
 from ods.bench.metrics import match, summarize
 from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, TrackState, Truth, TruthObject
@@ -28,8 +28,8 @@ def target(name: str, north: float, east: float, in_sector: bool = True) -> Trut
     return TruthObject(name, (north, east, 3.0), (0.0, 0.0, 0.0), 2.0, in_sector)
 
 
-def run_of(lists: list[list[Obstacle]], targets: list[TruthObject], latency_ms: float = 10.0) -> Record:
-    record = Record()
+def run_of(lists: list[list[Obstacle]], targets: list[TruthObject], latency_ms: float = 10.0) -> RunRecord:
+    record = RunRecord()
     for number, obstacles in enumerate(lists):
         sent = number * NS // 5
         record.truths[number] = Truth(number, sent, sent, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), targets)
@@ -77,7 +77,7 @@ def test_lost_pings_gaps_and_nothing_at_all_are_seen() -> None:
     broken = summarize(record, LIMITS, settle_s=0.0).broken
     assert any(line.startswith("pings_lost is 7") for line in broken)
     assert any(line.startswith("longest_gap_s is 1.6") for line in broken)
-    nothing = summarize(Record(), LIMITS, settle_s=0.0)
+    nothing = summarize(RunRecord(), LIMITS, settle_s=0.0)
     assert nothing.latency_p50_ms == math.inf
     assert len(nothing.broken) == 6
 

@@ -24,8 +24,8 @@ from ods.doctor.report import findings
 from ods.doctor.running import sockets
 from ods.nav_bridge.settings import CanSettings
 from ods.runtime import bus
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.slcan_hub import SlcanHub
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.sonar_link.s7k.records import encode_ping
 from tests.sonar_link.sonar_samples import Device, make_ping
 

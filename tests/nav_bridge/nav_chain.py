@@ -18,8 +18,8 @@ from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDS = CONFIG / "ins.eds"

@@ -29,7 +29,7 @@ from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import DbcSettings, NavSettings, SignalSettings, TimeSettings, ValiditySettings
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 
 CONFIG = Path(__file__).parents[2] / "config"
 DBC = CONFIG / "sbg.dbc"

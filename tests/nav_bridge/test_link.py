@@ -21,7 +21,7 @@ from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.can.slcan_bus import SlcanBus, parse
 from ods.nav_bridge.settings import CanSettings, NavSettings
-from ods.sim_sonar.device.slcan_hub import SlcanHub
+from ods.sim_sonar.ins.slcan_hub import SlcanHub
 
 CANOPEN = "[canopen]\nins_eds = 'ins.eds'\nnode_eds = 'node.eds'"
 

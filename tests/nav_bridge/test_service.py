@@ -18,8 +18,8 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanSettings
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
-from ods.sim_sonar.device.slcan_hub import SlcanHub
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from tests.nav_bridge.nav_chain import CONFIG, MS, SITE, Client, Vehicle, nav_process, wired_up
 
 ROUNDED = math.cos(1.5e-4 / 2.0)

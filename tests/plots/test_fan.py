@@ -19,7 +19,7 @@ def pixel(raster: fan.Raster, x: float, y: float) -> tuple[int, int]:
 def test_picture_is_a_fan_with_starboard_right_and_ahead_up() -> None:
     bearings = fan_bearings(60)
     level = np.repeat(np.arange(60, dtype=np.float32)[:, None], 2000, axis=1)
-    raster = fan.rasterize(level, bearings, 0.0, 0.05)
+    raster = fan.rasterize(fan.PolarImage(level, bearings, 0.0, 0.05))
     assert raster.extent == pytest.approx((-70.7, 70.7, 0.0, 100.0), abs=0.2)
     for beam in (0, 13, 30, 59):
         place = pixel(raster, 60.0 * np.sin(bearings[beam]), 60.0 * np.cos(bearings[beam]))
@@ -33,7 +33,7 @@ def test_no_bright_sample_is_lost_or_misplaced(beam: int, sample: int) -> None:
     bearings = fan_bearings(256)
     level = np.zeros((256, 2000), np.float32)
     level[beam, sample] = 50.0
-    raster = fan.rasterize(level, bearings, 1.0, 0.05, pixels=300)
+    raster = fan.rasterize(fan.PolarImage(level, bearings, 1.0, 0.05), pixels=300)
     row, column = np.nonzero(raster.level == 50.0)
     assert len(row)
     left, right, bottom, _ = raster.extent

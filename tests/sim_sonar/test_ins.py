@@ -13,8 +13,9 @@ import pytest
 from can.interfaces.slcan import slcanBus
 
 from ods.base.geometry import quat_from_euler
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.slcan_hub import SlcanHub, is_frame
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.sigmas import Sigmas
+from ods.sim_sonar.ins.slcan_hub import SlcanHub, is_frame
 
 EDS = Path(__file__).parents[2] / "config" / "ins.eds"
 MS, NS = 1_000_000, 1_000_000_000
@@ -49,8 +50,7 @@ def test_an_epoch_is_these_bytes(buses: tuple[can.BusABC, can.BusABC]) -> None:
         (12.345, -6.789, 4.2),
         attitude,
         (1.5, -0.02, 0.035),
-        (0.2, 0.25, 0.04),
-        (0.003, 0.001, 0.0123),
+        Sigmas((0.2, 0.25, 0.04), (0.003, 0.001, 0.0123)),
     )
     boot, alive, utc, sync, *pdos = drain(buses[1])
     noon_ms = 12 * 3600 * 1000 + 120
@@ -80,7 +80,7 @@ def test_sequence_heartbeat_and_time_go_on(buses: tuple[can.BusABC, can.BusABC])
 
 def test_what_does_not_fit_is_sent_as_the_largest_count(buses: tuple[can.BusABC, can.BusABC]) -> None:
     ins = SimulatedIns(buses[0], EDS)
-    ins.send(NOON_2024, (0, 0, 0), (1, 0, 0, 0), (99.0, 0, 0), (1e6, 0, 0), (math.pi, 0, 0))
+    ins.send(NOON_2024, (0, 0, 0), (1, 0, 0, 0), (99.0, 0, 0), Sigmas((1e6, 0, 0), (math.pi, 0, 0)))
     sent = dict(drain(buses[1]))
     assert struct.unpack_from("<h", sent[0x685])[0] == 32_767
     assert struct.unpack("<HHBHB", sent[0x6A5])[:3] == (65_535, 0, 255)

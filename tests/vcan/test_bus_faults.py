@@ -20,7 +20,7 @@ import zmq
 
 from in_vcan import links
 from ods.base import clock
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from tests.nav_bridge.nav_chain import CONFIG, EDS, MS, PERIOD_S, Client
 
 RECOVERY_S = 2.0

@@ -14,29 +14,27 @@ from itertools import pairwise
 import numpy as np
 from scipy.ndimage import gaussian_filter, gaussian_filter1d
 
-from ods.assess.images.labelled import LabelledImage, Target
+from ods.assess.images.labelled import LABEL_MARGIN, LabelledImage, Target
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
 
 Strokes = list[tuple[Floats, float]]
 """Polylines (points, 2), in units of the object's half size, and their brightness, dB."""
 
-BEAMS = (96, 128, 256)
-MARGIN = 3
-"""Cells by which a label's box is wider than the object's echo."""
+BEAM_COUNTS = (96, 128, 256)
 SHOWN_DB = -9.0
 """Under the object's brightest cell: what is weaker is not its label's."""
-SEEN = 1.5
+STANDS_OUT = 1.5
 """Standard deviations of the counts around, by which the mean of an object's echo is higher when it can be seen."""
 
 
-class Scene:
+class HeldOutScene:
     """The mean intensity of one image while it is put together."""
 
     def __init__(self, rng: np.random.Generator) -> None:
         """Choose the geometry and shine on the floor."""
         self.rng = rng
-        self.beams = int(rng.choice(BEAMS))
+        self.beams = int(rng.choice(BEAM_COUNTS))
         self.samples = int(rng.integers(300, 701))
         self.bearing = math.radians(rng.uniform(12.0, 18.0)) * np.linspace(-1.0, 1.0, self.beams)
         self.near = rng.uniform(0.5, 2.0)
@@ -105,11 +103,11 @@ class Scene:
 
     def _label(self, shown: Mask, counts: Bytes) -> Target:
         rows, columns = np.nonzero(shown.any(axis=1))[0], np.nonzero(shown.any(axis=0))[0]
-        first, last = max(0, rows[0] - MARGIN), min(self.beams - 1, rows[-1] + MARGIN)
-        near, far = max(0, columns[0] - MARGIN), min(self.samples - 1, columns[-1] + MARGIN)
+        first, last = max(0, rows[0] - LABEL_MARGIN), min(self.beams - 1, rows[-1] + LABEL_MARGIN)
+        near, far = max(0, columns[0] - LABEL_MARGIN), min(self.samples - 1, columns[-1] + LABEL_MARGIN)
         around = np.s_[max(0, 2 * first - last) : 2 * last - first, max(0, 2 * near - far) : 2 * far - near]
         others = counts[around][~shown[around]].astype(np.float64)
-        seen = float(counts[shown].mean()) - others.mean() >= SEEN * others.std()
+        seen = float(counts[shown].mean()) - others.mean() >= STANDS_OUT * others.std()
         return Target(
             (float(self.distance[near]), float(self.distance[far])),
             (float(self.bearing[first]), float(self.bearing[last])),
@@ -159,7 +157,7 @@ def held_out_images(count: int, seed: int) -> list[LabelledImage]:
 
 
 def _image(rng: np.random.Generator, index: int) -> LabelledImage:
-    scene = Scene(rng)
+    scene = HeldOutScene(rng)
     for _ in range(rng.integers(1, 5)):
         scene.add_object()
     for _ in range(rng.integers(0, 3)):

@@ -7,6 +7,9 @@ import numpy as np
 from ods.base.arrays import Floats32
 from ods.messages import Ping
 
+LABEL_MARGIN = 3
+"""Cells by which the label's box of a drawn object is wider than its echo."""
+
 
 @dataclass(frozen=True)
 class Target:

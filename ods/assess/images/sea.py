@@ -21,7 +21,7 @@ from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 
 SEA_SONAR = "sonars/seabat6012.toml"
-DEPTH_M = 20.0
+VEHICLE_DEPTH_M = 20.0
 """Of the vehicle; the bottom is 3 to 6 m below."""
 OBJECTS = 6
 RADII_M = (0.3, 6.0)
@@ -72,10 +72,10 @@ def _scene_file(rng: np.random.Generator) -> SceneFile:
         seed=int(rng.integers(2**31)),
         duration_s=0.25,
         shadows=False,
-        vehicle=VehiclePath(position_ned=(0.0, 0.0, DEPTH_M)),
+        vehicle=VehiclePath(position_ned=(0.0, 0.0, VEHICLE_DEPTH_M)),
         objects=_objects(rng),
         sea_bed=SeaBed(
-            depth_m=DEPTH_M + altitude, rough=rough, surface=Surface(cd=float(rng.uniform(0.1, 0.5)), cs=0.2)
+            depth_m=VEHICLE_DEPTH_M + altitude, rough=rough, surface=Surface(cd=float(rng.uniform(0.1, 0.5)), cs=0.2)
         ),
         image=_levels(rng),
     )
@@ -96,7 +96,7 @@ def _objects(rng: np.random.Generator) -> list[Sphere | Cylinder | Plane]:
         spheres.append(
             Sphere(
                 name=str(len(spheres)),
-                position_ned=(x, y, DEPTH_M),
+                position_ned=(x, y, VEHICLE_DEPTH_M),
                 radius_m=radius,
                 surface=Surface(cd=share, cs=share),
             )

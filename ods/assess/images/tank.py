@@ -10,21 +10,19 @@ recordings: the declared one differs from the one that was used.
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
-from ods.assess.images.labelled import LabelledImage, Target
+from ods.assess.images.labelled import LABEL_MARGIN, LabelledImage, Target
 from ods.base.arrays import Bytes, Floats, Mask
 from ods.messages import Ping
 
-BEAMS, SAMPLES = 128, 500
+TANK_BEAMS, TANK_SAMPLES = 128, 500
 HALF_FAN_RAD = float(np.radians(15.0))
 DR_M, NEAR_M = 0.01, 1.0
-FACTORS = (40.0, 63.75, 100.0)
+DECLARED_FACTORS = (40.0, 63.75, 100.0)
 """Counts a decade that an image may be declared to have; it is made with the middle one, 80 dB over 255 counts."""
 DECADE_COUNTS = 63.75
-MARGIN = 3
-"""Cells by which a label's box is wider than the body's echo."""
 
-_RANGE = NEAR_M + DR_M * np.arange(SAMPLES)
-_BEARING = np.linspace(-HALF_FAN_RAD, HALF_FAN_RAD, BEAMS)
+_RANGE = NEAR_M + DR_M * np.arange(TANK_SAMPLES)
+_BEARING = np.linspace(-HALF_FAN_RAD, HALF_FAN_RAD, TANK_BEAMS)
 _ACROSS = np.sin(_BEARING)[:, None] * _RANGE
 _AHEAD = np.cos(_BEARING)[:, None] * _RANGE
 
@@ -49,7 +47,7 @@ def tank_image(rng: np.random.Generator, index: int) -> LabelledImage:
     offset = rng.uniform(-40.0, 20.0)  # below 0: what is dark shows nothing at all
     counts = offset + DECADE_COUNTS / 20.0 * (level + 20.0 * np.log10(_speckle(rng)))
     frame = np.clip(np.rint(counts), 0, 255).astype(np.uint8)
-    factor = FACTORS[index % len(FACTORS)]
+    factor = DECLARED_FACTORS[index % len(DECLARED_FACTORS)]
     return LabelledImage(_ping(frame, index, factor), targets)
 
 
@@ -60,8 +58,8 @@ def _ping(frame: Bytes, index: int, factor: float) -> Ping:
         t_ns=0,
         t_rx_ns=0,
         utc_ns=0,
-        beams=BEAMS,
-        samples=SAMPLES,
+        beams=TANK_BEAMS,
+        samples=TANK_SAMPLES,
         dtype="u1",
         data=frame.tobytes(),
         bearing_rad=_BEARING.tolist(),
@@ -78,10 +76,10 @@ def _floor(rng: np.random.Generator) -> Floats:
     begin, end = rng.uniform(1.2, 2.5), rng.uniform(4.0, 6.0)
     slope = rng.uniform(0.1, 0.5)
     lit = 1.0 / (1.0 + np.exp(-(_RANGE - begin) / slope)) / (1.0 + np.exp((_RANGE - end) / slope))
-    texture = gaussian_filter(rng.normal(size=(BEAMS, SAMPLES)), (rng.uniform(4, 15), rng.uniform(10, 40)))
+    texture = gaussian_filter(rng.normal(size=(TANK_BEAMS, TANK_SAMPLES)), (rng.uniform(4, 15), rng.uniform(10, 40)))
     texture *= rng.uniform(0.5, 2.5) / texture.std()
     edges = 1.0 - rng.uniform(0.0, 0.5) * (np.abs(_BEARING) / HALF_FAN_RAD) ** 4
-    ramp = rng.uniform(-6.0, 6.0) * (np.arange(SAMPLES) / SAMPLES - 0.5)
+    ramp = rng.uniform(-6.0, 6.0) * (np.arange(TANK_SAMPLES) / TANK_SAMPLES - 0.5)
     power = 1.0 + 10.0 ** ((rng.uniform(3.0, 18.0) + texture) / 10.0) * lit * edges[:, None]
     return np.asarray(10.0 * np.log10(power) + ramp + 8.0)
 
@@ -133,14 +131,14 @@ def _shown(rng: np.random.Generator, body: Mask, u: Floats, v: Floats, y: float)
 def _shadow_of(body: Mask, length_m: float) -> Mask:
     cells = round(length_m / DR_M)
     behind = np.cumsum(body, axis=1)
-    before = np.pad(behind, ((0, 0), (cells, 0)))[:, :SAMPLES]
+    before = np.pad(behind, ((0, 0), (cells, 0)))[:, :TANK_SAMPLES]
     return np.asarray((behind - before > 0) & ~body)
 
 
 def _label(shown: Mask) -> Target:
     beams, samples = np.nonzero(shown.any(axis=1))[0], np.nonzero(shown.any(axis=0))[0]
-    first, last = max(0, beams[0] - MARGIN), min(BEAMS - 1, beams[-1] + MARGIN)
-    near, far = NEAR_M + DR_M * (samples[0] - MARGIN), NEAR_M + DR_M * (samples[-1] + MARGIN)
+    first, last = max(0, beams[0] - LABEL_MARGIN), min(TANK_BEAMS - 1, beams[-1] + LABEL_MARGIN)
+    near, far = NEAR_M + DR_M * (samples[0] - LABEL_MARGIN), NEAR_M + DR_M * (samples[-1] + LABEL_MARGIN)
     return Target((float(near), float(far)), (float(_BEARING[first]), float(_BEARING[last])))
 
 
@@ -159,7 +157,7 @@ def _speckle(rng: np.random.Generator) -> Floats:
     """Return the amplitude of speckle of mean intensity 1, of one to three looks, correlated over a few cells."""
     looks = rng.integers(1, 4)
     width = rng.uniform(0.7, 1.1), rng.uniform(0.6, 1.5)
-    power = np.zeros((BEAMS, SAMPLES))
+    power = np.zeros((TANK_BEAMS, TANK_SAMPLES))
     for _ in range(2 * looks):
         power += gaussian_filter(rng.normal(size=power.shape), width) ** 2
     return np.asarray(np.sqrt(power / power.mean()))

@@ -1,1 +1,1 @@
-"""The live devices of the bench: the sonar on its line, the INS on its CAN bus."""
+"""The live devices of the bench, and the line of the sonar."""

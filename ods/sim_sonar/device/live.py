@@ -8,16 +8,16 @@ from collections.abc import Callable
 from ods.base import clock
 from ods.messages import Truth
 from ods.sim_sonar.device.far_end import FarEnd
-from ods.sim_sonar.device.ins_canopen import SimulatedIns
-from ods.sim_sonar.device.ins_dbc import SimulatedDbcIns
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.ins.canopen_ins import SimulatedIns
+from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
 
 log = logging.getLogger(__name__)
 
-PATIENCE_S = 0.12
+LEAST_PATIENCE_S = 0.12
 PATIENCE_OF_PERIOD = 0.8
 """The reader of a telegram may take so long, s, or this share of the time between two pings if that is more. A line
 would not wait, but its driver holds five pings."""
@@ -101,7 +101,7 @@ class LiveSonar:
         if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
             telegram = self._end.wanted(self._telegram)
             if telegram:
-                self._line.write(telegram, max(PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
+                self._line.write(telegram, max(LEAST_PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
                 self.truths.put(self._truth(clock.monotonic_ns()))
         self._ping_number += 1
         self._transmit_ns += self._period_ns

@@ -14,7 +14,7 @@ NOMINAL_POWER_DB, NOMINAL_GAIN_DB = 210.0, 30.0
 """Those of the scene's levels, and those after switching on."""
 POWERS_DB, GAINS_DB = (170.0, 220.0), (0.0, 83.0)
 LEAST_RANGE_M = 5.0
-MAX_REQUEST_BYTES = 4096
+MAX_RECORD_REQUEST_BYTES = 4096
 REPLY_PATIENCE_S = 0.01
 UNKNOWN_COMMAND, OUT_OF_LIMITS = 1, 2
 """Error codes of this simulator; those of real sonars are not known."""
@@ -50,7 +50,7 @@ class RemoteEnd:
         self._line = line
         self._ranges_m = LEAST_RANGE_M, sonar.range0_m + (sonar.samples - 1) * sonar.dr_m
         self.controls = Controls(self._ranges_m[1], NOMINAL_POWER_DB, NOMINAL_GAIN_DB)
-        self._framer = RecordFramer(MAX_REQUEST_BYTES)
+        self._framer = RecordFramer(MAX_RECORD_REQUEST_BYTES)
         self._subscribed: set[int] = set()
         self._client = 0
 

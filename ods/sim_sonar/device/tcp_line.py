@@ -7,7 +7,7 @@ import time
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 
 HOST = "127.0.0.1"
-MAX_REQUEST_BYTES = 4096
+MAX_REQUEST_FRAME_BYTES = 4096
 READ_BYTES = 65536
 
 
@@ -109,12 +109,12 @@ class FramedTcpLine(TcpLine):
 
     def __init__(self, port: int) -> None:
         """`port` 0: any that is free, see `port`."""
-        self._deframer = Deframer(MAX_REQUEST_BYTES)
+        self._deframer = Deframer(MAX_REQUEST_FRAME_BYTES)
         self._transmissions = 0
         super().__init__(port)
 
     def _begin(self) -> None:
-        self._deframer = Deframer(MAX_REQUEST_BYTES)
+        self._deframer = Deframer(MAX_REQUEST_FRAME_BYTES)
 
     def _wrapped(self, record: bytes) -> bytes:
         self._transmissions += 1

@@ -2,7 +2,7 @@
 
 Rays meet the object at the centres of cells of bearing and elevation. A cell returns gamma S^2 R^2 over its solid angle
 (eq. 5; R^2 turns solid angle into area) and spreads it, as a trapezoid, over the ranges that the slope towards its
-neighbours spans, which is exact for a flat patch: a coarse fan gives a smooth profile. Cells are then mixed into the
+neighbours spans, which is exact for a flat patch: few rays give a smooth profile. Cells are then mixed into the
 beams by the horizontal pattern, side lobes included.
 """
 

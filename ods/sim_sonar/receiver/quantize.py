@@ -12,7 +12,7 @@ from ods.sim_sonar.sonar.model import SonarModel
 MANTISSA = 10
 """Bits of the mantissa that the logarithm's table knows."""
 SHIFT = 23 - MANTISSA
-GRID_TOLERANCE = 1e-3
+WHOLE_SAMPLE = 1e-3
 """Share of a sample that the first range may lie off a whole number of samples."""
 
 
@@ -65,7 +65,7 @@ class PingMaker:
         self._sonar, self._levels = sonar, levels
         self._log = LogQuantizer(levels.log_factor)
         self._lead = round(sonar.range0_m / sonar.dr_m) if levels.samples == "linear16" else 0
-        if self._lead and abs(sonar.range0_m / sonar.dr_m - self._lead) > GRID_TOLERANCE:
+        if self._lead and abs(sonar.range0_m / sonar.dr_m - self._lead) > WHOLE_SAMPLE:
             self._lead = 0
         self._geometry = {
             "beams": sonar.beams,

@@ -14,12 +14,13 @@ from numpy.typing import ArrayLike
 
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.geometry import euler_from_quat
+from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
 NMT, SYNC, TIME, EMCY, HEARTBEAT = 0x000, 0x080, 0x100, 0x080, 0x700
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 NMT_COMMANDS = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL, 129: BOOT_UP, 130: BOOT_UP}
 TIME_OF_DAY = struct.Struct("<IH")
-ALL_VALID = 0b1111
+STATUS_ALL_VALID = 0b1111
 """Position, attitude, velocity and time of day are valid."""
 DAYS_1970_TO_1984 = 5113
 SEND_TIMEOUT_S = 0.05
@@ -34,7 +35,7 @@ class SimulatedIns:
     def __init__(self, bus: can.BusABC, eds: Path, node_id: int = 5, heartbeat_period_s: float = 0.2) -> None:
         self.counters: Counter[str] = Counter()
         self.state = BOOT_UP
-        self.status = ALL_VALID
+        self.status = STATUS_ALL_VALID
         self._bus = bus
         self._node_id = node_id
         self._heartbeat_period_ns = round(heartbeat_period_s * NS)
@@ -52,15 +53,14 @@ class SimulatedIns:
         position_ned: ArrayLike,
         attitude: ArrayLike,
         velocity_body: ArrayLike,
-        sigma_position: ArrayLike = (0.1, 0.1, 0.1),
-        sigma_attitude: ArrayLike = (0.002, 0.002, 0.005),
+        sigmas: Sigmas = USUAL_SIGMAS,
         only: Iterable[int] | None = None,
     ) -> None:
         """Send SYNC and one pose epoch, and heartbeat and TIME when due.
 
         `t_device_utc_ns`: the INS's own clock, whole milliseconds (the protocol cuts off the rest). `position_ned` (3,)
-        m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s, standard deviations (3,) m and
-        rad. `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
+        m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s.
+        `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
         """
         self._obey()
         if self.state == BOOT_UP:
@@ -74,7 +74,7 @@ class SimulatedIns:
         if self.state != OPERATIONAL:
             return
         self._transmit(SYNC, b"")
-        self._fill(_objects(position_ned, attitude, velocity_body, sigma_position, sigma_attitude), time_of_day)
+        self._fill(_objects(position_ned, attitude, velocity_body, sigmas), time_of_day)
         wanted = None if only is None else set(only)
         for number, pdo in enumerate(self._pdos, 1):
             if wanted is None or number in wanted:
@@ -124,17 +124,17 @@ class SimulatedIns:
 
 
 def _objects(
-    position: ArrayLike, attitude: ArrayLike, velocity: ArrayLike, sigma_position: ArrayLike, sigma_attitude: ArrayLike
+    position: ArrayLike, attitude: ArrayLike, velocity: ArrayLike, sigmas: Sigmas
 ) -> dict[tuple[int, int], float]:
     """Return physical values by object index and sub-index of config/ins.eds."""
-    sigma_north, sigma_east, sigma_down = np.asarray(sigma_position, np.float64).tolist()
-    sigma_roll, sigma_pitch, sigma_yaw = np.asarray(sigma_attitude, np.float64).tolist()
-    sigmas = [max(sigma_north, sigma_east), sigma_down, max(sigma_roll, sigma_pitch), sigma_yaw]
+    sigma_north, sigma_east, sigma_down = np.asarray(sigmas.position, np.float64).tolist()
+    sigma_roll, sigma_pitch, sigma_yaw = np.asarray(sigmas.attitude, np.float64).tolist()
+    told = [max(sigma_north, sigma_east), sigma_down, max(sigma_roll, sigma_pitch), sigma_yaw]
     records: dict[int, list[float]] = {
         0x2010: np.asarray(position, np.float64).tolist(),
         0x2011: [float(angle) for angle in euler_from_quat(attitude)],
         0x2012: np.asarray(velocity, np.float64).tolist(),
-        0x2013: sigmas,
+        0x2013: told,
     }
     return {(index, sub): value for index, values in records.items() for sub, value in enumerate(values, 1)}
 

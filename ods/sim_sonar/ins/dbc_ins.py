@@ -12,12 +12,13 @@ from numpy.typing import ArrayLike
 
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import euler_from_quat, rotation_matrix
+from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
 PREFIX = "SBG_ECAN_MSG_"
 CLOCK_SPAN = 1 << 32
 FIRST_TICK = CLOCK_SPAN - 10_000_000
 """The clock, us since power-on, starts so near its end that it begins again from 0 after ten seconds."""
-ALL_VALID = 0xF4
+SOLUTION_VALID = 0xF4
 """Attitude, heading, velocity and position are valid; full navigation."""
 SEND_TIMEOUT_S = 0.05
 
@@ -30,7 +31,7 @@ class SimulatedDbcIns:
 
     def __init__(self, bus: can.BusABC, dbc: Path, frame: LocalFrame) -> None:
         self.counters: Counter[str] = Counter()
-        self.solution = ALL_VALID
+        self.solution = SOLUTION_VALID
         self._bus = bus
         self._frame = frame
         database = cantools.database.load_file(dbc)
@@ -44,14 +45,13 @@ class SimulatedDbcIns:
         position_ned: ArrayLike,
         attitude: ArrayLike,
         velocity_body: ArrayLike,
-        sigma_position: ArrayLike = (0.1, 0.1, 0.1),
-        sigma_attitude: ArrayLike = (0.002, 0.002, 0.005),
+        sigmas: Sigmas = USUAL_SIGMAS,
         without: Collection[str] = (),
     ) -> None:
         """Send status and one pose epoch.
 
-        `position_ned` (3,) m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s, standard
-        deviations (3,) m and rad. `without`: messages, less PREFIX, that an INS that fails does not send.
+        `position_ned` (3,) m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s.
+        `without`: messages, less PREFIX, that an INS that fails does not send.
         """
         if self._power_on_ns is None:
             self._power_on_ns = t_device_utc_ns - 1000 * FIRST_TICK
@@ -62,10 +62,10 @@ class SimulatedDbcIns:
             "STATUS_03": {"SOLUTION": self.solution, "HEAVE_STATUS": 0},
             "EKF_INFO": {"TIME_STAMP": ticks},
             "EKF_EULER": _named("ROLL PITCH YAW", euler_from_quat(attitude)),
-            "EKF_ORIENTATION_ACC": _named("ROLL_ACC PITCH_ACC YAW_ACC", sigma_attitude),
+            "EKF_ORIENTATION_ACC": _named("ROLL_ACC PITCH_ACC YAW_ACC", sigmas.attitude),
             "EKF_POS": {"LATITUDE": latitude, "LONGITUDE": longitude},
             "EKF_ALTITUDE": {"ALTITUDE": height, "UNDULATION": 0.0},
-            "EKF_POS_ACC": _named("LATITUDE_ACC LONGITUDE_ACC ALTITUDE_ACC", sigma_position),
+            "EKF_POS_ACC": _named("LATITUDE_ACC LONGITUDE_ACC ALTITUDE_ACC", sigmas.position),
             "EKF_VEL_NED": _named("VELOCITY_N VELOCITY_E VELOCITY_D", velocity),
         }
         for name, values in signals.items():

@@ -1,0 +1,1 @@
+"""The simulated INS and the CAN bus that it sends on."""
