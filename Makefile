@@ -4,18 +4,20 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 
-.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark clean
+CONFIG := config/onboard.toml
 
-bench: $(VENV)/.ready
+.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark compile wheel clean
+
+bench: compile
 	$(BIN)/ods bench --config config/bench.toml
 
 # the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md. One second of it out here first: a guest
 # needs minutes to compile, but loads what is compiled already
-bench-vcan: $(VENV)/.ready
+bench-vcan: compile
 	$(BIN)/ods bench --config config/bench.toml --seconds 1 --out out/compiled >/dev/null 2>&1 || true
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
-test: $(VENV)/.ready lint
+test: compile lint
 	$(BIN)/pytest -n 2 --dist loadfile --cov --cov-report= --ignore=tests/whole_chain/test_chain.py
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
@@ -41,6 +43,16 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 hooks: $(VENV)/.ready
 	$(BIN)/pre-commit install
 
+# machine code of the kernels, so that no process waits for a compiler; at once where nothing has changed
+compile: $(VENV)/.ready
+	$(BIN)/ods compile --config $(CONFIG)
+
+# dist/*.whl, for `pip install` on board; build/ would bring in what was deleted since
+wheel: $(VENV)/.ready
+	rm -rf build dist
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
+	rm -rf build
+
 docs: $(VENV)/.ready
 	$(BIN)/python -m ods.reference docs
 
@@ -55,4 +67,4 @@ benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.nav --source dbc
 
 clean:
-	rm -rf $(VENV) out
+	rm -rf $(VENV) out build dist

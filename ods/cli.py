@@ -46,6 +46,7 @@ COMMANDS = (
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
     Command("record", "ods.recording.command", "what the chain publishes, as a file that 7k software reads", ONBOARD),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
+    Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN),
     Command("track", "ods.commands.track", "tracks of a recorded scenario", BUILT_IN),

@@ -1,21 +1,27 @@
-"""The one way the on-board code compiles: numba, cached on disk, NaN and infinity kept as IEEE 754 has them."""
+"""The one way the on-board code compiles: numba, cached on disk, NaN and infinity kept as IEEE 754 has them.
 
-import hashlib
-import os
-import shutil
+An on-board process has no use for a compiler: it takes the machine code that `ods compile` left (machine_code.py).
+"""
+
+import logging
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import config, njit
+from ods.base import kernel_cache
+from ods.base.machine_code import LinkedCode, load
+
+log = logging.getLogger(__name__)
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 _FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Sums may be reordered, so that they vectorise. Not `nnan`, not `ninf`: bad samples must compare as false."""
-_CHOSEN_BY_USER = "NUMBA_CACHE_DIR" in os.environ
-_FOLDER = "kernels-"
+DISPATCHERS: dict[str, Any] = {}
+"""Every kernel that numba compiles in this process, by module and name."""
+
+_without_numba = False
 
 
 def kernel(function: F) -> F:
@@ -25,38 +31,47 @@ def kernel(function: F) -> F:
 
 def compiled(function: F, **options: Any) -> F:
     """Compile `function` by numba with these options, division by zero giving infinity, and cache it."""
-    if not _CHOSEN_BY_USER:
-        config.CACHE_DIR = cache_folder(_package_of(Path(function.__code__.co_filename)))  # type: ignore[attr-defined]
-    return cast(F, njit(cache=True, error_model="numpy", **options)(function))
+    linked = _linked(kernel_cache.package_of(_source_of(function))) if _without_numba else None
+    if linked is None:
+        return cast(F, _by_numba(function, options))
+    return cast(F, linked.kernel(function, lambda: _by_numba(function, options)))
+
+
+def do_without_numba() -> None:
+    """Let all kernels defined from now on be machine code, where `ods compile` left it; numba is imported where not."""
+    global _without_numba
+    _without_numba = True
 
 
 @cache
-def _package_of(source: Path) -> Path:
-    """Return the folder of the outermost package that a source file belongs to; its own folder if it is of none."""
-    package = source.parent
-    while (package / "__init__.py").exists() and (package.parent / "__init__.py").exists():
-        package = package.parent
-    return package
+def _linked(package: Path) -> LinkedCode | None:
+    code = load(package)
+    if code is None:
+        log.warning("no machine code of this version for this processor: kernels are compiled; see `ods compile`")
+    return LinkedCode(code) if code else None
+
+
+def _by_numba(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    from numba import config, njit
+
+    folder = kernel_cache.writable_folder(kernel_cache.package_of(_source_of(function)))
+    if folder is None:
+        _say_that_nothing_is_kept()
+    config.CACHE_DIR = str(folder or "")  # type: ignore[attr-defined]
+    dispatcher = njit(cache=folder is not None, error_model="numpy", **options)(function)
+    DISPATCHERS[name_of(function)] = dispatcher
+    return dispatcher
 
 
 @cache
-def cache_folder(package: Path) -> str:
-    """Return the folder for what is compiled of a package; empty, which leaves it to numba, where none can be made.
+def _say_that_nothing_is_kept() -> None:
+    log.warning("kernels are compiled at each start: no folder for them is safe and writable; set ODS_CACHE_DIR")
 
-    It is named after the sources of all kernels in all its folders. Numba compiles a kernel together with those it
-    calls, but looks for changes in its own file only: it would go on with callees as they were before an update.
-    """
-    digest = hashlib.sha256()
-    for source in sorted(package.rglob("*.py")):
-        text = source.read_bytes()
-        if b"@kernel" in text or b"@compiled" in text:
-            digest.update(text)
-    folder = package / "__pycache__" / f"{_FOLDER}{digest.hexdigest()[:16]}"
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError:
-        return ""
-    for other in folder.parent.glob(f"{_FOLDER}*"):
-        if other != folder:
-            shutil.rmtree(other, ignore_errors=True)
-    return str(folder)
+
+def name_of(function: Callable[..., Any]) -> str:
+    """Return the name under which a kernel's machine code is kept."""
+    return f"{function.__module__}.{function.__qualname__}"
+
+
+def _source_of(function: Callable[..., Any]) -> Path:
+    return Path(function.__code__.co_filename)

@@ -4,6 +4,7 @@ import importlib
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
+from ods.base import kernel
 from ods.base.settings_file import load
 from ods.config import part_of
 from ods.runtime.processes import PROCESSES
@@ -17,6 +18,8 @@ def add_arguments(_parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the process that the command is named after until SIGTERM or SIGINT. Raises OdsError."""
     process = PROCESSES[args.command]
+    if process.on_board:
+        kernel.do_without_numba()
     config = load(args.config, _named(process.config))
     run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))
 

@@ -30,7 +30,7 @@ def inner(x):
 def test_a_changed_callee_is_compiled_anew(tmp_path: Path, caller: str, callee: str) -> None:
     """Whether it stands in another file or in a sibling folder of the same package."""
     _write(tmp_path, caller, CALLER.format(module=callee))
-    environment = {name: value for name, value in os.environ.items() if name != "NUMBA_CACHE_DIR"}
+    environment = dict(os.environ)
     environment["PYTHONPATH"] = os.pathsep.join(filter(None, sys.path))
     results = []
     for factor in (10, 10, 20):
@@ -51,3 +51,18 @@ def _write(root: Path, module: str, text: str) -> None:
         folder.mkdir(exist_ok=True)
         (folder / "__init__.py").touch()
     (folder / f"{name}.py").write_text(text)
+
+
+def test_without_a_folder_kernels_are_compiled_in_memory_and_that_is_said_once(tmp_path: Path) -> None:
+    """The package is not to be written, as others could write it too, and there is no home."""
+    _write(tmp_path, "package.callee", CALLEE.format(factor=10))
+    _write(tmp_path, "package.caller", CALLER.format(module="package.callee"))
+    (tmp_path / "package").chmod(0o777)
+    environment = {"PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "PATH": os.environ["PATH"]}
+    command = [sys.executable, "-m", "package.caller"]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert done.stdout == "11\n"
+    assert done.stderr.count("set ODS_CACHE_DIR") == len(done.stderr.splitlines()) == 1
+    environment["ODS_CACHE_DIR"] = str(tmp_path / "cache")
+    subprocess.run(command, env=environment, cwd=tmp_path, capture_output=True, check=True)
+    assert list((tmp_path / "cache").rglob("*.nbc"))

@@ -1,0 +1,57 @@
+"""Names of argument types: the same for a value, which is all that there is without numba, and for its numba type."""
+
+from collections.abc import Iterable
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+_SHAPE_OF_ARRAY = attrgetter("dtype", "ndim", "flags.num")
+_INT64 = range(-(2**63), 2**63)
+
+
+def shape_of_value(value: Any) -> Any:
+    """Return what decides a value's type, quicker than its name; several shapes may have one name."""
+    if isinstance(value, np.ndarray):
+        return _SHAPE_OF_ARRAY(value)
+    kind = type(value)
+    if not issubclass(kind, tuple):
+        return kind
+    try:
+        return kind, *map(_SHAPE_OF_ARRAY, value)  # most records hold nothing but arrays
+    except AttributeError:
+        return kind, *map(shape_of_value, value)
+
+
+def name_of_value(value: Any) -> str:
+    """Return the name of the type that numba gives `value`; of a kind that no kernel is called with, the class's."""
+    if isinstance(value, np.ndarray):
+        layout = "C" if value.flags.c_contiguous else "F" if value.flags.f_contiguous else "A"
+        return _array(str(value.dtype), value.ndim, layout, value.flags.writeable)
+    if isinstance(value, np.generic):
+        return str(value.dtype)
+    if isinstance(value, tuple):
+        return _tuple(type(value), [name_of_value(item) for item in value])
+    if type(value) is int:
+        return "int64" if value in _INT64 else "uint64"
+    return {float: "float64", bool: "bool", type(None): "none"}.get(type(value), str(type(value)))
+
+
+def name_of_type(kind: Any) -> str:
+    """Return the name of a type of numba."""
+    from numba.core import types
+
+    if isinstance(kind, types.Array):
+        return _array(str(kind.dtype), kind.ndim, kind.layout, kind.mutable)
+    if isinstance(kind, types.BaseTuple):
+        items: Any = kind
+        return _tuple(getattr(kind, "instance_class", tuple), [name_of_type(item) for item in items])
+    return str(kind)
+
+
+def _array(dtype: str, dimensions: int, layout: str, writeable: bool) -> str:
+    return f"{'' if writeable else 'readonly '}{dtype}[{dimensions}{layout}]"
+
+
+def _tuple(kind: type, items: Iterable[str]) -> str:
+    return f"{kind.__module__}.{kind.__qualname__}({', '.join(items)})"

@@ -1,0 +1,117 @@
+"""`ods compile`: compiles all that the on-board processes will call, so that they start at once and without numba."""
+
+import hashlib
+import subprocess
+import sys
+import time
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+import msgspec
+
+import ods
+from ods.base import kernel, kernel_cache, machine_code
+from ods.base.errors import OdsError
+from ods.base.settings_file import load
+from ods.base.terminal import StatusLine
+from ods.config import OnboardConfig
+
+_PACKAGE = Path(ods.__file__).parent
+
+
+class CompileError(OdsError):
+    """The kernels cannot be compiled or kept; the text is one line."""
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Whether to compile at all."""
+    parser.add_argument("--check", action="store_true", help="only tell whether everything is compiled")
+
+
+def run(args: Namespace) -> int:
+    """Compile what is not compiled yet; with `--check` return 1 if there is such a thing. Raises OdsError."""
+    settings = load(args.config, OnboardConfig)
+    if args.check:
+        return _check(settings)
+    job, known = _job(settings), machine_code.load(_PACKAGE)
+    if known is not None and job in known.jobs:
+        print("all kernels are compiled")
+        return 0
+    folder = kernel_cache.writable_folder(_PACKAGE)
+    if folder is None:
+        raise CompileError("no folder for compiled kernels is safe and writable: set ODS_CACHE_DIR")
+    print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
+    begun = time.monotonic()
+    _compile(settings)
+    _keep(folder, job, known, args.config)
+    count = sum(len(dispatcher.overloads) for dispatcher in kernel.DISPATCHERS.values())
+    print(f"compiled {count} variants of kernels in {time.monotonic() - begun:.0f} s, kept in {folder}")
+    return 0
+
+
+def _job(settings: OnboardConfig) -> str:
+    """Return a digest of what decides which kernels are called, and with which types."""
+    tracker = settings.tracker
+    what = msgspec.json.encode((settings.pipeline, tracker.observer, tracker.association))
+    return hashlib.sha256(what).hexdigest()
+
+
+def _compile(settings: OnboardConfig) -> None:
+    """Let pipeline and tracker meet all that they may meet, and show which kernel is compiled."""
+    from numba.core import event
+
+    status = StatusLine()
+    done = 0
+
+    class Shown(event.Listener):
+        def on_start(self, begun: event.Event) -> None:
+            nonlocal done
+            done += 1
+            status.show(f"{done}: {begun.data['dispatcher'].py_func.__qualname__}")
+
+        def on_end(self, _ended: event.Event) -> None:
+            pass
+
+    with event.install_listener("numba:compile", Shown()):
+        warm_up(settings)
+    status.clear()
+
+
+def warm_up(settings: OnboardConfig) -> None:
+    """Let the pipeline and the tracker of these settings process all that they may meet."""
+    from ods.pipeline import warm_up as pipeline
+    from ods.tracker import warm_up as tracker
+
+    pipeline.warm_up(settings.pipeline)
+    tracker.warm_up(settings.tracker.observer, settings.tracker.association)
+
+
+def _keep(folder: Path, job: str, known: machine_code.MachineCode | None, config: Path) -> None:
+    """Write the machine code and try it in a process of its own; what fails there is not left."""
+    from ods.base.object_code import keep
+
+    try:
+        file = keep(folder, job, known)
+    except OSError as error:
+        raise CompileError(f"{folder}: {error.strerror}") from error
+    tried = subprocess.run(
+        [sys.executable, "-P", "-m", "ods", "compile", "--check", "--config", str(config)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if tried.returncode:
+        file.unlink()
+        said = (tried.stdout + tried.stderr).strip().splitlines() or [f"exit code {tried.returncode}"]
+        raise CompileError(f"the machine code does not work, so processes go on using numba's cache: {said[-1]}")
+
+
+def _check(settings: OnboardConfig) -> int:
+    kernel.do_without_numba()
+    begun = time.monotonic()
+    warm_up(settings)
+    if "numba" in sys.modules:
+        print(f"not compiled: {', '.join(kernel.DISPATCHERS) or 'numba was imported'}")
+        return 1
+    print(f"all kernels are compiled; pipeline and tracker warm up in {time.monotonic() - begun:.1f} s")
+    return 0
