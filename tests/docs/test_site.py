@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import subprocess
 import sys
 from html.parser import HTMLParser
@@ -43,16 +44,37 @@ class Reader(HTMLParser):
             self.paragraphs[-1] += data
 
 
+def build(project: Path, folder: Path) -> "subprocess.CompletedProcess[str]":
+    """Build the site of `project` in `folder`."""
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(folder)]
+    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
+    return subprocess.run(command, cwd=project, env=environment, capture_output=True, text=True)
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[Path, Reader]:
     """Every page of the site, just built."""
     folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(folder)]
-    built = subprocess.run(
-        command, cwd=PROJECT, env=os.environ | {"NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True
-    )
+    built = build(PROJECT, folder)
     assert built.returncode == 0, built.stderr
     return {page.relative_to(folder): Reader(page) for page in sorted(folder.rglob("*.html"))}
+
+
+def test_broken_links_are_noticed(tmp_path: Path) -> None:
+    page = tmp_path / "docs" / "page.md"
+    page.parent.mkdir()
+    shutil.copy(PROJECT / "docs" / "root_pages.py", page.parent)
+    for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md"):
+        (tmp_path / name).write_text("# Page\n")
+    settings = (PROJECT / "mkdocs.yml").read_text()
+    (tmp_path / "mkdocs.yml").write_text(re.sub(r"^nav:\n(?:  .*\n)+", "", settings, flags=re.MULTILINE))
+    page.write_text("# Page\n\n[a](../CHANGELOG.md) [b](#page)\n")
+    whole = build(tmp_path, tmp_path / "site")
+    assert whole.returncode == 0, whole.stderr
+    page.write_text("# Page\n\n[a](gone.md) [b](../CHANGELOG.md#gone) [c](#gone) [d](../gone.md)\n")
+    broken = build(tmp_path, tmp_path / "site")
+    assert broken.returncode != 0
+    assert broken.stderr.count("WARNING") == 4
 
 
 def test_no_page_loads_anything_from_another_host(pages: dict[Path, Reader]) -> None:
