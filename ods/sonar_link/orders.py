@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from ods.base.clock import NS
+from ods.sonar_link.registry import PROTOCOLS
 from ods.sonar_link.settings import SonarSettings
 
 LEAST_INTERVAL_NS = NS // 5
@@ -168,10 +169,9 @@ class Orders:
         return f"the sonar did not take {what}: {said}"
 
 
-def configured_orders(
-    settings: SonarSettings, counters: "Counter[str]", settable: frozenset[str] = frozenset(KNOBS)
-) -> Orders:
-    """Return the orders that the configuration gives; `settable`: what planners may ask this sonar for."""
+def configured_orders(settings: SonarSettings, counters: "Counter[str]") -> Orders:
+    """Return the orders that the configuration gives; planners may ask for what the protocol's row allows."""
     wanted = {name: value for name in KNOBS if (value := getattr(settings, name)) is not None}
+    settable = PROTOCOLS[settings.protocol].knobs
     repeat_s, attempts = settings.control_repeat_s, settings.control_attempts
     return Orders(wanted, settable=settable, repeat_s=repeat_s, attempts=attempts, counters=counters)

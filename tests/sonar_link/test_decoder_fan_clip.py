@@ -1,7 +1,8 @@
-"""Clips of fan images: the two codecs, the resampling, what is broken."""
+"""Clips of fan images: three codecs, the resampling, what is broken."""
 
 import io
 import struct
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ from PIL import Image
 from ods import cli
 from ods.base.arrays import AnyArray, Bytes
 from ods.messages import frame_of
-from ods.sonar_link.files import video1
 from ods.sonar_link.files.avi import AviFrames
 from ods.sonar_link.files.fan_image import FanGeometry, sample_image
 from ods.sonar_link.files.opening import PingFileError, open_pings
@@ -32,7 +32,10 @@ def clip(codec: bytes, bits: int, width: int, height: int, frames: list[bytes]) 
     form = struct.pack("<IiiHH4s20x", 40, width, height, 1, bits, codec) + bytes(
         value for k in range(256) for value in (k, k, k, 0)
     )
-    header = chunk(b"LIST", b"hdrl" + chunk(b"avih", struct.pack("<I52x", 100_000)) + chunk(b"strf", form))
+    main = struct.pack("<4I5I16x", 100_000, 0, 0, 0, len(frames), 0, 1, 0, width) + b""
+    stream = struct.pack("<4s4sIHHIIIIIIII8x", b"vids", codec, 0, 0, 0, 0, 1, 10, 0, len(frames), 0, 0, 0)
+    streams = chunk(b"LIST", b"strl" + chunk(b"strh", stream) + chunk(b"strf", form))
+    header = chunk(b"LIST", b"hdrl" + chunk(b"avih", main) + streams)
     movie = chunk(b"LIST", b"movi" + b"".join(chunk(b"00dc", data) for data in frames))
     return b"RIFF" + struct.pack("<I", 4 + len(header) + len(movie)) + b"AVI " + header + movie
 
@@ -58,7 +61,7 @@ def brightest(frame: AnyArray) -> tuple[float, float]:
     return 1.0 + (float(samples.mean()) + 0.5) * 0.05, -15.0 + float(beams.mean()) + 0.5
 
 
-@pytest.mark.parametrize(("codec", "bits"), [(b"MJPG", 24), (b"DIB ", 8)])
+@pytest.mark.parametrize(("codec", "bits"), [(b"MJPG", 24), (bytes(4), 8)])
 def test_an_object_is_where_it_was_drawn(tmp_path: Path, codec: bytes, bits: int) -> None:
     pictures = [fan_picture(3.0, -5.0), fan_picture(4.2, 8.0)]
     frames = [jpeg(p) if codec == b"MJPG" else p[::-1].tobytes() for p in pictures]
@@ -73,32 +76,39 @@ def test_an_object_is_where_it_was_drawn(tmp_path: Path, codec: bytes, bits: int
     assert np.degrees(second.bearing_rad)[[0, 29]] == pytest.approx([-14.5, 14.5])
 
 
-def test_video_1_blocks_by_hand() -> None:
-    image = np.zeros((8, 8), np.uint8)
-    # bottom left: one colour; bottom right: colour 9 where a bit is set (it takes the first colour), 5 elsewhere;
-    # top left: skipped; top right: eight colours, the first of each pair
-    two = struct.pack("<H", 0x0001) + bytes([9, 5])
-    eight = struct.pack("<H", 0xFFFF) + bytes([1, 2, 3, 4, 5, 6, 7, 8])
-    video1.decode(bytes([7, 0x80]) + two + bytes([1, 0x84]) + eight, image)
-    assert (image[4:, :4] == 7).all()
-    assert image[7].tolist() == [7, 7, 7, 7, 9, 5, 5, 5]
-    assert (image[4:7, 4:] == 5).all()
-    assert (image[:4, :4] == 0).all()
-    assert image[:4, 4:].tolist() == [[5, 5, 7, 7], [5, 5, 7, 7], [1, 1, 3, 3], [1, 1, 3, 3]]
-    for data in (bytes([7]), bytes([7, 0x80, 0, 0x10, 1])):
-        with pytest.raises(ValueError, match="end early"):
-            video1.decode(data, image)
-
-
-def test_video_1_clip_goes_on_from_the_frame_before(tmp_path: Path) -> None:
+def test_a_video_1_clip_goes_on_from_the_frame_before_in_any_order_of_reading(tmp_path: Path) -> None:
     path = tmp_path / "clip.avi"
     fill = [bytes([value, 0x80]) for value in (10, 20)]
-    path.write_bytes(clip(b"CRAM", 8, 8, 4, [fill[0] * 2, bytes([1, 0x84]) + fill[1], b"\x07"]))
+    path.write_bytes(clip(b"CRAM", 8, 8, 4, [fill[0] * 2, bytes([1, 0x84]) + fill[1], bytes([1, 0x84]) + fill[0]]))
     frames = AviFrames(path)
-    assert frames[1][0].tolist() == [10] * 4 + [20] * 4
-    assert frames[0][0].tolist() == [10] * 8
-    assert frames[2][0].tolist() == [10] * 4 + [20] * 4
-    assert frames.losses == {"corrupt_frames": 1}
+    for index in (1, 0, 2, 1):
+        assert frames[index][0].tolist() == [10] * 4 + [20 if index == 1 else 10] * 4
+    assert not frames.losses
+
+
+def test_a_frame_that_cannot_be_decoded_shows_the_one_before(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    first, last = jpeg(fan_picture(3.0, -5.0)), jpeg(fan_picture(4.2, 8.0))
+    path.write_bytes(clip(b"MJPG", 24, 128, 144, [first, b"nothing like a JPEG image", last]))
+    pings = open_pings(path, FAN)
+    assert pings.pings[1].data == pings.pings[0].data
+    assert brightest(frame_of(pings.pings[2])) == pytest.approx((4.2, 8.0), abs=0.4)
+    assert pings.losses == {"corrupt_frames": 1}
+
+
+def test_an_empty_frame_repeats_the_one_before_and_takes_its_time(tmp_path: Path) -> None:
+    path = tmp_path / "clip.avi"
+    picture = jpeg(fan_picture(3.0, -5.0))
+    path.write_bytes(clip(b"MJPG", 24, 128, 144, [picture, b"", picture]))
+    assert [ping.t_ns for ping in open_pings(path, FAN).pings] == [0, 200_000_000]
+
+
+def test_without_pyav_one_line_tells_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "clip.avi"
+    path.write_bytes(clip(b"MJPG", 24, 128, 144, [jpeg(fan_picture(3.0, 0.0))]))
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(PingFileError, match=r"clips are decoded by PyAV: pip install 'ods\[clips\]'$"):
+        open_pings(path, FAN)
 
 
 def test_resampling_is_exact_on_a_plane_and_zero_outside() -> None:
@@ -112,11 +122,12 @@ def test_resampling_is_exact_on_a_plane_and_zero_outside() -> None:
     ("edit", "message"),
     [
         (lambda data: data.replace(b"AVI ", b"WAVE"), "none of the known formats"),
-        (lambda data: data.replace(b"MJPG", b"FMP4"), "coded as b'FMP4'"),
+        (lambda data: data.replace(b"MJPG", b"????"), "none that FFmpeg can decode"),
         (lambda data: data.replace(b"00dc", b"01wb"), "no image in it"),
         (lambda data: data.replace(b"strf", b"none"), "no image in it"),
-        (lambda data: data.replace(struct.pack("<ii", 128, 144), struct.pack("<ii", 128, -1)), "128 x -1 pixels"),
-        (lambda data: data[:24], "no image in it"),
+        (lambda data: data[:24], "Invalid data"),
+        (lambda data: data.replace(b"movi", b"none"), "no image in it|Invalid data"),
+        (lambda _: clip(b"MJPG", 24, 16, 9000, [jpeg(np.zeros((9000, 16), np.uint8))]), "16 x 9000 pixels"),
     ],
 )
 def test_broken_clips_are_one_line(tmp_path: Path, edit: object, message: str) -> None:

@@ -1,41 +1,27 @@
-"""Frames of .avi clips as grey images: Motion JPEG, Microsoft Video 1 and uncompressed 8-bit images.
+"""Frames of .avi clips as grey images, decoded by FFmpeg through PyAV (the extra `clips`)."""
 
-A RIFF file: the chunk `avih` tells the time between frames, `strf` size, codec and palette of the images, and each
-`00dc` or `00db` in the list `movi` is one frame. Source: Microsoft, AVI RIFF File Reference.
-"""
-
-import io
-import struct
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ods.base.arrays import Bytes
-from ods.sonar_link.files import video1
-from ods.sonar_link.files.mapped_file import memory_map
+from ods.base.clock import NS
 from ods.sonar_link.files.ping_sequence import PingFileError
 
-Pixels = Bytes
+if TYPE_CHECKING:
+    from av.container import InputContainer
+    from av.packet import Packet
+    from av.video.frame import VideoFrame
+    from av.video.stream import VideoStream
 
-_LISTS = (b"RIFF", b"LIST")
-_FRAMES = (b"00dc", b"00db")
-_VIDEO_1 = (b"CRAM", b"MSVC", b"WHAM")
-_PLAIN = (b"\0\0\0\0", b"DIB ", b"RGB ")
-_JPEG = b"MJPG"
 MAX_SIDE = 8192
-
-
-@dataclass(frozen=True)
-class _Format:
-    width: int
-    height: int
-    """Rows; top-down images, whose height is negative in the file, are not written by anybody in 8 bits."""
-    codec: bytes
-    brightness: Pixels
-    """(256,) mean of red, green and blue of each colour number."""
+MAX_PIXELS = MAX_SIDE * MAX_SIDE
+"""Of one image, where it says another size than the file."""
+END = 2**63
+"""Behind every frame."""
 
 
 class AviFrames:
@@ -43,98 +29,102 @@ class AviFrames:
 
     def __init__(self, path: Path) -> None:
         """Find the frames; they are decoded when asked for. Raises PingFileError."""
-        self.path = path
         self.losses: Counter[str] = Counter()
-        self._data = memory_map(path)
-        self.period_ns = 0
-        self._chunks: list[tuple[int, int]] = []
-        found: _Format | None = None
-        for name, begin, size in self._walk():
-            if name == b"avih" and size >= 4:
-                self.period_ns = 1000 * int(struct.unpack_from("<I", self._data, begin)[0])
-            elif name == b"strf" and found is None:
-                found = self._format(begin, size)
-            elif name in _FRAMES and size:
-                self._chunks.append((begin, size))
-        if found is None or not self._chunks:
+        """`truncated_frames`, and `corrupt_frames` as they are met."""
+        self._path = path
+        with _open(path) as container:
+            video = container.streams.video[0]
+            self.shape = video.height, video.width
+            """(rows, columns)."""
+            self.period_ns = round(NS / video.average_rate) if video.average_rate else 0
+            """From one frame to the next, ns; 0 when the file does not tell."""
+            self.places = self._find(container.demux(video))
+            """Number of each frame in time, rising: an empty one, which repeats the one before, has none."""
+        if not all(1 <= side <= MAX_SIDE for side in self.shape):
+            raise PingFileError(f"{path}: images of {self.shape[1]} x {self.shape[0]} pixels")
+        if not self.places:
             raise PingFileError(f"{path}: no image in it")
-        self._form = found
-        self._canvas = np.zeros((found.height, found.width), np.uint8)
+        self._corrupt: set[int] = set()
+        self._pass = _Pass(path, self.shape)
         self._shown = -1
 
     def __len__(self) -> int:
-        return len(self._chunks)
+        return len(self.places)
 
-    @property
-    def shape(self) -> tuple[int, int]:
-        """Return (rows, columns)."""
-        return self._form.height, self._form.width
-
-    def __getitem__(self, index: int) -> Pixels:
+    def __getitem__(self, index: int) -> Bytes:
         """Return one frame. One that cannot be decoded is counted in `losses` and shows what the one before showed."""
         if index < self._shown:
-            self._canvas[:], self._shown = 0, -1
-        for place in range(self._shown + 1, index + 1):
-            begin, size = self._chunks[place]
-            self._shown = place
-            try:
-                self._decode(self._data[begin : begin + size])
-            except (ValueError, OSError):
-                self.losses["corrupt_frames"] += 1
-        if self._form.codec == _JPEG:
-            return self._canvas.copy()
-        return self._form.brightness[self._canvas]
+            self._pass, self._shown = _Pass(self._path, self.shape), -1
+        for place in self.places[self._shown + 1 : index + 1]:
+            if not self._pass.reach(place):
+                self._corrupt.add(place)
+                self.losses["corrupt_frames"] = len(self._corrupt)
+        self._shown = index
+        return self._pass.image
 
-    def _decode(self, data: bytes) -> None:
-        if self._form.codec in _VIDEO_1:
-            video1.decode(data, self._canvas)
-        elif self._form.codec == _JPEG:
-            self._canvas[:] = _jpeg(data, self.shape)
-        else:
-            stride = (self._form.width + 3) // 4 * 4  # rows are padded to whole words and stand bottom up
-            rows = np.frombuffer(data, np.uint8).reshape(self._form.height, stride)
-            self._canvas[:] = rows[::-1, : self._form.width]
-
-    def _walk(self) -> Iterator[tuple[bytes, int, int]]:
-        """Yield name, first byte and size of each chunk; what goes on behind the end of the file is cut off."""
-        under_way = [(0, len(self._data))]  # where each open list goes on, and its end; lists may nest at any depth
-        while under_way:
-            place, end = under_way.pop()
-            if place + 8 > end:
-                continue
-            name, size = struct.unpack_from("<4sI", self._data, place)
-            begin = place + 8
-            under_way.append((begin + size + size % 2, end))
-            if name in _LISTS:
-                under_way.append((begin + 4, min(begin + size, end)))
-            elif begin + size <= end:
-                yield name, begin, size
-            elif name in _FRAMES:
+    def _find(self, packets: "Iterator[Packet[VideoStream]]") -> list[int]:
+        places = set()
+        for packet in packets:
+            if packet.is_corrupt:
                 self.losses["truncated_frames"] += 1
-
-    def _format(self, begin: int, size: int) -> _Format:
-        if size < 40:
-            raise PingFileError(f"{self.path}: no description of its images")
-        width, height, _, bits, codec = struct.unpack_from("<4xiiHH4s", self._data, begin)
-        if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
-            raise PingFileError(f"{self.path}: images of {width} x {height} pixels")
-        if not (codec == _JPEG or (bits == 8 and codec in (*_VIDEO_1, *_PLAIN))):
-            raise PingFileError(f"{self.path}: images coded as {codec!r} with {bits} bits cannot be read")
-        palette = np.frombuffer(self._data[begin + 40 : begin + min(size, 40 + 1024)], np.uint8)
-        colours = palette[: palette.size // 4 * 4].reshape(-1, 4)[:, :3]
-        brightness = np.zeros(256, np.uint8)
-        brightness[: len(colours)] = colours.mean(axis=1)
-        return _Format(width, height, codec, brightness)
+            elif packet.size and packet.pts is not None:
+                places.add(packet.pts)
+        return sorted(places)
 
 
-def _jpeg(data: bytes, shape: tuple[int, int]) -> Pixels:
-    """Return the brightness (rows, columns) of a JPEG image. Raises ValueError or OSError."""
-    from PIL import Image  # an extra: on board there are no clips
+class _Pass:
+    """One pass over a clip; to go back is another one, as FFmpeg tells a palette only once."""
 
+    def __init__(self, path: Path, shape: tuple[int, int]) -> None:
+        self.image: Bytes = np.zeros(shape, np.uint8)
+        """The newest image up to the place that was reached."""
+        self._images = _images(path, shape)
+        self._ahead = -1, self.image
+
+    def reach(self, place: int) -> bool:
+        """Go on to a place, later than those before; tell whether there is an image."""
+        while self._ahead[0] < place:
+            self._ahead = next(self._images, (END, self.image))
+        if self._ahead[0] > place:
+            return False
+        self.image = self._ahead[1]
+        return True
+
+
+def _images(path: Path, shape: tuple[int, int]) -> Iterator[tuple[int, Bytes]]:
+    """Yield place and brightness of each frame that can be decoded and has the clip's size."""
+    from av import FFmpegError
+
+    with _open(path) as container:
+        video = container.streams.video[0]
+        video.codec_context.options = {"max_pixels": str(MAX_PIXELS)}
+        for packet in container.demux(video):
+            try:
+                frames = packet.decode()
+            except FFmpegError:
+                continue
+            for frame in frames:
+                if frame.pts is not None and (frame.height, frame.width) == shape:
+                    yield frame.pts, _brightness(frame)
+
+
+def _open(path: Path) -> "InputContainer":
     try:
-        picture = Image.open(io.BytesIO(data), formats=("JPEG",))
-    except Image.DecompressionBombError as error:
-        raise ValueError(str(error)) from error
-    if (picture.height, picture.width) != shape:
-        raise ValueError("another size of image")
-    return np.asarray(picture.convert("L"), np.uint8)
+        import av
+    except ImportError:
+        raise PingFileError(f"{path}: clips are decoded by PyAV: pip install 'ods[clips]'") from None
+    try:
+        container = av.open(f"file:{path}", format="avi")
+    except (OSError, av.FFmpegError) as error:
+        raise PingFileError(f"{path}: {error.strerror}") from error
+    video = container.streams.video
+    if not video or video[0].codec_context is None:
+        raise PingFileError(f"{path}: no image in it, or none that FFmpeg can decode")
+    return container
+
+
+def _brightness(frame: "VideoFrame") -> Bytes:
+    """Return the (rows, columns) mean of red, green and blue."""
+    colours = frame.to_ndarray(format="rgb24")
+    mean: Bytes = (colours.sum(axis=2, dtype=np.uint16) // 3).astype(np.uint8)
+    return mean

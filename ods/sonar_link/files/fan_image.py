@@ -76,7 +76,7 @@ class FanClipDecoder(Decoder):
 
         def ping(index: int) -> Ping:
             polar = sample_image(frames[index], rows, columns)
-            return recorded_ping(polar, geometry, index, index * frames.period_ns)
+            return recorded_ping(polar, geometry, index, frames.places[index] * frames.period_ns)
 
         return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
 
