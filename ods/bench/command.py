@@ -9,7 +9,8 @@ import msgspec
 from ods.base.settings_file import load
 from ods.bench import picture, report
 from ods.bench.metrics import summarize
-from ods.bench.runner import BenchError, fly_mission
+from ods.bench.program import BenchError
+from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
 
 

@@ -78,7 +78,6 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
     answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
     latencies_ms = _latencies_ms(record, answered)
     objects, false_ids = _score_objects(record, settle_s)
-    squares = [(o.position_rms_m**2, o.tracked_share) for o in objects if math.isfinite(o.position_rms_m)]
     times = [truth.t_ns for truth in record.truths.values()]
     summary = Summary(
         seconds=(max(times) - min(times)) / NS if times else 0.0,
@@ -90,7 +89,7 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
         latency_p50_ms=_percentile(latencies_ms, 50),
         latency_p99_ms=_percentile(latencies_ms, 99),
         latency_max_ms=_percentile(latencies_ms, 100),
-        position_rms_m=math.sqrt(sum(s * w for s, w in squares) / sum(w for _, w in squares)) if squares else math.inf,
+        position_rms_m=_position_rms_m(objects),
         radius_error=max((abs(o.radius_error) for o in objects), default=math.inf),
         tracked_share=min((o.tracked_share for o in objects), default=0.0),
         false_tracks=len(false_ids),
@@ -98,11 +97,7 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
         objects=objects,
         processes=[_process_score(name, reports) for name, reports in record.health.items() if reports],
         back_s={name: _back_after(record, name, at_ns) for name, at_ns in record.kills},
-        counters={
-            name: {key: value for key, value in reports[-1].counters.items() if value}
-            for name, reports in record.health.items()
-            if reports
-        },
+        counters={name: _not_zero(reports[-1].counters) for name, reports in record.health.items() if reports},
         broken=[],
     )
     return msgspec.structs.replace(summary, broken=_broken(summary, limits))
@@ -119,6 +114,16 @@ def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList
             arrival, item = answered[number]
             found.append((arrival - min(truth.t_sent_ns, item.t_rx_ns)) / 1e6)
     return np.array(found)
+
+
+def _position_rms_m(objects: list[ObjectScore]) -> float:
+    """Return the rms over all objects, each weighted by its share of the lists."""
+    squares = [(o.position_rms_m**2, o.tracked_share) for o in objects if math.isfinite(o.position_rms_m)]
+    return math.sqrt(sum(s * w for s, w in squares) / sum(w for _, w in squares)) if squares else math.inf
+
+
+def _not_zero(counters: dict[str, int]) -> dict[str, int]:
+    return {name: value for name, value in counters.items() if value}
 
 
 def _percentile(values: Floats, percent: float) -> float:

@@ -1,0 +1,53 @@
+"""One `ods` command that the bench runs beside itself."""
+
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+import psutil
+
+from ods.base.errors import OdsError
+
+
+class BenchError(OdsError):
+    """The bench could not run; the text says why."""
+
+
+class Program:
+    """A running `ods COMMAND --config FILE`, ended when the `with` block is; what it says goes to `log_file`."""
+
+    def __init__(self, command: str, config: Path, log_file: Path) -> None:
+        self.log_file = log_file
+        with log_file.open("wb") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "ods", command, "--config", str(config)],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+            )
+
+    def check(self) -> None:
+        """Raise BenchError, with its last words, if it has ended."""
+        if self._process.poll() is not None:
+            lines = self.log_file.read_text(errors="replace").strip().splitlines()
+            raise BenchError(f"{lines[-1] if lines else 'a process ended'} (see {self.log_file})")
+
+    def children(self, name: str) -> list[psutil.Process]:
+        """Return its child processes that run `ods NAME`."""
+        return [child for child in psutil.Process(self._process.pid).children() if name in child.cmdline()]
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._process.send_signal(signal.SIGTERM)
+        try:
+            self._process.wait(5.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
