@@ -19,7 +19,7 @@ from ods.runtime.processes import PROCESSES
 BENCH_EXTRA = frozenset({"matplotlib", "PIL", "rich", "scipy", "tomli_w"})
 """Modules that no on-board process needs: the optional dependencies `bench` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
-NO_CONFIG, BUILT_IN, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
+NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 """Default configurations; a command of the first kind takes none."""
 
 
@@ -48,12 +48,12 @@ COMMANDS = (
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
     Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
-    Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN),
-    Command("track", "ods.commands.track", "tracks of a recorded scenario", BUILT_IN),
+    Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
+    Command("track", "ods.commands.track", "tracks of a recorded scenario", BUILT_IN_SETTINGS),
     Command("map list", "ods.map.commands.list", "table of the objects", ONBOARD),
     Command("map export", "ods.map.commands.export", "the objects as geographic data", ONBOARD),
     Command("map prune", "ods.map.commands.prune", "remove objects; any one criterion is enough", ONBOARD),
-    Command("map merge", "ods.map.commands.merge", "two missions' maps as one", BUILT_IN),
+    Command("map merge", "ods.map.commands.merge", "two missions' maps as one", BUILT_IN_SETTINGS),
     Command("assess detect", "ods.assess.detection.command", "the pipeline's filters, detectors, attention", NO_CONFIG),
     Command("assess track", "ods.assess.track.command", "observers of the tracker", NO_CONFIG),
 )  # fmt: skip
@@ -125,7 +125,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_command(parser: _Parser, row: Command) -> None:
     parser.module = row.module
     parser.add_argument("--log-level", choices=LEVELS, default="info")
-    if row.config == BUILT_IN:
-        parser.add_argument("--config", type=Path, help=f"take the settings from there (default: {BUILT_IN})")
+    if row.config == BUILT_IN_SETTINGS:
+        parser.add_argument("--config", type=Path, help=f"take the settings from there (default: {BUILT_IN_SETTINGS})")
     elif row.config != NO_CONFIG:
         parser.add_argument("--config", type=Path, default=Path(row.config), help=f"default: {row.config}")

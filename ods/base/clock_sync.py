@@ -16,7 +16,7 @@ STEP_NS = 10_000_000
 """Messages no later than this are late by the jitter of a line, not by a step of the device's clock."""
 STEP_CONFIRMATIONS = 8
 """Consecutive late messages that must agree before they are taken for a step back that shows in nothing else."""
-SETTLED = 2 * STEP_CONFIRMATIONS
+WILD_CONFIRMATIONS = 2 * STEP_CONFIRMATIONS
 """Wild messages in a row, none the least late of its last STEP_CONFIRMATIONS, that are no backlog: a wild line."""
 STEP_SHARE = 4
 """They agree within one part in so many of the least lateness: jitter does not."""
@@ -46,7 +46,7 @@ class OffsetEstimator:
 
         in STEPPED  CONFIRMATIONS that are wild and tell the same offset
         in both     STEP_CONFIRMATIONS that are late and tell the same offset, which a backlog does not: it shrinks
-        in LATE     SETTLED that are wild and become no less late, however much their delays differ
+        in LATE     WILD_CONFIRMATIONS that are wild and become no less late, however much their delays differ
     """
 
     def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
@@ -143,7 +143,7 @@ class OffsetEstimator:
 
     def _settled(self) -> list[tuple[int, int]]:
         """Return the newest wild messages when they agree on nothing, but become no less late either."""
-        return list(self._suspects) if self._settled_for >= SETTLED and not self._no_delay else []
+        return list(self._suspects) if self._settled_for >= WILD_CONFIRMATIONS and not self._no_delay else []
 
     def _rebase(self, confirming: list[tuple[int, int]]) -> None:
         self.jumps += 1

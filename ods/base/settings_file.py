@@ -11,15 +11,15 @@ import msgspec
 from ods.base.errors import OdsError
 from ods.base.settings import Settings, complaint_of
 
-T = TypeVar("T", bound=Settings)
-S = TypeVar("S")
+SettingsT = TypeVar("SettingsT", bound=Settings)
+AnyT = TypeVar("AnyT")
 
 
 class ConfigError(OdsError):
     """The configuration is wrong; the text is one line: file, key, what is wrong with it."""
 
 
-def load(path: Path, kind: type[T]) -> T:
+def load(path: Path, kind: type[SettingsT]) -> SettingsT:
     """Read a TOML file as `kind`. Relative paths inside are taken from the file's own folder.
 
     Raises ConfigError.
@@ -27,10 +27,10 @@ def load(path: Path, kind: type[T]) -> T:
     return _convert(path, _read(path), kind)
 
 
-def load_table(path: Path, name: str, kind: type[T]) -> T:
+def load_table(path: Path, name: str, kind: type[SettingsT]) -> SettingsT:
     """Read one table of a TOML file as `kind`, and do not look at the others. Raises ConfigError."""
     found = {key: table for key, table in _read(path).items() if key == name}
-    table: T = getattr(_convert(path, found, msgspec.defstruct("File", [(name, kind)])), name)
+    table: SettingsT = getattr(_convert(path, found, msgspec.defstruct("File", [(name, kind)])), name)
     return table
 
 
@@ -45,7 +45,7 @@ def _read(path: Path) -> dict[str, Any]:
     return data
 
 
-def _convert(path: Path, data: dict[str, Any], kind: type[S]) -> S:
+def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
     folder = path.resolve().parent
 
     def hook(wanted: type, value: Any) -> Any:

@@ -31,7 +31,7 @@ class ProgressLine:
             print(text, flush=True)
 
 
-def one_line(record: RunRecord, elapsed_s: float, seconds: float) -> str:
+def state_line(record: RunRecord, elapsed_s: float, seconds: float) -> str:
     """Return the state of a run in one line."""
     step_s = elapsed_s if sys.stdout.isatty() else elapsed_s // PLAIN_EVERY_S * PLAIN_EVERY_S
     if not record.lists:

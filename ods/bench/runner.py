@@ -60,7 +60,7 @@ def _fly(collector: Collector, settings: BenchConfig, programs: _Programs, line:
             _kill(kills.pop(0).process, programs.onboard, collector.record)
         for program in programs:
             program.check()
-        line.show(report.one_line(collector.record, elapsed_s, settings.seconds))
+        line.show(report.state_line(collector.record, elapsed_s, settings.seconds))
     line.show("")
 
 

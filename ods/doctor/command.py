@@ -7,7 +7,7 @@ from ods.base.arguments import duration_s
 from ods.base.terminal import coloured
 from ods.doctor.report import findings
 
-COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}
+LEVEL_COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -17,10 +17,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Examine this machine and a configuration; return 1 when something is wrong."""
-    return examine(args.config, args.listen)
+    return print_report(args.config, args.listen)
 
 
-def examine(config: Path, listen_s: float = 0.0) -> int:
+def print_report(config: Path, listen_s: float = 0.0) -> int:
     """Print the report on this machine and `config`; return 0, or 1 when something is wrong.
 
     listen_s: listen to sonar and navigation source for so long, s.
@@ -28,6 +28,6 @@ def examine(config: Path, listen_s: float = 0.0) -> int:
     wrong = 0
     for item in findings(config, listen_s):
         wrong += item.level == "wrong"
-        print(coloured(f"{item.level:6}", COLOURS[item.level]), f"{item.subject}: {item.text}")
+        print(coloured(f"{item.level:6}", LEVEL_COLOURS[item.level]), f"{item.subject}: {item.text}")
     print(f"{wrong} wrong" if wrong else "nothing is wrong")
     return 1 if wrong else 0

@@ -21,7 +21,7 @@ from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
-from ods.runtime.counters import troubles
+from ods.runtime.counters import trouble_names
 
 PAUSE_S = 0.005
 SLOW = 0.9
@@ -146,7 +146,7 @@ def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], sec
 
 def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, bridged_s: float) -> Iterator[Finding]:
     """Say how many poses came and what is wrong with them; bridged_s: gap between poses that the tracker bridges."""
-    trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in troubles("nav")]
+    trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in trouble_names("nav")]
     if heard.newest is None:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
         others = [problem for problem in heard.problems if problem not in stale]

@@ -15,7 +15,7 @@ def day_ms(raw: float) -> int | None:
     return milliseconds if milliseconds < DAY_MS else None
 
 
-def utc_ns(milliseconds: int, days: int) -> int:
+def utc_of_time_of_day(milliseconds: int, days: int) -> int:
     """Return ns since 1970 of a TIME_OF_DAY."""
     return ((days + DAYS_1970_TO_1984) * DAY_MS + milliseconds) * MS
 

@@ -7,14 +7,14 @@ from ods.base.geodesy import LocalFrame
 from ods.nav_bridge.canopen.source import CanopenSource
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import NavSettings
-from ods.nav_bridge.source import PoseSource, Send
+from ods.nav_bridge.source import PoseSource, Send, SourceHost
 
 
 def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource:
     """Return the source that the settings choose. Raises OdsError when its files cannot be used."""
-    now_ns = clock.monotonic_ns()
+    host = SourceHost(frame, send, counters, clock.monotonic_ns(), clock.utc_ns)
     if nav.source == "dbc":
         assert nav.dbc is not None  # `NavSettings` has seen to it
-        return DbcSource(nav, nav.dbc, frame, now_ns, clock.utc_ns, counters)
+        return DbcSource(nav, nav.dbc, host)
     assert nav.canopen is not None
-    return CanopenSource(nav, nav.canopen, frame, send, now_ns, clock.utc_ns, counters)
+    return CanopenSource(nav, nav.canopen, host)

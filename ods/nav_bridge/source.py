@@ -1,14 +1,30 @@
 """What every kind of navigation source is to the nav process. Without I/O: CAN frames in, poses and plain words out."""
 
 from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Callable
+from typing import NamedTuple
 
 from ods.base.clock import NS
+from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
+
+
+class SourceHost(NamedTuple):
+    """What a source is given by its process."""
+
+    frame: LocalFrame
+    """Of the poses."""
+    send: Send
+    counters: Counter[str]
+    now_ns: int
+    """When it was made, CLOCK_MONOTONIC."""
+    utc_of: Callable[[int], int]
+    """UTC, ns, of an instant of CLOCK_MONOTONIC."""
 
 
 class PoseSource(ABC):

@@ -26,13 +26,13 @@ from ods.base.settings import Settings
 
 log = logging.getLogger(__name__)
 
-MAX_MESSAGE_BYTES = 64 * 1024 * 1024
-MAX_REQUEST_BYTES = 64 * 1024
-READ_REQUEST_BYTES = 4 * 1024 * 1024
+LONGEST_MESSAGE_BYTES = 64 * 1024 * 1024
+LONGEST_REQUEST_BYTES = 64 * 1024
+READABLE_REQUEST_BYTES = 4 * 1024 * 1024
 """Requests up to this size are answered with the reason; on longer ones ZeroMQ hangs up without a word."""
 REQUEST_QUEUE = 16
 """Requests that wait of each peer: what bounds the memory that long ones take."""
-UNREADABLE = (msgspec.DecodeError, RecursionError)
+UNDECODABLE = (msgspec.DecodeError, RecursionError)
 """What decoding may raise: too deep a nesting is no DecodeError."""
 HIGH_WATER_MARK = 256
 FIRST_PART, LAST_PART = int(zmq.SNDMORE | zmq.DONTWAIT), int(zmq.DONTWAIT)
@@ -168,7 +168,7 @@ class Responder:
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
-        self._socket.setsockopt(zmq.MAXMSGSIZE, READ_REQUEST_BYTES)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, READABLE_REQUEST_BYTES)
         _bind(self._socket, endpoint(run_dir, name))
 
     def receive(self) -> list[tuple[list[bytes], Any]]:
@@ -181,15 +181,15 @@ class Responder:
                 break
             try:
                 received.append((peer, self._decode(body)))
-            except UNREADABLE as error:
+            except UNDECODABLE as error:
                 self.counters[f"bad_{self._row.name}"] += 1
                 self.answer(peer, self._row.answer(ok=False, reason=f"bad request: {error}"))
         return received
 
     def _decode(self, body: bytes) -> Any:
-        """Raises one of UNREADABLE."""
-        if len(body) > MAX_REQUEST_BYTES:
-            raise msgspec.DecodeError(f"{len(body)} bytes are more than {MAX_REQUEST_BYTES}")
+        """Raises one of UNDECODABLE."""
+        if len(body) > LONGEST_REQUEST_BYTES:
+            raise msgspec.DecodeError(f"{len(body)} bytes are more than {LONGEST_REQUEST_BYTES}")
         return self._decoder.decode(body)
 
     def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
@@ -223,7 +223,7 @@ class Subscription:
         self.socket = context.socket(zmq.SUB)
         self.socket.setsockopt(zmq.LINGER, 0)
         self.socket.setsockopt(zmq.RCVHWM, HIGH_WATER_MARK)
-        self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_MESSAGE_BYTES)
+        self.socket.setsockopt(zmq.MAXMSGSIZE, LONGEST_MESSAGE_BYTES)
         self.socket.setsockopt(zmq.RECONNECT_IVL, 50)
         self.socket.setsockopt(zmq.RECONNECT_IVL_MAX, 200)
         self.socket.connect(endpoint(run_dir, publisher))
@@ -249,7 +249,7 @@ class Subscription:
     def _decode(self, body: bytes) -> Any:
         try:
             return self._decoder.decode(body)
-        except UNREADABLE as error:
+        except UNDECODABLE as error:
             self.counters[f"bad_{self.topic}"] += 1
             if not self._complained:
                 log.warning("dropped a bad %s message: %s", self.topic, error)

@@ -26,7 +26,7 @@ class CounterRow(NamedTuple):
 
 
 REFUSE = "ODS_REFUSE_UNKNOWN_COUNTERS"
-RECORD, FILES, DEVICES = "ods record", "recordings", "simulated devices"
+RECORDER, RECORDINGS, SIM_DEVICES = "ods record", "recordings", "simulated devices"
 """Who counts, beside the processes of the process table: the recorder, the decoders of files, the bench's devices."""
 
 _POSE_BUFFER = (
@@ -160,7 +160,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("pings_late", "pings that were sent after their time"),
         CounterRow("sonar_bytes_lost", "bytes of pings that nobody took"),
     ),
-    RECORD: (
+    RECORDER: (
         CounterRow("pings", "pings written", trouble=False),
         CounterRow("contacts", "changes of obstacles written", trouble=False),
         CounterRow("poses", "poses written: 20 a second", trouble=False),
@@ -174,14 +174,14 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         *(CounterRow(f"bad_{topic}", f"`{topic}` messages that are none; they are among the lost ones too")
           for topic in ("ping", "obstacles", "pose")),
     ),
-    FILES: (
+    RECORDINGS: (
         CounterRow("corrupt_frames", "ARIS: frames that are none; clips: frames that show what the one before showed"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
         CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
         CounterRow("other_messages", "Oculus: messages of no use here"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
-    DEVICES: (
+    SIM_DEVICES: (
         CounterRow("frames", "CAN adapter: frames passed on", trouble=False),
         CounterRow("garbage", "CAN adapter: lines that are neither frame nor command"),
         CounterRow("dropped", "CAN adapter: frames that a port did not take"),
@@ -209,12 +209,12 @@ COUNTERS: dict[str, dict[str, CounterRow]] = {
 """By who counts, and by name."""
 
 
-def first_logged(where: str) -> frozenset[str]:
+def logged_names(where: str) -> frozenset[str]:
     """Return the counters whose first count is worth a line in the log."""
     return frozenset(row.name for row in COUNTERS[where].values() if row.logged)
 
 
-def troubles(where: str) -> frozenset[str]:
+def trouble_names(where: str) -> frozenset[str]:
     """Return the counters that tell of trouble."""
     return frozenset(row.name for row in COUNTERS[where].values() if row.trouble)
 

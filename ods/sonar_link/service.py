@@ -8,7 +8,7 @@ import msgspec
 from ods.base import clock
 from ods.messages import Ping, SonarRequest
 from ods.runtime.bus import TOPICS
-from ods.runtime.counters import first_logged
+from ods.runtime.counters import logged_names
 from ods.runtime.service import Service, Worker
 from ods.sonar_link.link import SonarLink
 from ods.sonar_link.planner_requests import PlannerRequests
@@ -19,7 +19,7 @@ log = logging.getLogger(__name__)
 
 MAX_READS = 16
 """Reads before the work loop gets its turn."""
-LOGGED = first_logged("sonar")
+LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
 
 

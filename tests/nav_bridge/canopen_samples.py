@@ -11,6 +11,7 @@ from ods.messages import Pose
 from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.canopen.source import CanopenSource
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
+from ods.nav_bridge.source import SourceHost
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDS = CONFIG / "ins.eds"
@@ -29,9 +30,8 @@ class Bench:
         settings = CanopenSettings(ins_eds=eds, node_eds=CONFIG / "ods_node.eds", **changes)
         nav = NavSettings(canopen=settings)
         self.sent: list[tuple[int, bytes]] = []
-        self.source = CanopenSource(
-            nav, settings, LocalFrame(57.0, 9.9), self._send, 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters
-        )
+        host = SourceHost(LocalFrame(57.0, 9.9), self._send, self.counters, 0, lambda t_ns: t_ns + UTC_OFFSET)
+        self.source = CanopenSource(nav, settings, host)
 
     def _send(self, can_id: int, data: bytes) -> None:
         self.sent.append((can_id, data))

@@ -9,7 +9,7 @@ import pytest
 
 from ods.base import clock, clock_sync
 from ods.base.clock import NS
-from ods.nav_bridge.can.stamp_clock import WallClock
+from ods.nav_bridge.can.stamp_clock import StampClock
 from tests.nav_bridge.canopen_samples import DAY_MS, IDS, MS, PERIOD, UTC_OFFSET, Bench, pdos
 
 NOON_MS = 43_200_000
@@ -41,7 +41,7 @@ class Clocks:
 def test_a_step_of_the_wall_clock(monkeypatch: pytest.MonkeyPatch, step_s: int) -> None:
     """The kernel stamps with the wall clock; frames are read 0.3 ms later; one of them has the step between."""
     bench, clocks = Bench(), Clocks(monkeypatch)
-    wall_clock = WallClock(bench.counters)
+    stamps = StampClock(bench.counters)
     errors = []
     for number in range(1, EPOCHS):
         for place, data in enumerate(pdos(number)):
@@ -50,10 +50,10 @@ def test_a_step_of_the_wall_clock(monkeypatch: pytest.MonkeyPatch, step_s: int) 
             clocks.mono_ns = arrived_ns + 300_000
             if (number, place) == (500, 0):
                 clocks.ahead_ns += step_s * NS
-            pose = bench.take(IDS[place], data, wall_clock.arrival_ns(stamp_ns))
+            pose = bench.take(IDS[place], data, stamps.arrival_ns(stamp_ns))
             if pose is not None:
                 errors.append(pose.t_ns - number * PERIOD)
-            wall_clock.emptied()
+            stamps.emptied()
     assert len(errors) == EPOCHS - 1
     assert max(np.abs(errors)) < MS
     assert bench.counters["wall_clock_steps"] == 1
@@ -66,23 +66,23 @@ def test_frames_that_waited_a_second_for_their_reader_keep_their_arrival(
 ) -> None:
     """The process was stopped, and the wall clock stepped half-way."""
     clocks = Clocks(monkeypatch)
-    wall_clock = WallClock(Counter())
+    stamps = StampClock(Counter())
     clocks.mono_ns = 5 * NS
-    wall_clock.emptied()
+    stamps.emptied()
     queue = []
     for arrived_ns in range(5 * NS + MS, 6 * NS, 10 * MS):
         if arrived_ns > 5.5 * NS and clocks.ahead_ns == UTC_OFFSET:
             clocks.ahead_ns += step_s * NS
         queue.append((arrived_ns, clocks.stamp_ns(arrived_ns)))
     clocks.mono_ns = 6 * NS
-    assert [wall_clock.arrival_ns(stamp_ns) for _, stamp_ns in queue] == [arrived_ns for arrived_ns, _ in queue]
+    assert [stamps.arrival_ns(stamp_ns) for _, stamp_ns in queue] == [arrived_ns for arrived_ns, _ in queue]
 
 
 def test_a_stamp_of_another_clock_is_none(monkeypatch: pytest.MonkeyPatch) -> None:
     clocks = Clocks(monkeypatch)
-    wall_clock = WallClock(Counter())
+    stamps = StampClock(Counter())
     clocks.mono_ns = NS
-    assert [wall_clock.arrival_ns(stamp_ns) for stamp_ns in (0, clocks.stamp_ns(2 * NS))] == [NS, NS]
+    assert [stamps.arrival_ns(stamp_ns) for stamp_ns in (0, clocks.stamp_ns(2 * NS))] == [NS, NS]
 
 
 @pytest.mark.parametrize("jump_ms", [-3_600_000, -1_000, 1_000, 100_000, 40_000_000])

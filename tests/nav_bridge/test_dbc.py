@@ -29,6 +29,7 @@ from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import DbcSettings, NavSettings, SignalSettings, TimeSettings, ValiditySettings
+from ods.nav_bridge.source import SourceHost
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -59,7 +60,8 @@ class Bench:
     def __init__(self, dbc: DbcSettings = SBG, status: int | None = 0xF4) -> None:
         self.counters: Counter[str] = Counter()
         nav = NavSettings(source="dbc", dbc=dbc)
-        self.source = DbcSource(nav, dbc, SITE, 0, lambda t_ns: t_ns + UTC_OFFSET, self.counters)
+        host = SourceHost(SITE, lambda *_: None, self.counters, 0, lambda t_ns: t_ns + UTC_OFFSET)
+        self.source = DbcSource(nav, dbc, host)
         self.status = status
 
     def take(self, can_id: int, data: bytes, t_ns: int, extended: bool = False) -> Pose | None:

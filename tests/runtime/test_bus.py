@@ -131,8 +131,8 @@ def test_a_responder_answers_in_any_order_and_never_blocks_for_one_that_has_gone
     [
         (b"\xc1", "bad request: "),
         (NESTED, "bad request: "),
-        (bytes(1_000_000), f"bad request: 1000000 bytes are more than {bus.MAX_REQUEST_BYTES}"),
-        (bytes(bus.MAX_REQUEST_BYTES + 1), "bad request: "),
+        (bytes(1_000_000), f"bad request: 1000000 bytes are more than {bus.LONGEST_REQUEST_BYTES}"),
+        (bytes(bus.LONGEST_REQUEST_BYTES + 1), "bad request: "),
         *(
             (msgpack.packb({name: value}), "bad request: ")
             for name in ("range_m", "power_db", "gain_db")

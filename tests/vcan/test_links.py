@@ -10,7 +10,7 @@ import pytest
 from in_vcan import links
 from ods.base import clock
 from ods.nav_bridge.can.socketcan_bus import SocketcanBus
-from ods.nav_bridge.can.stamp_clock import WallClock
+from ods.nav_bridge.can.stamp_clock import StampClock
 
 FRAME = can.Message(arbitration_id=0x185, data=b"\x01\x02\x03", is_extended_id=False)
 
@@ -53,7 +53,7 @@ def test_a_broken_link_is_an_error_and_mends(
 
 def test_frames_that_the_kernel_drops_are_counted(vcan0: str) -> None:
     counters: Counter[str] = Counter()
-    near = SocketcanBus(vcan0, WallClock(counters), counters, buffer_bytes=4096)
+    near = SocketcanBus(vcan0, StampClock(counters), counters, buffer_bytes=4096)
     with on(vcan0) as far:
         for _ in range(200):
             far.send(FRAME)

@@ -11,7 +11,7 @@ import pytest
 from ods.base.settings_file import load
 from ods.bench import runner
 from ods.bench.settings import BenchConfig
-from ods.config import BusSettings
+from ods.runtime.bus import BusSettings
 
 CONFIG = Path(__file__).parents[2] / "config" / "bench-oculus.toml"
 

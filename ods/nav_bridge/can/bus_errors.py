@@ -7,7 +7,7 @@ from ods.nav_bridge.can.frame import ErrorFrame
 
 CONTROLLER, NO_ACKNOWLEDGEMENT, BUS_OFF, RESTARTED = 0x004, 0x020, 0x040, 0x100
 """Bits of `ErrorFrame.classes`."""
-WARNING, PASSIVE, ACTIVE = 0x0C, 0x30, 0x40
+ERROR_WARNING, ERROR_PASSIVE, ERROR_ACTIVE = 0x0C, 0x30, 0x40
 """Bits of the second data byte, with CONTROLLER: error counters above 96, above 127, below again."""
 RECENT_NS = 1_500_000_000
 """For so long after the last sign nobody acknowledges."""
@@ -24,8 +24,9 @@ class BusErrors:
     def take(self, frame: ErrorFrame) -> None:
         """Take an error frame."""
         self._counters["can_error_frames"] += 1
-        if frame.classes & CONTROLLER and len(frame.data) > 1 and frame.data[1] & (WARNING | PASSIVE | ACTIVE):
-            self._passive = bool(frame.data[1] & PASSIVE)
+        state = frame.data[1] if frame.classes & CONTROLLER and len(frame.data) > 1 else 0
+        if state & (ERROR_WARNING | ERROR_PASSIVE | ERROR_ACTIVE):
+            self._passive = bool(state & ERROR_PASSIVE)
         if frame.classes & NO_ACKNOWLEDGEMENT:
             self._lonely_ns = frame.t_ns
         if frame.classes & BUS_OFF:

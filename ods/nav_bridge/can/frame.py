@@ -1,12 +1,17 @@
 """What comes off a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
 
+import struct
 from typing import NamedTuple
 
+MAX_DATA_BYTES = 8
+"""Of a classic CAN frame."""
 NMT = 0x000
 SYNC = 0x080
 TIME = 0x100
 EMCY = 0x080
 """Plus node id."""
+EMCY_FRAME = struct.Struct("<HB5x")
+"""Error code, error register, and what the manufacturer adds."""
 SDO_ANSWER = 0x580
 """Plus node id."""
 SDO_REQUEST = 0x600

@@ -14,10 +14,10 @@ from ods.base.backoff import Backoff
 from ods.base.errors import OdsError, one_line, reason_of
 from ods.nav_bridge.can.bus_errors import BusErrors
 from ods.nav_bridge.can.frame import CanId, ErrorFrame, Frame
-from ods.nav_bridge.can.python_can_bus import OtherBus
+from ods.nav_bridge.can.python_can_bus import PythonCanBus
 from ods.nav_bridge.can.slcan_bus import SlcanBus
 from ods.nav_bridge.can.socketcan_bus import SocketcanBus
-from ods.nav_bridge.can.stamp_clock import WallClock
+from ods.nav_bridge.can.stamp_clock import StampClock
 from ods.nav_bridge.settings import CanSettings
 
 log = logging.getLogger(__name__)
@@ -30,7 +30,7 @@ SEND_TIMEOUT_S = 0.02
 FIRST_RETRY_S, LAST_RETRY_S = 0.1, 1.0
 IFF_UP = 1
 FailedBus = (can.CanError, OSError)
-AnyBus = SocketcanBus | SlcanBus | OtherBus
+AnyBus = SocketcanBus | SlcanBus | PythonCanBus
 
 
 class CanLink:
@@ -38,7 +38,7 @@ class CanLink:
 
     Without a thread: its owner calls `read` when the descriptor given to `opened` is readable, and `tick` often.
     `closing` comes before that descriptor is closed. Counts `can_opened`, `can_lost`, `can_silent`, `can_unsent`, and
-    what `BusErrors`, `WallClock` and the buses count.
+    what `BusErrors`, `StampClock` and the buses count.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class CanLink:
         self._opened, self._closing = opened, closing
         self._silence_ns = round(settings.silence_s * clock.NS)
         self._errors = BusErrors(counters)
-        self._wall_clock = WallClock(counters)
+        self._stamps = StampClock(counters)
         self._bus: AnyBus | None = None
         self._fd: int | None = None
         self._why = "not open yet"
@@ -96,7 +96,7 @@ class CanLink:
         except FailedBus as error:
             self._lost(error)
         if count < READ_LIMIT:
-            self._wall_clock.emptied()
+            self._stamps.emptied()
 
     def send(self, can_id: int, data: bytes) -> None:
         """Send a standard data frame; one that cannot go out is counted and forgotten."""
@@ -137,7 +137,7 @@ class CanLink:
             port.close()
 
     def _open(self, now_ns: int) -> None:
-        self._wall_clock.emptied()
+        self._stamps.emptied()
         try:
             self._bus = self._new_bus()
         except (*FailedBus, ValueError, NotImplementedError, TypeError) as error:
@@ -158,12 +158,12 @@ class CanLink:
             return SlcanBus(settings.channel, counters, **options | settings.options)
         if settings.interface != "socketcan":
             bus = can.Bus(settings.channel, settings.interface, ignore_config=True, **options | settings.options)
-            return OtherBus(bus, self._wall_clock, counters)
+            return PythonCanBus(bus, self._stamps, counters)
         options["can_filters"] = [  # the kernel filters at no cost; elsewhere python-can would, slowly
             {"can_id": number, "can_mask": FULL_MASK[extended], "extended": extended} for number, extended in self._ids
         ]
         size = settings.receive_buffer_bytes
-        return SocketcanBus(settings.channel, self._wall_clock, counters, size, **options | settings.options)
+        return SocketcanBus(settings.channel, self._stamps, counters, size, **options | settings.options)
 
     def _lost(self, error: Exception) -> None:
         self._counters["can_lost"] += 1

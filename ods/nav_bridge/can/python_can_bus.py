@@ -7,14 +7,14 @@ import can
 
 from ods.base import clock
 from ods.nav_bridge.can.frame import ErrorFrame, Frame
-from ods.nav_bridge.can.stamp_clock import WallClock
+from ods.nav_bridge.can.stamp_clock import StampClock
 
 
-class OtherBus:
+class PythonCanBus:
     """A bus that python-can reads. Counts `can_ignored`: remote and FD frames."""
 
-    def __init__(self, bus: can.BusABC, wall_clock: WallClock, counters: Counter[str]) -> None:
-        self._bus, self._wall_clock, self._counters = bus, wall_clock, counters
+    def __init__(self, bus: can.BusABC, stamps: StampClock, counters: Counter[str]) -> None:
+        self._bus, self._stamps, self._counters = bus, stamps, counters
         self.send, self.fileno, self.shutdown = bus.send, bus.fileno, bus.shutdown
 
     def receive(self, limit: int, _woken_ns: int) -> Iterator[Frame | ErrorFrame]:
@@ -23,7 +23,7 @@ class OtherBus:
             message = self._bus.recv(0)
             if message is None:
                 return
-            t_ns = self._wall_clock.arrival_ns(round(message.timestamp * clock.NS))
+            t_ns = self._stamps.arrival_ns(round(message.timestamp * clock.NS))
             if message.is_error_frame:
                 yield ErrorFrame(message.arbitration_id, bytes(message.data), t_ns)
             elif message.is_remote_frame or message.is_fd:

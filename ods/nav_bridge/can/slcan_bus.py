@@ -23,7 +23,7 @@ ANSWER = re.compile(rb"[zZ]?|[VvNF][0-9A-Za-z]*")
 """What adapters say beside frames: acknowledgements, versions, status."""
 MAX_LINE = 64
 WRITE_TIMEOUT_S = 0.1
-REMOTE = b"rR"
+REMOTE_TYPES = b"rR"
 
 
 def parse(line: bytes, t_ns: int) -> Frame | None:
@@ -35,7 +35,7 @@ def parse(line: bytes, t_ns: int) -> Frame | None:
     if match is None:
         return None
     standard, extended, length, digits = match.groups()
-    wanted = 0 if line[0] in REMOTE else 2 * int(length)
+    wanted = 0 if line[0] in REMOTE_TYPES else 2 * int(length)
     if len(digits) < wanted:
         return None
     return Frame(int(standard or extended, 16), standard is None, unhexlify(digits[:wanted]), t_ns)
@@ -62,7 +62,7 @@ class SlcanBus(slcanBus):
             frame = parse(line, woken_ns)
             if frame is None:
                 self._counters["can_garbage"] += not ANSWER.fullmatch(line)
-            elif line[0] in REMOTE:
+            elif line[0] in REMOTE_TYPES:
                 self._counters["can_ignored"] += 1
             else:
                 yield frame

@@ -6,15 +6,15 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
-from can.interfaces.socketcan import SocketcanBus as PythonCanBus
+from can.interfaces.socketcan import SocketcanBus as PythonSocketcanBus
 
 from ods.base import clock
 from ods.nav_bridge.can.frame import ErrorFrame, Frame
-from ods.nav_bridge.can.stamp_clock import WallClock
+from ods.nav_bridge.can.stamp_clock import StampClock
 
 CAN_FRAME = struct.Struct("=IB3x8s")
 CAN_FD_BYTES = 72
-EXTENDED, REMOTE, ERROR = 1 << 31, 1 << 30, 1 << 29
+EXTENDED_FLAG, REMOTE_FLAG, ERROR_FLAG = 1 << 31, 1 << 30, 1 << 29
 STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
 TIMESPEC = struct.Struct("@ll")
 DROPPED = struct.Struct("@I")
@@ -22,14 +22,14 @@ ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size) + socket.CMSG_SPACE(DROPPED.s
 SO_RCVBUFFORCE, SO_RXQ_OVFL = 33, 40
 
 
-class SocketcanBus(PythonCanBus):
+class SocketcanBus(PythonSocketcanBus):
     """A SocketCAN interface. Counts `can_ignored` (remote, FD) and `can_overflow` (lost in a full receive buffer)."""
 
     def __init__(
-        self, channel: str, wall_clock: WallClock, counters: Counter[str], buffer_bytes: int, **options: Any
+        self, channel: str, stamps: StampClock, counters: Counter[str], buffer_bytes: int, **options: Any
     ) -> None:
         """`buffer_bytes`: size of the kernel's receive buffer."""
-        self._wall_clock, self._counters = wall_clock, counters
+        self._stamps, self._counters = stamps, counters
         super().__init__(channel, **options)
         self._dropped = 0
         self.socket.setsockopt(socket.SOL_SOCKET, SO_RXQ_OVFL, 1)
@@ -43,12 +43,12 @@ class SocketcanBus(PythonCanBus):
             except BlockingIOError:
                 return
             can_id, length, data = CAN_FRAME.unpack_from(raw)
-            if can_id & ERROR:
+            if can_id & ERROR_FLAG:
                 yield ErrorFrame(can_id & EXTENDED_MASK, data, self._arrival_ns(ancillary))
-            elif can_id & REMOTE or len(raw) > CAN_FRAME.size:
+            elif can_id & REMOTE_FLAG or len(raw) > CAN_FRAME.size:
                 self._counters["can_ignored"] += 1
             else:
-                extended = bool(can_id & EXTENDED)
+                extended = bool(can_id & EXTENDED_FLAG)
                 number = can_id & (EXTENDED_MASK if extended else STANDARD_MASK)
                 yield Frame(number, extended, data[:length], self._arrival_ns(ancillary))
 
@@ -61,7 +61,7 @@ class SocketcanBus(PythonCanBus):
                 self._dropped = dropped
             else:  # SO_TIMESTAMPNS, for which python-can has asked
                 seconds, nanoseconds = TIMESPEC.unpack(told)
-                arrival_ns = self._wall_clock.arrival_ns(seconds * clock.NS + nanoseconds)
+                arrival_ns = self._stamps.arrival_ns(seconds * clock.NS + nanoseconds)
         return clock.monotonic_ns() if arrival_ns is None else arrival_ns
 
 

@@ -4,13 +4,13 @@ from collections import Counter
 
 from ods.base import clock
 
-STEP_NS = 100_000_000
+WALL_CLOCK_STEP_NS = 100_000_000
 """NTP slews by less than this between two looks; a step is larger."""
 SLACK_NS = 50_000_000
 """A frame may be on its way from the driver for so long."""
 
 
-class WallClock:
+class StampClock:
     """Maps stamps onto CLOCK_MONOTONIC. Counts `wall_clock_steps`.
 
     A frame that is read has come since the driver's queue was last empty. That tells whether it was stamped before or
@@ -24,7 +24,7 @@ class WallClock:
     def emptied(self) -> None:
         """Take note that no frame is waiting now."""
         ahead_ns, self._empty_ns = _both_clocks()
-        self._counters["wall_clock_steps"] += abs(ahead_ns - self._ahead_ns) > STEP_NS
+        self._counters["wall_clock_steps"] += abs(ahead_ns - self._ahead_ns) > WALL_CLOCK_STEP_NS
         self._ahead_ns = ahead_ns
 
     def arrival_ns(self, stamp_utc_ns: int) -> int:

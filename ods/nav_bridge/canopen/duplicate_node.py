@@ -9,7 +9,7 @@ WINDOW_NS = 1_500_000_000
 NEVER_NS = -(1 << 62)
 
 
-class TwoSenders:
+class DuplicateNode:
     """Believed when `needed` pieces of evidence come within WINDOW_NS, and for so long after the last.
 
     Every piece counts as `counter`.

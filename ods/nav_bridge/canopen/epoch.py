@@ -4,8 +4,8 @@ from collections import Counter
 from dataclasses import dataclass
 
 from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.canopen.duplicate_node import TwoSenders
-from ods.nav_bridge.canopen.object_map import SEQUENCE
+from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
+from ods.nav_bridge.canopen.object_map import SEQUENCE_FIELD
 from ods.nav_bridge.canopen.pdo_layout import PdoLayout, PdoSet
 
 TIMEOUT_NS = 100_000_000
@@ -43,13 +43,13 @@ class EpochAssembler:
     """
 
     def __init__(self, pdo_set: PdoSet, window_ns: int, counters: Counter[str]) -> None:
-        self.two_senders = TwoSenders("ins_twice", counters, EVIDENCE)
+        self.duplicate = DuplicateNode("ins_twice", counters, EVIDENCE)
         self._counters = counters
         self._all = frozenset(layout.cob_id for layout in pdo_set.layouts)
         self._modulus = pdo_set.sequence_modulus
         self._timeout_ns = window_ns if self._modulus is None else TIMEOUT_NS
         self._window_ns = window_ns
-        self._last_numbered = max((n.place for n in pdo_set.layouts if SEQUENCE in n.fields), default=-1)
+        self._last_numbered = max((n.place for n in pdo_set.layouts if SEQUENCE_FIELD in n.fields), default=-1)
         self._period_ns = 0.0
         self._numbers: tuple[int | None, int | None] = (None, None)  # of the newest two epochs
         self._finished = True
@@ -89,7 +89,7 @@ class EpochAssembler:
         taken = self._taken.get(layout.cob_id) if in_time else None
         if taken is not None and taken != data:
             if number is not None:
-                self.two_senders.seen(t_ns)
+                self.duplicate.seen(t_ns)
             self._give_up()
         if number is not None and (taken is not None or self._finished):
             self._taken.setdefault(layout.cob_id, data)  # for the next one to contradict
@@ -131,7 +131,7 @@ class EpochAssembler:
         if not ahead:
             self._period_ns += (PERIOD_GAIN if self._period_ns else 1.0) * (t_ns - self._t_ns - self._period_ns)
         if last not in (before, number) and before is not None and ahead and (number - before) % self._modulus <= 1:
-            self.two_senders.seen(t_ns)
+            self.duplicate.seen(t_ns)
         elif lost is not None:
             self._counters["epoch_missing"] += lost
         else:

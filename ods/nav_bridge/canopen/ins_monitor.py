@@ -1,18 +1,16 @@
 """How the INS is: heartbeat with a time-out of our own, emergencies and SYNC."""
 
-import struct
 from collections import Counter, deque
 
 from canopen.emcy import EmcyError
 
 from ods.base.clock import NS
-from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.canopen.duplicate_node import TwoSenders
+from ods.nav_bridge.can.frame import EMCY_FRAME, Frame
+from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
 
 BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
 STATES = {BOOT_UP: "starting", STOPPED: "stopped", OPERATIONAL: "operational", PRE_OPERATIONAL: "pre-operational"}
 TOGGLE_BIT = 0x80
-EMCY_FRAME = struct.Struct("<HB5x")
 MAX_ERRORS = 8
 """Newest active errors kept; an INS in trouble may send them for ever."""
 ALTERNATING = 4
@@ -31,7 +29,7 @@ class InsMonitor:
         """NMT state that the newest heartbeat told."""
         self.sync_ns: int | None = None
         """Arrival of the newest SYNC."""
-        self.two_senders = TwoSenders("ins_twice", counters, 1)
+        self.duplicate = DuplicateNode("ins_twice", counters, 1)
         self.timeout_ns = round(heartbeat_timeout_s * NS)
         """Silence of the heartbeat that is a problem; 0: none is."""
         self._heartbeat_ns = now_ns
@@ -55,7 +53,7 @@ class InsMonitor:
         self._heartbeat_ns = frame.t_ns
         states = list(self._states)
         if len(states) == ALTERNATING and states[0] != states[1] and states[:2] == states[2:]:
-            self.two_senders.seen(frame.t_ns)
+            self.duplicate.seen(frame.t_ns)
 
     def heard_epoch(self) -> None:
         """Take note of PDOs: an INS that sends them is operational, though one without heartbeat never says so."""

@@ -6,7 +6,7 @@ from collections import Counter
 from ods.base.clock import NS
 from ods.base.clock_sync import OffsetEstimator
 from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.ins_clock import day_ms, utc_ns
+from ods.nav_bridge.ins_clock import day_ms, utc_of_time_of_day
 
 TIME_FRAME = struct.Struct("<IH")
 LATE_NS = NS // 2
@@ -34,7 +34,7 @@ class NetworkTime:
         if milliseconds is None:
             self._counters["time_bad"] += 1
             return
-        utc, wild, jumps = utc_ns(milliseconds, days), self._offset.wild, self._offset.jumps
+        utc, wild, jumps = utc_of_time_of_day(milliseconds, days), self._offset.wild, self._offset.jumps
         t_ns = self._offset.map(utc, frame.t_ns)
         if self._offset.wild == wild or self._offset.jumps > jumps:  # one message off is a late one, not a new time
             self._told = t_ns, utc

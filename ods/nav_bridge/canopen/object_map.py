@@ -8,7 +8,7 @@ from ods.base.errors import OdsError
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import ObjectSettings
 
-SEQUENCE, STATUS, TIME_OF_DAY = CONTROL_FIELDS = "sequence", "status", "time_of_day"
+SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD = CONTROL_FIELDS = "sequence", "status", "time_of_day"
 """What an object may be beside a pose field. Only the sequence number may come from several objects."""
 OBJECT = re.compile(r"0x([0-9a-fA-F]{1,4})(?::([0-9]{1,3}))?")
 KEY = "nav.canopen.objects"
@@ -39,7 +39,7 @@ def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, Mappe
             raise OdsError(f"{KEY}.{name}: {field} has no factor")
         if where in found:
             raise OdsError(f"{KEY}.{name}: the same object as {found[where].name}")
-        twin = next((other.name for other in found.values() if other.field == field != SEQUENCE), None)
+        twin = next((other.name for other in found.values() if other.field == field != SEQUENCE_FIELD), None)
         if twin:
             raise OdsError(f"{KEY}.{name}: {twin} is {field} already")
         found[where] = MappedObject(name, field, factor)

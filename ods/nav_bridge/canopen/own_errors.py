@@ -1,10 +1,10 @@
 """This node's own errors: the emergency messages it sends, its error register and its error history (CiA 301)."""
 
-import struct
 from collections.abc import Callable, Set
 from enum import IntEnum
 
-EMCY_FRAME = struct.Struct("<HB5x")
+from ods.nav_bridge.can.frame import EMCY_FRAME
+
 GENERIC, COMMUNICATION, MANUFACTURER = 0x01, 0x10, 0x80
 """Bits of the error register."""
 HISTORY_LENGTH = 8

@@ -8,7 +8,7 @@ import canopen
 
 from ods.base.clock import NS
 from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, NMT, SDO_ANSWER, SDO_REQUEST, SYNC, Frame
-from ods.nav_bridge.canopen.duplicate_node import TwoSenders
+from ods.nav_bridge.canopen.duplicate_node import DuplicateNode
 from ods.nav_bridge.canopen.eds import EdsError, read_dictionary
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
 from ods.nav_bridge.canopen.loop_network import LoopNetwork
@@ -38,7 +38,7 @@ class OwnNode:
     def __init__(
         self, nav: NavSettings, settings: CanopenSettings, send: Send, monitor: InsMonitor, counters: Counter[str]
     ) -> None:
-        self.another = TwoSenders("own_id_taken", counters, 1)
+        self.another = DuplicateNode("own_id_taken", counters, 1)
         """Evidence of another node with this node's id."""
         self._counters, self._monitor = counters, monitor
         self._send = send

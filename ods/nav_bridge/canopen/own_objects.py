@@ -12,17 +12,16 @@ from ods import __version__
 from ods.base.clock import MS
 from ods.nav_bridge.can.frame import SYNC
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
+from ods.nav_bridge.canopen.object_map import Where
 from ods.nav_bridge.canopen.own_errors import OwnErrors
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
-ERROR_REGISTER, ERROR_HISTORY, CONSUMER_HEARTBEAT, COUNTERS = 0x1001, 0x1003, 0x1016, 0x2000
+ERROR_REGISTER, ERROR_HISTORY, CONSUMER_HEARTBEAT, COUNTER_VALUES = 0x1001, 0x1003, 0x1016, 0x2000
 PRODUCES_SYNC = 1 << 30
 MASK_32_BIT = 0xFFFFFFFF
 MAX_HEARTBEAT_MS = 0xFFFF
 NO_DATA, OUT_OF_RANGE = 0x08000024, 0x06090030
 """SDO abort codes."""
-
-Where = tuple[int, int]
 
 
 class OwnObjects:
@@ -60,7 +59,7 @@ class OwnObjects:
             return self._error(subindex)
         if index == CONSUMER_HEARTBEAT and subindex:
             return self._ins_node_id << 16 | min(self._monitor.timeout_ns // MS, MAX_HEARTBEAT_MS)
-        if index == COUNTERS and subindex:
+        if index == COUNTER_VALUES and subindex:
             return self._counters[od.name] & MASK_32_BIT
         return self._constants.get((index, subindex))
 

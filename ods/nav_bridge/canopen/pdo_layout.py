@@ -9,8 +9,9 @@ from typing import NamedTuple
 from canopen import ObjectDictionary
 from canopen.objectdictionary import ODVariable, datatypes
 
+from ods.nav_bridge.can.frame import MAX_DATA_BYTES
 from ods.nav_bridge.canopen.eds import EdsError, number_of, read_dictionary
-from ods.nav_bridge.canopen.object_map import SEQUENCE, STATUS, TIME_OF_DAY, MappedObject, Where
+from ods.nav_bridge.canopen.object_map import SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD, MappedObject, Where
 
 STRUCT_CODES: dict[int, str] = {
     datatypes.INTEGER8: "b",
@@ -28,9 +29,8 @@ UNSIGNED_CODES = frozenset("BHIQ")
 TIME_OF_DAY_BITS = 48
 FIRST_TPDO, FIRST_MAPPING, TPDO_COUNT = 0x1800, 0x1A00, 512
 NOT_VALID = 1 << 31
-EXTENDED = 1 << 29
+EXTENDED_ID = 1 << 29
 COB_ID_MASK = 0x7FF
-MAX_BYTES = 8
 MAX_MAPPED = 64
 
 
@@ -96,7 +96,7 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
         raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
     if len({layout.cob_id for layout in layouts}) < len(layouts):
         raise EdsError(f"{eds}: two transmit PDOs have the same COB-ID")
-    if modulus is not None and SEQUENCE not in layouts[0].fields:
+    if modulus is not None and SEQUENCE_FIELD not in layouts[0].fields:
         raise EdsError(f"{eds}: the first PDO of the set, 0x{layouts[0].cob_id:X}, must carry the sequence number")
     return PdoSet(layouts, modulus)
 
@@ -111,12 +111,12 @@ def _layouts(
         if not _carries_any(dictionary, FIRST_MAPPING + number, objects):
             continue  # whatever its entries say
         cob_id = number_of(dictionary, FIRST_TPDO + number, 1)
-        if cob_id & (NOT_VALID | EXTENDED):
+        if cob_id & (NOT_VALID | EXTENDED_ID):
             continue
         entries = list(_entries(dictionary, FIRST_MAPPING + number, objects, carried))
         fields = tuple(name for entry in entries for name in entry.fields)
         packed = struct.Struct("<" + "".join(entry.code for entry in entries))
-        if packed.size > MAX_BYTES:
+        if packed.size > MAX_DATA_BYTES:
             raise ValueError(f"TPDO {number + 1} maps {packed.size} bytes, more than a CAN frame holds")
         factors = tuple(factor for entry in entries for factor in entry.factors)
         yield PdoLayout(place, cob_id & COB_ID_MASK, packed, fields, factors)
@@ -153,14 +153,14 @@ def _entries(
 
 
 def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry:
-    if told.field == TIME_OF_DAY:
+    if told.field == TIME_FIELD:
         if bits != TIME_OF_DAY_BITS:
             raise ValueError(f"the time of day is mapped with {bits} bits instead of {TIME_OF_DAY_BITS}")
         return _Entry("IH", ("time_ms", "time_days"), (1, 1))
     code = STRUCT_CODES.get(variable.data_type or 0) if variable is not None else None
     if variable is None or code is None or struct.calcsize(code) * 8 != bits:
         raise ValueError(f"object {told.name} is missing, or its type does not fit {bits} bits")
-    if told.field not in (SEQUENCE, STATUS):
+    if told.field not in (SEQUENCE_FIELD, STATUS_FIELD):
         return _Entry(code, (told.field,), (variable.factor if told.factor is None else told.factor,))
     if code not in UNSIGNED_CODES:
         raise ValueError(f"object {told.name} ({told.field}) is no unsigned number")
@@ -168,7 +168,7 @@ def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry
 
 
 def _sequence_modulus(dictionary: ObjectDictionary, objects: Mapping[Where, MappedObject]) -> int | None:
-    variables = [dictionary.get_variable(*where) for where, told in objects.items() if told.field == SEQUENCE]
+    variables = [dictionary.get_variable(*where) for where, told in objects.items() if told.field == SEQUENCE_FIELD]
     widths = {len(variable) for variable in variables if variable is not None}
     if len(widths) > 1:
         raise ValueError("the objects that carry the sequence number have different types")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from ods.base.clock import NS
 from ods.messages import Pose
 from ods.nav_bridge.canopen.epoch import Epoch
-from ods.nav_bridge.canopen.object_map import STATUS
+from ods.nav_bridge.canopen.object_map import STATUS_FIELD
 from ods.nav_bridge.ins_clock import InsClock, day_ms
 from ods.nav_bridge.pose_fields import PoseMaker
 
@@ -31,7 +31,7 @@ class CanopenPose:
 
     def decode(self, epoch: Epoch, instant_ns: int) -> Pose | None:
         """Return the pose, or None; `instant_ns` is taken when the INS tells no valid time."""
-        status = int(epoch.values.get(STATUS, -1))  # an INS without a status always is as it says
+        status = int(epoch.values.get(STATUS_FIELD, -1))  # an INS without a status always is as it says
         self.not_valid = [part for part, mask in self._needed.items() if not status & mask]
         if self.not_valid:
             self._counters["epoch_invalid"] += 1

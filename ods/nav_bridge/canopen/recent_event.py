@@ -7,7 +7,7 @@ from ods.base.clock import NS
 WHILE_NS = NS
 
 
-class Recent:
+class RecentEvent:
     """Whether a counter has risen within the last second, as far as `now` was asked often enough to see."""
 
     def __init__(self, counter: str, counters: Counter[str]) -> None:

@@ -1,11 +1,9 @@
 """A CANopen navigation system: its PDOs, what else it says, and our own node beside it."""
 
-from collections import Counter
 from collections.abc import Callable, Set
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, SYNC, TIME, CanId, Frame
 from ods.nav_bridge.canopen.eds import EdsError
@@ -17,10 +15,10 @@ from ods.nav_bridge.canopen.own_errors import Fault
 from ods.nav_bridge.canopen.own_node import OwnNode
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.canopen.pose import CanopenPose
-from ods.nav_bridge.canopen.recent_event import Recent
+from ods.nav_bridge.canopen.recent_event import RecentEvent
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
-from ods.nav_bridge.source import PoseSource, Send
+from ods.nav_bridge.source import PoseSource, SourceHost
 
 SYNC_AGE_NS = 20_000_000
 """A SYNC older than this when an epoch begins did not trigger it."""
@@ -31,26 +29,19 @@ START_PERIOD_NS = NS
 class CanopenSource(PoseSource):
     """One INS by its EDS, and the node that this process is. Counts `epoch_contested`: dropped while two INSs send."""
 
-    def __init__(
-        self,
-        nav: NavSettings,
-        settings: CanopenSettings,
-        frame: LocalFrame,
-        send: Send,
-        now_ns: int,
-        utc_of: Callable[[int], int],
-        counters: Counter[str],
-    ) -> None:
-        super().__init__(nav.stale_s, now_ns)
-        self.monitor = InsMonitor(settings.heartbeat_timeout_s, now_ns, counters)
+    def __init__(self, nav: NavSettings, settings: CanopenSettings, host: SourceHost) -> None:
+        """Read both EDS files. Raises EdsError."""
+        super().__init__(nav.stale_s, host.now_ns)
+        counters = host.counters
+        self.monitor = InsMonitor(settings.heartbeat_timeout_s, host.now_ns, counters)
         self._settings = settings
         self._counters = counters
         pdo_set = load_pdo_set(settings.ins_eds, settings.ins_node_id, object_map(settings.objects))
         try:
-            maker = PoseMaker(pdo_set.fields, frame, nav.limits, nav.sigma, utc_of, counters)
+            maker = PoseMaker(pdo_set.fields, host.frame, nav.limits, nav.sigma, host.utc_of, counters)
         except OdsError as error:
             raise EdsError(f"{settings.ins_eds}: with nav.canopen.objects: {error}") from error
-        self._node = OwnNode(nav, settings, send, self.monitor, counters)
+        self._node = OwnNode(nav, settings, host.send, self.monitor, counters)
         self._time = NetworkTime(counters)
         self._layouts = {layout.cob_id: layout for layout in pdo_set.layouts}
         self._assembler = EpochAssembler(pdo_set, round(settings.epoch_window_s * NS), counters)
@@ -65,9 +56,9 @@ class CanopenSource(PoseSource):
         taken = sorted(self._layouts.keys() & self._handlers.keys())
         if taken:
             raise EdsError(f"{settings.ins_eds}: a PDO has COB-ID 0x{taken[0]:X}, which another CANopen service needs")
-        self._utc_of = utc_of
-        self._commanded_ns = now_ns - START_PERIOD_NS
-        self._pdo_short, self._recovered = Recent("pdo_short", counters), Recent("can_recovered", counters)
+        self._utc_of = host.utc_of
+        self._commanded_ns = host.now_ns - START_PERIOD_NS
+        self._pdo_short, self._recovered = RecentEvent("pdo_short", counters), RecentEvent("can_recovered", counters)
         self._opened = self._reopened = False
 
     @property
@@ -113,7 +104,7 @@ class CanopenSource(PoseSource):
 
     def _pose_of(self, epoch: Epoch) -> Pose | None:
         self.monitor.heard_epoch()
-        if self._assembler.two_senders.now(epoch.t_ns):
+        if self._assembler.duplicate.now(epoch.t_ns):
             self._counters["epoch_contested"] += 1
             return None
         pose = self._pose.decode(epoch, self._sampled_ns(epoch))
@@ -146,7 +137,7 @@ class CanopenSource(PoseSource):
         return found + self.monitor.problems(now_ns) + self._time.problems(now_ns, self._utc_of(now_ns))
 
     def _is_twice(self, now_ns: int) -> bool:
-        return self._assembler.two_senders.now(now_ns) or self.monitor.two_senders.now(now_ns)
+        return self._assembler.duplicate.now(now_ns) or self.monitor.duplicate.now(now_ns)
 
     def _sampled_ns(self, epoch: Epoch) -> int:
         """Return when an epoch without valid time was sampled: at the SYNC before it, else at its arrival."""

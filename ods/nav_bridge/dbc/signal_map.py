@@ -13,14 +13,13 @@ from cantools.database.can import Message, Signal
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError, one_line
-from ods.nav_bridge.can.frame import CanId
+from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.encoding import read_text
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, ValiditySettings
 
-T = TypeVar("T", SignalSettings, TimeSettings)
-MAX_BYTES = 8
+SettingsT = TypeVar("SettingsT", SignalSettings, TimeSettings)
 LEAST_COUNTS = 2
 """A clock that wraps sooner tells nothing."""
 
@@ -129,7 +128,7 @@ def load_dbc_map(settings: DbcSettings) -> DbcMap:
     return DbcMap(by_id, epoch, clock)
 
 
-def _as_table(mapped: str | T, kind: type[T]) -> T:
+def _as_table(mapped: str | SettingsT, kind: type[SettingsT]) -> SettingsT:
     return kind(signal=mapped) if isinstance(mapped, str) else mapped
 
 
@@ -210,7 +209,7 @@ class _Resolver:
             raise self._error(key, f"no message {name!r} in the DBC")
         if layout.is_multiplexed() or layout.is_container:
             raise self._error(key, f"message {name} is multiplexed, which is not supported")
-        if layout.length > MAX_BYTES:
+        if layout.length > MAX_DATA_BYTES:
             raise self._error(key, f"message {name} has {layout.length} bytes, more than a CAN frame holds")
         return self.messages.setdefault(name, DbcMessage(layout))
 

@@ -1,18 +1,16 @@
 """A navigation system whose frames a DBC file describes. It is only listened to."""
 
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import DbcSettings, NavSettings
-from ods.nav_bridge.source import PoseSource
+from ods.nav_bridge.source import PoseSource, SourceHost
 
 
 class DbcSource(PoseSource):
@@ -22,23 +20,17 @@ class DbcSource(PoseSource):
     `epoch_invalid` (a status that must hold does not).
     """
 
-    def __init__(
-        self,
-        nav: NavSettings,
-        settings: DbcSettings,
-        frame: LocalFrame,
-        now_ns: int,
-        utc_of: Callable[[int], int],
-        counters: Counter[str],
-    ) -> None:
-        super().__init__(nav.stale_s, now_ns)
+    def __init__(self, nav: NavSettings, settings: DbcSettings, host: SourceHost) -> None:
+        """Read the DBC file and resolve the map. Raises DbcError."""
+        super().__init__(nav.stale_s, host.now_ns)
+        counters = host.counters
         self._file = settings.file
         self._window_ns = round(settings.window_s * NS)
-        self._start_ns = now_ns
+        self._start_ns = host.now_ns
         self._counters = counters
         self._map = load_dbc_map(settings)
         try:
-            self._maker = PoseMaker(settings.signals, frame, nav.limits, nav.sigma, utc_of, counters)
+            self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc_of, counters)
         except OdsError as error:
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
         self._assembler = DbcEpochAssembler(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
