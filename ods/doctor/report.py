@@ -22,7 +22,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
         return
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
     yield from pipeline(settings)
-    yield from sonar_port.examine(settings.sonar.port)
+    yield from sonar_port.examine(settings.sonar.port, in_use=running.is_running(settings.bus.run_dir, "sonar"))
     if listen_s:
         yield from sonar_port.listen(settings, listen_s)
     yield from can_interface.examine(settings.nav.can)

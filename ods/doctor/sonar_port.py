@@ -21,10 +21,15 @@ PROBE_S = 2.0
 IDLE_S = 0.002
 
 
-def examine(port: str) -> Iterator[Finding]:
-    """Look at the sonar's port without disturbing a running sonar process: a device is not opened."""
+def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
+    """Look at the sonar's port without disturbing a running sonar process: a device is not opened.
+
+    `in_use`: that process runs, so a sonar on the network, which may have one connection only, is left alone.
+    """
     address = tcp_address(port)
-    if address:
+    if address and in_use:
+        yield Finding("note", f"sonar {port}", "not tried: the sonar process has its connection")
+    elif address:
         yield from _tcp(port, address)
     else:
         yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
@@ -46,7 +51,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
         load = _load(link.octets / seconds, sonar)
         yield Finding("good", subject, f"{pings / seconds:.1f} pings/s; {traffic}; {load}")
     elif link.faults and not traffic:
-        yield Finding("wrong", subject, "; ".join(link.faults))
+        yield Finding("wrong", subject, "; ".join(link.faults + protocol.problems(clock.monotonic_ns())))
     else:
         yield Finding("wrong", subject, protocol.diagnosis(seconds))
     if traffic:

@@ -25,8 +25,8 @@ STANDBY_NS = 2 * NS
 """A dummy message within this tells of standby."""
 MAX_TEMPERATURE_C = 200.0
 """What is beyond was not measured: recorded results hold such numbers."""
-GRACE_NS = 5 * NS
-"""Nothing is said of a missing connection before: statuses come about once a second."""
+GRACE_NS = 5 * NS // 2
+"""A silence of statuses is none before: they come about once a second."""
 NAMES = {
     Kind.FIRE: "fire messages", Kind.FULL_PING: "full ping results", Kind.PING: "ping results",
     Kind.USER_CONFIG: "user configurations", Kind.LOG: "logs", Kind.DUMMY: "dummies",
@@ -109,7 +109,8 @@ class OculusProtocol(SonarProtocol):
                 said.append("the sonar is in standby")
             return said + self._control.problems(now_ns)
         waited = self._begun_ns is not None and now_ns - self._begun_ns > GRACE_NS
-        return said + ([self._board.why_unreachable(now_ns)] if self.side_port and waited else [])
+        heard = self._board.own(now_ns) or self._board.other(now_ns)
+        return said + ([self._board.why_unreachable(now_ns)] if self.side_port and (heard or waited) else [])
 
     def traffic(self, seconds: float) -> str:
         """Say which messages came, and from which sonar."""

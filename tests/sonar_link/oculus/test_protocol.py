@@ -175,8 +175,8 @@ def test_settings_that_are_not_taken_standby_and_heat_are_problems_in_plain_word
 def test_a_sonar_that_cannot_be_reached_is_told_of_by_its_status() -> None:
     protocol = make()
     protocol.end_stream(S)
-    assert protocol.problems(5 * S) == []
-    assert protocol.problems(7 * S) == ["no status of any sonar is heard: is it on, and the cable in?"]
+    assert protocol.problems(3 * S) == []
+    assert protocol.problems(4 * S) == ["no status of any sonar is heard: is it on, and the cable in?"]
     protocol.heard(wire.status(client="192.168.2.50"), "192.168.2.3", 8 * S)
     assert protocol.problems(9 * S) == ["it says that 192.168.2.50 has its connection"]
     assert make(oculus={"status_port": 0}).side_port is None
