@@ -10,6 +10,7 @@ from ods.nav_bridge.canopen.eds import read_dictionary
 from ods.runtime import counters
 from ods.runtime.counters import COUNTERS
 from ods.runtime.processes import PROCESSES
+from ods.runtime.service import Service
 from tests.runtime.counted_names import all_counted, counted_in
 
 SOURCES = Path(ods.__file__).parent
@@ -81,3 +82,15 @@ def test_tests_refuse_a_name_without_a_row() -> None:
 def test_a_vehicle_does_not_stop_for_a_name_without_a_row(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(counters.REFUSE)
     counters.refuse_unknown("nav", ["pozes"])
+
+
+def test_a_running_service_refuses_a_name_without_a_row(tmp_path: Path) -> None:
+    service = Service(PROCESSES["nav"], tmp_path)
+    try:
+        service.counters["poses"] += 1
+        service.report_health(ready=True, problems=[])
+        service.counters["pozes"] += 1
+        with pytest.raises(LookupError, match="nav counts pozes"):
+            service.report_health(ready=True, problems=[])
+    finally:
+        service.close()
