@@ -14,7 +14,7 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.sonar.model import SonarModel, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 
-LOW, HIGH = 1, 2
+LOW_MODE, HIGH_MODE = 1, 2
 HIGH_RANGE_M = 40.0
 HIGH_FREQUENCY, HIGH_OPENING, HIGH_BEAM_WIDTH = 1.6, 70.0 / 130.0, 0.6
 """The high mode's, as shares of the low one's: an M750d has 750 kHz, 130 and 1 degrees there, 1.2 MHz, 70 and 0.6."""
@@ -22,7 +22,7 @@ PERIODS_S = {0: 1 / 10, 1: 1 / 15, 2: 1 / 40, 3: 1 / 5, 4: 1 / 2}
 """Shortest time from ping to ping, by the number in the fire message; every other number is standby."""
 NOMINAL_GAIN_PERCENT, DB_PER_PERCENT = 50.0, 0.5
 """Gain of the scene's levels, and this simulator's law: the real one is not known."""
-LEAST_RANGE_M = 1.0
+NEAREST_RANGE_M = 1.0
 UPTIME_S = 1000.0
 """Since when the sonar has been on when the mission starts."""
 STATUS_PERIOD_NS = NS
@@ -36,7 +36,7 @@ class OculusEnd:
         """`file`: the low mode; `nominal`: its images."""
         self._nominal = nominal
         self._line = line
-        self._modes = {LOW: nominal.sonar, HIGH: _high_mode(file)}
+        self._modes = {LOW_MODE: nominal.sonar, HIGH_MODE: _high_mode(file)}
         self.controls: FireMessage | None = None
         self._stream = bytearray()
         self._client = 0
@@ -96,7 +96,7 @@ class OculusEnd:
         speed = fire.sound_speed or sonar.sound_speed
         head = ImageHead(
             number, sonar.frequency_hz, speed, (device_ns - self._on_ns) / NS, sonar.dr_m * speed / sonar.sound_speed,
-            sonar.bearing_rad, fire.gain_percent if fire.mode == LOW else 40.0 + 0.6 * fire.gain_percent,
+            sonar.bearing_rad, fire.gain_percent if fire.mode == LOW_MODE else 40.0 + 0.6 * fire.gain_percent,
         )  # fmt: skip
         return [
             wire.ping_result(fire, head, images.render(t_s, number), self._nominal.scene.file.image.full_scale_counts)
@@ -112,7 +112,7 @@ class OculusEnd:
 
     def _can(self, fire: FireMessage) -> bool:
         numbers = fire.range_m, fire.gain_percent, fire.sound_speed, fire.salinity
-        return fire.mode in self._modes and all(map(math.isfinite, numbers)) and fire.range_m >= LEAST_RANGE_M
+        return fire.mode in self._modes and all(map(math.isfinite, numbers)) and fire.range_m >= NEAREST_RANGE_M
 
 
 def _high_mode(file: SonarFile) -> SonarModel:

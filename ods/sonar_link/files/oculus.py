@@ -14,14 +14,14 @@ from ods.sonar_link.files.mapped_file import memory_map
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.framer import fault_of
-from ods.sonar_link.oculus.messages import SYNC, Kind
+from ods.sonar_link.oculus.messages import CHECK_WORD, MessageKind
 
 
 class OculusDecoder(Decoder):
     """Counts `other_messages`, `corrupt_pings` and `garbage_bytes`."""
 
     name = "Oculus .raw"
-    signature = ((0, SYNC),)
+    signature = ((0, CHECK_WORD),)
     suffix = ".raw"
 
     def read(self, path: Path) -> PingSequence:
@@ -50,12 +50,12 @@ def _results(data: mmap, losses: Counter[str]) -> Iterator[int]:
         header = messages.unpack_header(data, offset) if fault == "" else None
         if header is None or offset + header.size > len(data):
             losses["corrupt_pings"] += fault == "bad_ping"
-            found = data.find(SYNC, offset + 1)
+            found = data.find(CHECK_WORD, offset + 1)
             following = found if found >= 0 else len(data)
             losses["garbage_bytes"] += following - offset
         else:
             following = offset + header.size
-            if header.kind == Kind.PING:
+            if header.kind == MessageKind.PING:
                 yield offset
             else:
                 losses["other_messages"] += 1
@@ -65,5 +65,5 @@ def _results(data: mmap, losses: Counter[str]) -> Iterator[int]:
 def _ping(data: mmap, offset: int, index: int) -> Ping:
     """Decode one message. Raises ValueError when its numbers do not fit each other."""
     result = messages.decode_ping_result(data, offset)
-    frame, geometry = image.frame_of(result, data, offset), image.geometry_of(result, data, offset)
+    frame, geometry = image.amplitudes_of(result, data, offset), image.geometry_of(result, data, offset)
     return recorded_ping(frame, geometry, index, ping_number=result.ping_number)

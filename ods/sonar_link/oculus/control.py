@@ -10,12 +10,11 @@ from collections import Counter
 from ods.base.clock import NS
 from ods.sonar_link.oculus import messages
 from ods.sonar_link.oculus.messages import Fire
-from ods.sonar_link.oculus.settings import OculusSettings
+from ods.sonar_link.oculus.settings import MODES, OculusSettings
 
 REPEAT_S = 2.0
 LEAST_HIGH_GAIN_PERCENT = 40.0
 """In high mode, 0 to 100 percent of gain are told as this to 100."""
-HIGH = 2
 
 
 class FireControl:
@@ -85,4 +84,4 @@ def differences(wanted: Fire, told: Fire) -> list[str]:
 def _gains(wanted: Fire) -> list[float]:
     """Return what a ping may tell of a gain."""
     high = LEAST_HIGH_GAIN_PERCENT + (1.0 - LEAST_HIGH_GAIN_PERCENT / 100.0) * wanted.gain_percent
-    return [wanted.gain_percent, high] if wanted.mode == HIGH else [wanted.gain_percent]
+    return [wanted.gain_percent, high] if wanted.mode == MODES["high"] else [wanted.gain_percent]

@@ -10,13 +10,13 @@ from collections import Counter, deque
 from typing import NamedTuple
 
 from ods.sonar_link.oculus import messages
-from ods.sonar_link.oculus.messages import HEADER_BYTES, SYNC, Buffer, Header, Kind
+from ods.sonar_link.oculus.messages import CHECK_WORD, HEADER_BYTES, Buffer, Header, MessageKind
 
-KINDS = frozenset(Kind)
+KNOWN_KINDS = frozenset(MessageKind)
 MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 MAX_OTHER_BYTES = 65536
 """Longest message without an image."""
-WITH_IMAGE = (Kind.PING, Kind.FULL_PING)
+WITH_IMAGE = (MessageKind.PING, MessageKind.FULL_PING)
 ALIKE_BYTES = 10
 """Of the header: sync word, source, destination, kind and version, the same in all results of one sonar."""
 
@@ -37,14 +37,12 @@ def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_MESSAGE_BYTES) -> s
     there = len(data) - at
     if there < HEADER_BYTES:
         return None
-    if data[at : at + len(SYNC)] != SYNC:
-        return "no_sync"
     header = messages.unpack_header(data, at)
-    if header.kind not in KINDS:
+    if data[at : at + len(CHECK_WORD)] != CHECK_WORD or header.kind not in KNOWN_KINDS:
         return "unknown_message"
     if header.size > (max_bytes if header.kind in WITH_IMAGE else MAX_OTHER_BYTES):
         return "overlong_record"
-    if header.kind != Kind.PING:
+    if header.kind != MessageKind.PING:
         return ""
     fixed = messages.result_bytes(header.version)
     if header.size < fixed:
@@ -80,7 +78,7 @@ class Framer:
     @property
     def waiting_since_ns(self) -> int | None:
         """When the first byte of the message under way was read; None when none is."""
-        return self._arrivals[0][1] if self._bytes.startswith(SYNC) else None
+        return self._arrivals[0][1] if self._bytes.startswith(CHECK_WORD) else None
 
     @property
     def missing_bytes(self) -> int:
@@ -94,7 +92,7 @@ class Framer:
         if self.waiting_since_ns is None:
             return []
         self.counters["truncated_record"] += 1
-        self._discard(len(SYNC))
+        self._discard(len(CHECK_WORD))
         return self._messages()
 
     def flush(self) -> list[Message]:
@@ -117,7 +115,7 @@ class Framer:
             fault = fault or self._fault_of_content(header)
             if fault:
                 self.counters[fault] += 1
-                self._discard(len(SYNC))
+                self._discard(len(CHECK_WORD))
             else:
                 found.append(self._take(header))
         return found
@@ -129,8 +127,8 @@ class Framer:
 
     def _find_sync(self) -> bool:
         """Drop what cannot begin a message; tell whether a sync word comes first."""
-        at = self._bytes.find(SYNC)
-        tail = len(SYNC) - 1 if self._bytes.endswith(SYNC[:-1]) else 0
+        at = self._bytes.find(CHECK_WORD)
+        tail = len(CHECK_WORD) - 1 if self._bytes.endswith(CHECK_WORD[:-1]) else 0
         self._discard(at if at >= 0 else len(self._bytes) - tail)
         return at >= 0
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import AnyArray, Floats32
-from ods.sonar_link.oculus.messages import Buffer, PingResult
+from ods.sonar_link.oculus.messages import Buffer, SimpleResult
 from ods.sonar_link.ping_builder import Geometry, make_beam_table
 
 FULL_GAMMA = 255
@@ -21,7 +21,7 @@ TABLE_BYTES = 2
 """Gamma is undone by a table for samples no longer than this."""
 
 
-def geometry_of(result: PingResult, data: Buffer, at: int = 0) -> Geometry:
+def geometry_of(result: SimpleResult, data: Buffer, at: int = 0) -> Geometry:
     """Return what a result says of its samples. Raises ValueError for what cannot be, such as bearings that fall.
 
     The first line's middle lies half a spacing away, as liboculus's ROS driver has it; the maker does not say.
@@ -36,7 +36,7 @@ def geometry_of(result: PingResult, data: Buffer, at: int = 0) -> Geometry:
     )
 
 
-def frame_of(result: PingResult, data: Buffer, at: int = 0) -> AnyArray:
+def amplitudes_of(result: SimpleResult, data: Buffer, at: int = 0) -> AnyArray:
     """Return the (beams, lines) amplitudes: uint8 or uint16 as sent, float32 where gamma is undone and for 32 bits.
 
     A gain before a line is left out, not applied. Raises ValueError for samples of unknown layout.

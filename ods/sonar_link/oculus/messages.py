@@ -19,7 +19,7 @@ DATA_PORT = 52100
 """TCP, at the sonar."""
 STATUS_PORT = 52102
 """UDP, broadcast by the sonar."""
-SYNC = b"SO"
+CHECK_WORD = b"SO"
 """0x4f53, first in every message."""
 SECOND_VERSION = 2
 """Of fire message and simple ping result; every other number means the first."""
@@ -29,7 +29,7 @@ GAIN_BYTES = 4
 Buffer = bytes | bytearray | memoryview | mmap
 
 
-class Kind(IntEnum):
+class MessageKind(IntEnum):
     """Message identifiers."""
 
     FIRE = 0x15
@@ -109,7 +109,7 @@ PING_RATES: dict[int, int] = {10: 0, 15: 1, 40: 2, 5: 3, 2: 4}
 """`Fire.ping_rate` by the highest rate in pings a second."""
 
 
-class PingResult(NamedTuple):
+class SimpleResult(NamedTuple):
     """What a simple ping result says of its image."""
 
     fire: Fire
@@ -154,7 +154,7 @@ class SonarStatus(NamedTuple):
 
 
 def unpack_header(data: Buffer, at: int = 0) -> Header:
-    """Return the header at a place that has HEADER_BYTES; whether SYNC stands there is not looked at."""
+    """Return the header at a place that has HEADER_BYTES; whether CHECK_WORD stands there is not looked at."""
     _, source, _, kind, version, payload, _ = _HEADER.unpack_from(data, at)
     return Header(kind, version, source, HEADER_BYTES + payload)
 
@@ -164,7 +164,7 @@ def encode_fire(fire: Fire, version: int) -> bytes:
     body = _FIRE.pack(*fire[:9])
     if version == SECOND_VERSION:
         body += _FIRE_2_END.pack(fire.extended_flags)
-    return _HEADER.pack(SYNC, 0, 0, Kind.FIRE, version, len(body), 0) + body
+    return _HEADER.pack(CHECK_WORD, 0, 0, MessageKind.FIRE, version, len(body), 0) + body
 
 
 def result_bytes(version: int) -> int:
@@ -174,7 +174,7 @@ def result_bytes(version: int) -> int:
     return HEADER_BYTES + _FIRE.size + _RESULT_1.size
 
 
-def decode_ping_result(data: Buffer, at: int = 0) -> PingResult:
+def decode_ping_result(data: Buffer, at: int = 0) -> SimpleResult:
     """Return what a simple ping result says; its first `result_bytes` must be there. What it says is not checked."""
     version = unpack_header(data, at).version
     fire = Fire(*_FIRE.unpack_from(data, at + HEADER_BYTES))
@@ -188,13 +188,13 @@ def decode_ping_result(data: Buffer, at: int = 0) -> PingResult:
         fields = _RESULT_1.unpack_from(data, at + result_bytes(version) - _RESULT_1.size)
         number, frequency, speed, sample_size, *rest = fields
     dr_m, lines, beams, image_at, image_bytes, message_bytes = rest
-    return PingResult(
+    return SimpleResult(
         fire, number, frequency, speed, start_s, sample_size + 1,
         dr_m, lines, beams, result_bytes(version), image_at, image_bytes, message_bytes,
     )  # fmt: skip
 
 
-def fits(result: PingResult, size: int) -> bool:
+def fits(result: SimpleResult, size: int) -> bool:
     """Tell whether a simple ping result can be true of a message of so many bytes."""
     return (
         1 <= result.beams <= MAX_BEAMS
@@ -208,7 +208,7 @@ def fits(result: PingResult, size: int) -> bool:
 
 def decode_status(datagram: bytes) -> SonarStatus:
     """Decode a status. Raises ValueError when it is none."""
-    if len(datagram) != STATUS_BYTES or not datagram.startswith(SYNC):
+    if len(datagram) != STATUS_BYTES or not datagram.startswith(CHECK_WORD):
         raise ValueError("no status message")
     device, _, part, state, address, client, *temperatures, pressure = _STATUS.unpack_from(datagram, HEADER_BYTES)
     return SonarStatus(device, part, state, IPv4Address(address), IPv4Address(client), temperatures, pressure)

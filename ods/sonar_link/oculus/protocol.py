@@ -10,7 +10,7 @@ from ods.sonar_link.device_clock import DeviceClock
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.control import FireControl
 from ods.sonar_link.oculus.framer import Framer, Message
-from ods.sonar_link.oculus.messages import Kind, PingResult
+from ods.sonar_link.oculus.messages import MessageKind, SimpleResult
 from ods.sonar_link.oculus.status import StatusBoard, model_of
 from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
@@ -27,9 +27,9 @@ MAX_TEMPERATURE_C = 200.0
 """What is beyond was not measured: recorded results hold such numbers."""
 GRACE_NS = 5 * NS // 2
 """A silence of statuses is none before: they come about once a second."""
-NAMES = {
-    Kind.FIRE: "fire messages", Kind.FULL_PING: "full ping results", Kind.PING: "ping results",
-    Kind.USER_CONFIG: "user configurations", Kind.LOG: "logs", Kind.DUMMY: "dummies",
+KIND_NAMES = {
+    MessageKind.FIRE: "fire messages", MessageKind.FULL_PING: "full ping results", MessageKind.PING: "ping results",
+    MessageKind.USER_CONFIG: "user configurations", MessageKind.LOG: "logs", MessageKind.DUMMY: "dummies",
 }  # fmt: skip
 
 
@@ -114,16 +114,19 @@ class OculusProtocol(SonarProtocol):
 
     def traffic(self, seconds: float) -> str:
         """Say which messages came, and from which sonar."""
-        kinds = [f"{NAMES[Kind(kind)]} at {count / seconds:.1f} Hz" for kind, count in sorted(self._kinds.items())]
+        kinds = [
+            f"{KIND_NAMES[MessageKind(kind)]} at {count / seconds:.1f} Hz"
+            for kind, count in sorted(self._kinds.items())
+        ]
         return ", ".join(kinds) + (f" from {self._who()}" if kinds and self._who() else "")
 
     def diagnosis(self, _seconds: float) -> str:
         """Say why no ping came."""
-        if self._kinds[Kind.PING]:
+        if self._kinds[MessageKind.PING]:
             return "its ping results cannot be used: see the counters"
-        if self._kinds[Kind.FULL_PING]:
+        if self._kinds[MessageKind.FULL_PING]:
             return "it sends full ping results for another program: end that program, switch the sonar off and on"
-        if self._kinds[Kind.DUMMY]:
+        if self._kinds[MessageKind.DUMMY]:
             return "it is in standby and does not obey the fire message: is another program connected to it?"
         newest_ns = self._board.newest_ns
         return self._board.why_unreachable(newest_ns) if self.side_port else "it is silent"
@@ -140,16 +143,16 @@ class OculusProtocol(SonarProtocol):
         pings = []
         for message in found:
             self._kinds[message.header.kind] += 1
-            if message.header.kind == Kind.PING:
+            if message.header.kind == MessageKind.PING:
                 ping = self._ping(message, messages.decode_ping_result(message.data))
                 pings += [] if ping is None else [ping]
             else:
                 self.counters["other_records"] += 1
-                if message.header.kind == Kind.DUMMY:
+                if message.header.kind == MessageKind.DUMMY:
                     self._dummy_ns = message.last_ns
         return pings
 
-    def _ping(self, message: Message, result: PingResult) -> Ping | None:
+    def _ping(self, message: Message, result: SimpleResult) -> Ping | None:
         if result.ping_number == self._numbers.newest:
             self.counters["duplicate_pings"] += 1
             return None
@@ -157,7 +160,7 @@ class OculusProtocol(SonarProtocol):
             self.counters["unsupported_layout"] += 1
             return None
         try:
-            frame, geometry = image.frame_of(result, message.data), image.geometry_of(result, message.data)
+            frame, geometry = image.amplitudes_of(result, message.data), image.geometry_of(result, message.data)
             ping = build_ping(frame, geometry, Stamp(self._seq, result.ping_number, 0, message.last_ns, 0))
         except ValueError:
             self.counters["bad_ping"] += 1

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ods.sonar_link.oculus.framer import Framer
-from ods.sonar_link.oculus.messages import Kind
+from ods.sonar_link.oculus.messages import MessageKind
 from tests.sonar_link.oculus import wire
 
 GOOD = wire.ping(wire.image(1), number=1)
@@ -19,7 +19,7 @@ LIMIT = 100_000
 
 
 def numbers(framer: Framer, data: bytes, chunk: int = 0) -> list[tuple[int, int]]:
-    """Kind and size of what comes out."""
+    """MessageKind and size of what comes out."""
     chunks = [data[at : at + chunk] for at in range(0, len(data), chunk)] if chunk else [data]
     found = [message for part in chunks for message in framer.feed(part)] + framer.flush()
     return [(message.header.kind, message.header.size) for message in found]
@@ -29,7 +29,7 @@ def numbers(framer: Framer, data: bytes, chunk: int = 0) -> list[tuple[int, int]
 def test_messages_come_out_whole_in_any_chunking(chunk: int) -> None:
     framer = Framer(LIMIT)
     found = numbers(framer, GOOD + DUMMY + NEXT, chunk)
-    assert found == [(Kind.PING, len(GOOD)), (Kind.DUMMY, 16), (Kind.PING, len(NEXT))]
+    assert found == [(MessageKind.PING, len(GOOD)), (MessageKind.DUMMY, 16), (MessageKind.PING, len(NEXT))]
     assert +framer.counters == {"records": 3}
 
 
@@ -82,7 +82,7 @@ def test_a_header_of_4_gb_costs_nothing() -> None:
     data = bytearray(GOOD)
     struct.pack_into("<I", data, 10, 2**32 - 1)
     framer = Framer(LIMIT)
-    assert numbers(framer, bytes(data) + NEXT) == [(Kind.PING, len(NEXT))]
+    assert numbers(framer, bytes(data) + NEXT) == [(MessageKind.PING, len(NEXT))]
     assert framer.counters == {"overlong_record": 1, "garbage_bytes": len(data), "records": 1}
 
 
@@ -99,7 +99,7 @@ def test_absurd_numbers_cost_their_ping_and_no_other(place: int, code: str, valu
     data = bytearray(GOOD)
     struct.pack_into(f"<{code}", data, place, value)
     framer = Framer(LIMIT)
-    assert numbers(framer, bytes(data) + NEXT) == [(Kind.PING, len(NEXT))]
+    assert numbers(framer, bytes(data) + NEXT) == [(MessageKind.PING, len(NEXT))]
     assert framer.counters["bad_ping"] + framer.counters["short_record"] == 1
     assert framer.counters["garbage_bytes"] == len(data)
 
@@ -107,7 +107,7 @@ def test_absurd_numbers_cost_their_ping_and_no_other(place: int, code: str, valu
 def test_a_message_cut_off_never_takes_the_next_ones_bytes() -> None:
     third = wire.ping(wire.image(3), number=3)
     framer = Framer(LIMIT)
-    assert numbers(framer, GOOD[:-20] + third) == [(Kind.PING, len(third))]
+    assert numbers(framer, GOOD[:-20] + third) == [(MessageKind.PING, len(third))]
     assert framer.counters == {"nested_record": 1, "garbage_bytes": len(GOOD) - 20, "records": 1}
 
 
@@ -121,7 +121,7 @@ def test_a_message_that_does_not_end_is_given_up() -> None:
 
 def test_a_claim_of_the_longest_size_holds_no_more_than_that() -> None:
     framer = Framer(LIMIT)
-    head = bytes(wire.header(Kind.FULL_PING, LIMIT))[:16]
+    head = bytes(wire.header(MessageKind.FULL_PING, LIMIT))[:16]
     framer.feed(head)
     for _ in range(200):
         framer.feed(bytes(1000))

@@ -125,7 +125,7 @@ def received(client: socket.socket, count: int) -> bytes:
     return data
 
 
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 def test_the_recording_sent_by_tcp_gives_the_detections_of_the_file() -> None:
     expected = {
         result.ping.ping_number: result.detections.detections

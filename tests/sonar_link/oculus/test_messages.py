@@ -8,13 +8,13 @@ import pytest
 
 from ods.base.arrays import AnyArray
 from ods.sonar_link.oculus import image, messages
-from ods.sonar_link.oculus.messages import Fire, Kind
+from ods.sonar_link.oculus.messages import Fire, MessageKind
 from tests.recordings import OCULUS
 from tests.sonar_link.oculus import wire
 
 
 def frame(data: bytes) -> AnyArray:
-    return image.frame_of(messages.decode_ping_result(data), data)
+    return image.amplitudes_of(messages.decode_ping_result(data), data)
 
 
 def test_a_fire_message_of_the_first_version_byte_by_byte() -> None:
@@ -37,7 +37,7 @@ def test_a_ping_result_of_either_version(version: int) -> None:
     sent = wire.image(1)
     data = wire.ping(sent, version, number=2**32 - 1, range=40.0, salinity=35.0)
     result = messages.decode_ping_result(data)
-    assert (messages.unpack_header(data).kind, messages.unpack_header(data).size) == (Kind.PING, len(data))
+    assert (messages.unpack_header(data).kind, messages.unpack_header(data).size) == (MessageKind.PING, len(data))
     assert (result.ping_number, result.frequency_hz, result.sound_speed) == (2**32 - 1, 750e3, 1500.0)
     assert (result.lines, result.beams, result.dr_m, result.sample_bytes) == (5, 8, 0.05, 1)
     assert result.start_s == (100.0 if version == 2 else None)  # the first version's number has no known unit
