@@ -17,7 +17,7 @@ from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.base.terminal import StatusLine
 from ods.config import OnboardConfig
-from ods.recording.recorder import DEVICES, Recorder
+from ods.recording.recorder import RECORDED_DEVICES, Recorder
 from ods.runtime import bus
 from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k
 
@@ -61,7 +61,7 @@ def record(path: Path, config: OnboardConfig, seconds: float | None = None) -> N
     try:
         with (
             path.open("xb", buffering=0) as file,
-            closing(S7kWriter(file, path.name, clock.utc_ns(), DEVICES)) as writer,
+            closing(S7kWriter(file, path.name, clock.utc_ns(), RECORDED_DEVICES)) as writer,
         ):
             recorder = Recorder(writer, frame)
             try:

@@ -14,7 +14,7 @@ from ods.sonar_link.files.s7k.contact import Change, Contact, encode_contact
 from ods.sonar_link.files.s7k.pose import POSE_SENSORS, GeodeticPose, encode_pose
 from ods.sonar_link.files.s7k.writer import SONAR_DEVICE, S7kWriter
 
-DEVICES = (SONAR_DEVICE, *POSE_SENSORS)
+RECORDED_DEVICES = (SONAR_DEVICE, *POSE_SENSORS)
 POSE_PERIOD_NS = NS // 20
 """Readers interpolate; at 100 Hz poses would be nine tenths of all records."""
 POSES_KEPT = 400

@@ -12,7 +12,7 @@ from ods.base.geometry import quat_from_euler
 from ods.cli import main
 from ods.messages import ObstacleList, Ping, Pose
 from ods.recording import command
-from ods.recording.recorder import DEVICES, Recorder
+from ods.recording.recorder import RECORDED_DEVICES, Recorder
 from ods.sonar_link.files.s7k.catalogue import encode_file_header, text_field, with_catalogue
 from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k, write_s7k
 from tests.recording.record_samples import LATITUDE_DEG, LONGITUDE_DEG, START_NS, obstacles_at, pose_at, rock
@@ -25,7 +25,7 @@ T = START_NS
 def recorded(path: Path, *messages: Ping | ObstacleList | Pose) -> tuple[list[s7k_tables.Raw], Recorder]:
     """Record messages; return the records between header and catalogue."""
     with path.open("xb", buffering=0) as file:
-        writer = S7kWriter(file, path.name, T, DEVICES)
+        writer = S7kWriter(file, path.name, T, RECORDED_DEVICES)
         recorder = Recorder(writer, LocalFrame(LATITUDE_DEG, LONGITUDE_DEG))
         for message in messages:
             recorder.take(message)

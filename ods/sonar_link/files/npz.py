@@ -9,15 +9,13 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
 from ods.messages import Ping, Scale
-from ods.sonar_link.files import polar_npz
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.files.polar_npz import Arrays, translate
 from ods.sonar_link.ping_builder import BeamTable, Geometry, make_beam_table
 
 LOG_FACTOR = 40.0
 """F of scale `log8` when the file does not tell it."""
-
-Arrays = dict[str, AnyArray]
 
 
 class NpzDecoder(Decoder):
@@ -31,7 +29,7 @@ class NpzDecoder(Decoder):
         """Read a file of pings. Raises PingFileError."""
         arrays = _load(path)
         try:
-            return _sequence(polar_npz.translate(arrays))
+            return _sequence(translate(arrays))
         except ValueError as error:
             raise PingFileError(f"{path}: {error}") from error
 

@@ -15,7 +15,7 @@ from ods.base.backoff import Backoff
 from ods.base.clock import NS
 from ods.base.errors import reason_of
 
-READ_BYTES = 65536
+PORT_READ_BYTES = 65536
 ERRORS = (OSError, ValueError, termios.error)
 
 
@@ -69,7 +69,7 @@ class Port(ABC):
         return True
 
     def read(self, now_ns: int) -> bytes:
-        """Return what has come, at most READ_BYTES; b'' when nothing has, or when the port was lost (`fd` is None)."""
+        """Return what has come, PORT_READ_BYTES at most; b'' when nothing has, or the port was lost (`fd` is None)."""
         if self._state is not _State.OPEN:
             return b""
         try:

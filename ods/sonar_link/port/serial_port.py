@@ -7,7 +7,7 @@ from typing import Any
 
 import serial
 
-from ods.sonar_link.port.port import READ_BYTES, Port, PortError
+from ods.sonar_link.port.port import PORT_READ_BYTES, Port, PortError
 
 
 class SerialPort(Port):
@@ -28,7 +28,7 @@ class SerialPort(Port):
         self._port = serial.Serial(self._name, baudrate=self._baud, timeout=0, exclusive=True)
 
     def _receive(self) -> bytes:
-        return bytes(self._port.read(READ_BYTES))
+        return bytes(self._port.read(PORT_READ_BYTES))
 
     def _send(self, data: bytes) -> int:
         return os.write(self._descriptor(), data)  # pyserial's own write() spins while the line takes nothing

@@ -8,7 +8,7 @@ from collections import Counter
 
 from ods.base.clock import NS
 from ods.sonar_link.port.address import TcpAddress
-from ods.sonar_link.port.port import READ_BYTES, Port, PortError
+from ods.sonar_link.port.port import PORT_READ_BYTES, Port, PortError
 
 CONNECT_S = 5.0
 """A connection that takes longer is given up."""
@@ -57,7 +57,7 @@ class TcpPort(Port):
 
     def _receive(self) -> bytes:
         try:
-            data = self._connection().recv(READ_BYTES)
+            data = self._connection().recv(PORT_READ_BYTES)
         except BlockingIOError:
             return b""
         if not data:

@@ -119,7 +119,8 @@ class S7kProtocol(SonarProtocol):
             self._sonar = record.device
             self._control.told(content.controls, record.last_ns)
         ping = self._assembler.feed(record, content)
-        return None if ping is None else self._on_our_clock(ping, record)
+        device_clock = self._clock_of(record.device)  # known as long as the assembler knows the sonar
+        return None if ping is None else self._on_our_clock(ping, record, device_clock)
 
     def _take_reply(self, record: S7kRecord) -> None:
         try:
@@ -127,20 +128,20 @@ class S7kProtocol(SonarProtocol):
         except RecordError as error:
             self.counters[error.loss.value] += 1
 
-    def _on_our_clock(self, ping: Ping, record: S7kRecord) -> Ping:
+    def _on_our_clock(self, ping: Ping, record: S7kRecord, device_clock: DeviceClock) -> Ping:
         """Return the ping with its time of transmission; its record left the sonar `delay_ns` later at the earliest."""
         delay_ns = listening_ns(ping) + self._latency_ns
         left_ns = record.first_ns
         if record.time_ns is not None:
-            left_ns = self._clock_of(record).local_ns(record.time_ns + delay_ns, record.first_ns)
+            left_ns = device_clock.local_ns(record.time_ns + delay_ns, record.first_ns)
         return msgspec.structs.replace(ping, t_ns=left_ns - delay_ns)
 
-    def _clock_of(self, record: S7kRecord) -> DeviceClock:
-        if record.device not in self._clocks:
+    def _clock_of(self, device: DeviceId) -> DeviceClock:
+        if device not in self._clocks:
             if len(self._clocks) >= MAX_SONARS:
                 self._clocks.clear()
-            self._clocks[record.device] = DeviceClock(self.counters)
-        return self._clocks[record.device]
+            self._clocks[device] = DeviceClock(self.counters)
+        return self._clocks[device]
 
     def _framed(self, request: remote_control.ControlRequest, now_ns: int) -> bytes:
         record = remote_control.encode_request(request, self._utc_of(now_ns), self._sonar)

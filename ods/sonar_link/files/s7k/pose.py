@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 from ods.sonar_link.s7k import drf
 
-POSITION = 1003
-ROLL_PITCH_HEAVE = 1012
-HEADING = 1013
+POSITION_RECORD = 1003
+ROLL_PITCH_HEAVE_RECORD = 1012
+HEADING_RECORD = 1013
 
 POSITION_SENSOR, HEADING_SENSOR, ATTITUDE_SENSOR = drf.DeviceId(100), drf.DeviceId(101), drf.DeviceId(102)
 """Generic sensors."""
@@ -44,8 +44,8 @@ def encode_pose(pose: GeodeticPose, utc_ns: int) -> bytes:
     return b"".join(
         drf.encode_record(record_type, body, utc_ns, device, recorded=True)
         for record_type, device, body in (
-            (POSITION, POSITION_SENSOR, position),
-            (ROLL_PITCH_HEAVE, ATTITUDE_SENSOR, attitude),
-            (HEADING, HEADING_SENSOR, heading),
+            (POSITION_RECORD, POSITION_SENSOR, position),
+            (ROLL_PITCH_HEAVE_RECORD, ATTITUDE_SENSOR, attitude),
+            (HEADING_RECORD, HEADING_SENSOR, heading),
         )
     )
