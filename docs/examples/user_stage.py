@@ -5,7 +5,8 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.base.settings import Positive, Settings
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.registry import ImageStep, image_stage
+from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.step import ImageStep
 
 
 class BeamGain(Settings, frozen=True):

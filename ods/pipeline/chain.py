@@ -6,16 +6,18 @@ import numpy as np
 
 from ods.base.arrays import AnyArray
 from ods.base.kernel import kernel
-from ods.base.settings import Settings
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.image.amplitude import Table
-from ods.pipeline.plan import EVERY_PHASE, PingError, Plan, geometry_key, make_plan, table_for
-from ods.pipeline.prepared_chain import LEARNT_CELLS, Mask, PreparedChain
+from ods.pipeline.image.amplitude import SampleScale
+from ods.pipeline.image.recorded import RegionNumbers
+from ods.pipeline.image_layout import EVERY_PHASE
+from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
+from ods.pipeline.prepared_chain import PreparedChain
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage.motion_compensation import PingContext
-from ods.pipeline.stage.params import StageError, read_params, stage_label
-from ods.pipeline.stage.registry import Stage, find_stage, load_plugins
+from ods.pipeline.speckle import LEARNT_CELLS
+from ods.pipeline.stage.configured import configured_stages
+from ods.pipeline.stage.registry import load_plugins
+from ods.pipeline.stage.step import PingContext
 from ods.runtime.pose_buffer import PoseEstimate
 
 
@@ -31,17 +33,19 @@ class Chain:
         load_plugins(settings.plugins)
         self._settings = settings
         self._learnt_cells = learnt_cells
-        self._stages = _configured(settings)
-        self.over_pings = any(stage.kind == "ping" for _, stage, _ in self._stages)
+        self._stages = configured_stages(settings)
+        self.over_pings = any(entry.stage.kind == "ping" for entry in self._stages)
         """A stage compares pings, so the pose is of use."""
         self._geometry: tuple[Any, ...] = ()
-        self._samples: tuple[Any, ...] = ()
-        self._table: Table | None = None
+        self._sampling: tuple[Any, ...] = ()
+        self._scale: SampleScale
         self._plan: Plan
-        self._rings: list[PreparedChain] = []
+        self._prepared: list[PreparedChain] = []
         self._phase = 0
 
-    def process(self, ping: Ping, mask: Mask | None = None, pose: Pose | PoseEstimate | None = None) -> Detections:
+    def process(
+        self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
+    ) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
 
         pose: where the vehicle was at `ping.t_ns`, for the stages that compare pings.
@@ -54,10 +58,10 @@ class Chain:
         found: list[Detection] = []
         phase = self._phase % self._plan.phases
         if usable:
-            look = PingContext(ping.t_ns, pose)
-            for ring in self._rings:
-                if ring.phase in (EVERY_PHASE, phase):
-                    found += ring.detect(frame, ping, self._table, look, mask, len(found))
+            context = PingContext(ping.t_ns, pose)
+            for prepared in self._prepared:
+                if prepared.phase in (EVERY_PHASE, phase):
+                    found += prepared.detect(frame, self._scale, context, mask, len(found))
             self._phase += 1
         return Detections(
             seq=ping.seq,
@@ -73,30 +77,15 @@ class Chain:
         )
 
     def _prepare(self, ping: Ping) -> None:
-        samples = (ping.dtype, ping.scale, ping.scale_factor)
-        if samples != self._samples:
-            self._table = table_for(ping)
-            self._samples = samples
+        sampling = (ping.dtype, ping.scale, ping.scale_factor)
+        if sampling != self._sampling:
+            self._scale = sample_scale_of(ping)
+            self._sampling = sampling
         geometry = geometry_key(ping)
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
-            rings = [PreparedChain(image, self._stages, self._learnt_cells) for image in plan.images]
-            self._geometry, self._plan, self._rings = geometry, plan, rings  # all or, when one fails, none
-
-
-def _configured(settings: PipelineSettings) -> list[tuple[str, Stage, Settings]]:
-    """Return (label, stage, parameters) of the whole chain. Raises StageError."""
-    stages = []
-    for index, entry in enumerate(settings.chain()):
-        label = f"pipeline.{stage_label(index, entry)}"
-        try:
-            stage = find_stage(entry["use"])
-            stages.append((label, stage, read_params(stage.params, entry)))
-        except StageError as error:
-            raise StageError(f"{label}: {error}") from error
-    if [stage.kind == "detect" for _, stage, _ in stages] != [False] * (len(stages) - 1) + [True]:
-        raise StageError("pipeline.stage: the last stage, and no other, must be one that detects")
-    return stages
+            prepared = [PreparedChain(image, self._stages, self._learnt_cells) for image in plan.images]
+            self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

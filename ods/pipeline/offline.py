@@ -11,8 +11,8 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
+from ods.pipeline.image.recorded import RegionNumbers
 from ods.pipeline.plan import PingError
-from ods.pipeline.prepared_chain import Mask
 from ods.pipeline.settings import PipelineSettings
 
 log = logging.getLogger(__name__)
@@ -28,7 +28,7 @@ class PingResult(NamedTuple):
     """Place in the file, from 0."""
     ping: Ping
     detections: Detections
-    mask: Mask | None
+    mask: RegionNumbers | None
     """(beams, samples) int32, k the k-th detection, when asked for."""
 
 

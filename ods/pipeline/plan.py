@@ -1,57 +1,23 @@
 """What the geometry of a ping decides once, for all pings that share it: planes, rings of attention, sector."""
 
 import math
-from dataclasses import dataclass, replace
-from itertools import pairwise
-from typing import Any, NamedTuple
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.messages import SAMPLE_DTYPES, Ping, Sector
-from ods.pipeline.image.amplitude import Table, amplitude_table
+from ods.pipeline.image.amplitude import SampleScale, sample_scale
 from ods.pipeline.image.fan import Fan, beam_borders
-from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings_of, scheduled
+from ods.pipeline.settings import PipelineSettings
 
 MAX_BEARING = math.pi
-MAX_RANGE = 1e6
-"""Stands for 'as far as the image reaches', m."""
 
 
 class PingError(ValueError):
     """A ping cannot be processed: its tables or samples are wrong; the text says why in one line."""
-
-
-EVERY_PHASE = -1
-
-
-@dataclass(frozen=True, eq=False)
-class RangeBand:
-    """Ranges that fill some columns of an image. Places are told as if the image went on like this to both sides."""
-
-    columns: slice
-    fan: Fan
-    """Where the image's cells would lie."""
-    first: int
-    """Samples of the frame before column 0 of the image; negative where other ranges take those columns."""
-    from_m: float
-    """It answers for echoes from here"""
-    to_m: float
-    """to here; the rest is margin."""
-
-
-@dataclass(frozen=True, eq=False)
-class ImageLayout:
-    """What an image shows: rows and columns of the frame that are processed together."""
-
-    fan: Fan
-    rows: slice
-    stride: int
-    """Range samples that make one column."""
-    parts: list[RangeBand]
-    """One, or two rings of ranges side by side."""
-    phase: int
-    """The ping, modulo `Plan.phases`, at which it is processed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,11 +42,11 @@ def geometry_key(ping: Ping) -> tuple[Any, ...]:
     )  # fmt: skip
 
 
-def table_for(ping: Ping) -> Table | None:
-    """Return the linear amplitude of every count, where a table serves. Raises PingError."""
+def sample_scale_of(ping: Ping) -> SampleScale:
+    """Return how the ping's samples become amplitudes. Raises PingError."""
     if ping.scale != "linear" and not (math.isfinite(ping.scale_factor) and ping.scale_factor > 0.0):
         raise PingError(f"scale_factor: {ping.scale_factor} does not fit scale {ping.scale}")
-    return amplitude_table(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor)
+    return sample_scale(SAMPLE_DTYPES[ping.dtype], ping.scale, ping.scale_factor)
 
 
 def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = False) -> Plan:
@@ -122,65 +88,6 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),
     )  # fmt: skip
-
-
-class RangeInterval(NamedTuple):
-    """A ring of ranges, m."""
-
-    from_m: float
-    to_m: float
-
-
-ALL = RangeInterval(0.0, math.inf)
-
-
-def rings_of(fan: Fan, attention: AttentionSettings) -> list[list[RangeInterval]]:
-    """Return, for each phase, the rings that are processed, near first [SSIE, focus of attention]."""
-    end = fan.range0_m + fan.samples * fan.dr_m
-    if not max(0.0, fan.range0_m) < attention.near_m < end or attention.every == 1:
-        return [[ALL]]
-    borders = [*np.linspace(attention.near_m, end, attention.every + 1)[:-1].tolist(), math.inf]
-    near = RangeInterval(0.0, attention.near_m)
-    return [[near, RangeInterval(begin, stop)] for begin, stop in pairwise(borders)]
-
-
-def scheduled(phases: list[list[RangeInterval]], *, apart: bool) -> list[tuple[list[RangeInterval], int]]:
-    """Return the rings that share an image, and the image's phase; rings that touch are one."""
-    if len(phases) == 1:
-        return [(phases[0], EVERY_PHASE)]
-    if apart:
-        return [(phases[0][:1], EVERY_PHASE), *(([far], phase) for phase, (_, far) in enumerate(phases))]
-    near, far = phases[0]
-    return [
-        ([RangeInterval(near.from_m, far.to_m)], 0),
-        *((rings, phase) for phase, rings in enumerate(phases) if phase),
-    ]
-
-
-def layout(
-    fan: Fan, rows: slice, first: int, rings: list[RangeInterval], attention: AttentionSettings, phase: int
-) -> ImageLayout:
-    """Lay rings and their margins side by side. fan, first: of the whole plane."""
-    stride = min(attention.subsample, fan.samples)
-    margin = attention.margin_m
-    dr = stride * fan.dr_m
-    parts: list[RangeBand] = []
-    filled = 0
-    for ring in rings:
-        begin = max(0, math.floor((ring.from_m - margin - fan.range0_m) / fan.dr_m))
-        stop = min(fan.samples, math.ceil(min((ring.to_m + margin - fan.range0_m) / fan.dr_m, MAX_RANGE)))
-        count = max(1, (stop - begin) // stride)
-        before = min(begin, fan.samples - count * stride) - filled * stride
-        range0 = fan.range0_m + (before + 0.5 * (stride - 1)) * fan.dr_m
-        columns = slice(filled, filled + count)
-        parts.append(RangeBand(columns, replace(fan, samples=filled + count, range0_m=range0, dr_m=dr),
-                          first + before, ring.from_m, ring.to_m))  # fmt: skip
-        filled += count
-    whole = replace(parts[0].fan, samples=filled)
-    if len(parts) > 1:
-        skipped = parts[1].fan.range0_m - parts[0].fan.range0_m
-        whole = replace(whole, seam=parts[1].columns.start, skipped_m=skipped)
-    return ImageLayout(whole, rows, stride, parts, phase)
 
 
 def _check_numbers(ping: Ping) -> None:

@@ -5,24 +5,30 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ods.base.arrays import Image, Ints32
-from ods.pipeline.detect.levels import sorted_runs, two_level
+from ods.pipeline.detect.grouping import sorted_runs
+from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.region_growing import find_regions
+from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Regions, paint
+from ods.pipeline.image.recorded import Recorded, paint
+from ods.pipeline.image.regions import Regions
 from ods.pipeline.stage.params import TwoLevelParams
 
 
-def mask_of(regions: Ints32, shape: tuple[int, ...]) -> Ints32:
-    mask = np.zeros(shape, np.int32)
-    paint(regions, 0, mask)
+def as_recorded(image: Image) -> Recorded:
+    return Recorded(image, np.arange(image.shape[1]), 1)
+
+
+def mask_of(regions: Regions, image: Image) -> Ints32:
+    mask = np.zeros(image.shape, np.int32)
+    paint(regions, 0, as_recorded(image), mask)
     return mask
 
 
 def detect(image: Image, params: TwoLevelParams | None = None) -> Regions:
     beams, samples = image.shape
     fan = Fan(np.linspace(-0.5, 0.5, beams + 1)[1:], np.full(beams, 0.02), samples, 0.0, 0.05)
-    return two_level(params or TwoLevelParams(), fan)(image)
+    return two_level(params or TwoLevelParams(), fan).find(image, as_recorded(image))
 
 
 def speckle(seed: int = 0, shape: tuple[int, int] = (60, 1000)) -> Image:
@@ -45,21 +51,21 @@ def test_regions_agree_with_labelling_by_scipy(
 ) -> None:
     image = np.random.default_rng(seed).random((beams, samples)).astype(np.float32)
     level, high = np.float32(low), np.float32(0.97)
-    work = np.empty((beams * (samples // 2 + 1), 4), np.int32)
-    visited = np.zeros(image.shape, np.bool_)
-    used, count = find_regions(image, level, high, int(connectivity == 8), smallest, largest, work, visited)
+    work, visited = room_for_runs(image.shape), np.zeros(image.shape, np.bool_)
+    rule = GrowingRule(level, high, int(connectivity == 8), smallest, largest)
+    used, count = find_regions(image, rule, work, visited)
     runs = sorted_runs(work[:used])
     assert not visited.any()
     labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
     sizes = np.bincount(labels.ravel(), minlength=number + 1)
     strong = np.unique(labels[image > high])
     kept = [k for k in strong if k and smallest <= sizes[k] <= largest]
-    mask = mask_of(runs, image.shape)
+    mask = mask_of(Regions(runs, count, 1.0), image)
     assert count == len(kept)
     np.testing.assert_array_equal(mask > 0, np.isin(labels, kept))
     pairs = set(zip(mask[mask > 0].tolist(), labels[mask > 0].tolist(), strict=True))
     assert len(pairs) == count
-    order = np.lexsort((runs[:, 1], runs[:, 0], runs[:, 3]))
+    order = np.lexsort((runs["first"], runs["beam"], runs["region"]))
     np.testing.assert_array_equal(order, np.arange(len(runs)))
 
 
@@ -72,7 +78,7 @@ def test_low_level_says_how_far_and_high_level_that_it_exists() -> None:
     regions = detect(image, TwoLevelParams(levels="background", low=2.0, high=6.0))
     assert regions.total == 1
     assert regions.background == pytest.approx(1.0, rel=0.02)
-    assert (mask_of(regions.runs, image.shape) > 0).sum() == 61
+    assert (mask_of(regions, image) > 0).sum() == 61
 
 
 def test_background_and_noise_are_the_quantiles() -> None:

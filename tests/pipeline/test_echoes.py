@@ -7,8 +7,9 @@ from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Regions
-from ods.pipeline.measure.echoes import FIELDS, measure_echoes
+from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.measure.echoes import ECHO, measure_echoes
 from ods.pipeline.settings import PipelineSettings
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
@@ -61,18 +62,18 @@ def test_flat_front_is_not_taken_for_a_round_one() -> None:
     assert abs(error[:, 1].mean()) < 0.5
 
 
-def measured(image: Floats32, runs: list[list[int]], bearings: Floats) -> Detection:
+def measured(image: Floats32, runs: list[tuple[int, int, int, int]], bearings: Floats) -> Detection:
     fan = Fan(bearings, np.full(len(bearings), 0.02), image.shape[1], 10.0, 0.1)
-    frame = (10.0 * image).astype(np.uint16)
-    table = measure_echoes(image, frame, 0, 1, Regions(np.array(runs, np.int32), 1, 2.0), fan)
-    return Detection(**dict(zip(FIELDS, table[0].tolist(), strict=True)))
+    recorded = Recorded((10.0 * image).astype(np.uint16), np.arange(image.shape[1]), 1)
+    echoes = measure_echoes(image, Regions(np.array(runs, RUN), 1, 2.0), recorded, fan)
+    return Detection(*echoes[0].tolist())
 
 
 def test_levels_extents_and_raw_peak() -> None:
     image = np.ones((5, 50), np.float32)
     image[1, 20:24] = [4.0, 8.0, 8.0, 4.0]
     image[2, 21:23] = [6.0, 20.0]
-    echo = measured(image, [[1, 20, 24, 1], [2, 21, 23, 1]], np.linspace(-0.04, 0.04, 5))
+    echo = measured(image, [(1, 20, 24, 1), (2, 21, 23, 1)], np.linspace(-0.04, 0.04, 5))
     assert echo.cells == 6
     assert echo.peak == pytest.approx(10.0)
     assert echo.mean == pytest.approx(50.0 / 6.0 / 2.0)
@@ -85,12 +86,12 @@ def test_levels_extents_and_raw_peak() -> None:
 def test_lone_cell_and_lone_beam_have_a_finite_circle() -> None:
     image = np.ones((1, 50), np.float32)
     image[0, 30] = 9.0
-    echo = measured(image, [[0, 30, 31, 1]], np.array([0.3]))
+    echo = measured(image, [(0, 30, 31, 1)], np.array([0.3]))
     assert echo.bearing_rad == pytest.approx(0.3)
     assert echo.range_m == pytest.approx(13.0, abs=0.1)
     assert 0.05 <= echo.radius_m < 0.2
     assert min(echo.sigma_range_m, echo.sigma_bearing_rad, echo.sigma_radius_m) > 0.0
 
 
-def test_columns_are_fields_of_the_message_in_its_order() -> None:
-    assert Detection.__struct_fields__ == (*FIELDS, "elevation_rad")
+def test_an_echo_has_the_fields_of_the_message_in_its_order() -> None:
+    assert Detection.__struct_fields__ == ECHO.names

@@ -4,10 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ods.base.arrays import Image
-from ods.pipeline.equalize.by_range import mean_range
-from ods.pipeline.equalize.local import local
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.params import LocalParams, MeanRangeParams
+from ods.pipeline.stage.params import MeanRangeParams
+from tests.pipeline.steps import stage_on_images
 
 
 def fan(shape: tuple[int, ...]) -> Fan:
@@ -16,15 +15,11 @@ def fan(shape: tuple[int, ...]) -> Fan:
 
 
 def per_range(image: Image, side_lobe_db: float = 30.0) -> Image:
-    out = np.empty_like(image)
-    mean_range(MeanRangeParams(side_lobe_db=side_lobe_db), fan(image.shape))(image, out)
-    return out
+    return stage_on_images("equalize.mean_range", fan(image.shape), MeanRangeParams(side_lobe_db=side_lobe_db))(image)
 
 
 def per_place(image: Image) -> Image:
-    out = np.empty_like(image)
-    local(LocalParams(), fan(image.shape))(image, out)
-    return out
+    return stage_on_images("equalize.local", fan(image.shape))(image)
 
 
 def speckle(beams: int, samples: int, seed: int = 0) -> Image:

@@ -1,24 +1,20 @@
-from collections.abc import Callable
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import pytest
 from scipy import ndimage, signal
 
 from ods.base.arrays import Image
-from ods.pipeline.filter.linear import box, fir
-from ods.pipeline.filter.median import median
-from ods.pipeline.filter.wiener import wiener
+from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.params import BoxParams, FirParams, MedianParams, WienerParams
+from tests.pipeline.steps import stage_on_images
 
 
-def apply(prepare: Callable[[Any, Fan], Callable[[Image, Image], None]], params: Any, image: Image) -> Image:
+def apply(use: str, params: Settings, image: Image) -> Image:
     beams, samples = image.shape
     fan = Fan(np.linspace(-0.5, 0.5, beams + 1)[1:], np.full(beams, 0.02), samples, 0.0, 0.05)
-    out = np.full_like(image, np.nan)
-    prepare(params, fan)(image, out)
-    return out
+    return stage_on_images(use, fan, params)(image)
 
 
 def image_of(beams: int, samples: int) -> Image:
@@ -34,7 +30,7 @@ SHAPES = [(3, 200), (2, 9), (2, 5), (4, 2), (3, 1)]
 def test_fir_agrees_with_scipy(shape: tuple[int, int], taps: int, cutoff: float) -> None:
     image = image_of(*shape)
     expected = ndimage.correlate1d(image, signal.firwin(taps, cutoff), axis=1, mode="mirror")
-    np.testing.assert_allclose(apply(fir, FirParams(taps=taps, cutoff=cutoff), image), expected, atol=2e-6)
+    np.testing.assert_allclose(apply("filter.fir", FirParams(taps=taps, cutoff=cutoff), image), expected, atol=2e-6)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -42,7 +38,7 @@ def test_fir_agrees_with_scipy(shape: tuple[int, int], taps: int, cutoff: float)
 def test_box_agrees_with_scipy(shape: tuple[int, int], window: int) -> None:
     image = image_of(*shape)
     expected = ndimage.uniform_filter1d(image.astype(np.float64), window, axis=1, mode="mirror")
-    np.testing.assert_allclose(apply(box, BoxParams(window=window), image), expected, atol=2e-6)
+    np.testing.assert_allclose(apply("filter.box", BoxParams(window=window), image), expected, atol=2e-6)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
@@ -50,14 +46,14 @@ def test_box_agrees_with_scipy(shape: tuple[int, int], window: int) -> None:
 def test_median_agrees_with_scipy(shape: tuple[int, int], window: Literal[3, 5, 7, 9]) -> None:
     image = np.round(image_of(*shape), 1)  # with ties
     expected = ndimage.median_filter(image, (1, window), mode="mirror")
-    np.testing.assert_array_equal(apply(median, MedianParams(window=window), image), expected)
+    np.testing.assert_array_equal(apply("filter.median", MedianParams(window=window), image), expected)
 
 
 @pytest.mark.parametrize("window", [3, 9, 15])
 def test_wiener_agrees_with_scipy_away_from_the_ends(window: int) -> None:
     image = image_of(5, 3000)
     image[:, 1000:1040] *= 6.0
-    ours = apply(wiener, WienerParams(window=window), image)
+    ours = apply("filter.wiener", WienerParams(window=window), image)
     # scipy sees zeros beyond the ends, so its noise is given: the mean of the variances of a mirrored image
     wide = np.pad(image.astype(np.float64), ((0, 0), (window, window)), mode="reflect")
     mean = ndimage.uniform_filter1d(wide, window, axis=1)
@@ -69,5 +65,6 @@ def test_wiener_agrees_with_scipy_away_from_the_ends(window: int) -> None:
 
 def test_flat_images_pass_all_filters() -> None:
     flat = np.full((3, 40), 5.0, np.float32)
-    for prepare, params in ((fir, FirParams()), (box, BoxParams()), (wiener, WienerParams()), (median, MedianParams())):
-        np.testing.assert_allclose(apply(prepare, params, flat), 5.0, rtol=1e-6)
+    params = {"fir": FirParams(), "box": BoxParams(), "wiener": WienerParams(), "median": MedianParams()}
+    for name, values in params.items():
+        np.testing.assert_allclose(apply(f"filter.{name}", values, flat), 5.0, rtol=1e-6)

@@ -1,6 +1,5 @@
 """The stages beside the default chain, each against a closed form or an independent way to the same figures."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,10 @@ from ods.messages import Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.stage.motion_compensation import PingContext, PingStep
 from ods.pipeline.stage.registry import find_stage
+from ods.pipeline.stage.step import PingContext
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
+from tests.pipeline.steps import stage_on_images
 
 
 def fan_of(image: Image, range0_m: float = 10.0) -> Fan:
@@ -24,15 +24,8 @@ def fan_of(image: Image, range0_m: float = 10.0) -> Fan:
     return Fan(fan_bearings(beams), np.full(beams, np.pi / 2.0 / beams), samples, range0_m, 0.05)
 
 
-def step_of(use: str, image: Image, **values: Any) -> Callable[[Image, Image], None]:
-    stage = find_stage(use)
-    return stage.prepare(stage.params(**values), fan_of(image))  # type: ignore[no-any-return]
-
-
 def apply(use: str, image: Image, **values: Any) -> Image:
-    out = np.full_like(image, np.nan)
-    step_of(use, image, **values)(image, out)
-    return out
+    return stage_on_images(use, fan_of(image), find_stage(use).params(**values))(image)
 
 
 def noise(beams: int = 60, samples: int = 900, seed: int = 0) -> Image:
@@ -119,15 +112,14 @@ def test_gain_of_beams_is_levelled_and_a_wall_along_a_beam_is_not() -> None:
 
 def test_background_learns_the_sonars_own_pattern_and_not_an_object() -> None:
     pattern = 1.0 + 0.4 * np.sin(np.arange(900) / 9.0) * np.cos(np.arange(60) / 3.0)[:, None]
-    step = step_of("equalize.background", noise())
-    out = np.empty((60, 900), np.float32)
+    run = stage_on_images("equalize.background", fan_of(noise()))
     for seed in range(60):
         image = noise(seed=seed) * pattern.astype(np.float32)
         image[20:25, 400:420] *= 8.0
-        step(image, out)
+        out = run(image)
     assert out[20:25, 400:420].mean() > 3.0 * out.mean()
     image = pattern.astype(np.float32)
-    step(image, out)
+    out = run(image)
     assert np.delete(out, slice(380, 440), 1).std() < 0.3 * image.std()
     assert np.isfinite(out).all()
 
@@ -143,29 +135,22 @@ def test_filters_over_pings_follow_the_vehicle(use: str, north: float, yaw: floa
     """A static echo ahead stays sharp where the pose is given, and smears where it is not."""
     peaks = []
     for known in (True, False):
-        step = step_of(use, noise())
-        assert isinstance(step, PingStep)
-        out = np.empty((60, 900), np.float32)
+        run = stage_on_images(use, fan_of(noise()))
         for k in range(5):
             image = np.ones((60, 900), np.float32)
             beam = round(30 - k * yaw / np.radians(1.5))
             column = round((35.0 - k * north - 10.0) / 0.05)
             image[beam - 1 : beam + 2, column - 2 : column + 3] = 10.0
-            step.look = PingContext(k * 10**8, pose_at(k * north, k * yaw) if known else None)
-            step(image, out)
+            out = run(image, PingContext(k * 10**8, pose_at(k * north, k * yaw) if known else None))
         peaks.append(out[beam, column])
     assert peaks[0] > 8.0
     assert peaks[1] < 6.0
 
 
 def test_filter_over_pings_starts_anew_after_a_pause() -> None:
-    step = step_of("filter.ping_iir", noise())
-    assert isinstance(step, PingStep)
-    out = np.empty((60, 900), np.float32)
-    step(noise(seed=1), out)
-    step.look = PingContext(10**10, None)
-    step(noise(seed=2), out)
-    np.testing.assert_array_equal(out, noise(seed=2))
+    run = stage_on_images("filter.ping_iir", fan_of(noise()))
+    run(noise(seed=1))
+    np.testing.assert_array_equal(run(noise(seed=2), PingContext(10**10, None)), noise(seed=2))
 
 
 def two_bodies(apart_m: float) -> Bytes:

@@ -18,7 +18,8 @@ from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage import registry
 from ods.pipeline.stage.params import BUILT_IN, StageError
-from ods.pipeline.stage.registry import ImageStep, image_stage
+from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.step import ImageStep
 from tests.pipeline.pings import make_ping
 
 REPOSITORY = Path(__file__).parents[2]

@@ -9,9 +9,11 @@ from ods.base.settings import Settings
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.regions import RUN, Regions
 from ods.pipeline.settings import PipelineSettings, StageTable
-from ods.pipeline.stage.registry import DetectStep, detect_stage
+from ods.pipeline.stage.registry import detect_stage
+from ods.pipeline.stage.step import PreparedDetector
 
 _STAGE = "assess.tap"
 _seen: list[Image] = []
@@ -22,14 +24,14 @@ class TapParams(Settings, frozen=True):
 
 
 @detect_stage(_STAGE, TapParams)
-def tap(params: TapParams, fan: Fan) -> DetectStep:
+def tap(params: TapParams, fan: Fan) -> PreparedDetector:
     """Keep the image and detect nothing."""
 
-    def step(image: Image) -> Regions:
+    def find(image: Image, recorded: Recorded) -> Regions:
         _seen.append(np.array(image))
-        return Regions(np.empty((0, 4), np.int32), 0, 1.0)
+        return Regions(np.empty(0, RUN), 0, 1.0)
 
-    return step
+    return PreparedDetector(find)
 
 
 def filtered(stages: Sequence[StageTable], ping: Ping) -> Image:

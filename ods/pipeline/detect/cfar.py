@@ -2,18 +2,21 @@
 
 from collections.abc import Iterable
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32, Image
 from ods.base.kernel import kernel
-from ods.pipeline.detect.levels import Grouping
-from ods.pipeline.detect.noise import Learner, NoiseMeter
+from ods.pipeline.detect.grouping import Grouping, Levels
+from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.padding import mirrored
+from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.stage.params import CfarParams
-from ods.pipeline.stage.registry import DetectStep, detect_stage
+from ods.pipeline.stage.registry import detect_stage
+from ods.pipeline.stage.step import PreparedDetector
 
 _METHODS = ("ca", "goca", "soca", "os")
 _HALVINGS = 12
@@ -21,7 +24,7 @@ _HALVINGS = 12
 
 
 @detect_stage("detect.cfar", CfarParams)
-def cfar(params: CfarParams, fan: Fan) -> DetectStep:
+def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
     """Find regions in the image divided by the level of each cell's surroundings.
 
     CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
@@ -29,22 +32,18 @@ def cfar(params: CfarParams, fan: Fan) -> DetectStep:
     meter = NoiseMeter()
     group = Grouping(params, fan)
     ratio = np.empty(fan.shape, np.float32)
-    reach = params.guard + params.train
-    sums = np.empty(fan.samples + 2 * reach + 2, np.float64)
-    padded = np.empty(fan.samples + 2 * reach, np.float32)
-    work = np.empty((3, fan.samples), np.float32)
-    method = _METHODS.index(params.method)
+    around = CfarWindow(_METHODS.index(params.method), params.guard, params.train, params.rank)
+    work = _work(around, fan.samples)
 
     def divided(image: Image, middle: float) -> Image:
-        floor = np.float32(0.05 * middle)
-        divide_by_surroundings(image, method, params.guard, params.train, params.rank, floor, sums, padded, work, ratio)
+        divide_by_surroundings(image, around, np.float32(0.05 * middle), work, ratio)
         return ratio
 
     def learn(images: Iterable[Image]) -> None:
         some = islice(images, 0, None, 4) if params.method == "os" else images  # ordering takes ten times as long
         meter.learn(divided(image, meter.background_and_noise(image)[0]) for image in some)
 
-    def step(image: Image) -> Regions:
+    def find(image: Image, recorded: Recorded) -> Regions:
         middle, _ = meter.background_and_noise(image)
         if middle <= 0.0:
             return group.nothing()
@@ -52,48 +51,64 @@ def cfar(params: CfarParams, fan: Fan) -> DetectStep:
         background, noise = meter.background_and_noise(ratio)
         high = meter.level_of_rate(ratio, params.rate)
         low = min(background + params.low * max(noise, 0.02 * background), high)
-        found = group.regions(ratio, low, high, background)
+        found = group.regions(ratio, recorded, Levels(low, high, background))
         return found._replace(background=middle)
 
-    return Learner(step, learn)
+    return PreparedDetector(find, learn)
+
+
+class CfarWindow(NamedTuple):
+    """The cells that tell the level around a cell, and how they tell it."""
+
+    method: int
+    """Place in `_METHODS`."""
+    guard: int
+    """Samples on each side of a cell that do not count,"""
+    train: int
+    """and beyond them, that do."""
+    rank: float
+    """os: quantile of the surroundings that is taken."""
+
+
+class CfarWork(NamedTuple):
+    """Work space; reach = guard + train."""
+
+    sums: Floats
+    """(samples + 2 reach + 1,) running sums of the padded row."""
+    padded: Floats32
+    """(samples + 2 reach,)."""
+    rows: Image
+    """(3, samples)."""
+
+
+def _work(around: CfarWindow, samples: int) -> CfarWork:
+    padded = samples + 2 * (around.guard + around.train)
+    return CfarWork(np.empty(padded + 1, np.float64), np.empty(padded, np.float32), np.empty((3, samples), np.float32))
 
 
 @kernel
-def divide_by_surroundings(
-    image: Image,
-    method: int,
-    guard: int,
-    train: int,
-    rank: float,
-    floor: np.float32,
-    sums: Floats,
-    padded: Floats32,
-    work: Image,
-    out: Image,
-) -> None:
-    """Fill out with image (beams, samples) over the level of each cell's surroundings, at least `floor`.
-
-    sums (samples + 2 reach + 1,), padded (samples + 2 reach,), reach = guard + train, and work (3, samples) are work
-    space.
-    """
+def divide_by_surroundings(image: Image, around: CfarWindow, floor: np.float32, work: CfarWork, out: Image) -> None:
+    """Fill out with image (beams, samples) over the level of each cell's surroundings, at least `floor`."""
+    sums, padded = work.sums, work.padded
     samples = image.shape[1]
-    reach = guard + train
+    reach = around.guard + around.train
     for b in range(image.shape[0]):
         for i in range(samples + 2 * reach):
             padded[i] = image[b, mirrored(i - reach, samples)]
         sums[0] = 0.0
         for i in range(samples + 2 * reach):
             sums[i + 1] = sums[i] + padded[i]
-        if method == 3:
-            _ordered(padded, sums, guard, train, rank, floor, work, out[b])
+        if around.method == 3:
+            _ordered(work, around, floor, out[b])
         else:
-            _averaged(sums, method, guard, train, floor, out[b])
+            _averaged(sums, around, floor, out[b])
         for j in range(samples):
             out[b, j] = image[b, j] / out[b, j]
 
 
 @kernel
-def _averaged(sums: Floats, method: int, guard: int, train: int, floor: np.float32, out: Floats32) -> None:
+def _averaged(sums: Floats, around: CfarWindow, floor: np.float32, out: Floats32) -> None:
+    method, guard, train = around.method, around.guard, around.train
     reach = guard + train
     for j in range(out.size):
         near = np.float32((sums[j + train] - sums[j]) / train)
@@ -107,23 +122,15 @@ def _averaged(sums: Floats, method: int, guard: int, train: int, floor: np.float
 
 
 @kernel
-def _ordered(
-    padded: Floats32,
-    sums: Floats,
-    guard: int,
-    train: int,
-    rank: float,
-    floor: np.float32,
-    work: Image,
-    out: Floats32,
-) -> None:
+def _ordered(work: CfarWork, around: CfarWindow, floor: np.float32, out: Floats32) -> None:
     """Fill out with the quantile `rank` of the cells around, by halving an interval for the whole row at once.
 
-    At most total / most cells that are not negative can reach a level that `most` of them reach. work: (3, samples).
+    At most total / most cells that are not negative can reach a level that `most` of them reach.
     """
-    low, high, count = work[0], work[1], work[2]
+    guard, train, padded, sums = around.guard, around.train, work.padded, work.sums
+    low, high, count = work.rows[0], work.rows[1], work.rows[2]
     behind = guard + train + guard + 1
-    most = np.float32(max(2.0 * train * (1.0 - rank), 1.0))
+    most = np.float32(max(2.0 * train * (1.0 - around.rank), 1.0))
     for j in range(out.size):
         low[j] = np.float32(0.0)
         high[j] = np.float32(sums[j + train] - sums[j] + sums[j + behind + train] - sums[j + behind]) / most

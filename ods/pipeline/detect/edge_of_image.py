@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.base.kernel import kernel
-from ods.pipeline.image.regions import Runs
+from ods.pipeline.image.regions import Runs, renumber
 
 _BEAMS, _SAMPLES = 2, 4
 """Width of the border, cells: that of the default filter's half window."""
@@ -16,33 +16,21 @@ _LEAST_BEAMS, _LEAST_SAMPLES = 16, 64
 """An image of fewer has no such border: it would be all border."""
 
 
-def drop_weak_at_border(image: Image, runs: Runs, total: int, high: float, raised: float) -> int:
+@kernel
+def drop_weak_at_border(image: Image, runs: Runs, total: int, high: np.float32, raised: np.float32) -> int:
     """Drop regions whose cells above `high` all lie in the border, unless one is above `raised`.
 
     Returns how many stay; runs (of image (beams, samples)) are numbered anew, from 1 without a gap, 0: dropped.
     """
     beams = _BEAMS if image.shape[0] >= _LEAST_BEAMS else 0
     samples = _SAMPLES if image.shape[1] >= _LEAST_SAMPLES else 0
-    return int(_drop(image, runs, total, np.float32(high), np.float32(raised), beams, samples))
-
-
-@kernel
-def _drop(image: Image, runs: Runs, total: int, high: np.float32, raised: np.float32, beams: int, samples: int) -> int:
-    number = np.zeros(total + 1, np.int32)
+    kept = np.zeros(total + 1, np.bool_)
     for i in range(runs.shape[0]):
-        beam, first, stop, region = runs[i]
-        outer = beam < beams or beam >= image.shape[0] - beams
-        for j in range(first, stop):
+        run = runs[i]
+        outer = run.beam < beams or run.beam >= image.shape[0] - beams
+        for j in range(run.first, run.stop):
             ends = j < samples or j >= image.shape[1] - samples
-            if image[beam, j] > (raised if outer or ends else high):
-                number[region] = 1
+            if image[run.beam, j] > (raised if outer or ends else high):
+                kept[run.region] = True
                 break
-    kept = 0
-    number[0] = 0
-    for k in range(1, total + 1):
-        if number[k]:
-            kept += 1
-            number[k] = kept
-    for i in range(runs.shape[0]):
-        runs[i, 3] = number[runs[i, 3]]
-    return kept
+    return renumber(runs, kept)

@@ -1,12 +1,11 @@
 """What an image looks like where nothing is: its background level, how much that fluctuates, and how high it peaks."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 
 import numpy as np
 
 from ods.base.arrays import Floats, Image, Ints
 from ods.base.kernel import kernel
-from ods.pipeline.image.regions import Regions
 
 _BINS = 1024
 _FINE_BINS = 16384
@@ -73,18 +72,6 @@ class NoiseMeter:
         power, factor = np.polyfit(self._of_speckle, own, 1)
         level = np.exp(factor + power * np.polyval(self._tail, np.log(-np.log(rate))))
         return float(max(level, np.exp(own[-1])))
-
-
-class Learner:
-    """A detect step that is shown images of speckle, as the stages before it leave them, before the first real one."""
-
-    def __init__(self, step: Callable[[Image], Regions], learn: Callable[[Iterable[Image]], None]) -> None:
-        self._step = step
-        self.learn = learn
-
-    def __call__(self, image: Image) -> Regions:
-        """Return the connected regions of image (beams, samples)."""
-        return self._step(image)
 
 
 @kernel

@@ -1,34 +1,47 @@
 """Connected regions by growing runs of cells from the cells above the high level."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ods.base.arrays import Floats32, Image, Ints32, Mask
+from ods.base.arrays import Floats32, Image, Mask
 from ods.base.kernel import kernel
-from ods.pipeline.image.regions import Runs
+from ods.pipeline.image.regions import RUN, Run, Runs
 
 _BLOCK = 64
 """Cells that are looked at together for one above the high level, in a row that has one."""
 
 
+class GrowingRule(NamedTuple):
+    """Which cells make a region."""
+
+    low: np.float32
+    """Cells above it belong to a region,"""
+    high: np.float32
+    """which has at least one above this."""
+    corner: int
+    """1 when cells that touch by a corner are connected, 0 when they have to share a side."""
+    smallest: int
+    largest: int
+    """Cells of a region."""
+
+
+def room_for_runs(shape: tuple[int, int]) -> Runs:
+    """Return room for the most runs an image of (beams, samples) can have; what is not written costs no memory."""
+    beams, samples = shape
+    return np.empty(beams * (samples // 2 + 1), RUN)
+
+
 @kernel
-def find_regions(
-    image: Image,
-    low: np.float32,
-    high: np.float32,
-    corner: int,
-    smallest: int,
-    largest: int,
-    runs: Runs,
-    visited: Mask,
-) -> tuple[int, int]:
+def find_regions(image: Image, rule: GrowingRule, runs: Runs, visited: Mask) -> tuple[int, int]:
     """Fill runs with the runs of all regions; return how many they are, and the number of regions.
 
-    corner: 1 when cells that touch by a corner are connected, 0 when they have to share a side.
     A region is grown, run by run, from a cell of image (beams, samples) above `high`; so the time goes with what is
     found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. Regions that have not
-    `smallest` to `largest` cells get the number 0. runs has room for the most runs there can be; visited must be all
-    False and is so again at the end.
+    `smallest` to `largest` cells get the number 0. runs: as `room_for_runs` makes it; visited, (beams, samples), must
+    be all False and is so again at the end.
     """
+    high = rule.high
     count, end = 0, 0
     for beam in range(image.shape[0]):
         row = image[beam]
@@ -40,8 +53,8 @@ def find_regions(
                 continue
             for column in range(begin, end_of_block):
                 if row[column] > high and not visited[beam, column]:
-                    stop = _grow(image, low, corner, beam, column, runs, end, visited)
-                    if smallest <= _cells(runs[end:stop]) <= largest:
+                    stop = end + _grow(image, rule, (beam, column), runs[end:], visited)
+                    if rule.smallest <= _cells(runs[end:stop]) <= rule.largest:
                         count += 1
                         _number(runs[end:stop], count)
                     end = stop
@@ -58,36 +71,36 @@ def _any_above(row: Floats32, level: np.float32) -> bool:
 
 
 @kernel
-def _grow(
-    image: Image, low: np.float32, corner: int, beam: int, column: int, runs: Runs, start: int, visited: Mask
-) -> int:
-    """Write the runs of the region around one cell to runs[start:stop], as region 0; return stop."""
-    stop = start + 1
-    _take_run(image[beam], low, beam, column, runs[start], visited[beam])
-    i = start
-    while i < stop:
-        first, last = runs[i, 1] - corner, runs[i, 2] - 1 + corner
-        for near in (runs[i, 0] - 1, runs[i, 0] + 1):
+def _grow(image: Image, rule: GrowingRule, seed: tuple[int, int], runs: Runs, visited: Mask) -> int:
+    """Write the runs of the region around one cell, as region 0; return how many they are."""
+    low, corner = rule.low, rule.corner
+    count = 1
+    _take_run(image[seed[0]], low, seed, runs[0], visited[seed[0]])
+    i = 0
+    while i < count:
+        first, last = runs[i].first - corner, runs[i].stop - 1 + corner
+        for near in (runs[i].beam - 1, runs[i].beam + 1):
             if near < 0 or near >= image.shape[0]:
                 continue
             row = image[near]
             for j in range(max(0, first), min(last, row.size - 1) + 1):
                 if row[j] > low and not visited[near, j]:
-                    _take_run(row, low, near, j, runs[stop], visited[near])
-                    stop += 1
+                    _take_run(row, low, (near, j), runs[count], visited[near])
+                    count += 1
         i += 1
-    return stop
+    return count
 
 
 @kernel
-def _take_run(row: Floats32, low: np.float32, beam: int, column: int, run: Ints32, visited: Mask) -> None:
-    """Fill run with the cells above `low` around a column of one beam, and mark them."""
+def _take_run(row: Floats32, low: np.float32, seed: tuple[int, int], run: Run, visited: Mask) -> None:
+    """Fill run with the cells above `low` around a (beam, column), and mark them."""
+    beam, column = seed
     first, stop = column, column + 1
     while first > 0 and row[first - 1] > low:
         first -= 1
     while stop < row.size and row[stop] > low:
         stop += 1
-    run[0], run[1], run[2], run[3] = beam, first, stop, 0
+    run.beam, run.first, run.stop, run.region = beam, first, stop, 0
     for j in range(first, stop):
         visited[j] = True
 
@@ -96,18 +109,18 @@ def _take_run(row: Floats32, low: np.float32, beam: int, column: int, run: Ints3
 def _cells(runs: Runs) -> int:
     total = 0
     for i in range(runs.shape[0]):
-        total += runs[i, 2] - runs[i, 1]
+        total += runs[i].stop - runs[i].first
     return total
 
 
 @kernel
 def _number(runs: Runs, region: int) -> None:
     for i in range(runs.shape[0]):
-        runs[i, 3] = region
+        runs[i].region = region
 
 
 @kernel
 def _forget(runs: Runs, visited: Mask) -> None:
     for i in range(runs.shape[0]):
-        for j in range(runs[i, 1], runs[i, 2]):
-            visited[runs[i, 0], j] = False
+        for j in range(runs[i].first, runs[i].stop):
+            visited[runs[i].beam, j] = False

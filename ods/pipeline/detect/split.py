@@ -5,9 +5,9 @@ from itertools import pairwise
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.region_growing import find_regions
+from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Runs
+from ods.pipeline.image.regions import RUN, Runs
 
 
 def split_regions(image: Image, runs: Runs, valley_db: float, low: float, smallest: int, fan: Fan) -> tuple[Runs, int]:
@@ -18,32 +18,33 @@ def split_regions(image: Image, runs: Runs, valley_db: float, low: float, smalle
     neighbour is not parted from it.
     """
     out: list[Runs] = []
-    for region in range(1, int(runs[:, 3].max()) + 1):
-        part = runs[runs[:, 3] == region].copy()
-        level = 10.0 ** (-valley_db / 20.0) * max(float(image[b, i:j].max()) for b, i, j, _ in part)
+    for region in range(1, int(runs["region"].max()) + 1):
+        part = runs[runs["region"] == region].copy()
+        level = 10.0 ** (-valley_db / 20.0) * max(float(image[b, i:j].max()) for b, i, j, _ in part.tolist())
         cores = _cores(image, part, level, smallest) if level > low else []
         pieces = [part] if len(cores) < 2 else _shared_out(part, cores, fan)
         for piece in pieces:
-            piece[:, 3] = len(out) + 1
+            piece["region"] = len(out) + 1
             out.append(piece)
-    return np.vstack(out), len(out)
+    return np.concatenate(out), len(out)
 
 
 def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[float, float]]:
     """Return the (beam, column) middles of the pieces of one region above `level`."""
-    beam, column = runs[:, 0].min(), runs[:, 1].min()
-    crop = np.zeros((runs[:, 0].max() + 1 - beam, runs[:, 2].max() - column), np.float32)
-    for b, first, stop, _ in runs:
+    beam, column = int(runs["beam"].min()), int(runs["first"].min())
+    crop = np.zeros((int(runs["beam"].max()) + 1 - beam, int(runs["stop"].max()) - column), np.float32)
+    for b, first, stop, _ in runs.tolist():
         crop[b - beam, first - column : stop - column] = image[b, first:stop]
-    work = np.empty((crop.shape[0] * (crop.shape[1] // 2 + 1), 4), np.int32)
     limit = np.float32(level)
-    used, count = find_regions(crop, limit, limit, 1, smallest, crop.size, work, np.zeros(crop.shape, np.bool_))
+    work = room_for_runs(crop.shape)
+    rule = GrowingRule(limit, limit, 1, smallest, crop.size)
+    used, count = find_regions(crop, rule, work, np.zeros(crop.shape, np.bool_))
     cores = []
     for k in range(1, count + 1):
-        piece = work[:used][work[:used, 3] == k]
-        length = piece[:, 2] - piece[:, 1]
-        middle = 0.5 * (piece[:, 1] + piece[:, 2] - 1)
-        cores.append((float(beam + np.average(piece[:, 0], weights=length)),
+        piece = work[:used][work["region"][:used] == k]
+        length = piece["stop"] - piece["first"]
+        middle = 0.5 * (piece["first"] + piece["stop"] - 1)
+        cores.append((float(beam + np.average(piece["beam"], weights=length)),
                       float(column + np.average(middle, weights=length))))  # fmt: skip
     return cores
 
@@ -61,4 +62,4 @@ def _shared_out(runs: Runs, cores: list[tuple[float, float]], fan: Fan) -> list[
         borders = [0, *(np.flatnonzero(np.diff(owner)) + 1).tolist(), stop - first]
         for i, j in pairwise(borders):
             pieces[int(owner[i])].append((b, first + i, first + j, 0))
-    return [np.array(piece, np.int32) for piece in pieces if piece]
+    return [np.array(piece, RUN) for piece in pieces if piece]

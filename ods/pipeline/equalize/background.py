@@ -4,11 +4,11 @@ import numpy as np
 
 from ods.base.arrays import Floats32, Image
 from ods.base.kernel import kernel
-from ods.pipeline.equalize.by_range import Limiter, limit_levels
+from ods.pipeline.equalize.by_range import blocks_around, limit_levels
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.motion_compensation import PingContext, PingStep, stale
 from ods.pipeline.stage.params import BackgroundParams, MeanRangeParams
 from ods.pipeline.stage.registry import ping_stage
+from ods.pipeline.stage.step import PingContext, PingStep
 
 
 @ping_stage("equalize.background", BackgroundParams)
@@ -21,23 +21,23 @@ def background(params: BackgroundParams, fan: Fan) -> PingStep:
     """
     state = np.ones(fan.shape, np.float32)
     level = np.empty(fan.samples, np.float32)
-    limiter = Limiter(MeanRangeParams(guard=params.guard), fan)
+    reach = blocks_around(MeanRangeParams().window)
     guard = np.float32(params.guard)
     former = PingContext(0, None)
     count = 0
 
-    def run(source: Image, out: Image, ping: PingContext) -> None:
+    def step(source: Image, out: Image, ping: PingContext) -> None:
         nonlocal former, count
-        if stale(former, ping, params.longest_gap_s):
+        if not ping.follows(former, params.longest_gap_s):
             count = 0
         count += 1
         weight = max(params.weight, 1.0 / count)
         update_background(source, np.float32(weight), level, state)
-        limit_levels(level, *limiter.args)
+        limit_levels(level, guard, reach)
         divide_by_background(source, guard, level, state, out)
         former = ping
 
-    return PingStep(run)
+    return step
 
 
 @kernel

@@ -7,7 +7,8 @@ from ods.base.kernel import kernel
 from ods.pipeline.equalize.by_range import sorted_middle
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.params import BeamGainParams
-from ods.pipeline.stage.registry import ImageStep, image_stage
+from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.step import ImageStep
 
 _PARTS = 25
 

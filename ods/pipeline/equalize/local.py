@@ -1,17 +1,20 @@
 """Equalization by place: the mean around each place is brought to 1."""
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats32, Image, Ints
+from ods.base.arrays import Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.equalize.by_range import sorted_middle
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage, GainStep, load_row
+from ods.pipeline.image.gained_image import GainedImage, load_row
 from ods.pipeline.stage.params import LocalParams
-from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.registry import gain_stage
+from ods.pipeline.stage.step import GainStep
 
 
-@image_stage("equalize.local", LocalParams)
+@gain_stage("equalize.local", LocalParams)
 def local(params: LocalParams, fan: Fan) -> GainStep:
     """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
 
@@ -21,21 +24,29 @@ def local(params: LocalParams, fan: Fan) -> GainStep:
     beams, samples = fan.shape
     beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
     range_edges = np.linspace(0, samples, min(params.range_blocks, samples) + 1).astype(np.int64)
-    means = np.empty((beam_edges.size - 1, range_edges.size - 1), np.float32)
-    gain = np.empty_like(means)
-    rows = np.empty((len(means), samples), np.float32)
-    row = np.empty(samples, np.float32)
     above, share_of_beam = _between(beam_edges)
-    before, share_of_column = _between(range_edges)
-    guard = np.float32(params.guard)
+    blocks = Blocks(beam_edges, range_edges, *_between(range_edges), np.float32(params.guard))
+    rows = np.empty((beam_edges.size - 1, samples), np.float32)
 
-    def regain(samples: GainedImage) -> GainedImage:
-        block_means(*samples.args, beam_edges, range_edges, row, means)
-        block_gains(means, guard, gain)
-        interpolate_columns(gain, before, share_of_column, samples.gain[0], rows)
-        return samples._replace(gain=rows, above=above, share=share_of_beam, plain=False)
+    def step(image: GainedImage) -> GainedImage:
+        local_gain(image, blocks, rows)
+        return image.with_gain(rows, above, share_of_beam)
 
-    return GainStep(regain)
+    return step
+
+
+class Blocks(NamedTuple):
+    """How the fan is parted."""
+
+    beam_edges: Ints
+    """(beam blocks + 1,) first beam of each block, and the number of beams."""
+    range_edges: Ints
+    """(range blocks + 1,) first column of each block, and the number of columns."""
+    before: Ints
+    """(samples,) the last block whose middle is not behind the column,"""
+    share: Floats32
+    """(samples,) and how far the column is on the way to the next one's."""
+    guard: np.float32
 
 
 def _between(edges: Ints) -> tuple[Ints, Floats32]:
@@ -47,26 +58,23 @@ def _between(edges: Ints) -> tuple[Ints, Floats32]:
 
 
 @kernel
-def block_means(
-    cells: AnyArray,
-    first: int,
-    offset: np.float32,
-    gain: Image,
-    above: Ints,
-    share: Floats32,
-    beam_edges: Ints,
-    range_edges: Ints,
-    row: Floats32,
-    means: Image,
-) -> None:
-    """Fill means (beam blocks, range blocks) with the mean of samples (`GainedImage.args`) over each block.
+def local_gain(image: GainedImage, blocks: Blocks, rows: Image) -> None:
+    """Fill rows (beam blocks, samples) with the gain that brings the image's mean around each place to 1."""
+    means = np.empty((blocks.beam_edges.size - 1, blocks.range_edges.size - 1), np.float32)
+    gain = np.empty_like(means)
+    block_means(image, blocks.beam_edges, blocks.range_edges, means)
+    block_gains(means, blocks.guard, gain)
+    interpolate_columns(gain, blocks.before, blocks.share, image.gain[0], rows)
 
-    row (samples,) is work space.
-    """
+
+@kernel
+def block_means(image: GainedImage, beam_edges: Ints, range_edges: Ints, means: Image) -> None:
+    """Fill means (beam blocks, range blocks) with the mean of the image over each block."""
+    row = np.empty(range_edges[-1], np.float32)
     for p in range(means.shape[0]):
         means[p, :] = np.float32(0.0)
         for b in range(beam_edges[p], beam_edges[p + 1]):
-            load_row(cells, first, offset, gain, above, share, b, row)
+            load_row(image, b, row)
             for q in range(means.shape[1]):
                 part = row[range_edges[q] : range_edges[q + 1]]
                 total = np.float32(0.0)

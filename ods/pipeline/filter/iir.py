@@ -2,47 +2,37 @@
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats32, Image, Ints
+from ods.base.arrays import Floats32, Image
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_row
+from ods.pipeline.image.gained_image import GainedImage, load_row
 from ods.pipeline.stage.params import IirParams
-from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.registry import gained_image_stage
+from ods.pipeline.stage.step import GainedImageStep
 
 
-@image_stage("filter.iir", IirParams)
-def iir(params: IirParams, fan: Fan) -> SamplesStep:
+@gained_image_stage("filter.iir", IirParams)
+def iir(params: IirParams, fan: Fan) -> GainedImageStep:
     """First-order low-pass, forwards and backwards: weights fall as exp(-distance / length)."""
     pole = np.float32(np.exp(-1.0 / params.length))
     sums = np.empty((2, fan.samples), np.float32)
 
-    def run(samples: GainedImage, out: Image) -> None:
-        two_way(*samples.args, pole, sums[0], sums[1], out)
+    def step(image: GainedImage, out: Image) -> None:
+        two_way(image, pole, sums[0], sums[1], out)
 
-    return SamplesStep(run)
+    return step
 
 
 @kernel
-def two_way(
-    cells: AnyArray,
-    first: int,
-    offset: np.float32,
-    gain: Image,
-    above: Ints,
-    share: Floats32,
-    pole: np.float32,
-    left: Floats32,
-    right: Floats32,
-    out: Image,
-) -> None:
-    """Fill out with samples (`GainedImage.args`) weighted by pole^distance on both sides, of unit sum.
+def two_way(image: GainedImage, pole: np.float32, left: Floats32, right: Floats32, out: Image) -> None:
+    """Fill out with the image's samples weighted by pole^distance on both sides, of unit sum.
 
     At an end the missing side is left out.
     """
     samples = out.shape[1]
     for b in range(out.shape[0]):
         row = out[b]
-        load_row(cells, first, offset, gain, above, share, b, row)
+        load_row(image, b, row)
         total, back = np.float32(0.0), np.float32(0.0)
         for j in range(samples):  # both ways at once: two chains of dependent sums hide each other's latency
             total = row[j] + pole * total

@@ -1,24 +1,27 @@
-"""Linear filters along the beam, or along and across the beams [SSIE, Image processing, stage 2].
+"""Linear filters `fir`, `box` and `gaussian`, along the beam or along and across [SSIE, Image processing, stage 2].
 
 The image is mirrored at the range ends and at the fan's edges. All filters are symmetric: echoes keep their place.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats32, Image, Ints
+from ods.base.arrays import Floats32, Image
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_mirrored
+from ods.pipeline.image.gained_image import GainedImage, load_mirrored
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.stage.params import BoxParams, FirParams, GaussianParams
-from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.registry import gained_image_stage
+from ods.pipeline.stage.step import GainedImageStep
 
 _LEAST_SIGMA = 0.3
 """Beams; less of it changes nothing that is worth the time."""
 
 
-@image_stage("filter.fir", FirParams)
-def fir(params: FirParams, fan: Fan) -> SamplesStep:
+@gained_image_stage("filter.fir", FirParams)
+def fir(params: FirParams, fan: Fan) -> GainedImageStep:
     """Low-pass filter of odd length and linear phase; designed from a cut-off or from a minimum object size."""
     taps, cutoff = params.taps, params.cutoff
     if params.object_m > 0.0:
@@ -28,27 +31,47 @@ def fir(params: FirParams, fan: Fan) -> SamplesStep:
     return separable(along, across if params.beams > 1 else round_weights(along, params.round_beams, fan), fan)
 
 
-@image_stage("filter.box", BoxParams)
-def box(params: BoxParams, fan: Fan) -> SamplesStep:
+@gained_image_stage("filter.box", BoxParams)
+def box(params: BoxParams, fan: Fan) -> GainedImageStep:
     """Moving average: of all filters of its length the one that takes out most of the speckle."""
     return separable(box_weights(params.window), box_weights(params.beams), fan)
 
 
-@image_stage("filter.gaussian", GaussianParams)
-def gaussian(params: GaussianParams, fan: Fan) -> SamplesStep:
+@gained_image_stage("filter.gaussian", GaussianParams)
+def gaussian(params: GaussianParams, fan: Fan) -> GainedImageStep:
     """Gaussian weights, cut at three standard deviations."""
     return separable(gaussian_weights(params.sigma), gaussian_weights(params.beam_sigma), fan)
 
 
-def separable(along: Floats32, across: Floats32, fan: Fan) -> SamplesStep:
+class SeparableFilter(NamedTuple):
+    """A separable symmetric filter: weights from the middle outwards, of sum 1 with their mirror image; work space."""
+
+    along: Floats32
+    """(half + 1,) weights along the range."""
+    across: Floats32
+    """(reach + 1,) weights from beam to beam."""
+    padded: Floats32
+    """(at least samples + 2 half,)."""
+    sums: Floats32
+    """As large."""
+    ring: Image
+    """(2 reach + 1, samples), the rows around the present one, filtered in range."""
+
+
+def separable_filter(along: Floats32, across: Floats32, samples: int) -> SeparableFilter:
+    """Return the filter with these weights for images of so many range samples."""
+    padded = np.empty((2, samples + 2 * along.size), np.float32)
+    return SeparableFilter(along, across, padded[0], padded[1], np.empty((2 * across.size - 1, samples), np.float32))
+
+
+def separable(along: Floats32, across: Floats32, fan: Fan) -> GainedImageStep:
     """Return the step of a filter with weights `along` the range and `across` the beams, in `lowpass_weights`' form."""
-    padded = np.empty((2, fan.samples + 2 * along.size), np.float32)
-    ring = np.empty((2 * across.size - 1, fan.samples), np.float32)
+    weights = separable_filter(along, across, fan.samples)
 
-    def run(samples: GainedImage, out: Image) -> None:
-        filter_plane(*samples.args, along, across, padded[0], padded[1], ring, out)
+    def step(image: GainedImage, out: Image) -> None:
+        filter_plane(image, weights, out)
 
-    return SamplesStep(run)
+    return step
 
 
 def round_weights(along: Floats32, limit: float, fan: Fan) -> Floats32:
@@ -87,30 +110,13 @@ def lowpass_weights(taps: int, cutoff: float) -> Floats32:
 
 
 @kernel
-def filter_plane(
-    cells: AnyArray,
-    first: int,
-    offset: np.float32,
-    gain: Image,
-    above: Ints,
-    share: Floats32,
-    along: Floats32,
-    across: Floats32,
-    padded: Floats32,
-    sums: Floats32,
-    ring: Image,
-    out: Image,
-) -> None:
-    """Fill out (beams, samples) with samples convolved with `along` in range and `across` from beam to beam.
-
-    The first six: `GainedImage.args`; along, across: weights from the middle outwards; the others are work space:
-    padded and sums (samples + 2 half,), and ring (2 reach + 1, samples), the rows around the present one, filtered in
-    range.
-    """
+def filter_plane(image: GainedImage, weights: SeparableFilter, out: Image) -> None:
+    """Fill out (beams, samples) with image convolved along the range and from beam to beam."""
+    along, across, padded, sums, ring = weights
     half, reach = along.size - 1, across.size - 1
-    beams, samples = out.shape
+    beams = out.shape[0]
     for b in range(-reach, beams + reach):
-        load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), half, samples, padded)
+        load_mirrored(image, mirrored(b, beams), half, padded)
         symmetric_row(padded, along, sums, ring[(b + reach) % ring.shape[0]] if reach else out[b])
         if b >= reach > 0:
             weigh_ring(ring, across, b, out[b - reach])

@@ -2,17 +2,18 @@
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats32, Image, Ints
+from ods.base.arrays import Floats32, Image
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage, SamplesStep, load_mirrored
+from ods.pipeline.image.gained_image import GainedImage, load_mirrored
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.stage.params import MedianParams
-from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.registry import gained_image_stage
+from ods.pipeline.stage.step import GainedImageStep
 
 
-@image_stage("filter.median", MedianParams)
-def median(params: MedianParams, fan: Fan) -> SamplesStep:
+@gained_image_stage("filter.median", MedianParams)
+def median(params: MedianParams, fan: Fan) -> GainedImageStep:
     """Median of a window of range samples: takes out speckle and keeps edges where they are.
 
     Across the beams, the median of the beams' medians: almost the median of the whole window, at a tenth of its cost.
@@ -22,35 +23,23 @@ def median(params: MedianParams, fan: Fan) -> SamplesStep:
     ordered = np.empty((3, fan.samples + window), np.float32)
     ring = np.empty((params.beams, fan.samples), np.float32)
 
-    def run(samples: GainedImage, out: Image) -> None:
-        median_filter(*samples.args, window, padded, ordered, ring, out)
+    def step(image: GainedImage, out: Image) -> None:
+        median_filter(image, window, padded, ordered, ring, out)
 
-    return SamplesStep(run)
+    return step
 
 
 @kernel
-def median_filter(
-    cells: AnyArray,
-    first: int,
-    offset: np.float32,
-    gain: Image,
-    above: Ints,
-    share: Floats32,
-    window: int,
-    padded: Floats32,
-    ordered: Image,
-    ring: Image,
-    out: Image,
-) -> None:
-    """Fill out with the median of samples (`GainedImage.args`) over 3, 5, 7 or 9 range samples and 1, 3 or 5 beams.
+def median_filter(image: GainedImage, window: int, padded: Floats32, ordered: Image, ring: Image, out: Image) -> None:
+    """Fill out with the median of the image over 3, 5, 7 or 9 range samples and 1, 3 or 5 beams.
 
     padded (samples + window - 1,), ordered (3, samples + window - 1) and ring (beams of the window, samples) are work
     space.
     """
-    beams, samples = out.shape
+    beams = out.shape[0]
     reach = ring.shape[0] // 2
     for b in range(-reach, beams + reach):
-        load_mirrored(cells, first, offset, gain, above, share, mirrored(b, beams), window // 2, samples, padded)
+        load_mirrored(image, mirrored(b, beams), window // 2, padded)
         _median_row(padded, window, ordered, out[b] if reach == 0 else ring[(b + reach) % ring.shape[0]])
         if b < reach or reach == 0:
             continue

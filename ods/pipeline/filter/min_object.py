@@ -6,7 +6,8 @@ from ods.base.arrays import Floats32, Image, Ints
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.params import MinObjectParams
-from ods.pipeline.stage.registry import ImageStep, image_stage
+from ods.pipeline.stage.registry import image_stage
+from ods.pipeline.stage.step import ImageStep
 
 _MOST_BEAMS = 15
 """Reach across the beams, to either side, very near the sonar."""

@@ -5,9 +5,10 @@ import numpy as np
 from ods.base.arrays import Floats32, Image
 from ods.base.kernel import kernel
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.motion_compensation import MotionCompensator, PingContext, PingStep, stale
+from ods.pipeline.stage.motion_compensation import MotionCompensator
 from ods.pipeline.stage.params import PingIirParams, PingMedianParams
 from ods.pipeline.stage.registry import ping_stage
+from ods.pipeline.stage.step import PingContext, PingStep
 
 
 @ping_stage("filter.ping_iir", PingIirParams)
@@ -18,17 +19,17 @@ def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
     former = PingContext(0, None)
     first = True
 
-    def run(source: Image, out: Image, ping: PingContext) -> None:
+    def step(source: Image, out: Image, ping: PingContext) -> None:
         nonlocal former, first
-        if first or stale(former, ping, params.longest_gap_s):
+        if first or not ping.follows(former, params.longest_gap_s):
             out[:] = source
         else:
-            compensator.turn(state, former.pose, ping.pose, out)
+            compensator.compensate(state, former.pose, ping.pose, out)
             blend(source, np.float32(params.weight), out)
         state[:] = out
         former, first = ping, False
 
-    return PingStep(run)
+    return step
 
 
 @ping_stage("filter.ping_median", PingMedianParams)
@@ -38,18 +39,18 @@ def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     images: list[tuple[Floats32, PingContext]] = []
     stack = np.empty((params.pings, *fan.shape), np.float32)
 
-    def run(source: Image, out: Image, ping: PingContext) -> None:
-        if images and stale(images[-1][1], ping, params.longest_gap_s):
+    def step(source: Image, out: Image, ping: PingContext) -> None:
+        if images and not ping.follows(images[-1][1], params.longest_gap_s):
             images.clear()
         stack[0] = source
         for place, (image, former) in enumerate(images, 1):
-            compensator.turn(image, former.pose, ping.pose, stack[place])
+            compensator.compensate(image, former.pose, ping.pose, stack[place])
         median_of_images(stack, 1 + len(images), out)
         spare = images.pop(0)[0] if len(images) == params.pings - 1 else np.empty_like(source)
         spare[:] = source
         images.append((spare, ping))
 
-    return PingStep(run)
+    return step
 
 
 @kernel

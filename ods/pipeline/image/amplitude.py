@@ -8,6 +8,8 @@ An integer count c stands for amplitudes from c to c + 1, so linear counts are t
 then a flat row, and one stray count in it is not infinitely above its surroundings.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Image
@@ -17,38 +19,53 @@ from ods.messages import Scale
 MAX_AMPLITUDE = 1e15
 """Larger amplitudes are clipped, so that squares and sums of a whole image stay finite in float32."""
 
-Frame = AnyArray
-Table = Floats32
+AmplitudeTable = Floats32
+"""(256,) or (65536,) linear amplitude of each count."""
 
 
-def amplitude_table(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> Table | None:
-    """Return the linear amplitude of every count, (256,) or (65536,) float32; None where no table serves.
+class SampleScale(NamedTuple):
+    """How recorded samples become linear amplitude."""
 
-    That is float samples, and linear counts, which need none.
-    """
+    scale: Scale
+    """`linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor log10 amplitude, the rule
+    of s7k record 7042)."""
+    factor: float
+    table: AmplitudeTable | None
+    """For counts that are not linear."""
+
+
+class Columns(NamedTuple):
+    """Columns of an image that are made of a frame's: each of `stride` neighbouring ones, from `first` on."""
+
+    first: int
+    stride: int
+    begin: int
+    """Columns of the image, from here"""
+    end: int
+    """to before here."""
+
+
+def sample_scale(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> SampleScale:
+    """Return how samples of a type become amplitudes; float samples and linear counts need no table."""
     if dtype.kind == "f" or scale == "linear":
-        return None
+        return SampleScale(scale, factor, None)
     counts = np.arange(2 ** (8 * dtype.itemsize), dtype=np.float64)
-    return _from_log(counts, scale, factor).astype(np.float32)
+    return SampleScale(scale, factor, _from_log(counts, scale, factor).astype(np.float32))
 
 
-def to_amplitude(
-    frame: Frame, first: int, stride: int, scale: Scale, factor: float, table: Table | None, out: Image, columns: slice
-) -> None:
-    """Fill out[:, columns] with the linear amplitude of frame, each column the mean of `stride` of the frame's.
+def to_amplitude(frame: AnyArray, columns: Columns, scale: SampleScale, out: Image) -> None:
+    """Fill columns of out with the mean linear amplitude of those of frame, (beams, samples).
 
-    frame: (beams, samples) of finite float32, or of counts whose amplitudes `table` has, as `amplitude_table` makes it;
-    columns `first` to `first + stride - 1` make the first one of `columns`. Negative float amplitudes become 0. scale
-    `linear`, `db` (factor decibels a unit: 20 log10 amplitude) or `log8` (value = factor log10 amplitude, the rule of
-    s7k record 7042).
+    frame: finite float32, or counts whose amplitudes `scale` has a table of. Negative float amplitudes become 0.
     """
-    if table is not None:
-        _look_up(frame, first, stride, table, out, columns.start, columns.stop)
+    if scale.table is not None:
+        _look_up(frame, columns, scale.table, out)
     else:
-        count = columns.stop - columns.start
-        values = frame[:, first : first + count * stride].astype(np.float64)
-        linear = np.clip(values if scale == "linear" else _from_log(values, scale, factor), 0.0, MAX_AMPLITUDE)
-        out[:, columns] = linear.reshape(len(out), count, stride).mean(axis=2)
+        first, stride, begin, end = columns
+        values = frame[:, first : first + (end - begin) * stride].astype(np.float64)
+        amplitude = values if scale.scale == "linear" else _from_log(values, scale.scale, scale.factor)
+        linear = np.clip(amplitude, 0.0, MAX_AMPLITUDE)
+        out[:, begin:end] = linear.reshape(len(out), end - begin, stride).mean(axis=2)
 
 
 def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
@@ -58,10 +75,11 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
 
 
 @kernel
-def _look_up(frame: Frame, first: int, stride: int, table: Table, out: Image, begin: int, stop: int) -> None:
+def _look_up(frame: AnyArray, columns: Columns, table: AmplitudeTable, out: Image) -> None:
+    stride = columns.stride
     share = np.float32(1.0 / stride)
     for b in range(out.shape[0]):
-        source, target = frame[b, first:], out[b, begin:stop]
+        source, target = frame[b, columns.first :], out[b, columns.begin : columns.end]
         if stride == 1:
             for j in range(target.size):
                 target[j] = table[source[j]]
@@ -77,14 +95,15 @@ def _look_up(frame: Frame, first: int, stride: int, table: Table, out: Image, be
 
 
 @kernel
-def average_counts(frame: Frame, first: int, stride: int, out: Frame, begin: int, stop: int) -> None:
-    """Fill out[:, begin:stop] with the means of `stride` neighbouring counts of frame, rounded down; both unsigned.
+def average_counts(frame: AnyArray, columns: Columns, out: AnyArray) -> None:
+    """Fill columns of out with the means of those of frame, rounded down; both unsigned.
 
-    Column `first` of frame is the first that counts. `mean_offset` is what is to be added.
+    `mean_offset` is what is to be added.
     """
+    stride = columns.stride
     share = np.float32(1.0 / stride)
     for b in range(out.shape[0]):
-        source, target = frame[b, first:], out[b, begin:stop]
+        source, target = frame[b, columns.first :], out[b, columns.begin : columns.end]
         if stride == 1:
             for j in range(target.size):
                 target[j] = source[j]

@@ -1,14 +1,19 @@
 """Connected regions of an image, as runs of cells along the beams: what a detect stage hands on."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ods.base.arrays import Ints32, Mask
+from ods.base.arrays import Mask
 from ods.base.kernel import kernel
 
-Runs = Ints32
-"""(runs, 4) beam, first column, column after the last, region from 1; sorted by region, then beam, then column."""
+RUN = np.dtype([("beam", np.int32), ("first", np.int32), ("stop", np.int32), ("region", np.int32)], align=True)
+"""Neighbouring cells of one beam: columns `first` to `stop` - 1. Regions are numbered from 1."""
+Run = Any
+"""One of them, as kernels get it: numba reads and writes its fields as attributes."""
+Runs = NDArray[np.void]
+"""(runs,) of RUN; sorted by region, then beam, then column."""
 
 
 class Regions(NamedTuple):
@@ -16,24 +21,15 @@ class Regions(NamedTuple):
 
     runs: Runs
     total: int
-    """Number of regions; they are numbered 1..count without a gap."""
+    """Number of regions; they are numbered 1..total without a gap."""
     background: float
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""
 
 
-def paint(runs: Runs, before: int, mask: Ints32, first: int = 0, stride: int = 1) -> None:
-    """Write `before` + the region's number into mask (beams, samples) int32; cells of no region stay as they are.
-
-    Columns `first` to `first + stride - 1` of mask make column 0 of the image.
-    """
-    for beam, begin, stop, region in runs.tolist():
-        mask[beam, first + stride * begin : first + stride * stop] = before + region
-
-
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
     """Return the regions that lie before a column that none reaches across, and the others."""
-    before, count, beyond, rest = shared_runs(regions.runs, regions.total, column)
-    return Regions(before, count, regions.background), Regions(beyond, rest, regions.background)
+    beyond = regions_beyond(regions, column)
+    return chosen(regions, ~beyond), chosen(regions, beyond)
 
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
@@ -49,20 +45,33 @@ def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
     out = np.empty_like(runs)
     count = 0
     for i in range(runs.shape[0]):
-        region = runs[i, 3] - 1
+        region = runs[i].region - 1
         if wanted[region]:
             out[count] = runs[i]
-            out[count, 3] = number[region]
+            out[count].region = number[region]
             count += 1
     return out[:count], number[-1] if number.size else 0
 
 
 @kernel
-def shared_runs(runs: Runs, total: int, column: int) -> tuple[Runs, int, Runs, int]:
-    """Return runs and number of the regions before a column that none reaches across, and of the others."""
-    beyond = np.zeros(total, np.bool_)
+def regions_beyond(regions: Regions, column: int) -> Mask:
+    """Return, (total,), whether a region lies behind a column that none reaches across."""
+    beyond = np.zeros(regions.total, np.bool_)
+    for i in range(regions.runs.shape[0]):
+        run = regions.runs[i]
+        beyond[run.region - 1] = run.first >= column
+    return beyond
+
+
+@kernel
+def renumber(runs: Runs, kept: Mask) -> int:
+    """Number the regions to keep anew, from 1 without a gap, the others 0; return how many stay. kept: (total + 1,)."""
+    number = np.zeros(kept.size, np.int32)
+    count = 0
+    for region in range(1, kept.size):
+        if kept[region]:
+            count += 1
+            number[region] = count
     for i in range(runs.shape[0]):
-        beyond[runs[i, 3] - 1] = runs[i, 1] >= column
-    near, count = chosen_runs(runs, ~beyond)
-    far, rest = chosen_runs(runs, beyond)
-    return near, count, far, rest
+        runs[i].region = number[runs[i].region]
+    return count

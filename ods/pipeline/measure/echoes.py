@@ -7,32 +7,43 @@ outside the beam's axis leaves the share q = Phi(x / s), s = w / 2.355, of the i
 so the level of that beam tells where the edge is.
 """
 
-import numpy as np
+from typing import Any, NamedTuple
 
-from ods.base.arrays import AnyArray, Floats, Floats32, Image
+import numpy as np
+from numpy.typing import NDArray
+
+from ods.base.arrays import Floats, Floats32, Image
 from ods.base.kernel import kernel
-from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.fan import Fan, FanTable
+from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
 from ods.pipeline.measure.enclosing_circle import Points, smallest_circle
 
-FIELDS = (
-    "range_m",
-    "bearing_rad",
-    "radius_m",
-    "peak",
-    "mean",
-    "snr_db",
-    "cells",
-    "range_extent_m",
-    "bearing_extent_rad",
-    "sigma_range_m",
-    "sigma_bearing_rad",
-    "sigma_radius_m",
-    "amplitude",
+ECHO = np.dtype(
+    [
+        ("range_m", np.float64),
+        ("bearing_rad", np.float64),
+        ("radius_m", np.float64),
+        ("peak", np.float64),
+        ("mean", np.float64),
+        ("snr_db", np.float64),
+        ("cells", np.int64),
+        ("range_extent_m", np.float64),
+        ("bearing_extent_rad", np.float64),
+        ("sigma_range_m", np.float64),
+        ("sigma_bearing_rad", np.float64),
+        ("sigma_radius_m", np.float64),
+        ("amplitude", np.float64),
+        ("elevation_rad", np.float64),
+    ],
+    align=True,
 )
-"""Columns of the table of echoes: the fields of `ods.messages.Detection` of these names."""
+"""One echo: the fields of `ods.messages.Detection`, in its order."""
 
-Table = Floats
+Echo = Any
+"""One of them, as kernels get it: numba reads and writes its fields as attributes."""
+EchoTable = NDArray[np.void]
+"""(regions,) of ECHO."""
 
 _SIGMA_OF_WIDTH = 1.0 / 2.3548
 """Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity)."""
@@ -50,57 +61,52 @@ _HIDDEN_M = 5.0
 """Standard deviation of the place of an object of which the fan's edge hides a part."""
 
 
-def measure_echoes(image: Image, frame: AnyArray, first: int, stride: int, regions: Regions, fan: Fan) -> Table:
-    """Return the (regions, len(FIELDS)) table of echoes.
+class Ends(NamedTuple):
+    """Where runs begin and end, with sub-cell accuracy."""
 
-    image: (beams, samples) that the regions were found in; frame: the recorded samples, columns `first` to
-    `first + stride - 1` of which are column 0 of the image.
-    """
-    table = np.zeros((regions.total, len(FIELDS)))
-    if regions.total:
-        _measure_all(
-            image, regions.runs, regions.background, fan.bearing_rad, fan.borders_rad, fan.beam_width_rad,
-            fan.range0_m, fan.dr_m, table,
-        )  # fmt: skip
-        _raw_peaks(frame, first, stride, regions.runs, table)
-    return table
+    near_m: Floats
+    """(runs,) slant range."""
+    far_m: Floats
+
+
+def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
+    """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells."""
+    return _measure_all(image, regions, recorded, fan.table)
 
 
 @kernel
-def _raw_peaks(frame: AnyArray, first: int, stride: int, runs: Runs, table: Table) -> None:
+def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable) -> EchoTable:
+    runs, background = regions.runs, regions.background
+    echoes = np.empty(regions.total, ECHO)
+    near, far = np.empty(runs.shape[0]), np.empty(runs.shape[0])
     for i in range(runs.shape[0]):
-        values = frame[runs[i, 0], first + stride * runs[i, 1] : first + stride * runs[i, 2]]
-        for j in range(values.size):
-            table[runs[i, 3] - 1, -1] = max(table[runs[i, 3] - 1, -1], values[j])
-
-
-@kernel
-def _measure_all(
-    image: Image,
-    runs: Runs,
-    background: float,
-    bearing: Floats,
-    borders: Floats,
-    width: Floats,
-    range0: float,
-    dr: float,
-    table: Table,
-) -> None:
-    edges = np.empty((runs.shape[0], 2))
-    for i in range(runs.shape[0]):
-        row = image[runs[i, 0], runs[i, 1] : runs[i, 2]]
-        edges[i, 0] = range0 + (runs[i, 1] + _edge(row, False) - 0.5) * dr
-        edges[i, 1] = range0 + (runs[i, 2] - _edge(row, True) - 0.5) * dr
+        run = runs[i]
+        row = image[run.beam, run.first : run.stop]
+        near[i] = fan.range0_m + (run.first + _edge(row, False) - 0.5) * fan.dr_m
+        far[i] = fan.range0_m + (run.stop - _edge(row, True) - 0.5) * fan.dr_m
     start = 0
-    for k in range(table.shape[0]):
+    for k in range(echoes.shape[0]):
         stop = start
-        while stop < runs.shape[0] and runs[stop, 3] == k + 1:
+        while stop < runs.shape[0] and runs[stop].region == k + 1:
             stop += 1
-        part, ends, echo = runs[start:stop], edges[start:stop], table[k]
+        part, ends, echo = runs[start:stop], Ends(near[start:stop], far[start:stop]), echoes[k]
         beam = _levels(image, part, background, echo)
-        _extents(part, borders, dr, echo)
-        _circle(part, ends, beam, bearing, borders, width, dr, echo)
+        _extents(part, fan, echo)
+        _circle(part, ends, beam, fan, echo)
+        echo.amplitude, echo.elevation_rad = _recorded_peak(recorded, part), fan.elevation_rad
         start = stop
+    return echoes
+
+
+@kernel
+def _recorded_peak(recorded: Recorded, runs: Runs) -> float:
+    """Return the highest recorded sample, 0 where all are negative."""
+    peak = 0.0
+    for i in range(runs.shape[0]):
+        values = samples_of(recorded, runs[i])
+        for j in range(values.size):
+            peak = max(peak, values[j])
+    return peak
 
 
 @kernel
@@ -120,48 +126,47 @@ def _edge(row: Floats32, backwards: bool) -> int:
 
 
 @kernel
-def _levels(image: Image, runs: Runs, background: float, echo: Floats) -> Floats:
+def _levels(image: Image, runs: Runs, background: float, echo: Echo) -> Floats:
     """Fill in peak, mean, snr_db and cells; return the peak intensity over the background's of each beam."""
-    beam = np.zeros(runs[-1, 0] - runs[0, 0] + 1)
+    beam = np.zeros(runs[-1].beam - runs[0].beam + 1)
     total, cells, peak = 0.0, 0, 0.0
     for i in range(runs.shape[0]):
-        row = image[runs[i, 0], runs[i, 1] : runs[i, 2]]
+        row = image[runs[i].beam, runs[i].first : runs[i].stop]
         best = 0.0
         for j in range(row.size):
             total += row[j]
             best = max(best, row[j])
         cells += row.size
         peak = max(peak, best)
-        k = runs[i, 0] - runs[0, 0]
+        k = runs[i].beam - runs[0].beam
         beam[k] = max(beam[k], best * best - background * background)
-    echo[3] = peak / background
-    echo[4] = total / cells / background
-    echo[5] = 20.0 * np.log10(max(peak / background, 1e-6))
-    echo[6] = cells
+    echo.peak = peak / background
+    echo.mean = total / cells / background
+    echo.snr_db = 20.0 * np.log10(max(peak / background, 1e-6))
+    echo.cells = cells
     return beam
 
 
 @kernel
-def _extents(runs: Runs, borders: Floats, dr: float, echo: Floats) -> None:
+def _extents(runs: Runs, fan: FanTable, echo: Echo) -> None:
     """Fill in how far the echo reaches, as it was detected."""
-    first, stop = runs[0, 1], runs[0, 2]
+    first, stop = runs[0].first, runs[0].stop
     for i in range(runs.shape[0]):
-        first, stop = min(first, runs[i, 1]), max(stop, runs[i, 2])
-    echo[7] = (stop - first) * dr
-    echo[8] = borders[runs[-1, 0] + 1] - borders[runs[0, 0]]
+        first, stop = min(first, runs[i].first), max(stop, runs[i].stop)
+    echo.range_extent_m = (stop - first) * fan.dr_m
+    echo.bearing_extent_rad = fan.borders_rad[runs[-1].beam + 1] - fan.borders_rad[runs[0].beam]
 
 
 @kernel
-def _circle(
-    runs: Runs, ends: Points, beam: Floats, bearing: Floats, borders: Floats, width: Floats, dr: float, echo: Floats
-) -> None:
-    """Fill in the circle and its standard deviations."""
-    low, high = runs[0, 0], runs[-1, 0]
-    near, far = ends[0, 0], ends[0, 1]
-    for i in range(ends.shape[0]):
-        near, far = min(near, ends[i, 0]), max(far, ends[i, 1])
+def _circle(runs: Runs, ends: Ends, beam: Floats, fan: FanTable, echo: Echo) -> None:
+    """Fill in the circle and its standard deviations. beam: intensity of each of the echo's beams."""
+    bearing, borders, dr = fan.bearing_rad, fan.borders_rad, fan.dr_m
+    low, high = runs[0].beam, runs[-1].beam
+    near, far = ends.near_m[0], ends.far_m[0]
+    for i in range(runs.shape[0]):
+        near, far = min(near, ends.near_m[i]), max(far, ends.far_m[i])
     middle = 0.5 * (near + far)
-    blur = width[(low + high) // 2]
+    blur = fan.beam_width_rad[(low + high) // 2]
     left = bearing[low] - _overhang(beam, bearing[low : high + 1], blur, borders[low + 1] - borders[low], False)
     right = bearing[high] + _overhang(beam, bearing[low : high + 1], blur, borders[high + 1] - borders[high], True)
     across = max(right - left, 0.0)
@@ -174,11 +179,11 @@ def _circle(
     x, y, radius = smallest_circle(points)
     radius = max(radius, 0.5 * dr)
     distance = np.hypot(x, y)
-    roundness = _roundness(runs, ends, bearing, centre, 0.5 * across * middle) if resolved else 1.0
+    roundness = _roundness(runs, ends.near_m, bearing, centre, 0.5 * across * middle) if resolved else 1.0
     behind = distance + roundness * max(near + radius - distance, 0.0)
-    echo[0] = min(behind, max(distance, far))  # not behind the echo's end
-    echo[1] = np.arctan2(y, x)
-    echo[2] = radius
+    echo.range_m = min(behind, max(distance, far))  # not behind the echo's end
+    echo.bearing_rad = np.arctan2(y, x)
+    echo.radius_m = radius
     _spread(blur, across, middle, echo)
     if low == 0 or high == bearing.size - 1:
         _cut_off(echo)
@@ -205,7 +210,7 @@ def _overhang(beam: Floats, bearing: Floats, blur: float, cell: float, backwards
 
 
 @kernel
-def _outline(runs: Runs, ends: Points, borders: Floats, left: float, right: float, centre: float) -> Points:
+def _outline(runs: Runs, ends: Ends, borders: Floats, left: float, right: float, centre: float) -> Points:
     """Return the corners of all runs in the sonar's plane, (4 runs, 2) ahead and to starboard, m.
 
     Corners on the left of `centre` are moved `left` rad towards it, the others `right` rad, and never across it.
@@ -213,16 +218,16 @@ def _outline(runs: Runs, ends: Points, borders: Floats, left: float, right: floa
     points = np.empty((4 * runs.shape[0], 2))
     for i in range(runs.shape[0]):
         for side in range(2):
-            border = borders[runs[i, 0] + side]
+            border = borders[runs[i].beam + side]
             angle = min(border + left, centre) if border < centre else max(border - right, centre)
-            for end in range(2):
-                k = 4 * i + 2 * side + end
-                points[k, 0], points[k, 1] = ends[i, end] * np.cos(angle), ends[i, end] * np.sin(angle)
+            k = 4 * i + 2 * side
+            points[k, 0], points[k, 1] = ends.near_m[i] * np.cos(angle), ends.near_m[i] * np.sin(angle)
+            points[k + 1, 0], points[k + 1, 1] = ends.far_m[i] * np.cos(angle), ends.far_m[i] * np.sin(angle)
     return points
 
 
 @kernel
-def _roundness(runs: Runs, ends: Points, bearing: Floats, centre: float, half_width: float) -> float:
+def _roundness(runs: Runs, near: Floats, bearing: Floats, centre: float, half_width: float) -> float:
     """Return 1 for an echo with a convex front, 0 for a flat one, by the curvature of a parabola through the front.
 
     The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.2 when the
@@ -233,9 +238,9 @@ def _roundness(runs: Runs, ends: Points, bearing: Floats, centre: float, half_wi
     count = 0
     nearest = np.inf  # of the runs of one beam
     for i in range(runs.shape[0]):
-        nearest = min(nearest, ends[i, 0])
-        if i + 1 == runs.shape[0] or runs[i + 1, 0] != runs[i, 0]:
-            angle = bearing[runs[i, 0]] - centre
+        nearest = min(nearest, near[i])
+        if i + 1 == runs.shape[0] or runs[i + 1].beam != runs[i].beam:
+            angle = bearing[runs[i].beam] - centre
             across[count], ahead[count] = nearest * np.sin(angle), nearest * np.cos(angle)
             count += 1
             nearest = np.inf
@@ -266,23 +271,23 @@ def _square_term(x: Floats, y: Floats) -> float:
 
 
 @kernel
-def _spread(blur: float, across: float, middle: float, echo: Floats) -> None:
+def _spread(blur: float, across: float, middle: float, echo: Echo) -> None:
     """Fill in the standard deviations, of the whole body and not of what shines of it.
 
     Fitted, half and half, to ideal bodies that shine all over and to the simulator's spheres, of which weak ones show
     no more than a highlight: there the body goes on by an unknown length behind the echo and beside it.
     """
-    echo[9] = np.hypot(0.5 * blur * middle, 0.41 * echo[2])
-    echo[10] = np.hypot(0.18 * blur, 0.035 * across)
-    echo[11] = np.hypot(0.51 * blur * middle, 0.15 * echo[2])
+    echo.sigma_range_m = np.hypot(0.5 * blur * middle, 0.41 * echo.radius_m)
+    echo.sigma_bearing_rad = np.hypot(0.18 * blur, 0.035 * across)
+    echo.sigma_radius_m = np.hypot(0.51 * blur * middle, 0.15 * echo.radius_m)
 
 
 @kernel
-def _cut_off(echo: Floats) -> None:
+def _cut_off(echo: Echo) -> None:
     """Widen the standard deviations of an echo that the fan's edge cuts off.
 
     How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
     """
-    echo[9] = np.hypot(echo[9], echo[2])
-    echo[10] = np.hypot(echo[10], _HIDDEN_M / max(echo[0], _HIDDEN_M))
-    echo[11] = np.hypot(echo[11], _HIDDEN_M)
+    echo.sigma_range_m = np.hypot(echo.sigma_range_m, echo.radius_m)
+    echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
+    echo.sigma_radius_m = np.hypot(echo.sigma_radius_m, _HIDDEN_M)

@@ -1,7 +1,4 @@
-"""Stages that look at several pings: what they are told of each, and images turned to where the vehicle is now."""
-
-from collections.abc import Callable
-from typing import NamedTuple
+"""Images of earlier pings as they would look from where the vehicle is now."""
 
 import numpy as np
 
@@ -18,31 +15,6 @@ Unknown = np.float32(-1.0)
 """Stands for cells that the former ping did not see."""
 
 
-class PingContext(NamedTuple):
-    """When and from where a ping was taken."""
-
-    t_ns: int
-    pose: Pose | PoseEstimate | None
-    """None where it is not known: the vehicle then counts as standing still."""
-
-
-def stale(former: PingContext, ping: PingContext, longest_gap_s: float) -> bool:
-    """Tell whether the former ping is too old, or later, to say anything about this one."""
-    return not 0 <= ping.t_ns - former.t_ns <= longest_gap_s * 1e9
-
-
-class PingStep:
-    """An image stage that is told of each ping before it gets the image."""
-
-    def __init__(self, run: Callable[[Image, Image, PingContext], None]) -> None:
-        self._run = run
-        self.look = PingContext(0, None)
-
-    def __call__(self, source: Image, out: Image) -> None:
-        """Fill out from source, both (beams, samples)."""
-        self._run(source, out, self.look)
-
-
 class MotionCompensator:
     """Resamples images taken from one pose to what they would show from another."""
 
@@ -54,7 +26,7 @@ class MotionCompensator:
         self._points = np.stack([distance * np.cos(angle), distance * np.sin(angle), np.zeros_like(distance * angle)])
         self._number = np.arange(len(fan.bearing_rad), dtype=np.float64)
 
-    def turn(
+    def compensate(
         self, image: Image, before: Pose | PoseEstimate | None, now: Pose | PoseEstimate | None, out: Image
     ) -> None:
         """Fill out with image, taken at pose `before`, as seen from pose `now`; `Unknown` where it does not reach.

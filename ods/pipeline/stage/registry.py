@@ -22,28 +22,27 @@ import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, TypeVar
+from typing import Any, TypeVar
 
-from ods.base.arrays import Image
 from ods.base.errors import one_line
 from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import Regions
-from ods.pipeline.stage.motion_compensation import PingStep
 from ods.pipeline.stage.params import StageError
+from ods.pipeline.stage.step import (
+    GainedImageStep,
+    GainStep,
+    ImageStep,
+    PingStep,
+    PreparedDetector,
+    StageKind,
+)
 
 ENTRY_POINT_GROUP = "ods.stages"
 
-ImageStep = Callable[[Image, Image], None]
-"""step(source, out): fills out, (beams, samples) float32, from source of the same shape; they never overlap."""
-
-DetectStep = Callable[[Image], Regions]
-"""step(image): returns the connected regions of an image."""
-
 ParamsT = TypeVar("ParamsT", bound=Settings)
-PrepareImage = Callable[[ParamsT, Fan], ImageStep]
-PreparePing = Callable[[ParamsT, Fan], PingStep]
-PrepareDetect = Callable[[ParamsT, Fan], DetectStep]
+StepT = TypeVar("StepT")
+Prepare = Callable[[ParamsT, Fan], StepT]
+Register = Callable[[Prepare[ParamsT, StepT]], Prepare[ParamsT, StepT]]
 
 
 @dataclass(frozen=True)
@@ -51,39 +50,43 @@ class Stage:
     """One registered stage."""
 
     name: str
-    kind: Literal["image", "ping", "detect"]
+    kind: StageKind
     params: type[Settings]
     prepare: Callable[[Any, Fan], Any]
+    """Returns a step of that kind, or a `PreparedDetector`."""
 
 
 _stages: dict[str, Stage] = {}
 
 
-def image_stage(name: str, params: type[ParamsT]) -> Callable[[PrepareImage[ParamsT]], PrepareImage[ParamsT]]:
+def image_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, ImageStep]:
     """Register the decorated function as a stage that turns an image into an image (equalizers, filters)."""
-
-    def register(prepare: PrepareImage[ParamsT]) -> PrepareImage[ParamsT]:
-        _register(Stage(name, "image", params, prepare))
-        return prepare
-
-    return register
+    return _registers(name, "image", params)
 
 
-def ping_stage(name: str, params: type[ParamsT]) -> Callable[[PreparePing[ParamsT]], PreparePing[ParamsT]]:
+def ping_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, PingStep]:
     """Register the decorated function as a stage that turns an image into an image by what earlier pings showed."""
-
-    def register(prepare: PreparePing[ParamsT]) -> PreparePing[ParamsT]:
-        _register(Stage(name, "ping", params, prepare))
-        return prepare
-
-    return register
+    return _registers(name, "ping", params)
 
 
-def detect_stage(name: str, params: type[ParamsT]) -> Callable[[PrepareDetect[ParamsT]], PrepareDetect[ParamsT]]:
+def gained_image_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, GainedImageStep]:
+    """Register the decorated function as a stage that turns an image into an image and applies the gain itself."""
+    return _registers(name, "gained image", params)
+
+
+def gain_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, GainStep]:
+    """Register the decorated function as a stage that changes the gain of an image, and nothing else (equalizers)."""
+    return _registers(name, "gain", params)
+
+
+def detect_stage(name: str, params: type[ParamsT]) -> Register[ParamsT, PreparedDetector]:
     """Register the decorated function as a stage that finds regions in an image; it ends the chain."""
+    return _registers(name, "detect", params)
 
-    def register(prepare: PrepareDetect[ParamsT]) -> PrepareDetect[ParamsT]:
-        _register(Stage(name, "detect", params, prepare))
+
+def _registers(name: str, kind: StageKind, params: type[ParamsT]) -> Register[ParamsT, StepT]:
+    def register(prepare: Prepare[ParamsT, StepT]) -> Prepare[ParamsT, StepT]:
+        _register(Stage(name, kind, params, prepare))
         return prepare
 
     return register

@@ -1,0 +1,101 @@
+"""Which of the cells above a level belong together, and which regions of them count."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Image
+from ods.base.kernel import kernel
+from ods.pipeline.detect.edge_of_image import drop_weak_at_border
+from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.split import split_regions
+from ods.pipeline.detect.strongest import drop_weak, level_of_strongest
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.regions import Regions, Runs
+from ods.pipeline.stage.params import GroupParams
+
+
+class Levels(NamedTuple):
+    """Levels of one image: cells above `low` are an echo when one of them is above `high`."""
+
+    low: float
+    high: float
+    background: float
+
+
+class Grouping:
+    """Puts cells together to regions, and keeps those that `GroupParams` ask for."""
+
+    def __init__(self, params: GroupParams, fan: Fan) -> None:
+        self._params = params
+        self._fan = fan
+        self._runs = room_for_runs(fan.shape)
+        self._visited = np.zeros(fan.shape, np.bool_)
+        self._wanted = _size_test(params, fan)
+
+    def nothing(self) -> Regions:
+        """Return the regions of an image that shows nothing."""
+        return Regions(self._runs[:0], 0, 1.0)
+
+    def regions(self, image: Image, recorded: Recorded, levels: Levels) -> Regions:
+        """Return the regions of image (beams, samples) between the levels."""
+        params, (low, high, background) = self._params, levels
+        corner, largest = int(params.connectivity == 8), params.max_cells or image.size
+        rule = GrowingRule(np.float32(low), np.float32(high), corner, params.min_cells, largest)
+        used, count = find_regions(image, rule, self._runs, self._visited)
+        runs = self._runs[:used]
+        if params.split_db > 0.0 and count:
+            runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
+        if self._wanted is not None and count:
+            runs, count = of_size(runs, self._wanted)
+        if params.border > 1.0 and count:
+            raised = np.float32(background + params.border * (high - background))
+            count = drop_weak_at_border(image, runs, count, rule.high, raised)
+        if params.strongest < 1.0 and count:
+            count = drop_weak(recorded, runs, count, level_of_strongest(recorded.samples, params.strongest))
+        return Regions(sorted_runs(runs), count, background)
+
+
+def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:
+    """Return what tells whether a region is as large as wanted; None when any is."""
+    if not params.min_extent_m and not params.max_extent_m:
+        return None
+
+    def wanted(runs: Runs) -> bool:
+        first, stop = int(runs["first"].min()), int(runs["stop"].max())
+        across = fan.borders_rad[runs["beam"].max() + 1] - fan.borders_rad[runs["beam"].min()]
+        middle = 0.5 * float(fan.range_m[first] + fan.range_m[stop - 1])
+        extent = max((stop - first) * fan.dr_m, middle * float(across))
+        return params.min_extent_m <= extent and (not params.max_extent_m or extent <= params.max_extent_m)
+
+    return wanted
+
+
+def of_size(runs: Runs, wanted: Callable[[Runs], bool]) -> tuple[Runs, int]:
+    """Return the runs of the regions that are wanted, renumbered, and the number of regions."""
+    region = runs["region"]
+    kept = [part for part in (runs[region == k] for k in range(1, int(region.max()) + 1)) if wanted(part)]
+    for number, part in enumerate(kept, 1):
+        part["region"] = number
+    return (np.concatenate(kept) if kept else runs[:0]), len(kept)
+
+
+@kernel
+def sorted_runs(runs: Runs) -> Runs:
+    """Return the runs of numbered regions, by region, beam and column."""
+    key = np.empty(runs.shape[0], np.int64)
+    place = np.empty(runs.shape[0], np.int64)
+    count = 0
+    for i in range(runs.shape[0]):
+        run = runs[i]
+        if run.region > 0:  # of 4096 beams, 65536 samples
+            key[count] = (np.int64(run.region) << 32) + (np.int64(run.beam) << 17) + run.first
+            place[count] = i
+            count += 1
+    order = np.argsort(key[:count])
+    out = np.empty(count, runs.dtype)
+    for k in range(count):
+        out[k] = runs[place[order[k]]]
+    return out

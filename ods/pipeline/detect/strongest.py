@@ -1,0 +1,39 @@
+"""Echoes that reach the strongest of the recorded samples: equalization lifts what is nearly silent, and noise too."""
+
+import numpy as np
+
+from ods.base.arrays import AnyArray
+from ods.base.kernel import kernel
+from ods.pipeline.image.recorded import Recorded, samples_of
+from ods.pipeline.image.regions import Runs, renumber
+
+_SAMPLES = 4096
+"""Samples that the strongest share is measured on."""
+
+
+def level_of_strongest(samples: AnyArray, share: float) -> float:
+    """Return the level that this share of samples (beams, samples) reaches.
+
+    Looked at are some of them, evenly spread, in steps that never fall in with the rows.
+    """
+    cells = samples.reshape(-1) if samples.flags.c_contiguous else samples.ravel()
+    some = cells[:: max(1, cells.size // _SAMPLES) | 1].copy()
+    rank = min(int((1.0 - share) * some.size), some.size - 1)
+    some.partition(rank)
+    return float(some[rank])
+
+
+@kernel
+def drop_weak(recorded: Recorded, runs: Runs, total: int, level: float) -> int:
+    """Drop regions none of whose recorded samples reaches the level, unless that is 0 or less.
+
+    Returns how many stay; runs are numbered anew, from 1 without a gap, 0: dropped.
+    """
+    kept = np.full(total + 1, level <= 0.0)
+    for i in range(runs.shape[0]):
+        values = samples_of(recorded, runs[i])
+        for j in range(values.size):
+            if values[j] >= level:
+                kept[runs[i].region] = True
+                break
+    return renumber(runs, kept)

@@ -1,0 +1,34 @@
+"""The recorded samples that an image was made of."""
+
+from typing import NamedTuple
+
+from ods.base.arrays import AnyArray, Ints, Ints32
+from ods.base.kernel import kernel
+from ods.pipeline.image.regions import Regions, Run
+
+RegionNumbers = Ints32
+"""(beams, samples) number of the detection that a recorded sample belongs to, from 1; 0 for the background."""
+
+
+class Recorded(NamedTuple):
+    """Column j of the image was made of the `stride` samples from `origin[j]` on."""
+
+    samples: AnyArray
+    """(beams, samples) of the beams of the image, as they were recorded."""
+    origin: Ints
+    """(columns,)."""
+    stride: int
+
+
+@kernel
+def samples_of(recorded: Recorded, run: Run) -> AnyArray:
+    """Return the samples that the cells of a run were made of."""
+    begin, stop = recorded.origin[run.first], recorded.origin[run.stop - 1] + recorded.stride
+    return recorded.samples[run.beam, begin:stop]
+
+
+def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:
+    """Write `before` + the region's number to the samples that a region was found in; the others stay as they are."""
+    for beam, first, stop, region in regions.runs.tolist():
+        begin, end = recorded.origin[first], recorded.origin[stop - 1] + recorded.stride
+        numbers[beam, begin:end] = before + region

@@ -1,0 +1,54 @@
+"""The stages that a configuration names, with their parameters; whatever one raises is told with its name."""
+
+from typing import Any, NamedTuple
+
+from ods.base.settings import Settings
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.params import StageError, read_params, stage_label
+from ods.pipeline.stage.registry import Stage, find_stage, reason
+from ods.pipeline.stage.step import AS_STEP, PreparedDetector, Step
+
+
+class ConfiguredStage(NamedTuple):
+    """One entry of `[[pipeline.stage]]`."""
+
+    label: str
+    """How complaints name it."""
+    stage: Stage
+    params: Settings
+
+    def step(self, fan: Fan) -> Step:
+        """Prepare a stage that makes images. Raises StageError."""
+        return AS_STEP[self.stage.kind](self._prepared(fan))
+
+    def detector(self, fan: Fan) -> PreparedDetector:
+        """Prepare a stage that detects. Raises StageError."""
+        detector: PreparedDetector = self._prepared(fan)
+        return detector
+
+    def _prepared(self, fan: Fan) -> Any:
+        try:
+            return self.stage.prepare(self.params, fan)
+        except Exception as error:
+            raise blamed(self.label, error) from error
+
+
+def configured_stages(settings: PipelineSettings) -> list[ConfiguredStage]:
+    """Return the stages of the whole chain. Raises StageError."""
+    stages = []
+    for index, entry in enumerate(settings.chain()):
+        label = f"pipeline.{stage_label(index, entry)}"
+        try:
+            stage = find_stage(entry["use"])
+            stages.append(ConfiguredStage(label, stage, read_params(stage.params, entry)))
+        except StageError as error:
+            raise StageError(f"{label}: {error}") from error
+    if [entry.stage.kind == "detect" for entry in stages] != [False] * (len(stages) - 1) + [True]:
+        raise StageError("pipeline.stage: the last stage, and no other, must be one that detects")
+    return stages
+
+
+def blamed(label: str, error: Exception) -> StageError:
+    """Return the complaint about whatever a stage raised, which may be anybody's code."""
+    return StageError(f"{label}: {reason(error)}")

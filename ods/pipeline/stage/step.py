@@ -1,0 +1,101 @@
+"""What a stage is once it is prepared for a geometry: the step that is called for each image.
+
+There are four kinds of image step, by what they read and write; `AS_STEP` makes of each what the chain calls.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Literal, NamedTuple
+
+from ods.base.arrays import Image
+from ods.messages import Pose
+from ods.pipeline.image.double_buffer import DoubleBuffer
+from ods.pipeline.image.gained_image import GainedImage
+from ods.pipeline.image.recorded import Recorded
+from ods.pipeline.image.regions import Regions
+from ods.runtime.pose_buffer import PoseEstimate
+
+
+class PingContext(NamedTuple):
+    """When and from where a ping was taken."""
+
+    t_ns: int
+    pose: Pose | PoseEstimate | None
+    """None where it is not known: the vehicle then counts as standing still."""
+
+    def follows(self, former: "PingContext", longest_gap_s: float) -> bool:
+        """Tell whether the former ping is neither later nor too old to say anything about this one."""
+        return 0 <= self.t_ns - former.t_ns <= longest_gap_s * 1e9
+
+
+ImageStep = Callable[[Image, Image], None]
+"""step(source, out): fills out, (beams, samples) float32, from source of the same shape; they never overlap."""
+
+PingStep = Callable[[Image, Image, PingContext], None]
+"""step(source, out, ping): the same, by what earlier pings showed."""
+
+GainedImageStep = Callable[[GainedImage, Image], None]
+"""step(image, out): the same; applies the gain itself, while it reads."""
+
+GainStep = Callable[[GainedImage], GainedImage]
+"""step(image): changes nothing but the gain. The array of gains may be its own, and is good until the next call."""
+
+DetectStep = Callable[[Image, Recorded], Regions]
+"""step(image, recorded): returns the connected regions of an image; `recorded` is what it was made of."""
+
+
+class PreparedDetector(NamedTuple):
+    """A detect stage, prepared."""
+
+    find: DetectStep
+    learn: Callable[[Iterable[Image]], None] | None = None
+    """Is shown images of speckle, as the stages before leave them, before the first real one."""
+
+
+Step = Callable[[GainedImage, PingContext, DoubleBuffer], GainedImage]
+"""step(image, ping, buffers): returns what becomes of an image, which lies in the front buffer or is a recorded one.
+What a step writes, it writes to the back buffer, which then is the front one."""
+
+StageKind = Literal["image", "ping", "gained image", "gain", "detect"]
+
+
+def _of_images(step: ImageStep) -> Step:
+    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
+        buffers.apply(image)
+        step(buffers.front, buffers.back)
+        return buffers.flip()
+
+    return run
+
+
+def _of_pings(step: PingStep) -> Step:
+    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
+        buffers.apply(image)
+        step(buffers.front, buffers.back, ping)
+        return buffers.flip()
+
+    return run
+
+
+def _of_gained_images(step: GainedImageStep) -> Step:
+    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
+        step(image, buffers.back)
+        return buffers.flip()
+
+    return run
+
+
+def _of_gains(step: GainStep) -> Step:
+    def run(image: GainedImage, ping: PingContext, buffers: DoubleBuffer) -> GainedImage:
+        varies_with_beam = image.gain.shape[0] > 1
+        return step(buffers.apply(image) if varies_with_beam else image)
+
+    return run
+
+
+AS_STEP: Mapping[StageKind, Callable[[Any], Step]] = {
+    "image": _of_images,
+    "ping": _of_pings,
+    "gained image": _of_gained_images,
+    "gain": _of_gains,
+}
+"""What the chain calls, by the kind of stage."""
