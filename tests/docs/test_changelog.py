@@ -21,6 +21,7 @@ def test_versions_fall_and_the_newest_is_the_programs() -> None:
 
 
 def test_every_line_is_of_a_kind() -> None:
-    assert set(re.findall(r"^### (.+)$", TEXT, re.MULTILINE)) <= KINDS
     for version in re.split(r"^## .+$", TEXT, flags=re.MULTILINE)[1:]:
+        kinds = re.findall(r"^### (.+)$", version, re.MULTILINE)
+        assert sorted(kinds) == sorted(KINDS & set(kinds))  # each once
         assert not re.search(r"^- ", version.split("### ")[0], re.MULTILINE)
