@@ -1,0 +1,1 @@
+"""The wheels, installed where nothing else is."""

@@ -1,0 +1,158 @@
+"""The wheel on board: installed without extras, it runs; what needs the extra says so in one line."""
+
+import os
+import shutil
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator
+from importlib.metadata import packages_distributions
+from pathlib import Path
+
+import pytest
+
+import ods
+from ods.base import kernel_cache
+from ods.cli import BENCH_EXTRA
+from ods.runtime.processes import on_board
+from tests.install.clean_venv import ROOT, bare, build_wheel, install
+
+ONBOARD = ROOT / "ods" / "config_files" / "onboard.toml"
+
+
+@pytest.fixture(scope="module")
+def venv() -> Iterator[Path]:
+    """Return the commands of an environment that all users can read, its kernels compiled by this one."""
+    with tempfile.TemporaryDirectory(prefix="ods-wheel-") as name:
+        folder = Path(name)
+        folder.chmod(0o755)
+        commands = install(build_wheel(ROOT, folder), "ods", folder / "venv")
+        _compile(next((folder / "venv").glob("lib/python*/site-packages/ods")))
+        yield commands
+
+
+def _compile(package: Path) -> None:
+    """Copy the machine code of the source tree, which is of the same sources; it is compiled first if need be."""
+    command = [sys.executable, "-m", "ods", "compile", "--config", str(ONBOARD)]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    kept = next(f for f in kernel_cache.folders(Path(ods.__file__).parent) if (f / "machine-code").exists())
+    place = package / "__pycache__" / kept.name
+    place.mkdir(parents=True)
+    shutil.copy(kept / "machine-code", place)
+
+
+def said(venv: Path, *arguments: str, **environment: str) -> tuple[int, str]:
+    """Return the exit code of `ods` and all that it printed."""
+    command = [str(venv / "ods"), *arguments]
+    done = subprocess.run(
+        command, env=bare(**environment), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False
+    )
+    return done.returncode, done.stdout
+
+
+def test_the_extra_is_what_the_commands_name() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extra = {line.partition(">")[0] for line in project["optional-dependencies"]["bench"]}
+    assert {distribution for name in BENCH_EXTRA for distribution in packages_distributions()[name]} == extra
+
+
+def test_all_kernels_are_there(venv: Path) -> None:
+    code, text = said(venv, "compile", "--check", "--config", str(ONBOARD))
+    assert (code, text.splitlines()[0].partition(";")[0]) == (0, "all kernels are compiled")
+    assert len(text.splitlines()) == 1
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")
+def test_a_user_without_a_home_takes_what_root_compiled(venv: Path) -> None:
+    reduced = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups", str(venv / "ods")]
+    done = subprocess.run(
+        [*reduced, "compile", "--check", "--config", str(ONBOARD)],
+        env=bare(HOME="/nonexistent"),
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd="/",
+    )
+    if "ermission" in done.stderr:
+        pytest.skip("the interpreter or the source tree cannot be read by other users")
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("process", [process.name for process in on_board()])
+def test_each_process_starts(venv: Path, tmp_path: Path, process: str) -> None:
+    """Its loop runs and tells the watchdog so, though neither sonar nor CAN bus is there."""
+    text = ONBOARD.read_text().replace("/tmp/ods", str(tmp_path / "run")).replace("~/", f"{tmp_path}/")
+    for file in ONBOARD.parent.glob("*.eds"):
+        shutil.copy(file, tmp_path)
+    config = tmp_path / "onboard.toml"
+    config.write_text(text.replace('"socketcan"', '"virtual"'))
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as supervisor:
+        supervisor.bind(str(tmp_path / "notify"))
+        supervisor.settimeout(30.0)
+        begun = time.monotonic()
+        started = subprocess.Popen(
+            [str(venv / "ods"), process, "--config", str(config)],
+            env=bare(NOTIFY_SOCKET=str(tmp_path / "notify")),
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        try:
+            while "WATCHDOG=1" not in supervisor.recv(4096).decode():
+                assert started.poll() is None
+                assert time.monotonic() - begun < 30.0
+            maps = Path(f"/proc/{started.pid}/maps").read_text()
+        finally:
+            started.terminate()
+            errors = started.communicate()[1]
+    assert "_typeconv" not in maps  # of numba's compiler
+    assert "compiled" not in errors
+
+
+def test_help(venv: Path) -> None:
+    code, text = said(venv, "--help")
+    assert code == 0
+    assert "set-sonar" in text
+
+
+def test_doctor(venv: Path) -> None:
+    code, text = said(venv, "doctor", "--config", str(ONBOARD))
+    assert code == 1
+    assert "configuration" in text
+    assert "Traceback" not in text
+
+
+def test_detect_without_a_picture(venv: Path, tmp_path: Path) -> None:
+    recording = ROOT / "tests" / "data" / "oculus" / "three_pings_8bit.raw"
+    code, text = said(venv, "detect", str(recording), ODS_CACHE_DIR=str(tmp_path))
+    assert code == 0
+    assert len([line for line in text.splitlines() if line.startswith("ping ")]) == 3
+
+
+def test_record_without_a_chain(venv: Path, tmp_path: Path) -> None:
+    file = str(tmp_path / "a.s7k")
+    code, text = said(venv, "record", "--s7k", file, "--seconds", "0.5", "--config", str(ONBOARD))
+    assert code == 2
+    assert text.startswith("ods record: nothing to record came")
+    assert len(text.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("watch",),
+        ("bench",),
+        ("simulate", "--chart", "chart.png"),
+        ("assess", "detect"),
+        ("assess", "track"),
+        ("detect", "--plot", "a.png", "a.s7k"),
+    ],
+    ids=" ".join,
+)
+def test_what_needs_the_extra_says_so_in_one_line(venv: Path, command: tuple[str, ...]) -> None:
+    code, text = said(venv, *command)
+    assert code == 2
+    assert "needs pip install 'ods[bench]'" in text
+    assert len(text.splitlines()) == 1
