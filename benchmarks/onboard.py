@@ -27,6 +27,8 @@ from ods.bench.settings import BenchConfig
 from ods.runtime.processes import on_board
 
 LONGEST_S = 400.0
+SIMULATOR_S = 20.0
+"""The simulator loads its kernels, which `ods bench` has compiled, and waits for somebody to listen."""
 _BARE = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | {"PYTHONSAFEPATH": "1"}
 """Nothing of the source tree is imported."""
 
@@ -72,8 +74,7 @@ def _start(ods: list[str], folder: Path, seconds: float) -> tuple[float, dict[st
     onboard, simulator = write_configs(bench)
     collector = Collector(bus.run_dir)
     with contextlib.closing(collector), _running([sys.executable, "-m", "ods", "sim", "--config", str(simulator)]):
-        while not collector.ready("sim"):
-            collector.listen(0.1)
+        time.sleep(SIMULATOR_S)
         begun = time.monotonic()
         with _running([*ods, "run", "--config", str(onboard)]) as run:
             while not any(message.valid for _, message in collector.record.lists):

@@ -5,6 +5,7 @@ The exit code is 1 when a wheel is missing.
 """
 
 import argparse
+import platform
 import subprocess
 import sys
 import tempfile
@@ -18,7 +19,7 @@ def main() -> int:
     """Print the pinned dependencies that have no wheel; return 1 if there are any."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--machine", default="aarch64")
-    parser.add_argument("--python", default=f"{sys.version_info.major}.{sys.version_info.minor}")
+    parser.add_argument("--python", default=platform.python_version())
     args = parser.parse_args()
     lines = (line.partition("#")[0].strip() for line in Path("constraints.txt").read_text().splitlines())
     pinned = [line for line in lines if line]
