@@ -16,7 +16,7 @@ from ods import __version__
 from ods.base.errors import OdsError
 from ods.runtime.processes import PROCESSES
 
-BENCH_EXTRA = frozenset({"matplotlib", "PIL", "rich", "scipy", "tomli_w"})
+BENCH_EXTRA = frozenset({"matplotlib", "rich", "scipy", "tomli_w"})
 """Modules that no on-board process needs: the optional dependencies `bench` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"

@@ -25,6 +25,21 @@ pytestmark = pytest.mark.timeout(900)  # where `make compile` was not run before
 ONBOARD = ROOT / "ods" / "config_files" / "onboard.toml"
 
 
+DETECT = """
+import sys
+from pathlib import Path
+from ods.base import kernel
+kernel.do_without_numba()
+from ods.pipeline import offline
+from ods.pipeline.settings import PipelineSettings
+from ods.sonar_link.files.opening import open_pings
+
+for result in offline.detect_pings(open_pings(Path(sys.argv[1])).pings, PipelineSettings()):
+    print(offline.json_line(result))
+assert "numba" not in sys.modules
+"""
+
+
 @pytest.fixture(scope="module")
 def venv() -> Iterator[Path]:
     """Return the commands of an environment that all users can read, its kernels compiled by this one."""
@@ -128,11 +143,17 @@ def test_doctor(venv: Path) -> None:
     assert "Traceback" not in text
 
 
-def test_detect_without_a_picture(venv: Path, tmp_path: Path) -> None:
-    recording = ROOT / "tests" / "data" / "oculus" / "three_pings_8bit.raw"
-    code, text = said(venv, "detect", str(recording), ODS_CACHE_DIR=str(tmp_path))
+def test_detections_are_the_same_with_and_without_numba(venv: Path, tmp_path: Path) -> None:
+    """`ods detect` compiles; the pipeline on board has no compiler, and needs none."""
+    recording = str(ROOT / "tests" / "data" / "oculus" / "three_pings_8bit.raw")
+    code, text = said(venv, "detect", "--json", recording, ODS_CACHE_DIR=str(tmp_path))
     assert code == 0
-    assert len([line for line in text.splitlines() if line.startswith("ping ")]) == 3
+    on_board = subprocess.run(
+        [str(venv / "python"), "-c", DETECT, recording], env=bare(), capture_output=True, text=True, check=True
+    )
+    assert on_board.stdout.splitlines() == text.splitlines()
+    assert len(text.splitlines()) == 3
+    assert on_board.stderr == ""
 
 
 def test_record_without_a_chain(venv: Path, tmp_path: Path) -> None:
