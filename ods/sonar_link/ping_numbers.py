@@ -4,7 +4,7 @@ from collections import Counter
 
 MAX_GAP = 1000
 """A number further ahead than this is a sonar that started afresh, not pings lost."""
-RANGE = 2**32
+MODULUS = 2**32
 
 
 class PingNumbers:
@@ -17,7 +17,7 @@ class PingNumbers:
 
     def follow(self, number: int) -> None:
         """Take the number of a ping that came whole."""
-        ahead = 0 if self.newest is None else (number - self.newest) % RANGE
+        ahead = 0 if self.newest is None else (number - self.newest) % MODULUS
         if ahead > MAX_GAP:
             self._counters["ping_number_restarts"] += 1
         elif ahead > 1:
