@@ -40,9 +40,11 @@ def name_of_value(value: Any) -> str:
 def name_of_type(kind: Any) -> str:
     """Return the name of a type of numba."""
     from numba.core import types
+    from numba.np.numpy_support import as_dtype
 
     if isinstance(kind, types.Array):
-        return _array(str(kind.dtype), kind.ndim, kind.layout, kind.mutable)
+        dtype = as_dtype(kind.dtype) if isinstance(kind.dtype, types.Record) else kind.dtype
+        return _array(str(dtype), kind.ndim, kind.layout, kind.mutable)
     if isinstance(kind, types.BaseTuple):
         items: Any = kind
         return _tuple(getattr(kind, "instance_class", tuple), [name_of_type(item) for item in items])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import AnyArray
-from ods.pipeline.image.amplitude import Columns, SampleScale, average_counts, mean_offset, to_amplitude
+from ods.pipeline.image.amplitude import Decimation, SampleScale, average_counts, mean_offset, to_amplitude
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.gained_image import GainedImage, of_gain_1
 from ods.pipeline.image_layout import ImageLayout
@@ -17,7 +17,7 @@ class FrameReader:
         self._of_gain_1 = of_gain_1(buffers.back)
         self._stride = layout.stride
         self._columns = [
-            Columns(int(layout.origin[band.columns.start]), layout.stride, band.columns.start, band.columns.stop)
+            Decimation(int(layout.origin[band.columns.start]), layout.stride, band.columns.start, band.columns.stop)
             for band in layout.bands
         ]
         self._averaged: dict[np.dtype[np.generic], AnyArray] = {}

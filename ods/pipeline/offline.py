@@ -17,7 +17,7 @@ from ods.pipeline.settings import PipelineSettings
 
 log = logging.getLogger(__name__)
 
-COLUMNS = ("range_m", "bearing_rad", "radius_m", "peak", "mean", "snr_db", "cells")
+DETECTION_COLUMNS = ("range_m", "bearing_rad", "radius_m", "peak", "mean", "snr_db", "cells")
 """Columns 1 to 7 of `det`; column 0 is the ping's index in the file."""
 
 
@@ -47,13 +47,13 @@ def detect_pings(pings: Iterable[Ping], settings: PipelineSettings, *, masks: bo
 
 
 def detection_table(results: Iterable[PingResult]) -> Floats:
-    """Return the (detections, 8) table `det`: ping index, then COLUMNS."""
+    """Return the (detections, 8) table `det`: ping index, then DETECTION_COLUMNS."""
     rows = [
-        [result.place, *(getattr(detection, name) for name in COLUMNS)]
+        [result.place, *(getattr(detection, name) for name in DETECTION_COLUMNS)]
         for result in results
         for detection in result.detections.detections
     ]
-    return np.array(rows, np.float64).reshape(-1, 1 + len(COLUMNS))
+    return np.array(rows, np.float64).reshape(-1, 1 + len(DETECTION_COLUMNS))
 
 
 def save_npz(path: Path, results: Sequence[PingResult]) -> None:

@@ -42,6 +42,8 @@ VALUES = [
     (1, 2.0),
     (np.zeros(2), np.zeros(2)),
     Record(np.zeros((1, 3)), 0),
+    np.zeros(3, np.dtype([("number", np.int32), ("level", np.float64)], align=True)),
+    np.zeros(3, np.dtype([("number", np.int32), ("level", np.float64)])),
     Record(np.zeros((3, 4)).T, Record(True, np.ones(2))),
 ]
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Floats32, Image
 from ods.base.kernel import kernel
-from ods.pipeline.detect.grouping import Grouping, Levels
+from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.padding import mirrored
@@ -51,7 +51,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
         background, noise = meter.background_and_noise(ratio)
         high = meter.level_of_rate(ratio, params.rate)
         low = min(background + params.low * max(noise, 0.02 * background), high)
-        found = group.regions(ratio, recorded, Levels(low, high, background))
+        found = group.regions(ratio, recorded, DetectionLevels(low, high, background))
         return found._replace(background=middle)
 
     return PreparedDetector(find, learn)

@@ -17,7 +17,7 @@ from ods.pipeline.image.regions import Regions, Runs
 from ods.pipeline.stage.params import GroupParams
 
 
-class Levels(NamedTuple):
+class DetectionLevels(NamedTuple):
     """Levels of one image: cells above `low` are an echo when one of them is above `high`."""
 
     low: float
@@ -39,7 +39,7 @@ class Grouping:
         """Return the regions of an image that shows nothing."""
         return Regions(self._runs[:0], 0, 1.0)
 
-    def regions(self, image: Image, recorded: Recorded, levels: Levels) -> Regions:
+    def regions(self, image: Image, recorded: Recorded, levels: DetectionLevels) -> Regions:
         """Return the regions of image (beams, samples) between the levels."""
         params, (low, high, background) = self._params, levels
         corner, largest = int(params.connectivity == 8), params.max_cells or image.size

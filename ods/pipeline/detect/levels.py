@@ -1,7 +1,7 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
 from ods.base.arrays import Image
-from ods.pipeline.detect.grouping import Grouping, Levels
+from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
@@ -39,7 +39,7 @@ def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float
         if params.levels == "false_alarm":
             above = max(meter.level_of_rate(image, params.rate), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        return group.regions(image, recorded, Levels(below, above, background))
+        return group.regions(image, recorded, DetectionLevels(below, above, background))
 
     return PreparedDetector(find, meter.learn if params.levels == "false_alarm" else None)
 

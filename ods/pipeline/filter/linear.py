@@ -32,7 +32,7 @@ def fir(params: FirParams, fan: Fan) -> GainedImageStep:
 
 
 @gained_image_stage("filter.box", BoxParams)
-def box(params: BoxParams, fan: Fan) -> GainedImageStep:
+def moving_average(params: BoxParams, fan: Fan) -> GainedImageStep:
     """Moving average: of all filters of its length the one that takes out most of the speckle."""
     return separable(box_weights(params.window), box_weights(params.beams), fan)
 

@@ -34,7 +34,7 @@ class SampleScale(NamedTuple):
     """For counts that are not linear."""
 
 
-class Columns(NamedTuple):
+class Decimation(NamedTuple):
     """Columns of an image that are made of a frame's: each of `stride` neighbouring ones, from `first` on."""
 
     first: int
@@ -53,7 +53,7 @@ def sample_scale(dtype: np.dtype[np.generic], scale: Scale, factor: float) -> Sa
     return SampleScale(scale, factor, _from_log(counts, scale, factor).astype(np.float32))
 
 
-def to_amplitude(frame: AnyArray, columns: Columns, scale: SampleScale, out: Image) -> None:
+def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: Image) -> None:
     """Fill columns of out with the mean linear amplitude of those of frame, (beams, samples).
 
     frame: finite float32, or counts whose amplitudes `scale` has a table of. Negative float amplitudes become 0.
@@ -75,7 +75,7 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
 
 
 @kernel
-def _look_up(frame: AnyArray, columns: Columns, table: AmplitudeTable, out: Image) -> None:
+def _look_up(frame: AnyArray, columns: Decimation, table: AmplitudeTable, out: Image) -> None:
     stride = columns.stride
     share = np.float32(1.0 / stride)
     for b in range(out.shape[0]):
@@ -95,7 +95,7 @@ def _look_up(frame: AnyArray, columns: Columns, table: AmplitudeTable, out: Imag
 
 
 @kernel
-def average_counts(frame: AnyArray, columns: Columns, out: AnyArray) -> None:
+def average_counts(frame: AnyArray, columns: Decimation, out: AnyArray) -> None:
     """Fill columns of out with the means of those of frame, rounded down; both unsigned.
 
     `mean_offset` is what is to be added.

@@ -40,7 +40,7 @@ ECHO = np.dtype(
 )
 """One echo: the fields of `ods.messages.Detection`, in its order."""
 
-Echo = Any
+EchoRecord = Any
 """One of them, as kernels get it: numba reads and writes its fields as attributes."""
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
@@ -71,13 +71,14 @@ class Ends(NamedTuple):
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
     """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells."""
-    return _measure_all(image, regions, recorded, fan.table)
+    echoes = np.zeros(regions.total, ECHO)
+    _measure_all(image, regions, recorded, fan.table, echoes)
+    return echoes
 
 
 @kernel
-def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable) -> EchoTable:
+def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable, echoes: EchoTable) -> None:
     runs, background = regions.runs, regions.background
-    echoes = np.empty(regions.total, ECHO)
     near, far = np.empty(runs.shape[0]), np.empty(runs.shape[0])
     for i in range(runs.shape[0]):
         run = runs[i]
@@ -95,7 +96,6 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
         _circle(part, ends, beam, fan, echo)
         echo.amplitude, echo.elevation_rad = _recorded_peak(recorded, part), fan.elevation_rad
         start = stop
-    return echoes
 
 
 @kernel
@@ -126,7 +126,7 @@ def _edge(row: Floats32, backwards: bool) -> int:
 
 
 @kernel
-def _levels(image: Image, runs: Runs, background: float, echo: Echo) -> Floats:
+def _levels(image: Image, runs: Runs, background: float, echo: EchoRecord) -> Floats:
     """Fill in peak, mean, snr_db and cells; return the peak intensity over the background's of each beam."""
     beam = np.zeros(runs[-1].beam - runs[0].beam + 1)
     total, cells, peak = 0.0, 0, 0.0
@@ -148,7 +148,7 @@ def _levels(image: Image, runs: Runs, background: float, echo: Echo) -> Floats:
 
 
 @kernel
-def _extents(runs: Runs, fan: FanTable, echo: Echo) -> None:
+def _extents(runs: Runs, fan: FanTable, echo: EchoRecord) -> None:
     """Fill in how far the echo reaches, as it was detected."""
     first, stop = runs[0].first, runs[0].stop
     for i in range(runs.shape[0]):
@@ -158,7 +158,7 @@ def _extents(runs: Runs, fan: FanTable, echo: Echo) -> None:
 
 
 @kernel
-def _circle(runs: Runs, ends: Ends, beam: Floats, fan: FanTable, echo: Echo) -> None:
+def _circle(runs: Runs, ends: Ends, beam: Floats, fan: FanTable, echo: EchoRecord) -> None:
     """Fill in the circle and its standard deviations. beam: intensity of each of the echo's beams."""
     bearing, borders, dr = fan.bearing_rad, fan.borders_rad, fan.dr_m
     low, high = runs[0].beam, runs[-1].beam
@@ -271,7 +271,7 @@ def _square_term(x: Floats, y: Floats) -> float:
 
 
 @kernel
-def _spread(blur: float, across: float, middle: float, echo: Echo) -> None:
+def _spread(blur: float, across: float, middle: float, echo: EchoRecord) -> None:
     """Fill in the standard deviations, of the whole body and not of what shines of it.
 
     Fitted, half and half, to ideal bodies that shine all over and to the simulator's spheres, of which weak ones show
@@ -283,7 +283,7 @@ def _spread(blur: float, across: float, middle: float, echo: Echo) -> None:
 
 
 @kernel
-def _cut_off(echo: Echo) -> None:
+def _cut_off(echo: EchoRecord) -> None:
     """Widen the standard deviations of an echo that the fan's edge cuts off.
 
     How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
