@@ -45,7 +45,7 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     shades = [np.empty(0, SHADE)]
     rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
     for which in range(len(seen)):
-        rays = ray_fan_of(seen[which], grid, errors[which])
+        rays = ray_fan_of(seen, which, grid, errors[which])
         if len(rays.bearing) == 0:
             continue
         occluders = Occluders(np.flatnonzero(rivals[which] & shadows), view.hides_beyond(rays, grid))

@@ -63,8 +63,9 @@ def _weight(body: Body, grid: Grid) -> float:
 
 
 @compiled
-def ray_fan_of(body: Body, grid: Grid, max_error: float) -> RayFan:
-    """Return the rays that hold what the sonar can see of `body`, fine enough for a relative error of `max_error`."""
+def ray_fan_of(bodies: Bodies, which: int, grid: Grid, max_error: float) -> RayFan:
+    """Return the rays that hold what the sonar can see of a body, fine enough for a relative error of `max_error`."""
+    body = bodies[which]
     nothing = RayFan(np.empty(0), np.empty(0), 0.0)
     nearest, farthest = _reach(body)
     if nearest > grid.edge_m + grid.samples * grid.dr_m:
@@ -94,8 +95,11 @@ def rivals_of(seen: Bodies) -> Mask:
     count = len(seen)
     out = np.zeros((count, count), np.bool_)
     distance, radius, half = np.empty(count), np.empty(count), np.empty(count)
+    place = np.empty((count, 3))
     for k in range(count):
-        x, y, z = seen[k]["centre"][0], seen[k]["centre"][1], seen[k]["centre"][2]
+        centre = seen[k]["centre"]
+        x, y, z = centre[0], centre[1], centre[2]
+        place[k, 0], place[k, 1], place[k, 2] = x, y, z
         distance[k] = math.sqrt(x * x + y * y + z * z)
         radius[k] = bounding_radius(seen[k])
         half[k] = math.asin(radius[k] / distance[k]) if distance[k] > radius[k] else math.pi
@@ -107,7 +111,7 @@ def rivals_of(seen: Bodies) -> Mask:
             if distance[k] * distance[other] > 0.0:
                 product = 0.0
                 for c in range(3):
-                    product += seen[k]["centre"][c] * seen[other]["centre"][c]
+                    product += place[k, c] * place[other, c]
                 apart = math.acos(min(max(product / (distance[k] * distance[other]), -1.0), 1.0))
             out[k, other] = apart < half[k] + half[other]
     return out

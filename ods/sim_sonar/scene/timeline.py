@@ -92,8 +92,7 @@ class Scene:
     def bodies_at(self, t_s: float) -> Bodies:
         """Return all objects at `t_s`, in NED."""
         bodies = self._bodies.copy()
-        for body, path in zip(bodies, self._paths, strict=True):
-            body["centre"] = path.position(t_s)
+        bodies["centre"] = np.array([path.position(t_s) for path in self._paths]).reshape(-1, 3)
         return bodies
 
     def _check(self) -> None:
