@@ -9,8 +9,8 @@ from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import Bodies, to_sonar_frame
 from ods.sim_sonar.echo.detail import detail_of
 from ods.sim_sonar.echo.object_echo import Occluders, add_object
-from ods.sim_sonar.echo.ray_budget import ray_fan_of, rivals_of, shares_of_error
-from ods.sim_sonar.echo.shadow import SHADE, shades_of
+from ods.sim_sonar.echo.ray_budget import MAX_CELLS, ray_fan_of, rivals_of, shares_of_error
+from ods.sim_sonar.echo.shadow import SHADE, add_shades
 from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.view import view_of
@@ -42,7 +42,7 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     image = np.zeros((len(grid.vertical) * len(grid.bearing_rad), grid.samples))
     view = view_of(sea_bed, grid, pose.position_ned, rotation, detail)
     seen = to_sonar_frame(objects, pose.position_ned, rotation)
-    shades = [np.empty(0, SHADE)]
+    shades, shaded = np.empty(len(objects) * MAX_CELLS, SHADE), 0
     rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)
     for which in range(len(seen)):
         rays = ray_fan_of(seen, which, grid, errors[which])
@@ -51,6 +51,6 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
         occluders = Occluders(np.flatnonzero(rivals[which] & shadows), view.hides_beyond(rays, grid))
         ranges = add_object(image, seen, which, occluders, rays, grid)
         if shadows:
-            shades.append(shades_of(ranges, rays, which))
-    view.add_to(image, grid, np.concatenate(shades))
+            shaded = add_shades(shades, shaded, ranges, rays, which)
+    view.add_to(image, grid, shades[:shaded])
     return np.maximum(image, 0.0, out=image)

@@ -43,10 +43,12 @@ MeanShades = NDArray[np.void]
 
 
 @compiled
-def shades_of(ranges: Floats, rays: RayFan, which: int) -> Shades:
-    """Return the shades of an object whose rays met it at `ranges` (bearings, elevations), FAR where they did not."""
-    out = np.empty(ranges.shape[0], SHADE)
-    count = 0
+def add_shades(shades: Shades, count: int, ranges: Floats, rays: RayFan, which: int) -> int:
+    """Set `shades`, from `count` on, to those of one more object; return how many there are then.
+
+    Its rays met the object at `ranges` (bearings, elevations), FAR where they did not; there is one shade a bearing at
+    most.
+    """
     for a in range(ranges.shape[0]):
         first, last, nearest = ranges.shape[1], -1, FAR
         for e in range(ranges.shape[1]):
@@ -54,12 +56,12 @@ def shades_of(ranges: Floats, rays: RayFan, which: int) -> Shades:
                 first, last, nearest = min(first, e), e, min(nearest, ranges[a, e])
         if last < 0:
             continue
-        shade = out[count]
+        shade = shades[count]
         shade["west"], shade["east"] = rays.bearing[a], rays.bearing[a + 1]
         shade["low"], shade["high"] = math.sin(rays.elevation[first]), math.sin(rays.elevation[last + 1])
         shade["range_m"], shade["which"] = nearest, which
         count += 1
-    return out[:count]
+    return count
 
 
 @compiled
