@@ -55,10 +55,12 @@ def main() -> None:
 def _installed(folder: Path) -> Path:
     """Build the wheel and install it; return the Python of the environment."""
     venv, pip = folder / "venv", [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check"]
-    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", str(folder), "."], check=True)
+    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", str(folder), "."], check=True, env=_BARE)
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", str(venv)], check=True)
     python, wheel = venv / "bin" / "python", next(folder.glob("ods-*.whl"))
-    subprocess.run([*pip, "--python", str(python), "install", "-c", "constraints.txt", str(wheel)], check=True)
+    subprocess.run(
+        [*pip, "--python", str(python), "install", "-c", "constraints.txt", str(wheel)], check=True, env=_BARE
+    )
     return python
 
 
@@ -79,22 +81,22 @@ def _start(ods: list[str], folder: Path, seconds: float) -> tuple[float, dict[st
         with _running([*ods, "run", "--config", str(onboard)]) as run:
             while not any(message.valid for _, message in collector.record.lists):
                 collector.listen(0.02)
-                if time.monotonic() - begun > LONGEST_S:
-                    raise SystemExit(f"no valid list within {LONGEST_S:.0f} s")
+                if time.monotonic() - begun > LONGEST_S or run.poll() is not None:
+                    raise SystemExit(f"no valid list within {LONGEST_S:.0f} s: `ods run` ended, or is slow")
             first_s = time.monotonic() - begun
             end = time.monotonic() + seconds
             while time.monotonic() < end:
                 collector.listen(0.1)
-            return first_s, {name: _memory_mb(pid) for name, pid in _children(run)}
+            return first_s, {name: _memory_mb(pid) for name, pid in _children(run.pid)}
 
 
 @contextlib.contextmanager
-def _running(command: list[str]) -> Iterator[int]:
+def _running(command: list[str]) -> Iterator["subprocess.Popen[bytes]"]:
     environment = os.environ if command[0] == sys.executable else _BARE
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command, env=environment, stdout=quiet, stderr=quiet)
     try:
-        yield process.pid
+        yield process
     finally:
         process.send_signal(signal.SIGTERM)
         process.wait(10.0)
