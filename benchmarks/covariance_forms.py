@@ -109,6 +109,7 @@ class Joseph(Standard):
         self.vv = vv - k2 * vp + k2 * k2 * noise
 
 
+_AXIS_STATE: Callable[..., Any] = axis_kalman.AxisState
 _predict: Callable[..., Any] = inspect.unwrap(axis_kalman.predict)
 _update: Callable[..., Any] = inspect.unwrap(axis_kalman.update)
 """The formulas uncompiled: they work on arrays of either precision too."""
@@ -118,27 +119,27 @@ class Factors:
     """P = L D L', the tracker's own code (`ods.tracker.observer.axis_kalman`)."""
 
     def __init__(self, count: int, dtype: type[np.floating[Any]]) -> None:
-        self.position, self.velocity = np.zeros(count, dtype), np.zeros(count, dtype)
-        self.variance, self.slope, self.residual = np.ones(count, dtype), np.zeros(count, dtype), np.ones(count, dtype)
+        nothing, one = np.zeros(count, dtype), np.ones(count, dtype)
+        self._state: Any = _AXIS_STATE(nothing, nothing, one, nothing, one)
 
     def predict(self, dt: Any) -> None:
         """Time update."""
-        state = (self.position, self.velocity, self.variance, self.slope, self.residual)
-        self.position, self.variance, self.slope, self.residual = _predict(*state, dt, ACCELERATION_NOISE)
+        self._state = _predict(self._state, dt, ACCELERATION_NOISE)
 
     def update(self, noise: Numbers) -> None:
         """Measurement update."""
-        state = (self.position, self.velocity, self.variance, self.slope)
-        self.position, self.velocity, self.variance = _update(*state, self.position, noise)
+        self._state = _update(self._state, self._state.position, noise)
 
     def matrix(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """See `Form`; multiplied out in extended precision: only the filter's own rounding is judged."""
-        variance, slope, residual = (x.astype(np.longdouble) for x in (self.variance, self.slope, self.residual))
+        factors = self._state.variance, self._state.slope, self._state.residual
+        variance, slope, residual = (x.astype(np.longdouble) for x in factors)
         return variance, slope * variance, slope * variance, residual + slope**2 * variance
 
     def positive(self) -> Mask:
         """See `Form`."""
-        return np.asarray((self.variance > 0) & (self.residual > 0) & np.isfinite(self.slope))
+        state = self._state
+        return np.asarray((state.variance > 0) & (state.residual > 0) & np.isfinite(state.slope))
 
 
 FORMS: dict[str, type[Form]] = {"standard": Standard, "Joseph": Joseph, "L D L'": Factors}

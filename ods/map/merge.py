@@ -14,7 +14,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.geodesy import LocalFrame
 from ods.messages import Vector3
-from ods.tracker.map.hibernated import Archive, MapObject
+from ods.tracker.map.hibernated import HibernatedObjects, MapObject
 
 GATE = 13.28
 """Largest squared distance of a pair: 99 % of chi-square with 4 degrees of freedom. Two entries for one object do less
@@ -95,7 +95,7 @@ def _pairs(first: list[MapObject], second: list[MapObject], spread: Spread) -> l
 
 def _gated(first: list[MapObject], second: list[MapObject], spread: Spread) -> tuple[Indices, Indices, Floats]:
     """Return indices into both maps of the pairs inside the gate, and their squared statistical distances."""
-    archive = Archive(first)
+    known = HibernatedObjects(first)
     row_of = {o.id: row for row, o in enumerate(first)}
     covariances = np.array([_covariance(o, spread) for o in first]).reshape(-1, 3, 3)
     places = np.array([o.position for o in first]).reshape(-1, 3)
@@ -106,7 +106,7 @@ def _gated(first: list[MapObject], second: list[MapObject], spread: Spread) -> t
     for column, o in enumerate(second):
         own = _covariance(o, spread)
         reach = float(np.sqrt(GATE * (widest + np.trace(own[:2, :2]))))
-        near = np.array([row_of[i] for i in archive.places(np.array(o.position[:2]), reach)[0].tolist()], np.intp)
+        near = np.array([row_of[i] for i in known.places(np.array(o.position[:2]), reach)[0].tolist()], np.intp)
         offset = places[near] - o.position
         apart = (offset * np.linalg.solve(covariances[near] + own, offset[..., None])[..., 0]).sum(axis=1)
         apart += (radii[near] - o.radius) ** 2 / (radius_variances[near] + _radius_variance(o, spread))

@@ -20,7 +20,7 @@ from ods.base.geometry import quat_from_euler
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -76,7 +76,7 @@ class Scenario:
 
 
 @dataclass(frozen=True, slots=True)
-class Tracks:
+class TrackedScenario:
     """The result of a run."""
 
     trk: Floats
@@ -160,7 +160,7 @@ def tracker_for(scenario: Scenario, settings: TrackerSettings) -> Tracker:
         raise ScenarioError(str(error)) from error
 
 
-def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
+def run(scenario: Scenario, settings: TrackerSettings) -> TrackedScenario:
     """Track a scenario. Raises ScenarioError."""
     tracker = tracker_for(scenario, settings)
     rows, wall_ms = [np.zeros((0, 8))], []
@@ -168,14 +168,20 @@ def run(scenario: Scenario, settings: TrackerSettings) -> Tracks:
         start = time.perf_counter()
         tracker.step(scan)
         wall_ms.append(1e3 * (time.perf_counter() - start))
-        rows.append(rows_of(k, tracker.picture()))
-    return Tracks(np.concatenate(rows), np.array(wall_ms))
+        rows.append(rows_of(k, tracker.snapshot()))
+    return TrackedScenario(np.concatenate(rows), np.array(wall_ms))
 
 
-def rows_of(scan: int, picture: Picture) -> Floats:
-    """Return the rows of `Tracks.trk` for the objects of a picture."""
-    columns = [np.full(len(picture), scan), picture.id, *picture.position[:2], *picture.velocity[:2], picture.radius]
-    return np.column_stack([*columns, picture.state]).astype(np.float64)
+def rows_of(scan: int, snapshot: Snapshot) -> Floats:
+    """Return the rows of `TrackedScenario.trk` for the objects of a snapshot."""
+    columns = [
+        np.full(len(snapshot), scan),
+        snapshot.id,
+        *snapshot.position[:2],
+        *snapshot.velocity[:2],
+        snapshot.radius,
+    ]
+    return np.column_stack([*columns, snapshot.state]).astype(np.float64)
 
 
 def track_file(source: Path, out: Path, settings: TrackerSettings) -> str:

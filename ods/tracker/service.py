@@ -9,11 +9,11 @@ from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, StartError, Worker
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echoes_of, table_of, vehicle_at
+from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, detection_table, echoes_of, vehicle_at
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
-from ods.tracker.output.snapshot import Picture
-from ods.tracker.output.validity import Watch
+from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.warm_up import warm_up
@@ -41,7 +41,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._listed_ns = 0
         self._map_due_ns = 0
         self._tracker: Tracker
-        self._watch: Watch
+        self._inputs: InputMonitor
 
     def start(self) -> None:
         """Load the map, make the tracker and compile it."""
@@ -51,17 +51,17 @@ class TrackerWorker(Worker[TrackerConfig]):
             warm_up(self.settings.tracker.observer, self.settings.tracker.association)
         except ValueError as error:
             raise StartError(str(error)) from error
-        self._watch = Watch(clock.monotonic_ns(), self.service.process.watches)
+        self._inputs = InputMonitor(clock.monotonic_ns(), self.service.process.watches)
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
         if topic == "pose":
             self._poses.insert(message)
-            self._watch.pose(message.t_ns)
+            self._inputs.pose(message.t_ns)
         elif topic == "detections":
             self._waiting.append(message)
         else:
-            self._watch.health(message)
+            self._inputs.health(message)
 
     def tick(self) -> None:
         """Track the pings that came; say so when none come; write the map when there is time."""
@@ -69,7 +69,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             self._track(self._waiting.popleft())
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
-        if self._watch.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
+        if self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
             self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
         if now_ns >= self._map_due_ns:
             self._map_due_ns = now_ns + MAP_PERIOD_NS
@@ -89,14 +89,14 @@ class TrackerWorker(Worker[TrackerConfig]):
             self.service.complain_once("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return
         pose = self._poses.at(message.t_ns)
-        echoes, dropped = echoes_of(table_of(message.detections))
+        echoes, dropped = echoes_of(detection_table(message.detections))
         scan = self._scan(message, echoes, pose)
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
             return
         self._vehicle = scan.vehicle or self._vehicle
-        self._watch.ping(message.t_ns)
+        self._inputs.ping(message.t_ns)
         self.service.counters["echoes_bad"] += dropped
         self.service.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
@@ -133,20 +133,20 @@ class TrackerWorker(Worker[TrackerConfig]):
     def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
         """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""
         now_ns = clock.monotonic_ns()
-        reasons = self._watch.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
+        reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        obstacles = self._lister.obstacles(self._picture(t_ns), course)
+        obstacles = self._lister.obstacles(self._snapshot(t_ns), course)
         message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, not reasons, reasons, obstacles)
         self.service.publish("obstacles", message)
         self._seq += 1
         self._listed_ns = now_ns
 
-    def _picture(self, t_ns: int) -> Picture:
+    def _snapshot(self, t_ns: int) -> Snapshot:
         within = None
         if self._vehicle is not None:
             within = (self._vehicle.position, self.settings.tracker.planner.hibernated_within_m)
-        picture = self._tracker.picture(within)
+        snapshot = self._tracker.snapshot(within)
         newest_ns = self._tracker.t_ns
         if newest_ns is None:
-            return picture
-        return picture.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.tracker.motion)
+            return snapshot
+        return snapshot.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.tracker.motion)

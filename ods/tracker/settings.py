@@ -9,6 +9,11 @@ from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
 from ods.runtime.pose_buffer import PoseSettings
 
+REST = 0.5
+"""An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
+STATIC = 0.95
+"""An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
+
 Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
 

@@ -28,7 +28,7 @@ def warm_up(observer: str, association: str) -> None:
         tracker.step(_scan(k, whole, looks_back=False))
     tracker.step(_scan(9, part, looks_back=False))
     tracker.step(_scan(10, part[:0], looks_back=True))
-    tracker.picture()
+    tracker.snapshot()
     _find_again(observer)
     _receive(whole)
 

@@ -1,4 +1,4 @@
-"""`ods assess track`: its scenarios, its reference, its scores, its pictures."""
+"""`ods assess track`: its scenarios, its reference, its scores, its snapshots."""
 
 from dataclasses import replace
 from pathlib import Path

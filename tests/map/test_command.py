@@ -151,7 +151,7 @@ def test_merge_makes_a_map_that_a_tracker_starts_from(
     known, first_id = keeper.open()
     tracker = Tracker(TrackerSettings(), known, first_id)
     keeper.close(first_id)
-    assert sorted(tracker.picture().id.tolist()) == [1, 2, 7, 8]
+    assert sorted(tracker.snapshot().id.tolist()) == [1, 2, 7, 8]
     assert first_id == 9
     new = next(o for o in known if o.id == 8)
     assert new.position == pytest.approx((80.0, 80.0, 20.0), abs=1e-6)

@@ -11,7 +11,7 @@ from ods.base.clock import NS
 from ods.base.geometry import global_to_body, quat_from_euler
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes, Scan, echoes_of, vehicle_at
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.tracker import Tracker
 
 RATE_HZ = 7.0
@@ -41,12 +41,12 @@ def scan(
     yaw: float,
     rows: list[tuple[float, float, float]],
     usable: bool = True,
-    looked: Rings = (),
+    processed: Rings = (),
 ) -> Scan:
     """Return the scan of a vehicle at `position` (3,) that looks along `yaw`."""
     t_ns = round(t_s * NS)
     attitude = quat_from_euler(0.0, 0.0, yaw)
-    return Scan(t_ns, t_ns, vehicle_at(position, attitude, NO_SIGMA, NO_SIGMA), SECTOR, echoes(rows), usable, looked)
+    return Scan(t_ns, t_ns, vehicle_at(position, attitude, NO_SIGMA, NO_SIGMA), SECTOR, echoes(rows), usable, processed)
 
 
 @dataclass
@@ -85,21 +85,21 @@ class Run:
     """A tracker that went through a course."""
 
     tracker: Tracker
-    pictures: list[Picture]
+    snapshots: list[Snapshot]
     ended: list[tuple[int, int]]
     """Scan index and id of every object terminated."""
 
     def ids(self) -> set[int]:
         """Return every id ever reported."""
-        return {i for picture in self.pictures for i in picture.id.tolist()}
+        return {i for picture in self.snapshots for i in picture.id.tolist()}
 
     def states(self, object_id: int) -> list[int]:
         """Return the state of an object in each picture, 0 where it is not in it."""
-        return [int(next(iter(p.state[p.id == object_id]), 0)) for p in self.pictures]
+        return [int(next(iter(p.state[p.id == object_id]), 0)) for p in self.snapshots]
 
     def nearest(self, k: int, place: Floats) -> tuple[int, float]:
         """Return id and horizontal distance of the object nearest to (3,) `place` in picture k."""
-        picture = self.pictures[k]
+        picture = self.snapshots[k]
         distance = np.hypot(*(picture.position[:2] - place[:2, None]))
         best = int(np.argmin(distance))
         return int(picture.id[best]), float(distance[best])
@@ -119,7 +119,7 @@ def run(
     turns: the ranges that are processed, in turn; empty: all.
     """
     rng = np.random.default_rng(seed)
-    pictures, ended = [], []
+    snapshots, ended = [], []
     for k, t in enumerate(path.t.tolist()):
         distance, bearing, seen = path.polar(k)
         seen &= rng.random(len(seen)) < detection_probability
@@ -137,10 +137,10 @@ def run(
             (RANGE_MAX_M * math.sqrt(rng.random()), rng.uniform(-HALF_FOV, HALF_FOV), rng.uniform(0.3, 3.0))
             for _ in range(rng.poisson(clutter))
         ]
-        looked = turns[k % len(turns)]
-        rows = [row for row in rows if not looked or any(begin <= row[0] < stop for begin, stop in looked)]
-        outcome = tracker.step(scan(t, path.position[k], float(path.yaw[k]), rows, looked=looked))
+        processed = turns[k % len(turns)]
+        rows = [row for row in rows if not processed or any(begin <= row[0] < stop for begin, stop in processed)]
+        outcome = tracker.step(scan(t, path.position[k], float(path.yaw[k]), rows, processed=processed))
         if outcome.ended is not None:
             ended += [(k, i) for i in outcome.ended.id.tolist()]
-        pictures.append(tracker.picture())
-    return Run(tracker, pictures, ended)
+        snapshots.append(tracker.snapshot())
+    return Run(tracker, snapshots, ended)

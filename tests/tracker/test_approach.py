@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle
 from ods.tracker.observer import axis_kalman
+from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.obstacle_list import ObstacleLister
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings, PlannerSettings
 from ods.tracker.track import lifecycle
 
@@ -21,11 +22,11 @@ HORIZON_S = 300.0
 AT_REST = Course(np.zeros(3), np.zeros(3))
 
 
-def objects(position: list[list[float]], velocity: list[list[float]], radius: float = 1.0) -> Picture:
+def objects(position: list[list[float]], velocity: list[list[float]], radius: float = 1.0) -> Snapshot:
     """Return (n, 3) positions and velocities as a picture of active objects with errors that differ by axis."""
     n = len(position)
     ids = np.arange(1, n + 1)
-    return Picture(
+    return Snapshot(
         id=ids,
         state=np.full(n, lifecycle.ACTIVE),
         position=np.array(position, np.float64).T,
@@ -115,7 +116,7 @@ def test_a_prediction_is_never_surer_than_the_filter(
     now = objects([[0.0, 0.0, 0.0]], [[1.0, 1.0, 1.0]])
     speed_sigma = np.full((3, 1), axis_kalman.velocity_variance(variance, slope, residual) ** 0.5)
     now = replace(now, sigma_position=np.full((3, 1), variance**0.5), sigma_velocity=speed_sigma)
-    place, grown, _, _ = axis_kalman.predict(0.0, 1.0, variance, slope, residual, dt, noise)
+    place, _, grown, _, _ = axis_kalman.predict(AxisState(0.0, 1.0, variance, slope, residual), dt, noise)
     later = now.carried_on(dt, MotionSettings(acceleration_noise=noise))
     assert (later.sigma_position[:, 0] >= np.sqrt(grown) * (1.0 - 1e-9)).all()
     np.testing.assert_allclose(later.position[:, 0], place, atol=1e-9)

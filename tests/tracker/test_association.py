@@ -11,9 +11,11 @@ from scipy.stats import multivariate_normal, norm
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import quat_from_euler
-from ods.tracker.association.gnn import Candidates, ClutterDensity, associate, candidates, worth_of
+from ods.tracker.association.clutter import ClutterDensity
+from ods.tracker.association.gating import Chance, Hypotheses, hypotheses, scored
+from ods.tracker.association.gnn import best_pairs
 from ods.tracker.association.split_merged import parts_inside, put_together
-from ods.tracker.measurement.model import sight
+from ods.tracker.measurement.model import predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
 from ods.tracker.observer.belief import Belief
 from ods.tracker.settings import EchoSettings
@@ -32,7 +34,7 @@ def belief(positions: Floats, variances: Floats, weights: Floats, radius: Floats
     return Belief(weights, position, variance, np.zeros(weights.shape), radius, np.full(len(radius), 0.04), static)
 
 
-def test_candidates_are_those_of_the_plain_formula() -> None:
+def test_hypotheses_are_those_of_the_plain_formula() -> None:
     rng = np.random.default_rng(4)
     n, m = 30, 40
     azimuth = rng.uniform(-0.7, 0.7, (1, n, 1))
@@ -47,8 +49,9 @@ def test_candidates_are_those_of_the_plain_formula() -> None:
     )
     clutter = ClutterDensity(rng.uniform(1e-4, 1e-2, m), rng.uniform(0.1, 1.0, m))
     assert VEHICLE is not None
-    sights = sight(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
-    found = candidates(sights, believed, seen, clutter, SETTINGS)
+    predicted = predicted_measurement(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
+    chance = Chance(np.ones(n), SETTINGS.detection_probability)
+    found = hypotheses(predicted, believed, seen, clutter, chance, SETTINGS.gate_sigmas)
 
     expected = {}
     for i, j in itertools.product(range(n), range(m)):
@@ -58,25 +61,26 @@ def test_candidates_are_those_of_the_plain_formula() -> None:
             horizontal, bearing = math.hypot(north, east), math.atan2(east, north)
             turn = np.array([[math.cos(bearing), math.sin(bearing)], [-math.sin(bearing), math.cos(bearing)]])
             s = turn @ np.diag(believed.variance[h, :2, i]) @ turn.T
-            s += np.diag([seen.sigma_range[j] ** 2, (horizontal * seen.sigma_bearing[j]) ** 2])
-            innovation = np.array([seen.range_m[j] - horizontal, (seen.bearing[j] - bearing) * horizontal])
+            s += np.diag([seen.rows.sigma_range[j] ** 2, (horizontal * seen.rows.sigma_bearing[j]) ** 2])
+            innovation = np.array([seen.rows.range_m[j] - horizontal, (seen.rows.bearing[j] - bearing) * horizontal])
             distances.append(innovation @ np.linalg.inv(s) @ innovation)
             density += believed.weight[h, i] * multivariate_normal.pdf(innovation, cov=s)
         if min(distances) <= 16.0:
-            radius = norm.logpdf(seen.radius[j], believed.radius[i], math.sqrt(0.04 + 0.09)) - math.log(
+            radius = norm.logpdf(seen.rows.radius[j], believed.radius[i], math.sqrt(0.04 + 0.09)) - math.log(
                 clutter.radius[j]
             )
             expected[i, j] = math.log(0.9 * density / clutter.per_m2[j]) + max(radius, -4.5)
     assert len(expected) > 10
-    got = dict(zip(zip(found.objects.tolist(), found.echoes.tolist(), strict=True), found.evidence, strict=True))
+    got = dict(zip(zip(found.objects.tolist(), found.echoes.tolist(), strict=True), found.llr, strict=True))
     assert got.keys() == expected.keys()
     for pair, value in expected.items():
         assert got[pair] == pytest.approx(value, abs=1e-6)
 
 
-def pairs_of(matrix: Floats) -> Candidates:
+def pairs_of(matrix: Floats) -> Hypotheses:
+    """Return pairs whose ratio is given, and their score 1 more."""
     rows, columns = np.nonzero(np.isfinite(matrix))
-    return Candidates(rows, columns, matrix[rows, columns])
+    return Hypotheses(rows, columns, matrix[rows, columns], matrix[rows, columns] + 1.0)
 
 
 def best_sum(matrix: Floats, miss: float) -> float:
@@ -98,43 +102,43 @@ def test_the_assignment_is_the_best_there_is(n: int, m: int, seed: int) -> None:
     matrix = rng.normal(1.0, 3.0, (n, m))
     matrix[rng.random((n, m)) < 0.4] = np.nan
     found = pairs_of(matrix)
-    pairs = associate(found, found.evidence + 1.0, np.zeros(n, bool), m)
+    pairs = best_pairs(found, np.zeros(n, bool), m)
     assert len(set(pairs.objects)) == len(pairs.objects)
     assert len(set(pairs.echoes)) == len(pairs.echoes)
-    assert (pairs.evidence + 1.0).sum() == pytest.approx(best_sum(matrix, -1.0))
+    assert pairs.score.sum() == pytest.approx(best_sum(matrix, -1.0))
 
 
 def test_confirmed_objects_choose_first() -> None:
     matrix = np.array([[9.0, np.nan], [1.0, 0.5]])
     found = pairs_of(matrix)
-    only = associate(found, found.evidence, np.array([False, True]), 2)
+    only = best_pairs(found, np.array([False, True]), 2)
     assert dict(zip(only.objects.tolist(), only.echoes.tolist(), strict=True)) == {1: 0}
 
 
 def test_nothing_to_associate() -> None:
     nothing: Indices = np.zeros(0, np.intp)
-    none = Candidates(nothing, nothing, np.zeros(0))
-    assert len(associate(none, none.evidence, np.zeros(0, bool), 0).objects) == 0
+    none = Hypotheses(nothing, nothing, np.zeros(0), np.zeros(0))
+    assert len(best_pairs(none, np.zeros(0, bool), 0).objects) == 0
 
 
 def test_an_echo_of_a_silent_object_needs_more_proof() -> None:
     """Two objects fit an echo alike; the one that has been silent, seen with probability 0.01, stays without."""
-    found = Candidates(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]))
-    worth = worth_of(found, np.array([0.01, 1.0]), 0.9)
-    np.testing.assert_allclose(worth, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
-    assert associate(found, worth, np.ones(2, bool), 1).objects.tolist() == [1]
+    chance = Chance(np.array([0.01, 1.0]), 0.9)
+    found = scored(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]), chance)
+    np.testing.assert_allclose(found.score, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
+    assert best_pairs(found, np.ones(2, bool), 1).objects.tolist() == [1]
 
 
 def test_parts_are_found_inside_the_circle_only() -> None:
     """An object of 6 m radius at 50 m: echoes 4 m right and 5 m beyond are its parts, one 7 m to the left is not."""
     assert VEHICLE is not None
     seen = echoes([(50.0, 4.0 / 50.0, 2.0), (55.0, 0.0, 2.0), (50.0, -7.0 / 50.0, 2.0)])
-    predicted = sight(np.array([[50.0], [0.0], [0.0]]), np.ones((3, 1)), np.zeros(1), VEHICLE)
+    predicted = predicted_measurement(np.array([[50.0], [0.0], [0.0]]), np.ones((3, 1)), np.zeros(1), VEHICLE)
     wholes, parts = parts_inside(predicted, np.array([6.0]), seen, np.array([0]), np.arange(3))
     assert wholes.tolist() == [0, 0]
     assert parts.tolist() == [0, 1]
-    together = put_together(Candidates(wholes, parts, np.array([1.0, 3.0])), seen, np.array([6.0]))
-    assert together.evidence.tolist() == [3.0]
+    together = put_together(Hypotheses(wholes, parts, np.array([1.0, 3.0]), np.zeros(2)), seen, np.array([6.0]))
+    assert together.llr.tolist() == [3.0]
     assert together.objects.tolist() == [0]
-    assert together.echoes.range_m.tolist() == [52.5]
-    assert together.echoes.bearing[0] == pytest.approx(0.04)
+    assert together.echoes.rows.range_m.tolist() == [52.5]
+    assert together.echoes.rows.bearing[0] == pytest.approx(0.04)

@@ -30,7 +30,7 @@ def test_objects_in_rings_looked_at_every_fourth_time_stay_confirmed(speed: floa
     assert len(result.ids()) == 3
     for states in (result.states(i) for i in result.ids()):
         assert set(states[settled:]) == {lifecycle.ACTIVE}
-    picture = result.pictures[-1]
+    picture = result.snapshots[-1]
     for place in path.objects[-1]:
         assert result.nearest(-1, place)[1] < 0.5
     assert np.abs(picture.velocity[:2]).max() < 0.15
@@ -39,7 +39,7 @@ def test_objects_in_rings_looked_at_every_fourth_time_stay_confirmed(speed: floa
 def test_an_object_that_is_gone_is_given_up_although_it_is_looked_at_seldom() -> None:
     path = course(60.0, 0.0, start(70.0), STILL[:1], np.ones(1))
     result = run(path, Tracker(TrackerSettings()), turns=TURNS, silent=(10.0, 60.0))
-    assert len(result.pictures[round(9.0 * RATE_HZ)].id) == 1
+    assert len(result.snapshots[round(9.0 * RATE_HZ)].id) == 1
     assert len(result.ended) == 1
 
 
@@ -47,8 +47,8 @@ def test_confirmation_takes_as_many_looks_as_without_attention() -> None:
     path = course(10.0, 0.0, start(70.0), STILL[:1], np.ones(1))
     first = {}
     for name, turns in (("all", [()]), ("turns", TURNS)):
-        pictures = run(path, Tracker(TrackerSettings()), detection_probability=1.0, turns=turns).pictures
-        first[name] = next(k for k, picture in enumerate(pictures) if len(picture.id))
+        snapshots = run(path, Tracker(TrackerSettings()), detection_probability=1.0, turns=turns).snapshots
+        first[name] = next(k for k, picture in enumerate(snapshots) if len(picture.id))
     assert first["turns"] <= 4 * first["all"] + 4
 
 

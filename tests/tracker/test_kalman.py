@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from ods.base.arrays import Floats
 from ods.base.kernel import kernel
 from ods.tracker.observer import axis_kalman
+from ods.tracker.observer.axis_kalman import AxisState
 
 Long = NDArray[np.longdouble]
 
@@ -25,14 +26,16 @@ class Axis:
     slope: float = 0.0
 
     def predict(self, dt: float, noise: float) -> None:
-        self.position, self.variance, self.slope, self.residual = axis_kalman.predict(
-            self.position, self.velocity, self.variance, self.slope, self.residual, dt, noise
-        )
+        self._take(axis_kalman.predict(self._state(), dt, noise))
 
     def update(self, measured: float, noise_variance: float) -> None:
-        self.position, self.velocity, self.variance = axis_kalman.update(
-            self.position, self.velocity, self.variance, self.slope, measured - self.position, noise_variance
-        )
+        self._take(axis_kalman.update(self._state(), measured, noise_variance))
+
+    def _state(self) -> AxisState:
+        return AxisState(self.position, self.velocity, self.variance, self.slope, self.residual)
+
+    def _take(self, state: AxisState) -> None:
+        self.position, self.velocity, self.variance, self.slope, self.residual = state
 
     def covariance(self) -> tuple[float, float, float]:
         """Return var(position), cov, var(velocity)."""
@@ -113,7 +116,7 @@ def test_without_process_noise_the_result_is_the_fitted_line() -> None:
 def test_a_constant_is_averaged() -> None:
     value, variance = 5.0, 4.0
     for _ in range(9):
-        value, variance = axis_kalman.update_constant(value, variance, 7.0 - value, 4.0)
+        value, variance = axis_kalman.update_constant(value, variance, 7.0, 4.0)
     np.testing.assert_allclose([value, variance], [(5.0 + 9 * 7.0) / 10, 0.4])
 
 
@@ -137,14 +140,11 @@ def test_two_steps_equal_a_long_one(dt: float, share: float, noise: float) -> No
 
 @kernel
 def predict_and_update(lines: Floats, dt: float, noise: float, measured: Floats, noise_variance: Floats) -> None:
-    """Compiled loop over the (5, n) columns position, velocity, variance, slope, residual, as observers have one."""
+    """Compiled loop over the (5, n) columns of axis states, as observers have one."""
     for i in range(lines.shape[1]):
-        lines[0, i], lines[2, i], lines[3, i], lines[4, i] = axis_kalman.predict(
-            lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i], dt, noise
-        )
-        lines[0, i], lines[1, i], lines[2, i] = axis_kalman.update(
-            lines[0, i], lines[1, i], lines[2, i], lines[3, i], measured[i] - lines[0, i], noise_variance[i]
-        )
+        state = AxisState(lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i])
+        state = axis_kalman.update(axis_kalman.predict(state, dt, noise), measured[i], noise_variance[i])
+        lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i] = state
 
 
 def test_it_stays_positive_definite_whatever_the_noise() -> None:

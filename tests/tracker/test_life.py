@@ -30,7 +30,7 @@ def evidence(seed: int, count: int) -> Evidence:
         first_visible=rng.random(count),
         static=flags[2],
         covered=flags[3],
-        stray=flags[4],
+        duplicate=flags[4],
         sigma=rng.exponential(3.0, count),
     )
 
@@ -59,7 +59,7 @@ def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> N
             t += float(rng.exponential(0.5))
             rows = [(50.0 + rng.normal(0, 0.1), rng.normal(0, 0.008), 1.0)] if what == "hit" else []
             tracker.step(scan(t, np.zeros(3), np.pi if what == "away" else 0.0, rows, usable=what != "drop-out"))
-            picture = tracker.picture()
+            picture = tracker.snapshot()
             states.append(dict(zip(picture.id.tolist(), picture.state.tolist(), strict=True)))
     for before, after in pairwise(states):
         for object_id, state in after.items():
@@ -101,22 +101,22 @@ def test_a_drop_out_counts_against_nobody() -> None:
     rows = [(30.0 + 10 * i, 0.2 * i - 0.4, 1.0) for i in range(4)]
     for k in range(20):
         tracker.step(scan(k / 7, np.zeros(3), 0.0, rows))
-    before = tracker.picture().existence
+    before = tracker.snapshot().existence
     tracker.step(scan(20 / 7, np.zeros(3), 0.0, []))
-    np.testing.assert_allclose(tracker.picture().existence, before, atol=5e-3)
+    np.testing.assert_allclose(tracker.snapshot().existence, before, atol=5e-3)
     assert len(before) == 4
 
 
 def test_a_hibernated_object_that_is_gone_is_terminated() -> None:
     rock = MapObject(7, (50.0, 0.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 100, 1, 2, 3)
     tracker = Tracker(TrackerSettings(), [rock], first_id=8)
-    assert tracker.picture().id.tolist() == [7]
+    assert tracker.snapshot().id.tolist() == [7]
     ended: list[int] = []
     for k in range(600):
         outcome = tracker.step(scan(k / 7, np.zeros(3), 0.0, []))
         ended += [] if outcome.ended is None else outcome.ended.id.tolist()
     assert ended == [7]
-    assert len(tracker.picture()) == 0
+    assert len(tracker.snapshot()) == 0
 
 
 def test_older_and_simultaneous_scans() -> None:
@@ -126,4 +126,4 @@ def test_older_and_simultaneous_scans() -> None:
     assert tracker.step(scan(1.0, np.zeros(3), 0.0, rows)).taken  # dt = 0: another look at the same instant
     assert not tracker.step(scan(0.9, np.zeros(3), 0.0, rows)).taken
     assert tracker.step(scan(1e5, np.zeros(3), 0.0, rows)).taken  # a gap of a day
-    assert np.isfinite(tracker.picture().position).all()
+    assert np.isfinite(tracker.snapshot().position).all()

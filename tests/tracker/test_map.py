@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ods.tracker.map import schema
-from ods.tracker.map.hibernated import SKIN_M, Archive, MapObject
+from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects, MapObject
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.map.schema import SCHEMA_VERSION
 from ods.tracker.map.store import ID_BLOCK, MapError, copy_of_map, open_map
@@ -232,29 +232,29 @@ def test_no_map_is_a_choice() -> None:
     assert none.keeper.problem == ""
 
 
-def test_the_archive_finds_what_is_near_as_the_vehicle_goes_on() -> None:
+def test_sleeping_objects_are_found_what_is_near_as_the_vehicle_goes_on() -> None:
     rng = np.random.default_rng(1)
     places = rng.uniform(-500.0, 500.0, (3000, 2))
-    archive = Archive()
-    archive.put([rock(i + 1, float(place[0]), float(place[1])) for i, place in enumerate(places)])
+    asleep = HibernatedObjects()
+    asleep.put([rock(i + 1, float(place[0]), float(place[1])) for i, place in enumerate(places)])
     for step in range(60):
         centre = np.array([step * SKIN_M / 7.0, -3.0 * step])
-        ids, found = archive.places(centre, 100.0)
+        ids, found = asleep.places(centre, 100.0)
         expected = np.flatnonzero(np.hypot(*(places - centre).T) <= 100.0) + 1
         assert sorted(ids.tolist()) == expected.tolist()
         assert found.shape == (2, len(expected))
         if step == 30:
-            archive.remove([int(expected[0])])
+            asleep.wake([int(expected[0])])
             places[int(expected[0]) - 1] = np.nan
-    assert len(archive) == 2999
+    assert len(asleep) == 2999
 
 
 def test_ten_thousand_sleeping_objects_are_not_looked_at() -> None:
     """Between two steps of SKIN_M the R-tree is not asked at all, and what is far is not in the neighbourhood."""
-    archive = Archive([rock(1, 60.0), *(rock(i, 5000.0 + i) for i in range(2, 10_002))])
+    asleep = HibernatedObjects([rock(1, 60.0), *(rock(i, 5000.0 + i) for i in range(2, 10_002))])
     asked: list[str] = []
-    archive._tree.set_trace_callback(asked.append)
+    asleep._tree.set_trace_callback(asked.append)
     for step in range(101):
-        assert archive.places(np.array([step * SKIN_M / 50.0, 0.0]), 100.0)[0].tolist() == [1]
+        assert asleep.places(np.array([step * SKIN_M / 50.0, 0.0]), 100.0)[0].tolist() == [1]
     assert 2 <= sum("FROM place" in statement for statement in asked) <= 3
-    assert archive._near_ids.tolist() == [1]
+    assert asleep._near_ids.tolist() == [1]

@@ -7,9 +7,9 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.geometry import euler_from_quat, quat_from_euler
-from ods.tracker.measurement.field_of_view import near_sector, view
-from ods.tracker.measurement.model import fix, sight
-from ods.tracker.measurement.scan import Echoes, Vehicle, echoes_of, table_of, vehicle_at
+from ods.tracker.measurement.field_of_view import fan_of, field_of_view, near_fan
+from ods.tracker.measurement.model import position_measurement, predicted_measurement
+from ods.tracker.measurement.scan import Echoes, Vehicle, detection_table, echoes_of, vehicle_at
 from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
 
 
@@ -50,19 +50,23 @@ RIGHT = math.radians(90.0)
 def test_eq_1(
     position: list[float], euler: list[float], distance: float, bearing: float, elevation: float, expected: list[float]
 ) -> None:
-    place = fix(one_echo(distance, bearing, elevation), vehicle(position, euler), HALF_VERTICAL).position[:, 0]
+    place = position_measurement(
+        one_echo(distance, bearing, elevation), vehicle(position, euler), HALF_VERTICAL
+    ).position[:, 0]
     np.testing.assert_allclose(place, expected, atol=1e-6)
 
 
 def test_the_fan_tells_an_interval_of_height() -> None:
-    measured = fix(one_echo(50.0, 0.3), vehicle([0, 0, 4], [0, 0, 0]), HALF_VERTICAL)
+    measured = position_measurement(one_echo(50.0, 0.3), vehicle([0, 0, 4], [0, 0, 0]), HALF_VERTICAL)
     np.testing.assert_allclose(measured.position[2], 4.0)
     np.testing.assert_allclose(measured.half_height, 50.0 * math.sin(math.radians(10.0)))
 
 
 def test_a_known_height_shortens_the_horizontal_distance() -> None:
     """An object known to be 5 m below at 13 m slant range is 12 m away."""
-    measured = fix(one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), HALF_VERTICAL, np.array([-math.asin(5 / 13)]))
+    measured = position_measurement(
+        one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), HALF_VERTICAL, np.array([-math.asin(5 / 13)])
+    )
     np.testing.assert_allclose(measured.position[:2, 0], [12.0, 0.0], atol=1e-9)
 
 
@@ -77,8 +81,8 @@ def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
     east = rng.normal(0.0, 0.2, count) + ranges * np.sin(azimuth)
     sample = np.cov(north, east)
     noisy = vehicle([0, 0, 0], [0, 0, yaw], sigma_position, np.array([0.0, 0.0, sigma_yaw]))
-    measured = fix(one_echo(distance, bearing), noisy, HALF_VERTICAL)
-    told = [measured.north[0], measured.mixed[0], measured.east[0]]
+    measured = position_measurement(one_echo(distance, bearing), noisy, HALF_VERTICAL)
+    told = [measured.variance_north[0], measured.covariance_ne[0], measured.variance_east[0]]
     np.testing.assert_allclose(told, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)
 
 
@@ -87,30 +91,32 @@ def test_prediction_is_the_inverse_of_eq_1() -> None:
     for _ in range(50):
         where = vehicle(rng.uniform(-100, 100, 3).tolist(), rng.uniform(-0.4, 0.4, 3).tolist())
         distance, bearing = float(rng.uniform(1, 100)), float(rng.uniform(-1, 1))
-        place = fix(one_echo(distance, bearing), where, HALF_VERTICAL).position
-        seen = sight(place, np.ones((3, 1)), np.zeros(1), where)
+        place = position_measurement(one_echo(distance, bearing), where, HALF_VERTICAL).position
+        seen = predicted_measurement(place, np.ones((3, 1)), np.zeros(1), where)
         np.testing.assert_allclose(
-            [seen.range_m[0], seen.bearing[0], seen.elevation[0]], [distance, bearing, 0.0], atol=1e-9
+            [seen.rows.range_m[0], seen.rows.bearing[0], seen.rows.elevation[0]], [distance, bearing, 0.0], atol=1e-9
         )
 
 
 def test_the_predicted_covariance_is_turned_to_the_line_of_sight() -> None:
     """Looking north-east at a covariance that is long in that direction: all of it is along, none across."""
     place = np.array([[10.0], [10.0], [0.0]])
-    seen = sight(place, np.array([[2.0], [2.0], [0.0]]), np.array([1.9]), vehicle([0, 0, 0], [0, 0, 0]))
-    np.testing.assert_allclose([seen.along[0], seen.across[0], seen.mixed[0]], [3.9, 0.1, 0.0], atol=1e-12)
+    seen = predicted_measurement(place, np.array([[2.0], [2.0], [0.0]]), np.array([1.9]), vehicle([0, 0, 0], [0, 0, 0]))
+    np.testing.assert_allclose(
+        [seen.rows.along[0], seen.rows.across[0], seen.rows.mixed[0]], [3.9, 0.1, 0.0], atol=1e-12
+    )
 
 
 def test_an_object_at_the_vehicles_own_place_is_no_trouble() -> None:
-    seen = sight(np.zeros((3, 1)), np.ones((3, 1)), np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
-    for name in seen._fields:
-        assert np.isfinite(getattr(seen, name)).all(), name
+    seen = predicted_measurement(np.zeros((3, 1)), np.ones((3, 1)), np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
+    for name, field in seen.rows._asdict().items():
+        assert np.isfinite(field).all(), name
 
 
 def seen_at(place: list[float], sigma: float, sigma_down: float = 0.01) -> tuple[bool, float]:
     variance = np.array([[sigma**2], [sigma**2], [sigma_down**2]])
-    predicted = sight(np.array([place]).T, variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
-    result = view(predicted, SECTOR, (), 2.0)
+    predicted = predicted_measurement(np.array([place]).T, variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
+    result = field_of_view(predicted, fan_of(SECTOR), (), 2.0)
     return bool(result.inside[0]), float(result.watched[0])
 
 
@@ -132,13 +138,13 @@ def test_a_height_half_known_is_half_watched() -> None:
 
 
 def test_near_the_sector() -> None:
-    predicted = sight(
+    predicted = predicted_measurement(
         np.array([[50.0, 50.0, 50.0], [53.0, 60.0, -80.0], [0.0, 0.0, 0.0]]),
         np.ones((3, 3)),
         np.zeros(3),
         vehicle([0, 0, 0], [0, 0, 0]),
     )
-    assert near_sector(predicted, SECTOR, 10.0).tolist() == [True, True, False]
+    assert near_fan(predicted, fan_of(SECTOR), 10.0).tolist() == [True, True, False]
 
 
 def test_bad_echoes_and_poses_are_left_out() -> None:
@@ -151,6 +157,6 @@ def test_bad_echoes_and_poses_are_left_out() -> None:
     table[5, 4] = 1e300
     kept, dropped = echoes_of(table)
     assert (len(kept), dropped) == (1, 5)
-    assert len(echoes_of(table_of([]))[0]) == 0
+    assert len(echoes_of(detection_table([]))[0]) == 0
     assert vehicle_at(np.array([0.0, np.nan, 0.0]), quat_from_euler(0, 0, 0), NO_SIGMA, NO_SIGMA) is None
     assert euler_from_quat(quat_from_euler(0, 0, 1.0))[2] == pytest.approx(1.0)

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
 from ods.base.kernel import kernel
-from ods.tracker.measurement.model import Fix
+from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.observer import ud_filter
-from ods.tracker.observer.belief import mixture
-from ods.tracker.observer.imm import CoupledPlane, Model, _mix
+from ods.tracker.observer.belief import moment_match
+from ods.tracker.observer.imm import InteractingModels, Model, mix, scratch_for
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import CALM, OBSERVERS, Observer, make_observer
-from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS
+from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS, STATES, Place, work_space
 from ods.tracker.settings import MotionSettings
 
 Long = NDArray[np.longdouble]
@@ -61,6 +61,11 @@ def noise_of(along: float, across: float, angle: float) -> Floats:
     return matrix
 
 
+def place(position: Floats, noise: Floats) -> Place:
+    """Return a (2,) position with its (2, 2) covariance."""
+    return Place(float(position[0]), float(position[1]), float(noise[0, 0]), float(noise[1, 1]), float(noise[0, 1]))
+
+
 def covariance_of(s: Floats, i: int = 0) -> Floats:
     """Return P = L D L' of column i."""
     lower = np.eye(4)
@@ -81,42 +86,41 @@ def test_the_factored_form_equals_the_matrix_form(
     sequence: list[tuple[float, tuple[float, float, float, float, float] | None]], noise: float
 ) -> None:
     first = noise_of(0.01, 0.8, 0.6)
-    s, textbook = np.zeros((FACTORS, 1)), MatrixFilter(np.array([3.0, -2.0]), first, 0.5)
-    s[:2, 0] = 3.0, -2.0
-    ud_filter.start(s, 0, first[0, 0], first[1, 1], first[0, 1], 0.5)
-    work, weight = np.empty((4, PROCESS_COLUMNS)), np.empty(PROCESS_COLUMNS)
+    begin = np.array([3.0, -2.0])
+    s, textbook = np.zeros((FACTORS, 1)), MatrixFilter(begin, first, 0.5)
+    ud_filter.start(s, 0, place(begin, first), 0.5)
+    work = work_space(PROCESS_COLUMNS)
     for dt, fix in sequence:
-        ud_filter.predict(s, 0, dt, noise, work, weight)
+        ud_filter.predict(s, 0, dt, noise, work)
         textbook.predict(dt, noise)
         if fix:
-            place, r = np.array(fix[:2]), noise_of(*fix[2:])
-            mine = ud_filter.update(s, 0, place[:, None], 0, r[0, 0], r[1, 1], r[0, 1])
-            np.testing.assert_allclose(mine, textbook.update(place, r), rtol=1e-6, atol=1e-6)
+            where, r = np.array(fix[:2]), noise_of(*fix[2:])
+            mine = ud_filter.update(s, 0, place(where, r))
+            np.testing.assert_allclose(mine, textbook.update(where, r), rtol=1e-6, atol=1e-6)
     truth = textbook.p.astype(np.float64)
     scale = np.sqrt(np.outer(np.diag(truth), np.diag(truth)))
     assert (np.abs(covariance_of(s) - truth) <= 1e-8 * scale).all()
-    np.testing.assert_allclose(s[:4, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(s[:STATES, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
     # What is told of parts of the state is that of the whole.
-    np.testing.assert_allclose(ud_filter.place_covariance(s, 0), truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(ud_filter.place_of(s, 0)[2:], truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(ud_filter.velocity_variances(s, 0), truth[[2, 3], [2, 3]], rtol=1e-6)
 
 
 @kernel
-def predict_and_update(s: Floats, dt: float, noise: float, place: Floats, r: Floats) -> None:
-    """Compiled loop over all columns; `r`: (3, n) variances and covariances."""
-    work, weight = np.empty((4, PROCESS_COLUMNS)), np.empty(PROCESS_COLUMNS)
-    for i in range(s.shape[1]):
-        ud_filter.predict(s, i, dt, noise, work, weight)
-        ud_filter.update(s, i, place, i, r[0, i], r[1, i], r[2, i])
+def predict_and_update(s: Floats, dt: float, noise: float, places: Floats, r: Floats) -> None:
+    """Compiled loop over all objects; `r`: (3, n) variances and covariances."""
+    work = work_space(PROCESS_COLUMNS)
+    for i in range(places.shape[1]):
+        ud_filter.predict(s, i, dt, noise, work)
+        ud_filter.update(s, i, Place(places[0, i], places[1, i], r[0, i], r[1, i], r[2, i]))
 
 
 def test_it_stays_positive_definite_whatever_the_noise() -> None:
     """A million updates: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2 in any direction, at 1e6 m."""
     rng = np.random.default_rng(1)
     s = np.zeros((FACTORS, 1000))
-    s[:2] = 1e6
     for i in range(1000):
-        ud_filter.start(s, i, 1e-12, 1e-12, 0.0, 1e6)
+        ud_filter.start(s, i, Place(1e6, 1e6, 1e-12, 1e-12, 0.0), 1e6)
     for _ in range(1000):
         along, across = 10.0 ** rng.uniform(-12, 12, (2, 1000))
         angle = rng.uniform(-np.pi, np.pi, 1000)
@@ -128,18 +132,19 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
                 north * east * (along - across),
             ]
         )
-        place = 1e6 + rng.normal(0.0, 1.0, (2, 1000))
+        places = 1e6 + rng.normal(0.0, 1.0, (2, 1000))
         dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
-        predict_and_update(s, dt, noise, place, r)
+        predict_and_update(s, dt, noise, places, r)
         assert (s[DIAGONAL:LOWER] > 0.0).all()
     assert np.isfinite(s).all()
 
 
-def test_mixing_gives_mean_and_covariance_of_the_mixture() -> None:
+def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
     rng = np.random.default_rng(2)
-    s, shares, usual, stay = rng.uniform(0.2, 2.0, (3, FACTORS, 1)), np.array([[0.3], [0.7]]), np.array([0.9, 0.1]), 0.8
-    before = [(s[1 + m, :4, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
-    _mix(s, shares, 0, usual, stay, np.empty((2, FACTORS, 1)), np.empty((4, 10)), np.empty(10))
+    s = rng.uniform(0.2, 2.0, (3, FACTORS, 1))
+    shares, usual, stay = np.array([[0.3], [0.7]]), np.array([0.9, 0.1]), 0.8
+    before = [(s[1 + m, :STATES, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
+    mix(s, shares, 0, usual, stay, scratch_for(2))
     into = stay * np.eye(2) + (1.0 - stay) * usual[None, :]
     share = np.array([0.3, 0.7]) @ into
     np.testing.assert_allclose(shares[:, 0], share)
@@ -147,15 +152,15 @@ def test_mixing_gives_mean_and_covariance_of_the_mixture() -> None:
         came = np.array([0.3, 0.7]) * into[:, to] / share[to]
         mean = sum(w * x for w, (x, _) in zip(came, before, strict=True))
         spread = sum(w * (p + np.outer(x - mean, x - mean)) for w, (x, p) in zip(came, before, strict=True))
-        np.testing.assert_allclose(s[1 + to, :4, 0], mean)
+        np.testing.assert_allclose(s[1 + to, :STATES, 0], mean)
         np.testing.assert_allclose(covariance_of(s[1 + to]), spread)
 
 
-def fix_at(places: Floats, along: float, across: float, angle: float) -> Fix:
-    """Return a fix of objects at (2, k), all with the same noise."""
+def measured_at(places: Floats, along: float, across: float, angle: float) -> PositionMeasurement:
+    """Return measurements of objects at (2, k), all with the same noise."""
     ones, r = np.ones(places.shape[1]), noise_of(along, across, angle)
     position = np.vstack([places, np.zeros_like(ones)])
-    return Fix(position, r[0, 0] * ones, r[1, 1] * ones, r[0, 1] * ones, 3.0 * ones, ones, 0.1 * ones)
+    return PositionMeasurement(position, r[0, 0] * ones, r[1, 1] * ones, r[0, 1] * ones, 3.0 * ones, ones, 0.1 * ones)
 
 
 def track(observer: Observer, angle: float, seed: int = 3, speed: float = 0.8) -> Observer:
@@ -164,18 +169,18 @@ def track(observer: Observer, angle: float, seed: int = 3, speed: float = 0.8) -
     spread = np.linalg.cholesky(noise_of(0.01, 0.25, angle))
     for k in range(60):
         truth = np.array([[20.0, 40.0 + speed * k / 7.0], [5.0, -3.0 - 0.5 * speed * k / 7.0]])
-        fix = fix_at(truth + spread @ rng.standard_normal((2, 2)), 0.01, 0.25, angle)
+        measured = measured_at(truth + spread @ rng.standard_normal((2, 2)), 0.01, 0.25, angle)
         if k == 0:
-            observer.start(fix)
+            observer.start(measured)
         else:
             observer.predict(1.0 / 7.0)
-            observer.update(BOTH, fix, np.full(2, 1.0 / 7.0))
+            observer.update(BOTH, measured, np.full(2, 1.0 / 7.0))
     return observer
 
 
 def moments_of(observer: Observer) -> Floats:
     """Return all that it tells as one table."""
-    return np.vstack([*mixture(observer.belief()), *observer.velocity()])
+    return np.vstack([*moment_match(observer.belief()), *observer.velocity()])
 
 
 def test_without_mixed_noise_coupled_equals_independent() -> None:
@@ -186,7 +191,7 @@ def test_without_mixed_noise_coupled_equals_independent() -> None:
 
 def test_models_all_alike_are_one() -> None:
     motion = MotionSettings()
-    two = CoupledPlane(motion, [Model(motion.acceleration_noise, 0.7), Model(motion.acceleration_noise, 0.3)], 0.1)
+    two = InteractingModels(motion, [Model(motion.acceleration_noise, 0.7), Model(motion.acceleration_noise, 0.3)], 0.1)
     one = track(make_observer("coupled", motion), angle=0.7)
     np.testing.assert_allclose(
         moments_of(track(StaticOrMovingObserver(motion, two), angle=0.7)), moments_of(one), rtol=1e-9, atol=1e-12
@@ -201,19 +206,21 @@ def errors_in_a_turn(observer: Observer) -> tuple[float, float]:
     squares = np.zeros(scans)
     for k in range(scans):
         places = truth[:, k : k + 1] + 0.3 * rng.standard_normal((2, count))
-        fix = fix_at(places, 0.09, 0.09, 0.0)
+        measured = measured_at(places, 0.09, 0.09, 0.0)
         if k == 0:
-            observer.start(fix)
+            observer.start(measured)
         else:
             observer.predict(dt)
-            observer.update(np.arange(count), fix, np.full(count, dt))
-        squares[k] = np.mean((mixture(observer.belief()).position[:2] - truth[:, k : k + 1]) ** 2)
+            observer.update(np.arange(count), measured, np.full(count, dt))
+        squares[k] = np.mean((moment_match(observer.belief()).position[:2] - truth[:, k : k + 1]) ** 2)
     return float(np.sqrt(squares[straight - 70 : straight].mean())), float(np.sqrt(squares[straight + 20 :].mean()))
 
 
 def test_two_models_follow_a_turn_and_a_straight_course() -> None:
     motion = MotionSettings()
-    steady_only = StaticOrMovingObserver(motion, CoupledPlane(motion, [Model(CALM * motion.acceleration_noise, 1.0)]))
+    steady_only = StaticOrMovingObserver(
+        motion, InteractingModels(motion, [Model(CALM * motion.acceleration_noise, 1.0)])
+    )
     both, compromise = (errors_in_a_turn(make_observer(name, motion)) for name in ("manoeuvring", "coupled"))
     assert both[0] < 0.8 * compromise[0]
     assert both[1] < min(compromise[1], 0.3 * errors_in_a_turn(steady_only)[1])
@@ -230,14 +237,14 @@ def test_what_rests_and_what_moves_is_found(name: str) -> None:
     observer.settle(BOTH)
     observer.predict(1000.0)
     assert observer.belief().static.tolist() == [1.0, 0.0]
-    np.testing.assert_allclose(mixture(observer.belief()).position[:2, 0], [20.0, 5.0], atol=0.4)
+    np.testing.assert_allclose(moment_match(observer.belief()).position[:2, 0], [20.0, 5.0], atol=0.4)
 
 
 @pytest.mark.parametrize("name", OBSERVERS)
 def test_what_is_seen_again_goes_on_from_what_was_settled(name: str) -> None:
     observer = track(make_observer(name, MotionSettings()), angle=0.7)
     observer.settle(BOTH)
-    before = mixture(observer.belief())
+    before = moment_match(observer.belief())
     observer.reopen(BOTH)
     belief = observer.belief()
     assert ((belief.static > 0.0) & (belief.static < 1.0)).all()
@@ -253,7 +260,7 @@ def test_the_map_is_taken_as_it_is(name: str) -> None:
     position, variance = np.array([[10.0], [20.0], [3.0]]), np.array([[0.5], [0.4], [1.0]])
     observer.recall(position, variance, np.array([0.3]), np.array([1.5]), np.array([0.2]))
     observer.recall(position, np.zeros((3, 1)), np.zeros(1), np.array([1.5]), np.zeros(1))
-    estimate = mixture(observer.belief())
+    estimate = moment_match(observer.belief())
     np.testing.assert_allclose(estimate.position, np.repeat(position, 2, axis=1))
     np.testing.assert_allclose(estimate.variance[:, 0], variance[:, 0])
     np.testing.assert_allclose(estimate.covariance_ne[0], 0.0 if name == "independent" else 0.3)
@@ -265,7 +272,7 @@ def test_the_map_is_taken_as_it_is(name: str) -> None:
 def test_an_heir_rests_where_the_old_object_did(name: str) -> None:
     observer = make_observer(name, MotionSettings())
     observer.recall(np.full((3, 1), 1.0), np.ones((3, 1)), np.full(1, 0.5), np.ones(1), np.ones(1))
-    observer.start(fix_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
+    observer.start(measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
     before = observer.belief().static[1]
     observer.inherit(np.array([1]), np.array([0]))
     belief = observer.belief()
@@ -295,14 +302,14 @@ def test_whatever_happens_all_stays_finite(
     name: str, sequence: list[tuple[float, float, float, float, float, str]]
 ) -> None:
     observer = make_observer(name, MotionSettings())
-    observer.start(fix_at(np.zeros((2, 2)), 0.01, 1.0, 0.5))
+    observer.start(measured_at(np.zeros((2, 2)), 0.01, 1.0, 0.5))
     for dt, along, across, angle, place, action in sequence:
         observer.predict(dt)
         if action == "inherit":
             observer.inherit(BOTH[:1], BOTH[1:])
         elif action == "update":
             observer.reopen(BOTH)
-            observer.update(BOTH, fix_at(np.full((2, 2), place), 10.0**along, 10.0**across, angle), np.full(2, dt))
+            observer.update(BOTH, measured_at(np.full((2, 2), place), 10.0**along, 10.0**across, angle), np.full(2, dt))
         else:
             getattr(observer, action)(BOTH)
         belief = observer.belief()

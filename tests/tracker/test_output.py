@@ -10,8 +10,8 @@ from ods.base.clock import NS
 from ods.messages import Health, Obstacle
 from ods.tracker.map.hibernated import MapObject
 from ods.tracker.output.obstacle_list import ObstacleLister
-from ods.tracker.output.snapshot import Picture, map_objects, picture_of_map
-from ods.tracker.output.validity import Watch
+from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of_map
+from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import MotionSettings, PlannerSettings, TrackerSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
@@ -26,12 +26,12 @@ def lister(announce_ended: int = 5, shape_sigma: float = 0.0, lead_times_s: tupl
     return ObstacleLister(settings, MOTION)
 
 
-def picture(*ids: int) -> Picture:
-    return picture_of_map([msgspec.structs.replace(ROCK, id=i) for i in ids])
+def snapshot(*ids: int) -> Snapshot:
+    return snapshot_of_map([msgspec.structs.replace(ROCK, id=i) for i in ids])
 
 
 def test_an_obstacle_says_all_that_is_known() -> None:
-    (obstacle,) = lister().obstacles(picture(7))
+    (obstacle,) = lister().obstacles(snapshot(7))
     assert obstacle == Obstacle(
         id=7,
         state="hibernated",
@@ -46,22 +46,22 @@ def test_an_obstacle_says_all_that_is_known() -> None:
         times_seen=12,
         existence=0.9,
     )
-    assert map_objects(picture(7), 300) == [ROCK]
+    assert map_objects(snapshot(7), 300) == [ROCK]
 
 
 def test_what_the_sonar_cannot_see_of_a_shape_stays_uncertain() -> None:
-    (obstacle,) = lister(shape_sigma=0.2).obstacles(picture(7))
+    (obstacle,) = lister(shape_sigma=0.2).obstacles(snapshot(7))
     assert obstacle.sigma_position == pytest.approx((np.hypot(0.1, 0.3), np.hypot(0.2, 0.3), 3.0))
     assert obstacle.sigma_radius == pytest.approx(np.hypot(0.2, 0.3))
 
 
 def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
     told = lister(announce_ended=3)
-    told.end(picture(1, 2))
+    told.end(snapshot(1, 2))
     lists = [
-        told.obstacles(picture(5)),
-        told.obstacles(picture(2, 5)),
-        *(told.obstacles(picture(5)) for _ in "ab"),
+        told.obstacles(snapshot(5)),
+        told.obstacles(snapshot(2, 5)),
+        *(told.obstacles(snapshot(5)) for _ in "ab"),
     ]
     states = [[(o.id, o.state) for o in one if o.id != 5] for one in lists]
     assert states == [
@@ -73,7 +73,7 @@ def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
 
 
 def test_no_number_that_is_not_finite_gets_out() -> None:
-    bad = picture(1, 2, 3)
+    bad = snapshot(1, 2, 3)
     bad.position[0, 1] = np.nan
     bad.sigma_velocity[1, 2] = np.inf
     told = lister()
@@ -90,20 +90,20 @@ def test_a_late_joiner_has_the_full_picture_in_one_list() -> None:
         tracker.step(
             scan(k / 7, np.zeros(3), 0.0 if k < 20 else 0.3, [(r, b - (0.3 if k >= 20 else 0), a) for r, b, a in rows])
         )
-    both = tracker.picture(within=(np.zeros(3), 150.0))
+    both = tracker.snapshot(within=(np.zeros(3), 150.0))
     assert sorted(zip(both.id.tolist(), both.state.tolist(), strict=True)) == [
         (1, lifecycle.HIBERNATED),
         (10, 1),
         (11, 1),
     ]
-    assert sorted(tracker.picture().id.tolist()) == [1, 2, 10, 11]
+    assert sorted(tracker.snapshot().id.tolist()) == [1, 2, 10, 11]
     (obstacle,) = [o for o in lister().obstacles(both) if o.id == 10]
     assert obstacle.times_seen == 40
     assert obstacle.first_seen_utc_ns == 0
 
 
-def test_a_picture_is_carried_on_in_time() -> None:
-    now = replace(picture(1), static=np.array([0.25]))
+def test_a_snapshot_is_carried_on_in_time() -> None:
+    now = replace(snapshot(1), static=np.array([0.25]))
     now.velocity[:, 0] = [1.0, -2.0, 0.0]
     now.sigma_velocity[:, 0] = [0.1, 0.0, 0.2]
     later = now.carried_on(2.0, MOTION)
@@ -116,8 +116,8 @@ def health(process: str, t_s: float, *problems: str, ready: bool = True) -> Heal
     return Health(process, 1, 0, round(t_s * NS), 0, ready, list(problems), {}, {}, {}, {}, 0.0, 0.0)
 
 
-def watch() -> Watch:
-    made = Watch(0, ("sonar", "pipeline", "nav"))
+def monitor() -> InputMonitor:
+    made = InputMonitor(0, ("sonar", "pipeline", "nav"))
     for process in ("sonar", "pipeline", "nav"):
         made.health(health(process, 9.5))
     made.ping(round(8.0 * NS))
@@ -128,11 +128,11 @@ def watch() -> Watch:
 
 
 def test_all_is_well() -> None:
-    assert watch().reasons(10 * NS, pose_known=True) == []
+    assert monitor().reasons(10 * NS, pose_known=True) == []
 
 
 def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
-    started = watch()
+    started = monitor()
     started._first_ping_ns = round(9.2 * NS)
     assert started.reasons(10 * NS, pose_known=True) == [
         "the tracker has just started: objects are still being confirmed"
@@ -157,28 +157,28 @@ def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
     ],
 )
 def test_silence_is_told(seconds: float, reasons: list[str]) -> None:
-    assert watch().reasons(round(seconds * NS), pose_known=True) == reasons
+    assert monitor().reasons(round(seconds * NS), pose_known=True) == reasons
 
 
 def test_problems_of_others_are_passed_on() -> None:
-    told = watch()
+    told = monitor()
     told.health(health("nav", 9.9, "the INS is silent", "CAN bus off"))
     told.health(health("sonar", 9.9, ready=False))
     assert told.reasons(10 * NS, pose_known=True) == ["sonar: not ready", "nav: the INS is silent", "nav: CAN bus off"]
 
 
 def test_a_ping_without_a_pose() -> None:
-    assert watch().reasons(10 * NS, pose_known=False) == ["no pose for the time of the ping"]
+    assert monitor().reasons(10 * NS, pose_known=False) == ["no pose for the time of the ping"]
 
 
 def test_before_anything_came() -> None:
-    fresh = Watch(10 * NS, ("sonar",))
+    fresh = InputMonitor(10 * NS, ("sonar",))
     assert fresh.reasons(10 * NS, pose_known=True) == ["no ping yet", "no pose yet"]
     assert fresh.reasons(13 * NS, pose_known=True)[2:] == ["sonar: no sign of life for 3.0 s"]
 
 
 def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
-    fresh = Watch(0, ())
+    fresh = InputMonitor(0, ())
     told = []
     for t_s in (1.0, 1.9, 2.1):
         fresh.ping(round(t_s * NS))
@@ -188,7 +188,7 @@ def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
 
 
 def test_an_older_ping_does_not_make_the_newest_one_older() -> None:
-    told = watch()
+    told = monitor()
     told.ping(NS)
     told.pose(NS)
     assert told.reasons(10 * NS, pose_known=True) == []

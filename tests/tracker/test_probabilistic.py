@@ -8,20 +8,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ods.base.arrays import Floats
+from ods.base.arrays import Floats, Indices
 from ods.base.geometry import quat_from_euler
-from ods.tracker.association.gnn import Candidates
+from ods.tracker.association.assignment import Question
+from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.jpda import LEAST_GAIN, noise_together, probabilistic, shares
-from ods.tracker.measurement.model import Sight, sight
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
+from ods.tracker.named import Named
 from ods.tracker.observer import axis_kalman
+from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.belief import Estimate
 from tests.tracker.samples import NO_SIGMA, echoes
 
 
-def pairs_of(worth: Floats) -> Candidates:
+def hypotheses(objects: Indices, echoes: Indices, ratio: Floats) -> Hypotheses:
+    """Return pairs whose score is their ratio."""
+    return Hypotheses(objects, echoes, ratio, ratio)
+
+
+def pairs_of(worth: Floats) -> Hypotheses:
     rows, columns = np.nonzero(np.isfinite(worth))
-    return Candidates(rows, columns, worth[rows, columns])
+    return hypotheses(rows, columns, worth[rows, columns])
 
 
 def exact(worth: Floats) -> Floats:
@@ -42,7 +50,7 @@ def exact(worth: Floats) -> Floats:
 
 def approximate(worth: Floats) -> Floats:
     found = pairs_of(worth)
-    share, _ = shares(found, found.evidence, *worth.shape)
+    share, _ = shares(found, *worth.shape)
     result = np.zeros(worth.shape)
     result[found.objects, found.echoes] = share
     return result
@@ -76,7 +84,7 @@ worths = st.floats(-1e6, 1e6) | st.floats(-30.0, 30.0)
 def test_whatever_the_likelihoods_shares_are_probabilities(pairs: list[tuple[int, int, float]]) -> None:
     objects, columns = (np.array([pair[k] for pair in pairs], np.intp) for k in (0, 1))
     worth = np.array([pair[2] for pair in pairs], np.float64)
-    share, free = shares(Candidates(objects, columns, worth), worth, 6, 6)
+    share, free = shares(hypotheses(objects, columns, worth), 6, 6)
     for values in (share, free, np.bincount(objects, share, 6)):
         assert np.isfinite(values).all()
         assert (values >= 0.0).all()
@@ -93,7 +101,9 @@ def test_the_echo_that_stands_for_several_does_what_they_do(echo: list[tuple[flo
     seen, mean = float(share.sum()), float(share @ innovation)
     square = float(share @ innovation**2)
     noise_of_one = noise_together(seen, mean, square, variance, noise)
-    position, _, after = axis_kalman.update(5.0, 0.0, variance, 0.0, mean / seen, noise_of_one)
+    position, _, after, _, _ = axis_kalman.update(
+        AxisState(5.0, 0.0, variance, 0.0, 0.0), 5.0 + mean / seen, noise_of_one
+    )
 
     total = variance + noise
     gain = variance / total
@@ -106,48 +116,48 @@ def test_the_step_is_theirs_where_innovations_are_not_spread() -> None:
     """One echo, near where it is expected, the object's own with probability 0.8."""
     small, seen, variance, noise = 1e-4, 0.8, 0.3, 0.5
     noise_of_one = noise_together(seen, seen * small, seen * small**2, variance, noise)
-    position, _, _ = axis_kalman.update(0.0, 0.0, variance, 0.0, small, noise_of_one)
+    position, *_ = axis_kalman.update(AxisState(0.0, 0.0, variance, 0.0, 0.0), small, noise_of_one)
     assert position == pytest.approx(seen * variance / (variance + noise) * small)
 
 
-def one_object(place_m: float) -> tuple[Sight, Estimate]:
+def one_object(place_m: float) -> tuple[Named[PredictedMeasurement], Estimate]:
     """Return an object straight ahead, of radius 1 m."""
     vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
     assert vehicle is not None
     position, variance = np.array([[place_m], [0.0], [0.0]]), np.full((3, 1), 0.04)
     one = np.ones(1)
     estimate = Estimate(position, variance, np.zeros(1), one, 0.1 * one, one)
-    return sight(position, variance, np.zeros(1), vehicle), estimate
+    return predicted_measurement(position, variance, np.zeros(1), vehicle), estimate
 
 
 def test_a_sure_echo_of_one_object_is_taken_as_it_is() -> None:
-    found = Candidates(np.array([0]), np.array([0]), np.array([40.0]))
+    found = hypotheses(np.array([0]), np.array([0]), np.array([40.0]))
     seen = echoes([(50.2, 0.01, 1.4)])
-    pairing = probabilistic(found, found.evidence, np.ones(1, bool), seen, *one_object(50.0))
-    np.testing.assert_allclose(pairing.echoes.table, seen.table, rtol=1e-9)
-    assert pairing.explained.tolist() == [True]
+    assignment = probabilistic(Question(found, np.ones(1, bool), seen, *one_object(50.0)))
+    np.testing.assert_allclose(assignment.echoes.table, seen.table, rtol=1e-9)
+    assert assignment.explained.tolist() == [True]
 
 
 def test_two_echoes_alike_give_their_middle_with_more_noise() -> None:
-    found = Candidates(np.array([0, 0]), np.array([0, 1]), np.array([10.0, 10.0]))
+    found = hypotheses(np.array([0, 0]), np.array([0, 1]), np.array([10.0, 10.0]))
     seen = echoes([(50.2, 0.0, 1.0), (49.9, 0.0, 1.0)])
-    pairing = probabilistic(found, found.evidence, np.ones(1, bool), seen, *one_object(50.0))
+    assignment = probabilistic(Question(found, np.ones(1, bool), seen, *one_object(50.0)))
     total = 0.04 + 0.1**2
     lowered = total - 0.15**2
-    assert pairing.echoes.range_m[0] == pytest.approx(50.05)
-    assert pairing.echoes.sigma_range[0] ** 2 == pytest.approx(0.01 + total * (total / lowered - 1.0), rel=1e-3)
-    assert pairing.pairs.evidence[0] == pytest.approx(10.0 + math.log(2.0), abs=1e-3)
+    assert assignment.echoes.rows.range_m[0] == pytest.approx(50.05)
+    assert assignment.echoes.rows.sigma_range[0] ** 2 == pytest.approx(0.01 + total * (total / lowered - 1.0), rel=1e-3)
+    assert assignment.pairs.llr[0] == pytest.approx(10.0 + math.log(2.0), abs=1e-3)
 
 
 def test_unconfirmed_objects_take_one_echo_each_from_what_is_left() -> None:
-    found = Candidates(np.array([0, 1, 1, 2]), np.array([0, 0, 1, 1]), np.array([9.0, 12.0, 3.0, 5.0]))
+    found = hypotheses(np.array([0, 1, 1, 2]), np.array([0, 0, 1, 1]), np.array([9.0, 12.0, 3.0, 5.0]))
     position = np.zeros((3, 3))
     position[0] = 50.0
     one = np.ones(3)
     vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
     assert vehicle is not None
     estimate = Estimate(position, 0.04 * np.ones((3, 3)), 0.0 * one, one, one, one)
-    sights = sight(position, estimate.variance, estimate.covariance_ne, vehicle)
+    predicted = predicted_measurement(position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = echoes([(50.0, 0.0, 1.0), (50.1, 0.0, 1.0)])
-    pairing = probabilistic(found, found.evidence, np.array([True, False, False]), seen, sights, estimate)
-    assert dict(zip(pairing.pairs.objects.tolist(), pairing.pairs.echoes.tolist(), strict=True)) == {0: 0, 2: 1}
+    assignment = probabilistic(Question(found, np.array([True, False, False]), seen, predicted, estimate))
+    assert dict(zip(assignment.pairs.objects.tolist(), assignment.pairs.echoes.tolist(), strict=True)) == {0: 0, 2: 1}

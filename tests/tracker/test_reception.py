@@ -15,10 +15,11 @@ from ods.base.clock import NS
 from ods.messages import Pose
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.field_of_view import view
-from ods.tracker.measurement.model import Sight
+from ods.tracker.measurement.field_of_view import fan_of, field_of_view
+from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.motion_during_reception import Listening
 from ods.tracker.measurement.scan import Echoes, echoes_of
+from ods.tracker.named import Named
 from tests.tracker.samples import SECTOR
 
 SOUND = 1480.0
@@ -82,8 +83,12 @@ def listening(buffer: PoseBuffer, t_s: float = T_TX) -> tuple[PoseEstimate, List
 
 def placed(echoes: Echoes, sent: PoseEstimate) -> Floats:
     """Eq. 1 with the pose at transmission: (m, 3)."""
-    level = echoes.range_m * np.cos(echoes.elevation)
-    body = level * np.cos(echoes.bearing), level * np.sin(echoes.bearing), -echoes.range_m * np.sin(echoes.elevation)
+    level = echoes.rows.range_m * np.cos(echoes.rows.elevation)
+    body = (
+        level * np.cos(echoes.rows.bearing),
+        level * np.sin(echoes.rows.bearing),
+        -echoes.rows.range_m * np.sin(echoes.rows.elevation),
+    )
     return Rotation.from_quat(sent.attitude, scalar_first=True).apply(np.column_stack(body)) + sent.position_ned
 
 
@@ -115,8 +120,8 @@ def test_at_20_deg_a_second_and_100_m_the_fan_has_turned_by_2_7_deg() -> None:
     whole = math.radians(20.0) * 200.0 / SOUND
     assert math.degrees(whole) == pytest.approx(2.7, abs=0.01)
     assert turn * 100.0 == pytest.approx(whole, abs=1e-5)
-    np.testing.assert_allclose(echoes.bearing, [0.3 + whole, -0.3 + 0.5 * whole], atol=1e-5)
-    np.testing.assert_allclose(echoes.range_m, [100.0, 50.0], atol=1e-9)
+    np.testing.assert_allclose(echoes.rows.bearing, [0.3 + whole, -0.3 + 0.5 * whole], atol=1e-5)
+    np.testing.assert_allclose(echoes.rows.range_m, [100.0, 50.0], atol=1e-9)
 
 
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
@@ -125,10 +130,12 @@ def test_an_object_at_the_edge_is_expected_when_the_fan_at_reception_covers_it(s
     edge, degree, turn = SECTOR.bearing_max_rad, math.radians(1.0), sign * math.radians(2.7) / 100.0
     bearing = np.array([edge - degree, edge + degree] * 2)
     n, thin = np.ones(4), np.full(4, 1e-6)
-    sight = Sight(np.array([99.0, 99.0, 10.0, 10.0]), bearing, 0.0 * n, 99.0 * n, thin, thin, 0.0 * n, n)
+    distance = np.array([99.0, 99.0, 10.0, 10.0])
+    rows = PredictedMeasurement(distance, bearing, 0.0 * n, 99.0 * n, thin, thin, 0.0 * n, n)
+    predicted = Named(PredictedMeasurement, np.stack(rows))
     away = [False, False, True, False]
     toward = [True, True, True, False]
-    seen = view(sight, SECTOR, (), 2.0, turn)
+    seen = field_of_view(predicted, fan_of(SECTOR, turn), (), 2.0)
     assert seen.inside.tolist() == (toward if sign > 0.0 else away)
     assert (seen.watched > 0.0).tolist() == seen.inside.tolist()
 
@@ -172,6 +179,6 @@ def test_what_no_vehicle_does_moves_no_echo() -> None:
     _, found = listening(poses(swinging))
     far, _ = motion_during_reception.at_transmission(table([(100.0, 0.4, 0.0), (9e4, 0.4, 0.0)]), found)
     assert np.isfinite(far.table).all()
-    assert far.bearing[1] == pytest.approx(far.bearing[0], abs=1e-2)
+    assert far.rows.bearing[1] == pytest.approx(far.rows.bearing[0], abs=1e-2)
     none, _ = motion_during_reception.at_transmission(table([]), found)
     assert len(none) == 0

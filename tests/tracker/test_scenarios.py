@@ -55,7 +55,7 @@ def test_radii_and_velocities_are_found(example: tuple[Course, Run]) -> None:
     path, result = example
     k = 40 * 7
     for i, (radius, velocity) in enumerate([(3.0, (-0.7, 0.4)), (6.0, (0.5, 0.7))]):
-        picture = result.pictures[k]
+        picture = result.snapshots[k]
         row = int(np.flatnonzero(picture.id == result.nearest(k, path.objects[k, i])[0])[0])
         assert picture.radius[row] == pytest.approx(radius, abs=0.3)
         np.testing.assert_allclose(picture.velocity[:2, row], velocity, atol=0.15)
@@ -65,7 +65,7 @@ def test_the_height_is_not_observed_and_the_tracker_knows(example: tuple[Course,
     """The objects sink by 8 m, unseen; the true depth stays within two standard deviations told."""
     path, result = example
     k = 40 * 7
-    picture = result.pictures[k]
+    picture = result.snapshots[k]
     for i in range(2):
         row = int(np.flatnonzero(picture.id == result.nearest(k, path.objects[k, i])[0])[0])
         assert picture.sigma_position[2, row] > 2.0
@@ -90,7 +90,7 @@ def test_a_static_field_is_mapped_exactly_and_does_not_move() -> None:
     found = [result.nearest(-1, path.objects[-1, i]) for i in range(12) if seen[i] > 30]
     assert len({i for i, _ in found}) == len(found) == len(result.ids())
     assert math.sqrt(np.mean([d**2 for _, d in found])) < 0.15
-    last = result.pictures[-1]
+    last = result.snapshots[-1]
     assert np.hypot(*last.velocity[:2]).max() < 0.02
     assert set(last.state.tolist()) == {lifecycle.ACTIVE, lifecycle.HIBERNATED}
 
@@ -101,7 +101,7 @@ def test_errors_are_as_large_as_told() -> None:
     for seed in range(8):
         path = field(seed)
         result = run(course(3.0, VEHICLE_SPEED, path.objects[0], np.zeros((12, 3)), path.radius), fresh(), seed)
-        picture = result.pictures[-1]
+        picture = result.snapshots[-1]
         for i in np.flatnonzero(path.polar(0)[2]):
             object_id, distance = result.nearest(-1, path.objects[0, i])
             if distance < 3.0:
@@ -123,7 +123,7 @@ def test_clutter_makes_no_objects(clutter: float) -> None:
 def test_a_drop_out_of_ten_seconds_costs_no_identity() -> None:
     path = field(7)
     result = run(path, fresh(), seed=7, silent=(20.0, 30.0))
-    before, after = result.pictures[20 * 7 - 1], result.pictures[31 * 7]
+    before, after = result.snapshots[20 * 7 - 1], result.snapshots[31 * 7]
     still_seen = np.flatnonzero(path.polar(20 * 7)[2] & path.polar(31 * 7)[2])
     assert len(still_seen) > 3
     for i in still_seen:
@@ -152,12 +152,12 @@ def test_objects_that_come_back_into_view_wake_with_their_ids() -> None:
     some = ~away | (np.arange(len(away)) % 7 == 0)  # fewer pings while there is nothing to see
     path = Course(path.t[some], path.position[some], path.yaw[some], path.objects[some], path.radius)
     result = run(path, fresh(), seed=9)
-    asleep = result.pictures[20 * 7 + 100]
+    asleep = result.snapshots[20 * 7 + 100]
     assert set(asleep.state.tolist()) == {lifecycle.HIBERNATED}
     assert not asleep.velocity.any()
     ids = {result.nearest(19 * 7, path.objects[0, i])[0] for i in range(10)}
     assert ids == {result.nearest(-1, path.objects[0, i])[0] for i in range(10)} == set(result.ids())
-    assert set(result.pictures[-1].state.tolist()) == {lifecycle.ACTIVE}
+    assert set(result.snapshots[-1].state.tolist()) == {lifecycle.ACTIVE}
 
 
 def test_objects_of_an_earlier_mission_wake_with_their_ids() -> None:
@@ -165,12 +165,12 @@ def test_objects_of_an_earlier_mission_wake_with_their_ids() -> None:
         MapObject(41 + i, (40.0 + 10.0 * i, 0.4, 3.0), (0.6, 0.6, 2.0), 1.0, 0.1, 0.99, 50, 1, 2, 3) for i in range(2)
     ]
     tracker = Tracker(TrackerSettings(), rocks, first_id=100)
-    assert tracker.picture().id.tolist() == [41, 42]
+    assert tracker.snapshot().id.tolist() == [41, 42]
     path = course(
         5.0, 0.0, np.array([[40.0, 0.0, 4.0], [50.0, 0.0, 4.0], [60.0, 9.0, 4.0]]), np.zeros((3, 3)), np.ones(3)
     )
     result = run(path, tracker, seed=10)
-    last = result.pictures[-1]
+    last = result.snapshots[-1]
     assert set(zip(last.id.tolist(), last.state.tolist(), strict=True)) == {(41, 1), (42, 1), (100, 1)}
     assert last.first_seen_utc_ns[last.id == 41] == 1
 
@@ -184,8 +184,8 @@ def test_two_echoes_of_one_large_object_make_no_second_one() -> None:
         whole = [(50.0 + noise[0], noise[1] / 20, 6.0)]
         halves = [(50.0 + noise[0], 0.06 + noise[1] / 20, 3.0), (50.0 + noise[2], -0.06 + noise[3] / 20, 3.0)]
         tracker.step(scan(k / 7, np.zeros(3), 0.0, halves if 40 <= k < 100 else whole))
-        ids |= set(tracker.picture().id.tolist())
-    picture = tracker.picture()
+        ids |= set(tracker.snapshot().id.tolist())
+    picture = tracker.snapshot()
     assert ids == {1}
     assert picture.radius[0] == pytest.approx(6.0, abs=0.5)
     assert np.hypot(*(picture.position[:2, 0] - [50.0, 0.0])) < 0.5
@@ -195,10 +195,10 @@ def test_without_a_pose_objects_are_only_carried_on() -> None:
     tracker = fresh()
     for k in range(10):
         tracker.step(scan(k / 7, np.zeros(3), 0.0, [(50.0, 0.0, 1.0)]))
-    before = tracker.picture()
+    before = tracker.snapshot()
     blind = scan(10 / 7, np.zeros(3), 0.0, [(20.0, 0.0, 1.0)])
     tracker.step(type(blind)(blind.t_ns, blind.utc_ns, None, blind.sector, blind.echoes))
-    after = tracker.picture()
+    after = tracker.snapshot()
     assert after.id.tolist() == before.id.tolist()
     assert after.times_seen.tolist() == before.times_seen.tolist()
     assert (after.sigma_position >= before.sigma_position).all()

@@ -18,7 +18,7 @@ from ods.assess.track.scenarios import paper
 from ods.base.arrays import Floats, Ints
 from ods.plots.fan import INK, PAPER
 from ods.tracker import scenario
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.track import lifecycle
 
@@ -42,7 +42,7 @@ class Example:
     """The run."""
 
     case: Case
-    pictures: list[Picture]
+    snapshots: list[Snapshot]
 
 
 @dataclass(frozen=True)
@@ -73,19 +73,19 @@ def run() -> Example:
     case, default = example(), TrackerSettings()
     rules = msgspec.structs.replace(default.life, lost_sigma_m=LOST_SIGMA_M, drop_existence=DROP_EXISTENCE)
     tracker = scenario.tracker_for(case.scenario, msgspec.structs.replace(default, life=rules))
-    pictures = []
+    snapshots = []
     for scan in scenario.scans(case.scenario):
         tracker.step(scan)
-        pictures.append(tracker.picture())
-    return Example(case, pictures)
+        snapshots.append(tracker.snapshot())
+    return Example(case, snapshots)
 
 
 def lives(run: Example) -> list[Life]:
     """Return every object's course, in the order of their ids."""
     t = run.case.scenario.t
     found = []
-    for identity in sorted({i for picture in run.pictures for i in picture.id.tolist()}):
-        states = np.array([next(iter(p.state[p.id == identity]), lifecycle.TENTATIVE) for p in run.pictures])
+    for identity in sorted({i for snapshot in run.snapshots for i in snapshot.id.tolist()}):
+        states = np.array([next(iter(p.state[p.id == identity]), lifecycle.TENTATIVE) for p in run.snapshots])
         there = np.flatnonzero(states != lifecycle.TENTATIVE)
         waits = np.flatnonzero((states[1:] == lifecycle.STAND_BY) & (states[:-1] == lifecycle.ACTIVE)) + 1
         last = int(there[-1])
@@ -128,15 +128,15 @@ class _Course:
 
 
 def _course(run: Example, identity: int) -> _Course:
-    rows = [(k, int(np.flatnonzero(p.id == identity)[0])) for k, p in enumerate(run.pictures) if identity in p.id]
-    pictures = [(run.pictures[k], i) for k, i in rows]
+    rows = [(k, int(np.flatnonzero(p.id == identity)[0])) for k, p in enumerate(run.snapshots) if identity in p.id]
+    snapshots = [(run.snapshots[k], i) for k, i in rows]
     return _Course(
         run.case.scenario.t[[k for k, _ in rows]],
-        np.array([p.state[i] for p, i in pictures]),
-        np.array([p.position[:, i] for p, i in pictures]),
-        np.array([p.velocity[:, i] for p, i in pictures]),
-        np.array([p.radius[i] for p, i in pictures]),
-        np.array([p.sigma_velocity[:, i] for p, i in pictures]),
+        np.array([p.state[i] for p, i in snapshots]),
+        np.array([p.position[:, i] for p, i in snapshots]),
+        np.array([p.velocity[:, i] for p, i in snapshots]),
+        np.array([p.radius[i] for p, i in snapshots]),
+        np.array([p.sigma_velocity[:, i] for p, i in snapshots]),
     )
 
 

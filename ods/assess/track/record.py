@@ -34,8 +34,8 @@ def follow(case: Scenario, settings: TrackerSettings) -> Record:
         start = time.process_time()
         tracker.step(scan)
         cpu_ms.append(1e3 * (time.process_time() - start))
-        picture = tracker.picture()
-        rows.append(scenario.rows_of(k, picture))
-        variance = picture.sigma_position[:2] ** 2
-        spreads.append(np.column_stack([*variance, picture.covariance_ne]))
+        snapshot = tracker.snapshot()
+        rows.append(scenario.rows_of(k, snapshot))
+        variance = snapshot.sigma_position[:2] ** 2
+        spreads.append(np.column_stack([*variance, snapshot.covariance_ne]))
     return Record(np.concatenate(rows), np.concatenate(spreads), np.array(cpu_ms))

@@ -1,14 +1,14 @@
 """What false alarms look like: how many an image has, at which ranges and with which radii, counted as they come."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.kernel import kernel
 from ods.messages import Sector
-from ods.tracker.association.gnn import ClutterDensity
-from ods.tracker.measurement.scan import RADIUS, RANGE, Echoes
+from ods.tracker.measurement.scan import Echoes, echo_rows
 
 RANGES = 10
 """Parts of the sonar's range that are counted apart."""
@@ -24,8 +24,29 @@ PRIOR_SHARE = 0.25
 """Share of an even distribution in what was counted, so that nothing is impossible."""
 LEAST_MEAN = 1e-9
 """Keeps shares of a sum that has fallen to nothing finite."""
-ALL_LOOKED = np.ones(RANGES)
-NEAREST_M = 0.1
+ALL_PROCESSED = np.ones(RANGES)
+CLOSEST_M = 0.1
+"""Keeps the area of a class of range from vanishing."""
+
+
+class ClutterDensity(NamedTuple):
+    """False alarms at the place of each of m echoes."""
+
+    per_m2: Floats
+    """(m,) number a scan per m^2."""
+    radius: Floats
+    """(m,) probability density of the echo's radius among them, 1/m."""
+
+
+class _Span(NamedTuple):
+    nearest: float
+    farthest: float
+    opening: float
+    """rad."""
+
+
+def _span_of(sector: Sector) -> _Span:
+    return _Span(sector.range_min_m, sector.range_max_m, sector.bearing_max_rad - sector.bearing_min_rad)
 
 
 class Clutter:
@@ -42,62 +63,60 @@ class Clutter:
         """False alarms expected in a scan."""
         return max(self._mean, FEWEST)
 
-    def count(self, unexplained: Echoes, sector: Sector, looked: Sequence[tuple[float, float]]) -> None:
+    def count(
+        self, unexplained: Echoes, sector: Sector, processed_ranges_m: Sequence[tuple[float, float]] = ()
+    ) -> None:
         """Take in the echoes of a scan that belong to no object, confirmed or not.
 
-        looked: ranges (from, to) that were processed; empty: all. What is counted is what a look at all of them has.
+        processed_ranges_m: see `Scan`. What is counted is what an image of all ranges has.
         """
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
-        share = _share_looked(sector, looked)
-        edges = sector.range_min_m, sector.range_max_m
-        self._mean = _count(unexplained.table, *edges, weight, share, self._by_range, self._by_radius)
+        share = _share_processed(sector, processed_ranges_m)
+        self._mean = _count(unexplained.table, _span_of(sector), weight, share, self._by_range, self._by_radius)
 
     def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
         """Return false alarms at each echo; within a range class all samples are as likely to give one."""
-        edges = sector.range_min_m, sector.range_max_m
-        opening = sector.bearing_max_rad - sector.bearing_min_rad
-        density = _density(echoes.table, *edges, opening, self._mean, self._by_range, self._by_radius)
-        return ClutterDensity(density[0], density[1])
+        table = _density(echoes.table, _span_of(sector), self._mean, self._by_range, self._by_radius)
+        return ClutterDensity(*table)
 
 
 @kernel
-def _count(
-    echoes: Floats, nearest: float, farthest: float, weight: float, looked: Floats, by_range: Floats, by_radius: Floats
-) -> float:
+def _count(table: Floats, span: _Span, weight: float, processed: Floats, by_range: Floats, by_radius: Floats) -> float:
     """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_range`.
 
-    looked: (RANGES,) share of each class of range that was processed: what was not stays as it is.
+    processed: (RANGES,) share of each class of range that was processed: what was not stays as it is.
     """
-    by_range *= 1.0 - weight * looked
+    echoes = echo_rows(table)
+    by_range *= 1.0 - weight * processed
     by_radius *= 1.0 - weight
-    for j in range(echoes.shape[1]):
-        by_range[_range_class(echoes[RANGE, j], nearest, farthest)] += weight
-        by_radius[_radius_class(echoes[RADIUS, j])] += weight
-    return float(by_range.sum())
+    for j in range(table.shape[1]):
+        by_range[_range_class(echoes.range_m[j], span)] += weight
+        by_radius[_radius_class(echoes.radius[j])] += weight
+    total: float = by_range.sum()
+    return total
 
 
 @kernel
-def _density(
-    echoes: Floats, nearest: float, farthest: float, opening: float, mean: float, by_range: Floats, by_radius: Floats
-) -> Floats:
+def _density(table: Floats, span: _Span, mean: float, by_range: Floats, by_radius: Floats) -> Floats:
     """Return the (2, m) fields of `ClutterDensity`; `mean`: the sum of `by_range`."""
+    echoes = echo_rows(table)
     radii = max(by_radius.sum(), LEAST_MEAN)
-    area = (farthest - nearest) / RANGES * opening
-    density = np.empty((2, echoes.shape[1]))
-    for j in range(echoes.shape[1]):
-        distance = echoes[RANGE, j]
-        counted = by_range[_range_class(distance, nearest, farthest)]
+    area = (span.farthest - span.nearest) / RANGES * span.opening
+    density = np.empty((2, table.shape[1]))
+    per_m2, of_radius = density
+    for j in range(table.shape[1]):
+        counted = by_range[_range_class(echoes.range_m[j], span)]
         in_class = PRIOR_SHARE * max(mean, FEWEST) / RANGES + (1.0 - PRIOR_SHARE) * counted
-        density[0, j] = max(in_class, FEWEST / RANGES) / (area * max(distance, NEAREST_M))
-        share = by_radius[_radius_class(echoes[RADIUS, j])] / radii
-        density[1, j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
+        per_m2[j] = max(in_class, FEWEST / RANGES) / (area * max(echoes.range_m[j], CLOSEST_M))
+        share = by_radius[_radius_class(echoes.radius[j])] / radii
+        of_radius[j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
     return density
 
 
 @kernel
-def _range_class(distance: float, nearest: float, farthest: float) -> int:
-    fraction = (distance - nearest) / (farthest - nearest)
+def _range_class(distance: float, span: _Span) -> int:
+    fraction = (distance - span.nearest) / (span.farthest - span.nearest)
     return int(min(fraction * RANGES, RANGES - 1.0)) if fraction > 0.0 else 0
 
 
@@ -106,10 +125,10 @@ def _radius_class(radius: float) -> int:
     return int(min(radius / RADIUS_STEP_M, RADII - 1.0)) if radius > 0.0 else 0
 
 
-def _share_looked(sector: Sector, looked: Sequence[tuple[float, float]]) -> Floats:
+def _share_processed(sector: Sector, ranges_m: Sequence[tuple[float, float]]) -> Floats:
     """Return (RANGES,) the share of each class of range that was processed."""
-    if not looked:
-        return ALL_LOOKED
+    if not ranges_m:
+        return ALL_PROCESSED
     edges = np.linspace(sector.range_min_m, sector.range_max_m, RANGES + 1)
-    covered = sum(np.diff(np.clip(edges, begin, stop)) for begin, stop in looked)
+    covered = sum(np.diff(np.clip(edges, begin, stop)) for begin, stop in ranges_m)
     return np.asarray(covered / np.diff(edges))

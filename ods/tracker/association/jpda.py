@@ -11,114 +11,129 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
 from ods.base.kernel import kernel
-from ods.tracker.association.gnn import Candidates, Pairing, associate
-from ods.tracker.measurement.model import Sight, wrapped
-from ods.tracker.measurement.scan import BEARING, RADIUS, RANGE, SIGMA_RANGE, Echoes
-from ods.tracker.observer.belief import Estimate
+from ods.tracker.association.assignment import Assignment, Question
+from ods.tracker.association.gating import Hypotheses
+from ods.tracker.association.gnn import best_pairs
+from ods.tracker.measurement.model import predicted_rows, wrapped
+from ods.tracker.measurement.scan import Echoes, echo_rows
 
-MOST_WORTH = 25.0
+MOST_RATIO = 25.0
 """Largest log-likelihood ratio of a pair: e^25 leaves no doubt, and no rival's share is lost to rounding."""
 ROUNDS = 20
 """Most rounds of messages,"""
-SETTLED = 1e-3
+CONVERGED = 1e-3
 """and the largest change of a message, all between 0 and 1, with which they end."""
-SEEN = 0.5
+MORE_LIKELY = 0.5
 """An object is seen, and an echo starts no new object, when it is more probable than this that the other is there."""
-MEASURED = (RANGE, BEARING, RADIUS)
-"""Rows of echoes; their standard deviations are three rows from SIGMA_RANGE on."""
 LEAST_GAIN = 0.05
 """Where echoes far apart would make an object's variance grow, its gain is this share of that of a sure echo."""
 
 
-def probabilistic(
-    found: Candidates, worth: Floats, first: Mask, echoes: Echoes, sight: Sight, estimate: Estimate
-) -> Pairing:
+def probabilistic(question: Question) -> Assignment:
     """See `ods.tracker.association.registry.Association`.
 
-    Only the objects of the mask `first` share echoes. The others are mostly rivals for being the same object: they
-    take one echo each, from what is left.
+    Only the objects that choose first share echoes. The others are mostly rivals for being the same object: they take
+    one echo each, from what is left.
     """
-    senior = first[found.objects]
-    shared = found.take(senior)
-    share, free = shares(shared, worth[senior], len(first), len(echoes))
-    explained = np.bincount(shared.echoes, share, len(echoes)) > SEEN
-    best, evidence, table = _put_together(shared, share, free, echoes.table, sight, estimate)
-    left = ~senior & ~explained[found.echoes]
-    others = associate(found.take(left), worth[left], first, len(echoes))
+    hypotheses, first, echoes, predicted, estimate = question
+    senior = first[hypotheses.objects]
+    shared = hypotheses.take(senior)
+    share, free = shares(shared, len(first), len(echoes))
+    explained = np.bincount(shared.echoes, share, len(echoes)) > MORE_LIKELY
+    radius = estimate.radius, estimate.radius_variance
+    best, llr, together = _put_together(shared, (share, free), echoes.table, predicted.table, radius)
+    others = best_pairs(hypotheses.take(~senior & ~explained[hypotheses.echoes]), first, len(echoes))
     explained[others.echoes] = True
-    pairs = Candidates(shared.objects[best], shared.echoes[best], evidence).joined(others)
-    return Pairing(pairs, Echoes(table).joined(echoes.take(others.echoes)), explained)
+    pairs = Hypotheses(shared.objects[best], shared.echoes[best], llr, shared.score[best]).joined(others)
+    return Assignment(pairs, Echoes(together).joined(echoes.take(others.echoes)), explained)
 
 
 @kernel
-def shares(found: Candidates, worth: Floats, objects: int, echoes: int) -> tuple[Floats, Floats]:
+def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
     """Return (p,) the probability of each pair, and (p,) that its echo is of no other object.
 
     Messages: of an object to an echo, the odds that it takes it; of an echo to an object, that no other takes it.
     """
-    ratio = np.exp(np.minimum(worth, MOST_WORTH))
-    free, odds = np.ones(len(worth)), np.empty(len(worth))
+    ratio = np.exp(np.minimum(hypotheses.score, MOST_RATIO))
+    free, odds = np.ones(len(ratio)), np.empty(len(ratio))
     change, rounds = 1.0, 0
-    while change > SETTLED and rounds < ROUNDS:
+    while change > CONVERGED and rounds < ROUNDS:
         change, rounds = 0.0, rounds + 1
         of_object, of_echo = np.ones(objects), np.ones(echoes)
-        for k in range(len(worth)):
-            of_object[found.objects[k]] += ratio[k] * free[k]
-        for k in range(len(worth)):
-            odds[k] = ratio[k] / max(of_object[found.objects[k]] - ratio[k] * free[k], 1.0)
-            of_echo[found.echoes[k]] += odds[k]
-        for k in range(len(worth)):
-            before, free[k] = free[k], 1.0 / max(of_echo[found.echoes[k]] - odds[k], 1.0)
+        for k in range(len(ratio)):
+            of_object[hypotheses.objects[k]] += ratio[k] * free[k]
+        for k in range(len(ratio)):
+            odds[k] = ratio[k] / max(of_object[hypotheses.objects[k]] - ratio[k] * free[k], 1.0)
+            of_echo[hypotheses.echoes[k]] += odds[k]
+        for k in range(len(ratio)):
+            before, free[k] = free[k], 1.0 / max(of_echo[hypotheses.echoes[k]] - odds[k], 1.0)
             change = max(change, abs(free[k] - before))
     of_object = np.ones(objects)
-    for k in range(len(worth)):
-        of_object[found.objects[k]] += ratio[k] * free[k]
-    share = np.empty(len(worth))
-    for k in range(len(worth)):
-        share[k] = ratio[k] * free[k] / of_object[found.objects[k]]
+    for k in range(len(ratio)):
+        of_object[hypotheses.objects[k]] += ratio[k] * free[k]
+    share = np.empty(len(ratio))
+    for k in range(len(ratio)):
+        share[k] = ratio[k] * free[k] / of_object[hypotheses.objects[k]]
     return share, free
 
 
 @kernel
 def _put_together(
-    found: Candidates, share: Floats, free: Floats, echoes: Floats, sight: Sight, estimate: Estimate
+    hypotheses: Hypotheses,
+    probabilities: tuple[Floats, Floats],
+    echo_table: Floats,
+    predicted_table: Floats,
+    radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of the k objects seen, the most probable pair (k,), the evidence (k,) and one echo (7, k) each.
+    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (7, k) each.
 
-    `free`: (p,) probability that a pair's echo is not of another object.
+    `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
-    n = len(estimate.radius)
+    share, free = probabilities
+    radius, radius_variance = radii
+    echoes, predicted = echo_rows(echo_table), predicted_rows(predicted_table)
+    n = len(radius)
     strongest, seen, chance = np.full(n, -1), np.zeros(n), np.zeros(n)
-    moments = np.zeros((3, 3, n))
+    mean, square, noise = np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n))
     for k in range(len(share)):
-        i, j = found.objects[k], found.echoes[k]
+        i, j = hypotheses.objects[k], hypotheses.echoes[k]
         if strongest[i] < 0 or share[k] > share[strongest[i]]:
             strongest[i] = k
         seen[i] += share[k]
-        chance[i] += free[k] * math.exp(min(found.evidence[k], MOST_WORTH))
+        chance[i] += free[k] * math.exp(min(hypotheses.llr[k], MOST_RATIO))
         innovation = (
-            echoes[RANGE, j] - sight.range_m[i],
-            wrapped(echoes[BEARING, j] - sight.bearing[i]),
-            echoes[RADIUS, j] - estimate.radius[i],
+            echoes.range_m[j] - predicted.range_m[i],
+            wrapped(echoes.bearing[j] - predicted.bearing[i]),
+            echoes.radius[j] - radius[i],
+        )
+        sigma = echoes.sigma_range[j], echoes.sigma_bearing[j], echoes.sigma_radius[j]
+        for axis in range(3):
+            mean[axis, i] += share[k] * innovation[axis]
+            square[axis, i] += share[k] * innovation[axis] ** 2
+            noise[axis, i] += share[k] * sigma[axis] ** 2
+    objects = (seen > MORE_LIKELY).nonzero()[0]
+    best, llr, count = strongest[objects], np.log(chance[objects]), len(objects)
+    table = np.empty((len(echo_table), count))
+    made = echo_rows(table)
+    measured = made.range_m, made.bearing, made.radius
+    sigmas = made.sigma_range, made.sigma_bearing, made.sigma_radius
+    for k in range(count):
+        i = objects[k]
+        made.elevation[k] = echoes.elevation[hypotheses.echoes[best[k]]]
+        middle = predicted.range_m[i], predicted.bearing[i], radius[i]
+        variance = (
+            predicted.along[i],
+            predicted.across[i] / predicted.horizontal[i] ** 2,
+            radius_variance[i],
         )
         for axis in range(3):
-            moments[axis, 0, i] += share[k] * innovation[axis]
-            moments[axis, 1, i] += share[k] * innovation[axis] ** 2
-            moments[axis, 2, i] += share[k] * echoes[SIGMA_RANGE + axis, j] ** 2
-    objects = (seen > SEEN).nonzero()[0]
-    best, evidence, table = strongest[objects], np.log(chance[objects]), np.empty((echoes.shape[0], len(objects)))
-    for k in range(len(objects)):
-        i = objects[k]
-        table[:, k] = echoes[:, found.echoes[best[k]]]
-        predicted = sight.range_m[i], sight.bearing[i], estimate.radius[i]
-        variance = sight.along[i], sight.across[i] / sight.horizontal[i] ** 2, estimate.radius_variance[i]
-        for axis in range(3):
-            mean, square, noise = moments[axis, 0, i], moments[axis, 1, i], moments[axis, 2, i] / seen[i]
-            table[MEASURED[axis], k] = predicted[axis] + mean / seen[i]
-            table[SIGMA_RANGE + axis, k] = math.sqrt(noise_together(seen[i], mean, square, variance[axis], noise))
-    return best, evidence, table
+            own = noise[axis, i] / seen[i]
+            together = noise_together(seen[i], mean[axis, i], square[axis, i], variance[axis], own)
+            measured[axis][k] = middle[axis] + mean[axis, i] / seen[i]
+            sigmas[axis][k] = math.sqrt(together)
+    return best, llr, table
 
 
 @kernel

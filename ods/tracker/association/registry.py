@@ -5,30 +5,16 @@
 
 from typing import Protocol
 
-from ods.base.arrays import Floats, Mask
-from ods.tracker.association.gnn import Candidates, Pairing, nearest
+from ods.tracker.association.assignment import Assignment, Question
+from ods.tracker.association.gnn import nearest
 from ods.tracker.association.jpda import probabilistic
-from ods.tracker.measurement.model import Sight
-from ods.tracker.measurement.scan import Echoes
-from ods.tracker.observer.belief import Estimate
 
 
 class Association(Protocol):
     """Gives the m echoes of an image to n objects."""
 
-    def __call__(
-        self,
-        found: Candidates,
-        worth: Floats,
-        first: Mask,
-        echoes: Echoes,
-        sight: Sight,
-        estimate: Estimate,
-    ) -> Pairing:
-        """Decide between the pairs `found` by their (p,) `worth`.
-
-        `first`: (n,) objects that choose before the others; `sight`, `estimate`: of n objects, as predicted.
-        """
+    def __call__(self, question: Question) -> Assignment:
+        """Decide between the hypotheses by their scores."""
 
 
 ASSOCIATIONS: dict[str, Association] = {"nearest": nearest, "probabilistic": probabilistic}

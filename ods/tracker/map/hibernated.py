@@ -37,11 +37,12 @@ class MapObject(msgspec.Struct, frozen=True, gc=False):
     """Covariance of north and east, m^2."""
 
 
-class Archive:
-    """Objects that sleep, by id. An object taken out wakes; it may be put back."""
+class HibernatedObjects:
+    """Objects that sleep, by id, and what was known of those that are awake, until they sleep again or are gone."""
 
     def __init__(self, objects: Iterable[MapObject] = ()) -> None:
         self._objects: dict[int, MapObject] = {}
+        self._awake: dict[int, MapObject] = {}
         self._tree = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
         self._tree.execute(PLACE_TABLE)
         self._near_ids = np.zeros(0, np.int64)
@@ -60,12 +61,27 @@ class Archive:
         self._objects |= {o.id: o for o in objects}
         self._near_centre[:] = np.nan
 
-    def remove(self, ids: list[int]) -> list[MapObject]:
+    def wake(self, ids: list[int]) -> list[MapObject]:
         """Take objects out by id and return them; ids that are not here are passed over."""
-        removed = [self._objects.pop(i) for i in ids if i in self._objects]
-        self._tree.executemany("DELETE FROM place WHERE id = ?", [(o.id,) for o in removed])
+        woken = [self._objects.pop(i) for i in ids if i in self._objects]
+        self._tree.executemany("DELETE FROM place WHERE id = ?", [(o.id,) for o in woken])
         self._near_centre[:] = np.nan
-        return removed
+        self.remember(woken)
+        return woken
+
+    def remember(self, awake: list[MapObject]) -> None:
+        """Keep what is known of objects that are awake but belong in the map."""
+        self._awake |= {o.id: o for o in awake}
+
+    def sleep(self, ids: list[int], existences: list[float]) -> None:
+        """Put objects back that are awake, as they were known, with their present existence."""
+        known = [self._awake.pop(i) for i in ids]
+        self.put([msgspec.structs.replace(o, existence=p) for o, p in zip(known, existences, strict=True)])
+
+    def forget(self, ids: list[int]) -> None:
+        """Objects that were awake are gone."""
+        for i in ids:
+            self._awake.pop(i, None)
 
     def places(self, centre: Floats, distance: float) -> tuple[Ints, Floats]:
         """Return ids (k,) and north-east positions (2, k) of the objects not farther than `distance` from (2,)."""

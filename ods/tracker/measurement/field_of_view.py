@@ -9,7 +9,9 @@ import numpy as np
 from ods.base.arrays import Floats, Mask
 from ods.base.kernel import kernel
 from ods.messages import Sector
-from ods.tracker.measurement.model import Sight
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows
+from ods.tracker.measurement.scan import Vehicle
+from ods.tracker.named import Named
 
 ROOT2 = 2.0**0.5
 ROOT3 = 3.0**0.5
@@ -17,8 +19,8 @@ LEAST_SIGMA = 1e-6
 """Keeps the distance to the edge, in standard deviations, finite."""
 
 
-class View(NamedTuple):
-    """(n,) arrays."""
+class FieldOfView(NamedTuple):
+    """What the sonar sees of n predicted objects: (n,) arrays."""
 
     inside: Mask
     """The predicted place is inside the sector."""
@@ -32,58 +34,76 @@ class View(NamedTuple):
     processed."""
 
 
-def view(
-    sight: Sight, sector: Sector, looked: Sequence[tuple[float, float]], edge_sigmas: float, fan_turn: float = 0.0
-) -> View:
+class Fan(NamedTuple):
+    """The sector that an image shows."""
+
+    range_min_m: float
+    range_max_m: float
+    bearing_min: float
+    """rad, to starboard."""
+    bearing_max: float
+    half_vertical: float
+    """rad."""
+    turn: float
+    """See `Scan.fan_turn`."""
+
+
+def fan_of(sector: Sector, turn: float = 0.0) -> Fan:
+    """Return the fan of a sector."""
+    return Fan(
+        *(sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad),
+        sector.half_vertical_rad,
+        turn,
+    )
+
+
+def field_of_view(
+    predicted: Named[PredictedMeasurement],
+    fan: Fan,
+    processed_ranges_m: Sequence[tuple[float, float]],
+    edge_sigmas: float,
+) -> FieldOfView:
     """Compare predictions with the sector; an object is watched that is at least `edge_sigmas` inside its edges.
 
-    looked: ranges (from, to) that were processed; empty: all. fan_turn: see `Scan`. Vertically an object is anywhere in
-    an interval as wide as its variance allows.
+    processed_ranges_m: see `Scan`. Vertically an object is anywhere in an interval as wide as its variance allows.
     """
-    ranges = np.array(looked, np.float64).reshape(-1, 2)
-    flags, shares = _view(sight, *_edges(sector), sector.half_vertical_rad, fan_turn, edge_sigmas, ranges)
-    return View(flags[0], shares[0], flags[1], shares[1])
+    processed_m = np.array(processed_ranges_m, np.float64).reshape(-1, 2)
+    (inside, skipped), (probability, watched) = _field_of_view(predicted.table, fan, processed_m, edge_sigmas)
+    return FieldOfView(inside, probability, skipped, watched)
 
 
 @kernel
-def _view(
-    sight: Sight,
-    nearest: float,
-    farthest: float,
-    port: float,
-    starboard: float,
-    half_vertical: float,
-    fan_turn: float,
-    margin: float,
-    looked: Floats,
-) -> tuple[Mask, Floats]:
-    """Return the fields of `View`: (2, n) inside and skipped, (2, n) probability and watched."""
-    n = len(sight.range_m)
+def _field_of_view(table: Floats, fan: Fan, processed_m: Floats, edge_sigmas: float) -> tuple[Mask, Floats]:
+    """Return the fields of `FieldOfView`: (2, n) inside and skipped, (2, n) probability and watched."""
+    predicted, n = predicted_rows(table), table.shape[1]
     flags, shares = np.empty((2, n), np.bool_), np.empty((2, n))
+    inside, skipped = flags
+    probability, watched = shares
     for i in range(n):
-        sigma_range = math.sqrt(sight.along[i]) + LEAST_SIGMA
-        sigma_bearing = math.sqrt(sight.across[i]) / sight.horizontal[i] + LEAST_SIGMA
-        in_fan = sight.bearing[i] - fan_turn * sight.range_m[i]
+        distance = predicted.range_m[i]
+        sigma_range = math.sqrt(predicted.along[i]) + LEAST_SIGMA
+        sigma_bearing = math.sqrt(predicted.across[i]) / predicted.horizontal[i] + LEAST_SIGMA
+        in_fan = predicted.bearing[i] - fan.turn * distance
         to_edge = min(
-            min(sight.range_m[i] - nearest, farthest - sight.range_m[i]) / sigma_range,
-            min(in_fan - port, starboard - in_fan) / sigma_bearing,
+            min(distance - fan.range_min_m, fan.range_max_m - distance) / sigma_range,
+            min(in_fan - fan.bearing_min, fan.bearing_max - in_fan) / sigma_bearing,
         )
-        covered = _covered(sight.range_m[i], sight.elevation[i], sight.vertical[i], half_vertical)
-        processed = _processed(sight.range_m[i], sigma_range, looked)
-        flags[0, i] = to_edge >= 0.0 and covered > 0.0
-        flags[1, i] = flags[0, i] and processed < 0.5
-        shares[0, i] = _normal(to_edge) * processed
-        shares[1, i] = covered * processed if to_edge >= margin else 0.0
+        covered = _covered(distance, predicted.elevation[i], predicted.vertical[i], fan.half_vertical)
+        processed = _processed(distance, sigma_range, processed_m)
+        inside[i] = to_edge >= 0.0 and covered > 0.0
+        skipped[i] = inside[i] and processed < 0.5
+        probability[i] = _normal(to_edge) * processed
+        watched[i] = covered * processed if to_edge >= edge_sigmas else 0.0
     return flags, shares
 
 
 @kernel
-def _processed(distance: float, sigma: float, looked: Floats) -> float:
-    """Return the probability that the range of an object is one of `looked`, (k, 2); 1 when there are none."""
-    if len(looked) == 0:
+def _processed(distance: float, sigma: float, ranges: Floats) -> float:
+    """Return the probability that the range of an object is one of `ranges`, (k, 2); 1 when there are none."""
+    if len(ranges) == 0:
         return 1.0
     total = 0.0
-    for begin, stop in looked:
+    for begin, stop in ranges:
         total += _normal((stop - distance) / sigma) - _normal((begin - distance) / sigma)
     return total
 
@@ -104,41 +124,55 @@ def _covered(distance: float, elevation: float, variance: float, half_vertical: 
     return max(shared, 0.0) / (2.0 * half_object)
 
 
-def near_sector(sight: Sight, sector: Sector, margin_m: float) -> Mask:
+def near_fan(predicted: Named[PredictedMeasurement], fan: Fan, margin_m: float) -> Mask:
     """Tell (n,) which predicted places are inside the sector or nearer to it than about `margin_m`."""
-    return _near(sight, *_edges(sector), margin_m)
+    return _near_fan(predicted.table, fan, margin_m)
 
 
 @kernel
-def _near(sight: Sight, nearest: float, farthest: float, port: float, starboard: float, margin_m: float) -> Mask:
-    near = np.empty(len(sight.range_m), np.bool_)
+def _near_fan(table: Floats, fan: Fan, margin_m: float) -> Mask:
+    predicted, near = predicted_rows(table), np.empty(table.shape[1], np.bool_)
     for i in range(len(near)):
-        turn = margin_m / sight.horizontal[i]
-        near[i] = (nearest - margin_m <= sight.range_m[i] <= farthest + margin_m) and (
-            port - turn <= sight.bearing[i] <= starboard + turn
+        turn = margin_m / predicted.horizontal[i]
+        near[i] = (fan.range_min_m - margin_m <= predicted.range_m[i] <= fan.range_max_m + margin_m) and (
+            fan.bearing_min - turn <= predicted.bearing[i] <= fan.bearing_max + turn
         )
     return near
 
 
-def _edges(sector: Sector) -> tuple[float, float, float, float]:
-    return sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad
-
-
-@kernel
-def hidden(sight: Sight, radius: Floats, hiding: Mask) -> Mask:
+def hidden(predicted: Named[PredictedMeasurement], radius: Floats, hiding: Mask) -> Mask:
     """Tell (n,) whose predicted place is behind a nearer object, one of `hiding`, as seen from the sonar.
 
     `radius`: (n,) m. The shadow is as wide as the object in front, and the standard deviation of the bearing wider.
     """
-    n = len(sight.range_m)
+    return _hidden(predicted.table, radius, hiding)
+
+
+@kernel
+def _hidden(table: Floats, radius: Floats, hiding: Mask) -> Mask:
+    predicted, n = predicted_rows(table), table.shape[1]
     behind = np.zeros(n, np.bool_)
     for front in range(n):
         if not hiding[front]:
             continue
-        half_width = math.asin(min(radius[front] / sight.range_m[front], 1.0))
-        beyond = sight.range_m[front] + radius[front]
+        half_width = math.asin(min(radius[front] / predicted.range_m[front], 1.0))
+        beyond = predicted.range_m[front] + radius[front]
         for i in range(n):
-            if sight.range_m[i] > beyond:
-                sigma = math.sqrt(sight.across[i]) / sight.horizontal[i]
-                behind[i] |= abs(sight.bearing[i] - sight.bearing[front]) <= half_width + sigma
+            if predicted.range_m[i] > beyond:
+                sigma = math.sqrt(predicted.across[i]) / predicted.horizontal[i]
+                behind[i] |= abs(predicted.bearing[i] - predicted.bearing[front]) <= half_width + sigma
     return behind
+
+
+@kernel
+def in_opening(places: Floats, vehicle: Vehicle, fan: Fan, margin_m: float) -> Mask:
+    """Tell which (2, k) north-east places are between the fan's bearings, or not farther off than `margin_m`."""
+    inside = np.empty(places.shape[1], np.bool_)
+    for i in range(len(inside)):
+        north, east = places[0, i] - vehicle.position[0], places[1, i] - vehicle.position[1]
+        ahead = vehicle.rotation[0, 0] * north + vehicle.rotation[1, 0] * east
+        side = vehicle.rotation[0, 1] * north + vehicle.rotation[1, 1] * east
+        bearing = math.atan2(side, ahead)
+        margin = margin_m / max(math.hypot(north, east), margin_m)
+        inside[i] = bearing + margin >= fan.bearing_min and bearing - margin <= fan.bearing_max
+    return inside

@@ -12,7 +12,9 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.kernel import kernel
 from ods.runtime.pose_buffer import PoseEstimate
-from ods.tracker.measurement.scan import BEARING, ELEVATION, RANGE, Echoes
+from ods.tracker.measurement.scan import Echoes, echo_rows
+
+_Three = tuple[Floats, Floats, Floats]
 
 LONGEST_S = 10.0
 """No obstacle sonar listens longer: 7.5 km."""
@@ -54,37 +56,38 @@ def at_transmission(echoes: Echoes, listening: Listening) -> tuple[Echoes, float
     """
     a, b, c = listening.sent, listening.halfway, listening.end
     places, attitudes = (a.position_ned, b.position_ned, c.position_ned), (a.attitude, b.attitude, c.attitude)
-    table, turn = _at_transmission(echoes.table, *places, *attitudes, listening.range_m)
-    return Echoes(table), turn / listening.range_m
+    mapped, turn = _at_transmission(echoes.table, places, attitudes, listening.range_m)
+    return Echoes(mapped), turn / listening.range_m
 
 
 @kernel
-def _at_transmission(
-    echoes: Floats, p0: Floats, p1: Floats, p2: Floats, q0: Floats, q1: Floats, q2: Floats, farthest: float
-) -> tuple[Floats, float]:
-    """Return the table of `Echoes` and the turn from the first pose, 0, to the last, 2, rad."""
-    seen = echoes.copy()
-    for j in range(echoes.shape[1]):
-        share = min(echoes[RANGE, j] / farthest, 1.0)
+def _at_transmission(table: Floats, places: _Three, attitudes: _Three, farthest: float) -> tuple[Floats, float]:
+    """Return the table of the echoes and the turn from the first of three poses to the last, rad."""
+    p0, p1, p2 = places
+    q0, q1, q2 = attitudes
+    mapped = table.copy()
+    echoes, seen = echo_rows(table), echo_rows(mapped)
+    for j in range(table.shape[1]):
+        share = min(echoes.range_m[j] / farthest, 1.0)
         w0, w1, w2 = (1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0)
-        level, bearing = math.cos(echoes[ELEVATION, j]), echoes[BEARING, j]
-        body = level * math.cos(bearing), level * math.sin(bearing), -math.sin(echoes[ELEVATION, j])
+        level, bearing = math.cos(echoes.elevation[j]), echoes.bearing[j]
+        body = level * math.cos(bearing), level * math.sin(bearing), -math.sin(echoes.elevation[j])
         ux, uy, uz = _turned(_blend(q0, q1, q2, w0, w1, w2), body)
         dx = w1 * (p1[0] - p0[0]) + w2 * (p2[0] - p0[0])
         dy = w1 * (p1[1] - p0[1]) + w2 * (p2[1] - p0[1])
         dz = w1 * (p1[2] - p0[2]) + w2 * (p2[2] - p0[2])
-        way, moved = 2.0 * echoes[RANGE, j], dx * dx + dy * dy + dz * dz
+        way, moved = 2.0 * echoes.range_m[j], dx * dx + dy * dy + dz * dz
         if not moved < way * way:  # a pose that outruns sound says nothing
             continue
         # the object is on the ellipse about p_tx and p_rx whose points are `way` from both together
         rest = (way * way - moved) / (2.0 * (way + ux * dx + uy * dy + uz * dz))
         place = dx + rest * ux, dy + rest * uy, dz + rest * uz
         x, y, z = _turned((q0[0], -q0[1], -q0[2], -q0[3]), place)
-        seen[RANGE, j] = math.sqrt(x * x + y * y + z * z)
-        seen[BEARING, j] = math.atan2(y, x)
-        seen[ELEVATION, j] = math.atan2(-z, math.hypot(x, y))
+        seen.range_m[j] = math.sqrt(x * x + y * y + z * z)
+        seen.bearing[j] = math.atan2(y, x)
+        seen.elevation[j] = math.atan2(-z, math.hypot(x, y))
     ahead = _turned((q0[0], -q0[1], -q0[2], -q0[3]), _turned((q2[0], q2[1], q2[2], q2[3]), (1.0, 0.0, 0.0)))
-    return seen, math.atan2(ahead[1], ahead[0])
+    return mapped, math.atan2(ahead[1], ahead[0])
 
 
 @kernel

@@ -8,7 +8,9 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
+from ods.base.kernel import kernel
 from ods.messages import Detection, Sector
+from ods.tracker.named import Named
 
 
 class Vehicle(NamedTuple):
@@ -32,58 +34,41 @@ def vehicle_at(position: Floats, attitude: Floats, sigma_position: Floats, sigma
     return Vehicle(*(np.ascontiguousarray(array, np.float64) for array in numbers))
 
 
-RANGE, BEARING, ELEVATION, RADIUS, SIGMA_RANGE, SIGMA_BEARING, SIGMA_RADIUS = range(7)
-"""Rows of the table of `Echoes`."""
+class EchoRows(NamedTuple):
+    """The m detections of one ping: (m,) each."""
+
+    range_m: Floats
+    bearing: Floats
+    """rad, to starboard."""
+    elevation: Floats
+    """Of the plane the echo was seen in, up positive, rad."""
+    radius: Floats
+    """m."""
+    sigma_range: Floats
+    """m."""
+    sigma_bearing: Floats
+    """rad."""
+    sigma_radius: Floats
+    """m."""
 
 
-@dataclass(frozen=True, slots=True)
-class Echoes:
-    """The m detections of one ping."""
+@kernel
+def echo_rows(table: Floats) -> EchoRows:
+    """Name the rows of the table of `Echoes`."""
+    return EchoRows(table[0], table[1], table[2], table[3], table[4], table[5], table[6])
 
-    table: Floats
-    """(7, m) m, rad; row names as above."""
+
+class Echoes(Named[EchoRows]):
+    """The detections of one ping."""
+
+    __slots__ = ()
+
+    def __init__(self, table: Floats) -> None:
+        """`table`: (7, m), its rows as in `EchoRows`."""
+        super().__init__(EchoRows, table)
 
     def __len__(self) -> int:
         return int(self.table.shape[1])
-
-    @property
-    def range_m(self) -> Floats:
-        """(m,)."""
-        return self._row(RANGE)
-
-    @property
-    def bearing(self) -> Floats:
-        """(m,)."""
-        return self._row(BEARING)
-
-    @property
-    def elevation(self) -> Floats:
-        """(m,) of the plane the echo was seen in, up positive."""
-        return self._row(ELEVATION)
-
-    @property
-    def radius(self) -> Floats:
-        """(m,)."""
-        return self._row(RADIUS)
-
-    @property
-    def sigma_range(self) -> Floats:
-        """(m,)."""
-        return self._row(SIGMA_RANGE)
-
-    @property
-    def sigma_bearing(self) -> Floats:
-        """(m,)."""
-        return self._row(SIGMA_BEARING)
-
-    @property
-    def sigma_radius(self) -> Floats:
-        """(m,)."""
-        return self._row(SIGMA_RADIUS)
-
-    def _row(self, row: int) -> Floats:
-        view: Floats = self.table[row]
-        return view
 
     def take(self, rows: Indices) -> "Echoes":
         """Return the echoes of an index array."""
@@ -101,17 +86,20 @@ LARGEST = 1e5
 
 
 def echoes_of(table: Floats) -> tuple[Echoes, int]:
-    """Return the echoes of a (m, 7) table with the columns of `Echoes`, and how many rows were dropped as not usable.
+    """Return the echoes of a (m, 7) table with the columns of `EchoRows`, and how many rows were dropped as not usable.
 
     Dropped: numbers that are not finite or absurdly large, ranges not above 0, negative radii or standard deviations.
     """
-    good = (np.abs(table) <= LARGEST).all(axis=1) & (table[:, 0] > 0.0) & (table[:, 3:] >= 0.0).all(axis=1)
-    columns = np.ascontiguousarray(table[good].T)
-    np.maximum(columns[SIGMA_RANGE:], SMALLEST_SIGMA, out=columns[SIGMA_RANGE:])
-    return Echoes(columns), int(len(good) - np.count_nonzero(good))
+    told = EchoRows(*table.T)
+    claims = np.array([told.radius, told.sigma_range, told.sigma_bearing, told.sigma_radius])
+    good = (np.abs(table) <= LARGEST).all(axis=1) & (told.range_m > 0.0) & (claims >= 0.0).all(axis=0)
+    echoes = Echoes(np.ascontiguousarray(table[good].T))
+    for sigma in (echoes.rows.sigma_range, echoes.rows.sigma_bearing, echoes.rows.sigma_radius):
+        np.maximum(sigma, SMALLEST_SIGMA, out=sigma)
+    return echoes, int(len(good) - np.count_nonzero(good))
 
 
-def table_of(detections: list[Detection]) -> Floats:
+def detection_table(detections: list[Detection]) -> Floats:
     """Return the (m, 7) table of `echoes_of` for a message's detections."""
     rows = [
         (d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m, d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m)
@@ -134,7 +122,7 @@ class Scan:
     """As the vehicle at its transmit time would have measured them."""
     usable: bool = True
     """False when the whole image shows nothing: then a missing echo says nothing."""
-    looked: Sequence[tuple[float, float]] = ()
-    """Ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
+    processed_ranges_m: Sequence[tuple[float, float]] = ()
+    """Ranges (from, to) that were processed; empty: all. Elsewhere a missing echo says nothing."""
     fan_turn: float = 0.0
     """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""

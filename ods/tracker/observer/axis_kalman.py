@@ -13,50 +13,57 @@ intervals. All functions are of one axis of one object; observers call them in c
 Factored filters: G. J. Bierman, Factorization Methods for Discrete Sequential Estimation, 1977.
 """
 
+from typing import NamedTuple
+
 from ods.base.kernel import kernel
 
 TINY = 1e-300
 """Keeps 0 / 0 out of an axis whose position and velocity are both known exactly."""
 
 
+class AxisState(NamedTuple):
+    """Position and velocity along one axis, and the factors of their covariance."""
+
+    position: float
+    velocity: float
+    variance: float
+    slope: float
+    residual: float
+
+
 @kernel
-def predict(
-    position: float, velocity: float, variance: float, slope: float, residual: float, dt: float, noise: float
-) -> tuple[float, float, float, float]:
+def predict(state: AxisState, dt: float, noise: float) -> AxisState:
     """Time update over `dt` >= 0 seconds. `noise`: spectral density of the acceleration, m^2/s^3.
 
-    Returns position, variance, slope and residual; the velocity stays. Process noise of white acceleration:
-    Q = noise * [[dt^3/3, dt^2/2], [dt^2/2, dt]]; two steps equal one long one.
+    Process noise of white acceleration: Q = noise * [[dt^3/3, dt^2/2], [dt^2/2, dt]]; two steps equal one long one.
     """
     if dt == 0.0:
-        return position, variance, slope, residual
+        return state
+    variance, slope, residual = state.variance, state.slope, state.residual
     turn = slope * dt
     new_variance = variance * (1.0 + turn) ** 2 + residual * dt**2 + (noise * dt**3 / 3.0 + TINY)
     covariance = variance * slope * (1.0 + turn) + residual * dt + noise * dt**2 / 2.0
     # det(A + Q) = det A + det Q + tr(adj(Q) A), the last written as a sum of squares.
     mixed = variance * ((1.0 + turn / 2.0) ** 2 + turn**2 / 12.0) + residual * (dt**2 / 3.0)
     determinant = variance * residual + (noise * dt) * mixed + noise**2 * dt**4 / 12.0
-    return position + velocity * dt, new_variance, covariance / new_variance, determinant / new_variance
+    position = state.position + state.velocity * dt
+    return AxisState(position, state.velocity, new_variance, covariance / new_variance, determinant / new_variance)
 
 
 @kernel
-def update(
-    position: float, velocity: float, variance: float, slope: float, innovation: float, noise_variance: float
-) -> tuple[float, float, float]:
-    """Measurement update of position. `innovation`: measured minus predicted; `noise_variance` > 0.
-
-    Returns position, velocity and variance; slope and residual stay.
-    """
-    gain = variance / (variance + noise_variance)
-    step = gain * innovation
-    return position + step, velocity + slope * step, gain * noise_variance
+def update(state: AxisState, measured: float, noise_variance: float) -> AxisState:
+    """Measurement update of position with `noise_variance` > 0; slope and residual stay."""
+    gain = state.variance / (state.variance + noise_variance)
+    step = gain * (measured - state.position)
+    position, velocity = state.position + step, state.velocity + state.slope * step
+    return AxisState(position, velocity, gain * noise_variance, state.slope, state.residual)
 
 
 @kernel
-def update_constant(value: float, variance: float, innovation: float, noise_variance: float) -> tuple[float, float]:
+def update_constant(value: float, variance: float, measured: float, noise_variance: float) -> tuple[float, float]:
     """Measurement update of a 1-state filter (a radius, a coordinate of a static object): value and variance."""
     gain = variance / (variance + noise_variance)
-    return value + gain * innovation, gain * noise_variance
+    return value + gain * (measured - value), gain * noise_variance
 
 
 @kernel

@@ -20,9 +20,9 @@ class Belief(NamedTuple):
     covariance_ne: Floats
     """(h, n) of north and east."""
     radius: Floats
-    """(n,)."""
+    """(n,) the filters' own: it follows their next correction."""
     radius_variance: Floats
-    """(n,)."""
+    """(n,), too."""
     static: Floats
     """(n,) probability that the object does not move."""
 
@@ -37,30 +37,33 @@ class Estimate(NamedTuple):
     covariance_ne: Floats
     """(n,)."""
     radius: Floats
+    """(n,) and the next two: as in `Belief`."""
     radius_variance: Floats
     static: Floats
 
 
-def mixture(belief: Belief) -> Estimate:
-    """Return mean and covariance of the hypotheses taken together."""
-    moments = _moments(belief)
-    return Estimate(moments[0:3], moments[3:6], moments[6], belief.radius, belief.radius_variance, belief.static)
+def moment_match(belief: Belief) -> Estimate:
+    """Return mean and covariance of the hypotheses taken together: the first two moments of their mixture."""
+    moments, covariance_ne = _moments(belief.weight, belief.position, belief.variance, belief.covariance_ne)
+    mean, variance = moments
+    return Estimate(mean, variance, covariance_ne, belief.radius, belief.radius_variance, belief.static)
 
 
 @kernel
-def _moments(belief: Belief) -> Floats:
-    """Return (7, n): mean, variances, and the covariance of north and east."""
-    hypotheses, _, n = belief.position.shape
-    moments = np.zeros((7, n))
+def _moments(share: Floats, position: Floats, variance: Floats, covariance_ne: Floats) -> tuple[Floats, Floats]:
+    """Return (2, 3, n) mean and variance, and (n,) the covariance, of hypotheses with the probabilities `share`."""
+    hypotheses, _, n = position.shape
+    moments, mixed = np.zeros((2, 3, n)), np.zeros(n)
+    mean, spread = moments[0], moments[1]
     for i in range(n):
         for h in range(hypotheses):
             for axis in range(3):
-                moments[axis, i] += belief.weight[h, i] * belief.position[h, axis, i]
+                mean[axis, i] += share[h, i] * position[h, axis, i]
         for h in range(hypotheses):
-            weight = belief.weight[h, i]
+            weight = share[h, i]
             for axis in range(3):
-                offset = belief.position[h, axis, i] - moments[axis, i]
-                moments[3 + axis, i] += weight * (belief.variance[h, axis, i] + offset**2)
-            north, east = belief.position[h, 0, i] - moments[0, i], belief.position[h, 1, i] - moments[1, i]
-            moments[6, i] += weight * (belief.covariance_ne[h, i] + north * east)
-    return moments
+                offset = position[h, axis, i] - mean[axis, i]
+                spread[axis, i] += weight * (variance[h, axis, i] + offset**2)
+            north, east = position[h, 0, i] - mean[0, i], position[h, 1, i] - mean[1, i]
+            mixed[i] += weight * (covariance_ne[h, i] + north * east)
+    return moments, mixed

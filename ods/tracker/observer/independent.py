@@ -1,157 +1,166 @@
-"""The paper's observer: independent Kalman filters for north and east [SSIE eq. 2], in closed form (see `kalman`)."""
+"""The paper's observer: independent Kalman filters for north and east, in closed form (`axis_kalman`) [SSIE eq. 2]."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.base.kernel import kernel
-from ods.tracker.measurement.model import Fix
+from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.named import TrackTable
 from ods.tracker.observer import axis_kalman
-from ods.tracker.observer.motion_hypotheses import Places
-from ods.tracker.observer.track_table import Columns
+from ods.tracker.observer.axis_kalman import AxisState
+from ods.tracker.observer.motion_hypotheses import HorizontalState
 from ods.tracker.settings import MotionSettings
 
-PLACE, POSITION, PLACE_VARIANCE, VARIANCE, VELOCITY, SLOPE, RESIDUAL = range(0, 14, 2)
-"""First of two rows each, for north and east: position and its variance if the object does not move (PLACE), and if it
-moves POSITION, VELOCITY and the factors of their covariance (see `kalman`)."""
-ROWS = 14
+
+class IndependentState(NamedTuple):
+    """Filters of n objects: (2, n) each, north and east."""
+
+    place: Floats
+    """Position if the object does not move;"""
+    position: Floats
+    """if it moves;"""
+    place_variance: Floats
+    variance: Floats
+    """of both;"""
+    velocity: Floats
+    """if it moves, and the other factors of its covariance (see `axis_kalman`):"""
+    slope: Floats
+    residual: Floats
+
+
+POSITIONS, VARIANCES = slice(0, 2), slice(2, 4)
+"""The fields above for both hypotheses, RESTING and MOVING."""
+
+
+@kernel
+def _rows(table: Floats) -> IndependentState:
+    return IndependentState(table[0], table[1], table[2], table[3], table[4], table[5], table[6])
 
 
 class IndependentAxes:
-    """See `ods.tracker.observer.motion_hypotheses.Plane`."""
+    """See `ods.tracker.observer.motion_hypotheses.HorizontalFilter`."""
 
     def __init__(self, settings: MotionSettings) -> None:
         self._settings = settings
-        self._columns = Columns(ROWS, np.float64)
+        self._table = TrackTable(IndependentState, (len(IndependentState._fields), 2))
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
-        _predict(self._columns.data, dt, self._settings.acceleration_noise, self._settings.static_noise)
+        _predict(self._table.table, dt, self._settings.acceleration_noise, self._settings.static_noise)
 
-    def places(self) -> Places:
+    def state(self) -> HorizontalState:
         """Return where objects are; the arrays are views."""
-        s = self._columns.data
-        hypotheses, n = 2, s.shape[1]
-        return Places(
-            np.ones((1, n)),
-            s[PLACE : PLACE + 4].reshape(hypotheses, 2, n),
-            s[PLACE_VARIANCE : PLACE_VARIANCE + 4].reshape(hypotheses, 2, n),
-            np.zeros((hypotheses, n)),
-        )
+        s, n = self._table.table, len(self._table)
+        return HorizontalState(np.ones((1, n)), s[POSITIONS], s[VARIANCES], np.zeros((2, n)))
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
-        return self._columns.data[VELOCITY : VELOCITY + 2], _velocity_variance(self._columns.data)
+        return self._table.rows.velocity, _velocity_variance(self._table.table)
 
-    def append(self, position: Floats, north: Floats, east: Floats, mixed: Floats) -> None:
+    def append(self, position: Floats, north: Floats, east: Floats, covariance_ne: Floats) -> None:
         """Append objects at (2 or more, k) positions, their variances (k,); the covariance is left out."""
-        new = np.zeros((ROWS, len(north)))
-        new[PLACE : PLACE + 2] = new[POSITION : POSITION + 2] = position[:2]
-        for rows in (PLACE_VARIANCE, VARIANCE):
-            new[rows], new[rows + 1] = north, east
-        new[RESIDUAL : RESIDUAL + 2] = self._settings.velocity_sigma**2
-        self._columns.append(new)
+        new = self._table.grow(len(north))
+        new.place[:] = new.position[:] = position[:2]
+        new.place_variance[:] = new.variance[:] = north, east
+        new.residual[:] = self._settings.velocity_sigma**2
 
-    def update(self, rows: Indices, fix: Fix, since_s: Floats) -> Floats:
-        """Take one fix an object; return (k,) the log of the likelihood if it is static over that if it moves."""
-        return _update(self._columns.data, rows, fix)
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> Floats:
+        """Take one measurement an object; return (k,) the log of the likelihood if it is static over that if it moves.
+
+        `since_s` is not needed.
+        """
+        return _update(self._table.table, rows, measured)
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the moving one is now."""
-        _copy(self._columns.data, rows, POSITION, PLACE)
-        _copy(self._columns.data, rows, VARIANCE, PLACE_VARIANCE)
+        s = self._table.rows
+        s.place[:, rows], s.place_variance[:, rows] = s.position[:, rows], s.variance[:, rows]
 
     def set_out(self, rows: Indices) -> None:
         """Start the moving hypothesis anew where the static one is, with unknown velocity."""
-        s = self._columns.data
-        _copy(s, rows, PLACE, POSITION)
-        _copy(s, rows, PLACE_VARIANCE, VARIANCE)
-        s[VELOCITY : VELOCITY + 2, rows] = s[SLOPE : SLOPE + 2, rows] = 0.0
-        s[RESIDUAL : RESIDUAL + 2, rows] = self._settings.velocity_sigma**2
+        s = self._table.rows
+        s.position[:, rows], s.variance[:, rows] = s.place[:, rows], s.place_variance[:, rows]
+        s.velocity[:, rows] = s.slope[:, rows] = 0.0
+        s.residual[:, rows] = self._settings.velocity_sigma**2
 
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
-        _join(self._columns.data, heirs, old)
+        _join(self._table.table, heirs, old)
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._columns.keep(mask)
-
-
-# The kernels work on the (ROWS, n) table `s`, in place.
+        self._table.keep(mask)
 
 
 @kernel
-def _predict(s: Floats, dt: float, acceleration_noise: float, static_noise: float) -> None:
+def _predict(table: Floats, dt: float, acceleration_noise: float, static_noise: float) -> None:
+    s = _rows(table)
     for axis in range(2):
-        for i in range(s.shape[1]):
-            position, variance, slope, residual = axis_kalman.predict(
-                s[POSITION + axis, i],
-                s[VELOCITY + axis, i],
-                s[VARIANCE + axis, i],
-                s[SLOPE + axis, i],
-                s[RESIDUAL + axis, i],
-                dt,
-                acceleration_noise,
-            )
-            s[POSITION + axis, i], s[VARIANCE + axis, i] = position, variance
-            s[SLOPE + axis, i], s[RESIDUAL + axis, i] = slope, residual
-            s[PLACE_VARIANCE + axis, i] += static_noise * dt
+        for i in range(table.shape[2]):
+            moved = axis_kalman.predict(_moving(s, axis, i), dt, acceleration_noise)
+            s.position[axis, i], s.variance[axis, i] = moved.position, moved.variance
+            s.slope[axis, i], s.residual[axis, i] = moved.slope, moved.residual
+            s.place_variance[axis, i] += static_noise * dt
 
 
 @kernel
-def _velocity_variance(s: Floats) -> Floats:
-    variance = np.empty((2, s.shape[1]))
+def _moving(s: IndependentState, axis: int, i: int) -> AxisState:
+    """Return one axis of object i if it moves."""
+    return AxisState(
+        s.position[axis, i], s.velocity[axis, i], s.variance[axis, i], s.slope[axis, i], s.residual[axis, i]
+    )
+
+
+@kernel
+def _velocity_variance(table: Floats) -> Floats:
+    s, found = _rows(table), np.empty(table.shape[1:])
     for axis in range(2):
-        for i in range(s.shape[1]):
-            variance[axis, i] = axis_kalman.velocity_variance(
-                s[VARIANCE + axis, i], s[SLOPE + axis, i], s[RESIDUAL + axis, i]
-            )
-    return variance
+        for i in range(table.shape[2]):
+            found[axis, i] = axis_kalman.velocity_variance(s.variance[axis, i], s.slope[axis, i], s.residual[axis, i])
+    return found
 
 
 @kernel
-def _update(s: Floats, rows: Indices, fix: Fix) -> Floats:
-    """Update all filters of `rows`; return the log of the ratio of both likelihoods of the fixes before that."""
-    ratio = np.empty(len(rows))
+def _update(table: Floats, rows: Indices, measured: PositionMeasurement) -> Floats:
+    """Update all filters of `rows`, in place; return the log of the ratio of both likelihoods before that."""
+    s, ratio = _rows(table), np.empty(len(rows))
     for k, i in enumerate(rows):
-        ratio[k] = _log_likelihood(s, PLACE, PLACE_VARIANCE, i, fix, k)
-        ratio[k] -= _log_likelihood(s, POSITION, VARIANCE, i, fix, k)
+        ratio[k] = _log_likelihood(s.place[:, i], s.place_variance[:, i], measured, k)
+        ratio[k] -= _log_likelihood(s.position[:, i], s.variance[:, i], measured, k)
         for axis in range(2):
-            measured, noise = fix.position[axis, k], fix.north[k] if axis == 0 else fix.east[k]
-            place, position, velocity = s[PLACE + axis, i], s[POSITION + axis, i], s[VELOCITY + axis, i]
-            s[PLACE + axis, i], s[PLACE_VARIANCE + axis, i] = axis_kalman.update_constant(
-                place, s[PLACE_VARIANCE + axis, i], measured - place, noise
+            place = measured.position[axis, k]
+            noise = measured.variance_north[k] if axis == 0 else measured.variance_east[k]
+            s.place[axis, i], s.place_variance[axis, i] = axis_kalman.update_constant(
+                s.place[axis, i], s.place_variance[axis, i], place, noise
             )
-            s[POSITION + axis, i], s[VELOCITY + axis, i], s[VARIANCE + axis, i] = axis_kalman.update(
-                position, velocity, s[VARIANCE + axis, i], s[SLOPE + axis, i], measured - position, noise
-            )
+            moved = axis_kalman.update(_moving(s, axis, i), place, noise)
+            s.position[axis, i], s.velocity[axis, i] = moved.position, moved.velocity
+            s.variance[axis, i] = moved.variance
     return ratio
 
 
 @kernel
-def _log_likelihood(s: Floats, position: int, variance: int, i: int, fix: Fix, k: int) -> float:
-    """Return the log of the normal density, times 2 pi, of fix k in the horizontal plane with its full covariance.
+def _log_likelihood(position: Floats, variance: Floats, measured: PositionMeasurement, k: int) -> float:
+    """Return the log of the normal density, times 2 pi, of measurement k with its full covariance.
 
-    `position`, `variance`: rows of the hypothesis of object i.
+    `position`, `variance`: (2,) north and east, of one hypothesis.
     """
-    north, east = fix.position[0, k] - s[position, i], fix.position[1, k] - s[position + 1, i]
-    s_nn, s_ee, s_ne = s[variance, i] + fix.north[k], s[variance + 1, i] + fix.east[k], fix.mixed[k]
+    north, east = measured.position[0, k] - position[0], measured.position[1, k] - position[1]
+    s_nn, s_ee = variance[0] + measured.variance_north[k], variance[1] + measured.variance_east[k]
+    s_ne = measured.covariance_ne[k]
     determinant = s_nn * s_ee - s_ne**2
     distance: float = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / determinant
     return -0.5 * (distance + math.log(determinant))
 
 
-def _copy(s: Floats, rows: Indices, source: int, target: int) -> None:
-    s[target : target + 2, rows] = s[source : source + 2, rows]
-
-
 @kernel
-def _join(s: Floats, heirs: Indices, old: Indices) -> None:
+def _join(table: Floats, heirs: Indices, old: Indices) -> None:
+    s = _rows(table)
     for heir, before in zip(heirs, old):  # noqa: B905  numba knows no `strict`
         for axis in range(2):
-            place, rest = s[PLACE + axis, heir], s[PLACE + axis, before]
-            s[PLACE + axis, heir], s[PLACE_VARIANCE + axis, heir] = axis_kalman.update_constant(
-                place, s[PLACE_VARIANCE + axis, heir], rest - place, s[PLACE_VARIANCE + axis, before]
+            s.place[axis, heir], s.place_variance[axis, heir] = axis_kalman.update_constant(
+                s.place[axis, heir], s.place_variance[axis, heir], s.place[axis, before], s.place_variance[axis, before]
             )

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from typing import Protocol
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.tracker.measurement.model import Fix
+from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.observer.belief import Belief
-from ods.tracker.observer.imm import CoupledPlane, Model
+from ods.tracker.observer.imm import InteractingModels, Model
 from ods.tracker.observer.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.settings import MotionSettings
@@ -36,16 +36,16 @@ class Observer(Protocol):
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
 
-    def start(self, fix: Fix) -> None:
-        """Append new objects, one a fix."""
+    def start(self, measured: PositionMeasurement) -> None:
+        """Append new objects, one a measurement."""
 
     def recall(
         self, position: Floats, variance: Floats, covariance_ne: Floats, radius: Floats, radius_variance: Floats
     ) -> None:
         """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
 
-    def update(self, rows: Indices, fix: Fix, since_s: Floats) -> None:
-        """Take one fix an object, `since_s` after its last one."""
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:
+        """Take one measurement an object, `since_s` after its last one."""
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each object moves, where that is established: the static ones stay where they are."""
@@ -68,7 +68,7 @@ def _independent(settings: MotionSettings) -> Observer:
 
 
 def _coupled(settings: MotionSettings) -> Observer:
-    return StaticOrMovingObserver(settings, CoupledPlane(settings, [Model(settings.acceleration_noise, 1.0)]))
+    return StaticOrMovingObserver(settings, InteractingModels(settings, [Model(settings.acceleration_noise, 1.0)]))
 
 
 def _manoeuvring(settings: MotionSettings) -> Observer:
@@ -76,7 +76,7 @@ def _manoeuvring(settings: MotionSettings) -> Observer:
         Model(CALM * settings.acceleration_noise, 1.0 - MANOEUVRING),
         Model(AGILE * settings.acceleration_noise, MANOEUVRING),
     ]
-    return StaticOrMovingObserver(settings, CoupledPlane(settings, models, CHANGE_RATE))
+    return StaticOrMovingObserver(settings, InteractingModels(settings, models, CHANGE_RATE))
 
 
 OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {

@@ -10,48 +10,90 @@ All functions are of column `i` of a (FACTORS, n) table `s`, in place; observers
 """
 
 import math
+from typing import NamedTuple
+
+import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.kernel import kernel
 
 NORTH, EAST, VELOCITY = 0, 1, 2
 """Rows of the state; two of VELOCITY."""
-DIAGONAL = 4
-"""First of the four rows of D."""
-LOWER = 8
-"""First of the six rows of L below its diagonal: (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2)."""
-FACTORS = 14
+STATES = 4
+DIAGONAL, LOWER = STATES, 2 * STATES
+"""First of the rows of D, and of those of L below its diagonal (see `entry`)."""
+FACTORS = LOWER + 6
 PROCESS_COLUMNS = 8
-"""Columns of `work` that `predict` needs."""
+"""Columns of `Work` that `predict` needs."""
 
 LEAST_SHARE = 1e-14
 """Of a coordinate's variance at least this share is independent of the other's: rounding must not make it negative."""
 
 
-@kernel
-def start(s: Floats, i: int, north: float, east: float, mixed: float, velocity_variance: float) -> None:
-    """Set the covariance: variances and covariance of the position; the velocity is not correlated with it."""
-    s[DIAGONAL : LOWER + 6, i] = 0.0
-    s[LOWER, i] = mixed / north
-    s[DIAGONAL, i] = north
-    s[DIAGONAL + 1, i] = max(east - mixed**2 / north, LEAST_SHARE * east)
-    s[DIAGONAL + 2, i] = s[DIAGONAL + 3, i] = velocity_variance
+class Place(NamedTuple):
+    """North and east with their covariance."""
+
+    north: float
+    east: float
+    variance_north: float
+    variance_east: float
+    covariance_ne: float
+
+
+class Work(NamedTuple):
+    """Scratch: a covariance as the sum of weight[c] column[:, c] column[:, c]'."""
+
+    column: Floats
+    """(STATES, count)."""
+    weight: Floats
+    """(count,)."""
 
 
 @kernel
-def place_covariance(s: Floats, i: int) -> tuple[float, float, float]:
-    """Return the variances of north and east and their covariance."""
-    north, slope = s[DIAGONAL, i], s[LOWER, i]
-    return north, s[DIAGONAL + 1, i] + slope**2 * north, slope * north
+def work_space(count: int) -> Work:
+    """Return scratch for `count` columns."""
+    return Work(np.empty((STATES, count)), np.empty(count))
+
+
+@kernel
+def entry(row: int, column: int) -> int:
+    """Return the row of L[row, column], below the diagonal: (1, 0), (2, 0), (2, 1), (3, 0), (3, 1), (3, 2)."""
+    return LOWER + row * (row - 1) // 2 + column
+
+
+@kernel
+def start(s: Floats, i: int, place: Place, velocity_variance: float) -> None:
+    """Set state and covariance; the velocity is 0, as uncertain as is said, and not correlated with the position."""
+    north, east, mixed = place.variance_north, place.variance_east, place.covariance_ne
+    s[:DIAGONAL, i] = 0.0
+    s[NORTH, i], s[EAST, i] = place.north, place.east
+    s[LOWER:FACTORS, i] = 0.0
+    s[entry(EAST, NORTH), i] = mixed / north
+    s[DIAGONAL + NORTH, i] = north
+    s[DIAGONAL + EAST, i] = max(east - mixed**2 / north, LEAST_SHARE * east)
+    s[DIAGONAL + VELOCITY : LOWER, i] = velocity_variance
+
+
+@kernel
+def place_of(s: Floats, i: int) -> Place:
+    """Return the position with its covariance."""
+    north, slope = s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i]
+    east = s[DIAGONAL + EAST, i] + slope**2 * north
+    return Place(s[NORTH, i], s[EAST, i], north, east, slope * north)
 
 
 @kernel
 def velocity_variances(s: Floats, i: int) -> tuple[float, float]:
     """Return the variances of both velocities."""
-    d0, d1, d2, d3 = s[DIAGONAL, i], s[DIAGONAL + 1, i], s[DIAGONAL + 2, i], s[DIAGONAL + 3, i]
-    north = s[LOWER + 1, i] ** 2 * d0 + s[LOWER + 2, i] ** 2 * d1 + d2
-    east = s[LOWER + 3, i] ** 2 * d0 + s[LOWER + 4, i] ** 2 * d1 + s[LOWER + 5, i] ** 2 * d2 + d3
-    return north, east
+    return _variance(s, i, VELOCITY), _variance(s, i, VELOCITY + 1)
+
+
+@kernel
+def _variance(s: Floats, i: int, row: int) -> float:
+    total: float = s[DIAGONAL + row, i]
+    for column in range(row):
+        total += s[entry(row, column), i] ** 2 * s[DIAGONAL + column, i]
+    return total
 
 
 @kernel
@@ -59,65 +101,70 @@ def drift(s: Floats, i: int, variance: float) -> None:
     """Time update of what has no velocity: both coordinates become uncertain by `variance` >= 0."""
     if variance == 0.0:
         return
-    north, slope = s[DIAGONAL, i], s[LOWER, i]
+    north, slope = s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i]
     larger = north + variance
-    s[DIAGONAL, i] = larger
-    s[DIAGONAL + 1, i] += variance + slope**2 * north * (variance / larger)
-    s[LOWER, i] = slope * (north / larger)
+    s[DIAGONAL + NORTH, i] = larger
+    s[DIAGONAL + EAST, i] += variance + slope**2 * north * (variance / larger)
+    s[entry(EAST, NORTH), i] = slope * (north / larger)
 
 
 @kernel
-def predict(s: Floats, i: int, dt: float, noise: float, work: Floats, weight: Floats) -> None:
+def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
     """Time update over `dt` >= 0 seconds with white acceleration of spectral density `noise`, m^2/s^3, along each axis.
 
-    Two steps equal one long one. `work`, `weight`: scratch, (4, PROCESS_COLUMNS) and (PROCESS_COLUMNS,).
+    Two steps equal one long one. `work`: PROCESS_COLUMNS of scratch.
     """
     if dt == 0.0:
         return
-    columns(s, i, work, weight, 0, 1.0)
+    columns(s, i, work, 0, 1.0)
+    column, weight = work.column, work.weight
     for axis in range(2):
         s[axis, i] += dt * s[VELOCITY + axis, i]
-        for column in range(4):
-            work[axis, column] += dt * work[VELOCITY + axis, column]
+        for c in range(STATES):
+            column[axis, c] += dt * column[VELOCITY + axis, c]
         # An axis' process noise in factors: [[dt^3/3, dt^2/2], [dt^2/2, dt]].
-        work[:, 4 + axis], work[:, 6 + axis] = 0.0, 0.0
-        work[axis, 4 + axis], work[VELOCITY + axis, 4 + axis] = dt, 1.5
-        work[VELOCITY + axis, 6 + axis] = 1.0
-        weight[4 + axis], weight[6 + axis] = noise * dt / 3.0, noise * dt / 4.0
-    triangular(s, i, work, weight, PROCESS_COLUMNS)
+        both, rest = STATES + axis, STATES + 2 + axis
+        column[:, both], column[:, rest] = 0.0, 0.0
+        column[axis, both], column[VELOCITY + axis, both] = dt, 1.5
+        column[VELOCITY + axis, rest] = 1.0
+        weight[both], weight[rest] = noise * dt / 3.0, noise * dt / 4.0
+    triangular(s, i, work, PROCESS_COLUMNS)
 
 
 @kernel
-def update(s: Floats, i: int, place: Floats, k: int, north: float, east: float, mixed: float) -> float:
-    """Measurement update with column k of `place` (2 or more, m), its variances (> 0) and covariance.
+def update(s: Floats, i: int, measured: Place) -> float:
+    """Measurement update with a place whose variances are > 0.
 
     Returns the log of the probability density of that place beforehand, times 2 pi.
     """
+    north, east, mixed = measured.variance_north, measured.variance_east, measured.covariance_ne
     slope = mixed / north
     left = max(east - slope * mixed, LEAST_SHARE * east)
-    density: float = _scalar(s, i, 1.0, 0.0, place[0, k] - s[NORTH, i], north)
+    step = measured.north - s[NORTH, i]
     # Of east only that part is new which north does not say already: its noise is independent.
-    innovation = place[1, k] - s[EAST, i] - slope * (place[0, k] - s[NORTH, i])
-    density += _scalar(s, i, s[LOWER, i] - slope, 1.0, innovation, left)
+    density: float = _scalar(s, i, (1.0, 0.0), step, north)
+    innovation = measured.east - s[EAST, i] - slope * (measured.north - s[NORTH, i])
+    density += _scalar(s, i, (s[entry(EAST, NORTH), i] - slope, 1.0), innovation, left)
     return density
 
 
 @kernel
-def _scalar(s: Floats, i: int, f0: float, f1: float, innovation: float, noise: float) -> float:
-    """Take one number in, that is h' x with noise; f0, f1: L' h, which has no other entries.
+def _scalar(s: Floats, i: int, f: tuple[float, float], innovation: float, noise: float) -> float:
+    """Take one number in, that is h' x with noise; f: L' h, which has no other entries.
 
     Returns the log of its probability density beforehand, times sqrt(2 pi).
     """
-    v0, v1 = s[DIAGONAL, i] * f0, s[DIAGONAL + 1, i] * f1
+    f0, f1 = f
+    v0, v1 = s[DIAGONAL + NORTH, i] * f0, s[DIAGONAL + EAST, i] * f1
     without = noise + f1 * v1
     whole = without + f0 * v0
-    s[DIAGONAL, i] *= without / whole
-    s[DIAGONAL + 1, i] *= noise / without
+    s[DIAGONAL + NORTH, i] *= without / whole
+    s[DIAGONAL + EAST, i] *= noise / without
     step = innovation / whole
     s[NORTH, i] += v0 * step
-    for row in range(1, 4):
-        at = LOWER + row * (row - 1) // 2
-        by_east = v1 if row == 1 else v1 * s[at + 1, i]
+    for row in range(1, STATES):
+        at = entry(row, NORTH)
+        by_east = v1 if row == EAST else v1 * s[at + 1, i]
         by_north = v0 * s[at, i]
         s[at, i] -= f0 / without * by_east
         s[row, i] += (by_east + by_north) * step
@@ -126,30 +173,31 @@ def _scalar(s: Floats, i: int, f0: float, f1: float, innovation: float, noise: f
 
 
 @kernel
-def columns(s: Floats, i: int, work: Floats, weight: Floats, first: int, share: float) -> None:
-    """Write L and `share` x D to four columns of `work` and `weight` from `first` on."""
-    for column in range(4):
-        weight[first + column] = share * s[DIAGONAL + column, i]
-        for row in range(4):
+def columns(s: Floats, i: int, work: Work, first: int, share: float) -> None:
+    """Write L and `share` x D to four columns of `work` from `first` on."""
+    for column in range(STATES):
+        work.weight[first + column] = share * s[DIAGONAL + column, i]
+        for row in range(STATES):
             if row > column:
-                work[row, first + column] = s[LOWER + row * (row - 1) // 2 + column, i]
+                work.column[row, first + column] = s[entry(row, column), i]
             else:
-                work[row, first + column] = 1.0 if row == column else 0.0
+                work.column[row, first + column] = 1.0 if row == column else 0.0
 
 
 @kernel
-def triangular(s: Floats, i: int, work: Floats, weight: Floats, count: int) -> None:
-    """Find the factors of the sum of weight[c] work[:, c] work[:, c]' over the first `count` columns; spoils `work`."""
-    for row in range(4):
+def triangular(s: Floats, i: int, work: Work, count: int) -> None:
+    """Find the factors of the sum of the first `count` columns; spoils `work`."""
+    column, weight = work.column, work.weight
+    for row in range(STATES):
         square = 0.0
         for c in range(count):
-            square += weight[c] * work[row, c] ** 2
+            square += weight[c] * column[row, c] ** 2
         s[DIAGONAL + row, i] = square
-        for below in range(row + 1, 4):
+        for below in range(row + 1, STATES):
             product = 0.0
             for c in range(count):
-                product += weight[c] * work[row, c] * work[below, c]
+                product += weight[c] * column[row, c] * column[below, c]
             slope = product / square if square > 0.0 else 0.0
-            s[LOWER + below * (below - 1) // 2 + row, i] = slope
+            s[entry(below, row), i] = slope
             for c in range(count):
-                work[below, c] -= slope * work[row, c]
+                column[below, c] -= slope * column[row, c]

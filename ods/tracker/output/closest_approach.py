@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings
 
 
@@ -35,18 +35,18 @@ class Approach:
     as it is."""
 
 
-def closest_approach(picture: Picture, course: Course, motion: MotionSettings, horizon_s: float) -> Approach:
+def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings, horizon_s: float) -> Approach:
     """Return the closest approach within the next `horizon_s` seconds of every object."""
-    offset = picture.position[:2] - course.position[:2, None]
-    drift = picture.velocity[:2] - course.velocity[:2, None]
+    offset = snapshot.position[:2] - course.position[:2, None]
+    drift = snapshot.velocity[:2] - course.velocity[:2, None]
     closing, speed_2 = -(offset * drift).sum(axis=0), (drift * drift).sum(axis=0)
     time = np.where(closing > 0.0, horizon_s, 0.0)
     np.divide(closing, speed_2, out=time, where=(closing > 0.0) & (closing < speed_2 * horizon_s))
     north, east = offset + drift * time
     distance = np.hypot(north, east)
-    then = picture.carried_on(time, motion)
+    then = snapshot.carried_on(time, motion)
     sigma_north, sigma_east = then.sigma_position[:2]
     squared = (north * sigma_north) ** 2 + (east * sigma_east) ** 2 + 2.0 * north * east * then.covariance_ne
     along = np.maximum(sigma_north, sigma_east) ** 2  # at distance 0 any direction
     np.divide(squared, distance**2, out=along, where=distance > 1e-6)
-    return Approach(time, distance - picture.radius, np.sqrt(np.maximum(along, 0.0) + picture.sigma_radius**2))
+    return Approach(time, distance - snapshot.radius, np.sqrt(np.maximum(along, 0.0) + snapshot.sigma_radius**2))

@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
 from ods.tracker.output.closest_approach import Course, closest_approach
-from ods.tracker.output.snapshot import Picture
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings, PlannerSettings
 from ods.tracker.track import lifecycle
 
@@ -23,7 +23,7 @@ NAMES: dict[int, TrackState] = {
 
 
 class ObstacleLister:
-    """Turns pictures into obstacles, with the memory of what ended lately.
+    """Turns snapshots into obstacles, with the memory of what ended lately.
 
     `counters`: `obstacle_not_finite` (left out: no number that is not finite leaves the tracker).
     """
@@ -34,52 +34,52 @@ class ObstacleLister:
         self._motion = motion
         self._ended: dict[int, tuple[Obstacle, int]] = {}
 
-    def end(self, picture: Picture) -> None:
-        """Announce the objects of `picture` as terminated in the next lists."""
-        picture = self._fit(picture)
-        alone: list[list[Prediction]] = [[]] * len(picture)
-        for obstacle in _obstacles(picture, [None] * len(picture), alone):
+    def end(self, snapshot: Snapshot) -> None:
+        """Announce the objects of `snapshot` as terminated in the next lists."""
+        snapshot = self._fit(snapshot)
+        alone: list[list[Prediction]] = [[]] * len(snapshot)
+        for obstacle in _obstacles(snapshot, [None] * len(snapshot), alone):
             ended = msgspec.structs.replace(obstacle, state="terminated")
             self._ended[obstacle.id] = (ended, self._settings.announce_ended)
 
-    def obstacles(self, picture: Picture, course: Course | None = None) -> list[Obstacle]:
-        """Return the next list: all objects of `picture`, then those that ended.
+    def obstacles(self, snapshot: Snapshot, course: Course | None = None) -> list[Obstacle]:
+        """Return the next list: all objects of `snapshot`, then those that ended.
 
         course: the vehicle's at the same time, if known.
         """
-        picture = self._fit(picture)
-        present = _obstacles(picture, self._approaches(picture, course), self._predictions(picture))
+        snapshot = self._fit(snapshot)
+        present = _obstacles(snapshot, self._approaches(snapshot, course), self._predictions(snapshot))
         for obstacle in present:
             self._ended.pop(obstacle.id, None)
         ended = [obstacle for obstacle, _ in self._ended.values()]
         self._ended = {i: (obstacle, left - 1) for i, (obstacle, left) in self._ended.items() if left > 1}
         return present + ended
 
-    def _fit(self, picture: Picture) -> Picture:
+    def _fit(self, snapshot: Snapshot) -> Snapshot:
         """Return the objects fit to be told, with the uncertainty of what a sonar cannot see of a shape."""
-        numbers = (picture.position, picture.velocity, picture.sigma_position, picture.sigma_velocity)
-        total = sum(a.sum(axis=0) for a in numbers) + picture.radius + picture.sigma_radius + picture.existence
-        finite = np.isfinite(total + picture.covariance_ne)
+        numbers = (snapshot.position, snapshot.velocity, snapshot.sigma_position, snapshot.sigma_velocity)
+        total = sum(a.sum(axis=0) for a in numbers) + snapshot.radius + snapshot.sigma_radius + snapshot.existence
+        finite = np.isfinite(total + snapshot.covariance_ne)
         if not finite.all():
             self.counters["obstacle_not_finite"] += int(np.count_nonzero(~finite))
-            picture = picture.take(finite)
-        shape = self._settings.shape_sigma * picture.radius
-        horizontal = np.hypot(picture.sigma_position[:2], shape)
+            snapshot = snapshot.take(finite)
+        shape = self._settings.shape_sigma * snapshot.radius
+        horizontal = np.hypot(snapshot.sigma_position[:2], shape)
         return replace(
-            picture,
-            sigma_position=np.vstack([horizontal, picture.sigma_position[2:]]),
-            sigma_radius=np.hypot(picture.sigma_radius, shape),
+            snapshot,
+            sigma_position=np.vstack([horizontal, snapshot.sigma_position[2:]]),
+            sigma_radius=np.hypot(snapshot.sigma_radius, shape),
         )
 
-    def _approaches(self, picture: Picture, course: Course | None) -> Iterable[ClosestApproach | None]:
+    def _approaches(self, snapshot: Snapshot, course: Course | None) -> Iterable[ClosestApproach | None]:
         if course is None:
-            return [None] * len(picture)
-        nearest = closest_approach(picture, course, self._motion, self._settings.approach_horizon_s)
+            return [None] * len(snapshot)
+        nearest = closest_approach(snapshot, course, self._motion, self._settings.approach_horizon_s)
         return map(ClosestApproach, *(a.tolist() for a in (nearest.time_s, nearest.distance_m, nearest.sigma_m)))
 
-    def _predictions(self, picture: Picture) -> Iterable[list[Prediction]]:
+    def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:
         leads = self._settings.lead_times_s
-        later = [picture.carried_on(lead, self._motion) for lead in leads]
+        later = [snapshot.carried_on(lead, self._motion) for lead in leads]
         each = [
             [
                 Prediction(lead, p, s)
@@ -87,28 +87,28 @@ class ObstacleLister:
             ]
             for lead, then in zip(leads, later, strict=True)
         ]
-        return map(list, zip(*each, strict=True)) if each else [[]] * len(picture)
+        return map(list, zip(*each, strict=True)) if each else [[]] * len(snapshot)
 
 
 def _obstacles(
-    picture: Picture, approaches: Iterable[ClosestApproach | None], predictions: Iterable[list[Prediction]]
+    snapshot: Snapshot, approaches: Iterable[ClosestApproach | None], predictions: Iterable[list[Prediction]]
 ) -> list[Obstacle]:
     return list(
         map(
             Obstacle,
-            picture.id.tolist(),
-            [NAMES[state] for state in picture.state.tolist()],
-            _vectors(picture.position),
-            _vectors(picture.velocity),
-            picture.radius.tolist(),
-            _vectors(picture.sigma_position),
-            _vectors(picture.sigma_velocity),
-            picture.sigma_radius.tolist(),
-            picture.first_seen_utc_ns.tolist(),
-            picture.last_seen_utc_ns.tolist(),
-            picture.times_seen.tolist(),
-            np.clip(picture.existence, 0.0, 1.0).tolist(),
-            picture.covariance_ne.tolist(),
+            snapshot.id.tolist(),
+            [NAMES[state] for state in snapshot.state.tolist()],
+            _vectors(snapshot.position),
+            _vectors(snapshot.velocity),
+            snapshot.radius.tolist(),
+            _vectors(snapshot.sigma_position),
+            _vectors(snapshot.sigma_velocity),
+            snapshot.sigma_radius.tolist(),
+            snapshot.first_seen_utc_ns.tolist(),
+            snapshot.last_seen_utc_ns.tolist(),
+            snapshot.times_seen.tolist(),
+            np.clip(snapshot.existence, 0.0, 1.0).tolist(),
+            snapshot.covariance_ne.tolist(),
             approaches,
             predictions,
         )

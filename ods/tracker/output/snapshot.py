@@ -6,19 +6,18 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.tracker.map.hibernated import MapObject
-from ods.tracker.observer.belief import Estimate
 from ods.tracker.settings import MotionSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class Snapshot:
     """n objects: (n,) or (3, n) NED arrays."""
 
     id: Ints
     state: Ints
-    """a state of `life`."""
+    """A state of `lifecycle`."""
     position: Floats
     velocity: Floats
     radius: Floats
@@ -37,17 +36,17 @@ class Picture:
     def __len__(self) -> int:
         return len(self.id)
 
-    def take(self, rows: Indices | Mask) -> "Picture":
+    def take(self, rows: Indices | Mask) -> "Snapshot":
         """Return the objects of an index array or a mask."""
-        return Picture(*(getattr(self, name)[..., rows] for name in Picture.__slots__))
+        return Snapshot(*(getattr(self, name)[..., rows] for name in Snapshot.__slots__))
 
-    def joined(self, other: "Picture") -> "Picture":
+    def joined(self, other: "Snapshot") -> "Snapshot":
         """Return the objects of both."""
-        return Picture(
-            *(np.concatenate([getattr(self, name), getattr(other, name)], axis=-1) for name in Picture.__slots__)
+        return Snapshot(
+            *(np.concatenate([getattr(self, name), getattr(other, name)], axis=-1) for name in Snapshot.__slots__)
         )
 
-    def carried_on(self, dt: float | Floats, motion: MotionSettings) -> "Picture":
+    def carried_on(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
         """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
 
         Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation
@@ -59,12 +58,13 @@ class Picture:
         return replace(self, position=self.position + self.velocity * dt, sigma_position=np.sqrt(grown))
 
 
-def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
-    """Return all confirmed objects of the live table with an estimate of its present state."""
-    velocity, velocity_variance = tracks.observer.velocity()
-    whole = Picture(
-        tracks.id,
-        tracks.state,
+def snapshot_of(tracks: Tracks) -> Snapshot:
+    """Return all confirmed objects of the live tracks."""
+    history, estimate = tracks.history, tracks.estimate()
+    velocity, velocity_variance = tracks.velocity()
+    whole = Snapshot(
+        history.id,
+        history.state,
         estimate.position,
         velocity,
         np.maximum(estimate.radius, 0.0),
@@ -74,16 +74,16 @@ def picture_of(tracks: Tracks, estimate: Estimate) -> Picture:
         np.sqrt(estimate.radius_variance),
         tracks.existence,
         estimate.static,
-        tracks.echoes,
-        tracks.first_utc,
-        tracks.last_utc,
+        history.echoes,
+        history.first_utc,
+        history.last_utc,
     )
-    return whole.take(tracks.state != lifecycle.TENTATIVE)
+    return whole.take(history.state != lifecycle.TENTATIVE)
 
 
-def picture_of_map(objects: list[MapObject]) -> Picture:
-    """Return hibernated objects of the archive."""
-    return Picture(
+def snapshot_of_map(objects: list[MapObject]) -> Snapshot:
+    """Return hibernated objects of the map."""
+    return Snapshot(
         np.array([o.id for o in objects], np.int64),
         np.full(len(objects), lifecycle.HIBERNATED, np.int64),
         np.array([o.position for o in objects], np.float64).reshape(-1, 3).T,
@@ -101,22 +101,22 @@ def picture_of_map(objects: list[MapObject]) -> Picture:
     )
 
 
-def map_objects(picture: Picture, utc_ns: int) -> list[MapObject]:
-    """Return the objects of a picture as hibernated at `utc_ns`."""
-    positions, sigmas = picture.position.T.tolist(), picture.sigma_position.T.tolist()
+def map_objects(snapshot: Snapshot, utc_ns: int) -> list[MapObject]:
+    """Return the objects of a snapshot as hibernated at `utc_ns`."""
+    positions, sigmas = snapshot.position.T.tolist(), snapshot.sigma_position.T.tolist()
     return [
         MapObject(
-            id=int(picture.id[i]),
+            id=int(snapshot.id[i]),
             position=tuple(positions[i]),
             sigma=tuple(sigmas[i]),
-            radius=float(picture.radius[i]),
-            sigma_radius=float(picture.sigma_radius[i]),
-            existence=float(picture.existence[i]),
-            times_seen=int(picture.times_seen[i]),
-            first_seen_utc_ns=int(picture.first_seen_utc_ns[i]),
-            last_seen_utc_ns=int(picture.last_seen_utc_ns[i]),
+            radius=float(snapshot.radius[i]),
+            sigma_radius=float(snapshot.sigma_radius[i]),
+            existence=float(snapshot.existence[i]),
+            times_seen=int(snapshot.times_seen[i]),
+            first_seen_utc_ns=int(snapshot.first_seen_utc_ns[i]),
+            last_seen_utc_ns=int(snapshot.last_seen_utc_ns[i]),
             hibernated_utc_ns=utc_ns,
-            covariance_ne=float(picture.covariance_ne[i]),
+            covariance_ne=float(snapshot.covariance_ne[i]),
         )
-        for i in range(len(picture))
+        for i in range(len(snapshot))
     ]

@@ -12,7 +12,7 @@ SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed."""
 
 
-class Watch:
+class InputMonitor:
     """When what was heard of last. All times are CLOCK_MONOTONIC ns."""
 
     def __init__(self, started_ns: int, processes: Iterable[str]) -> None:

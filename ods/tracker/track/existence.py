@@ -1,11 +1,15 @@
 """Does an object exist? A chain of three hidden states an object, fed with hits and misses.
 
+Integrated probabilistic data association (IPDA): D. Musicki, R. Evans, S. Stankovic, IEEE Trans. Automatic Control
+39(6), 1994; its second form, in which an object that exists may be undetectable for a while.
+
 Rows of the (3, n) probabilities: VISIBLE (exists and gives echoes), SILENT (exists, gives none from here just now) and
 NOTHING (a false track, or the object is gone). Missing an object in some images is normal [SSIE]: the silent state
 keeps a well-established object alive through a silence that would end a young one.
 """
 
 import math
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -14,6 +18,7 @@ from ods.base.kernel import kernel
 from ods.tracker.settings import EchoSettings
 
 VISIBLE, SILENT, NOTHING = 0, 1, 2
+STATES = 3
 YOUNG = 300.0
 """An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
 SMALLEST = 1e-300
@@ -21,17 +26,24 @@ MOST_EVIDENCE = 30.0
 """Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt."""
 
 
-def start(count: int, births: float, clutter: float) -> Floats:
-    """Return (3, count) probabilities of objects with one echo, given births and false alarms a scan."""
-    probabilities = np.zeros((3, count))
-    probabilities[VISIBLE] = births / (births + clutter)
-    probabilities[NOTHING] = clutter / (births + clutter)
-    return probabilities
+class Seen(Protocol):
+    """What an image shows of n objects."""
 
+    @property
+    def hit(self) -> Mask:
+        """(n,) seen."""
 
-def established(existence: Floats) -> Floats:
-    """Return (3, n) probabilities of objects taken from the map with (n,) `existence`."""
-    return np.array([existence, np.zeros_like(existence), 1.0 - existence])
+    @property
+    def llr(self) -> Floats:
+        """(n,) log-likelihood ratio of the echo: of the object, or a false alarm."""
+
+    @property
+    def watched(self) -> Floats:
+        """(n,) probability that the sonar looked at the object,"""
+
+    @property
+    def expected(self) -> Floats:
+        """(n,) and that a visible object would have given an echo."""
 
 
 def carry_on(probabilities: Floats, echoes: Ints, watched: Floats, dt: float, echo: EchoSettings) -> Floats:
@@ -40,26 +52,26 @@ def carry_on(probabilities: Floats, echoes: Ints, watched: Floats, dt: float, ec
     `watched`: (n,) share of the time that the object was in the sonar's view: only there does it fall silent or come
     back. `echoes`: (n,) so far; a young object is more often an error of association, and in view is lost sooner.
     """
-    return _carry_on(probabilities, echoes, watched, dt, echo.silence_rate, echo.return_rate, echo.loss_rate)
+    return _carry_on(probabilities, echoes, watched, dt, Rates(echo.silence_rate, echo.return_rate, echo.loss_rate))
+
+
+class Rates(NamedTuple):
+    """How often an object falls silent, gives echoes again, and is lost: 1/s each."""
+
+    silence: float
+    recovery: float
+    loss: float
 
 
 @kernel
-def _carry_on(
-    probabilities: Floats,
-    echoes: Ints,
-    watched: Floats,
-    dt: float,
-    silence_rate: float,
-    return_rate: float,
-    loss_rate: float,
-) -> Floats:
+def _carry_on(probabilities: Floats, echoes: Ints, watched: Floats, dt: float, rates: Rates) -> Floats:
     carried = np.empty_like(probabilities)
     for i in range(len(echoes)):
         visible, silent, nothing = probabilities[VISIBLE, i], probabilities[SILENT, i], probabilities[NOTHING, i]
         time = dt * watched[i]
-        falls_silent = visible * -math.expm1(-silence_rate * time)
-        returns = silent * -math.expm1(-return_rate * time)
-        lost = -math.expm1(-loss_rate * (dt + time * YOUNG / echoes[i]))
+        falls_silent = visible * -math.expm1(-rates.silence * time)
+        returns = silent * -math.expm1(-rates.recovery * time)
+        lost = -math.expm1(-rates.loss * (dt + time * YOUNG / echoes[i]))
         moved = returns - falls_silent
         carried[VISIBLE, i] = (1.0 - lost) * (visible + moved)
         carried[SILENT, i] = (1.0 - lost) * (silent - moved)
@@ -82,16 +94,16 @@ def _visibility(probabilities: Floats, returned: float) -> Floats:
 
 
 @kernel
-def judge(probabilities: Floats, hit: Mask, evidence: Floats, expected: Floats) -> Floats:
+def judge(probabilities: Floats, hit: Mask, llr: Floats, expected: Floats) -> Floats:
     """Return (3, n) probabilities after an image.
 
-    `evidence`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
+    `llr`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
     `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not. To a silent
     object an echo is a false alarm, as it is where there is nothing.
     """
     judged = np.empty_like(probabilities)
     for i in range(len(hit)):
-        weight = math.exp(min(evidence[i], MOST_EVIDENCE)) if hit[i] else 1.0 - expected[i]
+        weight = math.exp(min(llr[i], MOST_EVIDENCE)) if hit[i] else 1.0 - expected[i]
         visible = weight * probabilities[VISIBLE, i]
         silent, nothing = probabilities[SILENT, i], probabilities[NOTHING, i]
         total = visible + silent + nothing

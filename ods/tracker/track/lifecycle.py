@@ -12,6 +12,8 @@ HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 
 from typing import NamedTuple
 
+import msgspec
+
 from ods.base.arrays import Floats, Ints, Mask
 from ods.base.kernel import kernel
 from ods.tracker.settings import LifeSettings
@@ -28,10 +30,6 @@ TRANSITIONS: dict[int, tuple[int, ...]] = {
 }
 """The only changes there are."""
 
-REST = 0.5
-"""An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
-STATIC = 0.95
-"""An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
 TENTATIVE_SILENT_S = 1.0
 """An object not proved is given up after so long without an echo."""
 TENTATIVE_DOUBT = 0.03
@@ -57,50 +55,44 @@ class Evidence(NamedTuple):
     first_visible: Floats
     """The same when it began."""
     static: Mask
-    """It does not move, at a probability of at least `STATIC`."""
+    """It does not move, at a probability of at least `REST`."""
     covered: Mask
     """It lies inside another object that is seen."""
-    stray: Mask
+    duplicate: Mask
     """Its echoes may be those of a confirmed object beside it."""
     sigma: Floats
     """Standard deviation of its horizontal position, m."""
 
 
+class LifeLimits(NamedTuple):
+    """`LifeSettings`, for the compiled loop."""
+
+    confirm_echoes: int
+    confirm_existence: float
+    drop_existence: float
+    edge_sigmas: float
+    silent_s: float
+    stand_by_s: float
+    lost_sigma_m: float
+
+
 def next_states(state: Ints, e: Evidence, settings: LifeSettings) -> Ints:
     """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
-    return _next_states(
-        state,
-        e,
-        settings.confirm_echoes,
-        settings.confirm_existence,
-        settings.drop_existence,
-        settings.silent_s,
-        settings.stand_by_s,
-        settings.lost_sigma_m,
-    )
+    return _next_states(state, e, LifeLimits(*msgspec.structs.astuple(settings)))
 
 
 @kernel
-def _next_states(
-    state: Ints,
-    e: Evidence,
-    confirm_echoes: int,
-    confirm_existence: float,
-    drop_existence: float,
-    silent_s: float,
-    stand_by_s: float,
-    lost_sigma_m: float,
-) -> Ints:
+def _next_states(state: Ints, e: Evidence, limits: LifeLimits) -> Ints:
     after = state.copy()
     for i in range(len(state)):
-        doubted = e.existence[i] < drop_existence
+        doubted = e.existence[i] < limits.drop_existence
         if state[i] == TENTATIVE:
-            after[i] = _proved_or_not(e, i, confirm_echoes, confirm_existence)
+            after[i] = _proved_or_not(e, i, limits)
         elif state[i] == ACTIVE:
-            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > silent_s and not e.skipped[i])):
+            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > limits.silent_s and not e.skipped[i])):
                 after[i] = STAND_BY
         elif state[i] == STAND_BY or state[i] == HIBERNATED:
-            overdue = (not e.inside[i] and e.unseen_s[i] > stand_by_s) or e.sigma[i] > lost_sigma_m
+            overdue = (not e.inside[i] and e.unseen_s[i] > limits.stand_by_s) or e.sigma[i] > limits.lost_sigma_m
             if e.hit[i]:
                 after[i] = ACTIVE
             elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not e.static[i]))):
@@ -111,11 +103,11 @@ def _next_states(
 
 
 @kernel
-def _proved_or_not(e: Evidence, i: int, confirm_echoes: int, confirm_existence: float) -> int:
+def _proved_or_not(e: Evidence, i: int, limits: LifeLimits) -> int:
     """Return the next state of a tentative object."""
     if e.hit[i]:
-        proved = e.echoes[i] >= confirm_echoes and e.existence[i] >= confirm_existence and not e.stray[i]
-        return ACTIVE if proved else TENTATIVE
+        proved = e.echoes[i] >= limits.confirm_echoes and e.existence[i] >= limits.confirm_existence
+        return ACTIVE if proved and not e.duplicate[i] else TENTATIVE
     if e.skipped[i]:
         return TENTATIVE
     unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.unseen_s[i] > TENTATIVE_SILENT_S

@@ -8,15 +8,15 @@ from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.assignment import best_columns
 from ods.base.kernel import kernel
 from ods.tracker.observer.belief import Estimate
-from ods.tracker.track.lifecycle import STATIC
-from ods.tracker.track.tracks import Tracks
+from ods.tracker.settings import STATIC
+from ods.tracker.track.tracks import History
 
 FARTHEST_M = 10.0
 """However uncertain its prediction, an object is not found again farther away than this."""
 
 
-def successors(
-    tracks: Tracks, estimate: Estimate, young: Indices, old: Indices, gate_sigmas: float
+def stitch(
+    history: History, estimate: Estimate, young: Indices, old: Indices, gate_sigmas: float
 ) -> tuple[Indices, Indices]:
     """Find which of `young` are objects of `old` seen again.
 
@@ -31,7 +31,7 @@ def successors(
     s_ne = estimate.covariance_ne[young][:, None] + estimate.covariance_ne[old][None, :]
     distance = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / (s_nn * s_ee - s_ne**2)
     possible = (distance < gate_sigmas**2) & (np.hypot(north, east) < FARTHEST_M)
-    possible &= tracks.last[old][None, :] < tracks.born[young][:, None]
+    possible &= history.last[old][None, :] < history.born[young][:, None]
     if not possible.any():
         return nothing, nothing
     gain = np.where(possible, gate_sigmas**2 - distance, 0.0)
@@ -40,19 +40,18 @@ def successors(
     return young[real], old[columns[real]]
 
 
-def strays(tracks: Tracks, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
-    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`: objects not seen in this image.
+def duplicates(history: History, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
+    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`, objects not seen in this image.
 
     Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
     until an image shows both, they are one.
     """
-    return _strays(
-        estimate.position, estimate.radius, tracks.born, tracks.last, young.nonzero()[0], missed.nonzero()[0]
-    )
+    rows = young.nonzero()[0], missed.nonzero()[0]
+    return _duplicates(estimate.position, estimate.radius, history.born, history.last, *rows)
 
 
 @kernel
-def _strays(position: Floats, radius: Floats, born: Ints, last: Ints, young: Indices, missed: Indices) -> Mask:
+def _duplicates(position: Floats, radius: Floats, born: Ints, last: Ints, young: Indices, missed: Indices) -> Mask:
     result = np.zeros(len(radius), np.bool_)
     for i in young:
         for j in missed:

@@ -1,140 +1,185 @@
-"""The table of live objects: identity, state, history and existence beside the observer's filters, column by column."""
+"""The live objects: identity, state and existence beside the observer's filters, all kept in the same order."""
+
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.clock import NS
 from ods.tracker.map.hibernated import MapObject
-from ods.tracker.measurement.model import Fix
-from ods.tracker.observer.belief import Estimate, mixture
+from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.named import TrackTable
+from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
-from ods.tracker.observer.track_table import Columns
+from ods.tracker.settings import EchoSettings
 from ods.tracker.track import existence, lifecycle
+from ods.tracker.track.existence import Seen
 
-ID, STATE, ECHOES, FIRST_UTC, LAST_UTC, BORN, LAST = range(7)
-PROBABILITIES, FIRST_VISIBLE = slice(0, 3), 3
+
+class History(NamedTuple):
+    """What became of n objects: (n,) each."""
+
+    id: Ints
+    """0 while tentative."""
+    state: Ints
+    """A state of `lifecycle`."""
+    echoes: Ints
+    """Times seen."""
+    first_utc: Ints
+    """UTC of the first echo, ns."""
+    last_utc: Ints
+    """UTC of the last echo, ns."""
+    born: Ints
+    """Ping time of the first echo (of waking, for objects of the map), ns."""
+    last: Ints
+    """Ping time of the last echo (of waking, for objects of the map), ns."""
+
+
+class Doubt(NamedTuple):
+    """Whether n objects exist: (n,) probabilities, the first three as in `existence`."""
+
+    visible: Floats
+    silent: Floats
+    nothing: Floats
+    first_visible: Floats
+    """That it existed after the first echo."""
 
 
 class Tracks:
-    """Live objects, one column each; row names as above. The observer's columns are kept in the same order."""
+    """Live objects, carried on, corrected and judged together; what is told of them is computed once a change."""
 
     def __init__(self, observer: Observer) -> None:
-        self.observer = observer
-        self._ints = Columns(7, np.int64)
-        self._floats = Columns(4, np.float64)
+        self.unjudged_s = 0.0
+        """Time since existence was judged last."""
+        self._observer = observer
+        self._history = TrackTable(History, (len(History._fields),), np.int64)
+        self._doubt = TrackTable(Doubt, (len(Doubt._fields),))
+        self._belief: Belief | None = None
+        self._estimate: Estimate | None = None
 
     def __len__(self) -> int:
-        return len(self._ints)
-
-    def _row(self, row: int) -> Ints:
-        view: Ints = self._ints.data[row]
-        return view
+        return len(self._history)
 
     @property
-    def id(self) -> Ints:
-        """(n,) 0 while tentative."""
-        return self._row(ID)
-
-    @property
-    def state(self) -> Ints:
-        """(n,) a state of `life`."""
-        return self._row(STATE)
-
-    @property
-    def echoes(self) -> Ints:
-        """(n,) times seen."""
-        return self._row(ECHOES)
-
-    @property
-    def first_utc(self) -> Ints:
-        """(n,) UTC of the first echo, ns."""
-        return self._row(FIRST_UTC)
-
-    @property
-    def last_utc(self) -> Ints:
-        """(n,) UTC of the last echo, ns."""
-        return self._row(LAST_UTC)
-
-    @property
-    def born(self) -> Ints:
-        """(n,) ping time of the first echo (of waking, for objects of the map), ns."""
-        return self._row(BORN)
-
-    @property
-    def last(self) -> Ints:
-        """(n,) ping time of the last echo (of waking, for objects of the map), ns."""
-        return self._row(LAST)
+    def history(self) -> History:
+        """Views: what is written to them stays."""
+        return self._history.rows
 
     @property
     def probabilities(self) -> Floats:
         """(3, n) of `existence`: visible, silent, nothing."""
-        view: Floats = self._floats.data[PROBABILITIES]
-        return view
+        first: Floats = self._doubt.table[: existence.STATES]
+        return first
 
     @property
-    def first_visible(self) -> Floats:
-        """(n,) probability to exist after the first echo."""
-        view: Floats = self._floats.data[FIRST_VISIBLE]
-        return view
+    def doubt(self) -> Doubt:
+        """Views."""
+        return self._doubt.rows
 
     @property
     def existence(self) -> Floats:
         """(n,) probability."""
-        return np.asarray(1.0 - self.probabilities[existence.NOTHING])
+        return 1.0 - self._doubt.rows.nothing
+
+    def belief(self) -> Belief:
+        """Return the hypotheses of all objects now."""
+        if self._belief is None:
+            self._belief = self._observer.belief()
+        return self._belief
 
     def estimate(self) -> Estimate:
         """Return mean and covariance of all objects now."""
-        return mixture(self.observer.belief())
+        if self._estimate is None:
+            self._estimate = moment_match(self.belief())
+        return self._estimate
 
-    def start(self, fix: Fix, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
-        """Append tentative objects, one a fix."""
-        count = len(fix.radius)
-        ints = np.zeros((7, count), np.int64)
-        ints[STATE], ints[ECHOES] = lifecycle.TENTATIVE, 1
-        ints[FIRST_UTC] = ints[LAST_UTC] = utc_ns
-        ints[BORN] = ints[LAST] = t_ns
-        floats = np.empty((4, count))
-        floats[PROBABILITIES] = existence.start(count, births, clutter)
-        floats[FIRST_VISIBLE] = floats[existence.VISIBLE]
-        self._ints.append(ints)
-        self._floats.append(floats)
-        self.observer.start(fix)
+    def velocity(self) -> tuple[Floats, Floats]:
+        """Return mean and variance (3, n) of all velocities."""
+        return self._observer.velocity()
+
+    def predict(self, dt: float) -> None:
+        """Carry all objects on over `dt` >= 0 seconds."""
+        self._observer.predict(dt)
+        self.unjudged_s += dt
+        self._changed()
+
+    def correct(self, rows: Indices, measured: PositionMeasurement, t_ns: int, utc_ns: int) -> None:
+        """Correct the objects `rows`, each once, by one measurement each."""
+        history = self._history.rows
+        since_s = (t_ns - history.last[rows]) / NS
+        self._observer.reopen(rows[history.state[rows] >= lifecycle.STAND_BY])
+        self._observer.update(rows, measured, since_s)
+        history.echoes[rows] += 1
+        history.last[rows] = t_ns
+        history.last_utc[rows] = utc_ns
+        self._changed()
+
+    def judge(self, seen: Seen, echo: EchoSettings) -> None:
+        """Judge existence by an image taken now."""
+        probabilities = self.probabilities
+        carried = existence.carry_on(probabilities, self.history.echoes, seen.watched, self.unjudged_s, echo)
+        probabilities[...] = existence.judge(carried, seen.hit, seen.llr, seen.expected)
+        self.unjudged_s = 0.0
+
+    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
+        """Append tentative objects, one a measurement, given births and false alarms a scan."""
+        count = len(measured.radius)
+        new, doubt = self._history.grow(count), self._doubt.grow(count)
+        new.state[:], new.echoes[:] = lifecycle.TENTATIVE, 1
+        new.first_utc[:] = new.last_utc[:] = utc_ns
+        new.born[:] = new.last[:] = t_ns
+        doubt.visible[:] = doubt.first_visible[:] = births / (births + clutter)
+        doubt.nothing[:] = clutter / (births + clutter)
+        self._observer.start(measured)
+        self._changed()
 
     def recall(self, objects: list[MapObject], t_ns: int) -> None:
         """Append hibernated objects of the map."""
-        rows = [
-            (o.id, lifecycle.HIBERNATED, o.times_seen, o.first_seen_utc_ns, o.last_seen_utc_ns, t_ns, t_ns)
-            for o in objects
-        ]
-        floats = np.empty((4, len(objects)))
-        floats[PROBABILITIES] = existence.established(np.array([o.existence for o in objects]))
-        floats[FIRST_VISIBLE] = floats[existence.VISIBLE]
-        self._ints.append(np.array(rows, np.int64).T)
-        self._floats.append(floats)
-        self.observer.recall(
+        new, doubt = self._history.grow(len(objects)), self._doubt.grow(len(objects))
+        new.id[:], new.echoes[:] = [o.id for o in objects], [o.times_seen for o in objects]
+        new.first_utc[:], new.last_utc[:] = zip(
+            *((o.first_seen_utc_ns, o.last_seen_utc_ns) for o in objects), strict=True
+        )
+        new.state[:] = lifecycle.HIBERNATED
+        new.born[:] = new.last[:] = t_ns
+        doubt.visible[:] = doubt.first_visible[:] = [o.existence for o in objects]
+        doubt.nothing[:] = 1.0 - doubt.visible
+        self._observer.recall(
             np.array([o.position for o in objects]).T,
             np.array([o.sigma for o in objects]).T ** 2,
             np.array([o.covariance_ne for o in objects]),
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,
         )
+        self._changed()
 
-    def seen(self, rows: Indices, t_ns: int, utc_ns: int) -> None:
-        """Count an echo of each of `rows`."""
-        ints = self._ints.data
-        ints[ECHOES, rows] += 1
-        ints[LAST, rows] = t_ns
-        ints[LAST_UTC, rows] = utc_ns
+    def settle(self, rows: Indices) -> None:
+        """Decide for good whether each of `rows` moves, where that is established."""
+        if len(rows):
+            self._observer.settle(rows)
+            self._changed()
+
+    def rest(self, rows: Indices) -> None:
+        """Decide for good that `rows` do not move."""
+        if len(rows):
+            self._observer.rest(rows)
+            self._changed()
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
         """Give `heirs` the identity and history of `old`: they are the same objects."""
-        ints = self._ints.data
-        ints[ID, heirs] = ints[ID, old]
-        ints[FIRST_UTC, heirs] = ints[FIRST_UTC, old]
-        ints[ECHOES, heirs] += ints[ECHOES, old]
-        self.observer.inherit(heirs, old)
+        history = self._history.rows
+        history.id[heirs] = history.id[old]
+        history.first_utc[heirs] = history.first_utc[old]
+        history.echoes[heirs] += history.echoes[old]
+        self._observer.inherit(heirs, old)
+        self._changed()
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._ints.keep(mask)
-        self._floats.keep(mask)
-        self.observer.keep(mask)
+        self._history.keep(mask)
+        self._doubt.keep(mask)
+        self._observer.keep(mask)
+        self._changed()
+
+    def _changed(self) -> None:
+        self._belief = self._estimate = None

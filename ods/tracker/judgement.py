@@ -1,0 +1,35 @@
+"""What an image proves: does each object exist, and which state follows from that."""
+
+import numpy as np
+
+from ods.base.arrays import Ints
+from ods.base.clock import NS
+from ods.tracker.association.match import ScanMatch
+from ods.tracker.prediction import Prediction
+from ods.tracker.settings import REST, TrackerSettings
+from ods.tracker.track import lifecycle, stitching
+from ods.tracker.track.tracks import Tracks
+
+
+def judge(tracks: Tracks, prediction: Prediction, match: ScanMatch, t_ns: int, settings: TrackerSettings) -> Ints:
+    """Judge existence by the image taken at `t_ns`; return (n,) the next state of each object of `tracks`."""
+    history, estimate, hit = tracks.history, prediction.estimate, match.hit
+    tentative = ~prediction.reported
+    tracks.judge(match, settings.echo)
+    evidence = lifecycle.Evidence(
+        hit=hit,
+        inside=prediction.field_of_view.inside,
+        skipped=prediction.field_of_view.skipped,
+        echoes=history.echoes,
+        unseen_s=(t_ns - history.last) / NS,
+        existence=tracks.existence,
+        visible=tracks.doubt.visible,
+        first_visible=tracks.doubt.first_visible,
+        static=estimate.static >= REST,
+        covered=stitching.covered(
+            estimate, history.state == lifecycle.STAND_BY, hit & (history.state == lifecycle.ACTIVE)
+        ),
+        duplicate=stitching.duplicates(history, estimate, tentative & hit, prediction.reported & ~hit),
+        sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
+    )
+    return lifecycle.next_states(history.state, evidence, settings.life)

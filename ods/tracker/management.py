@@ -1,0 +1,96 @@
+"""Track management: objects are confirmed and get their ids, go to sleep in the map and wake, and end."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ods.base.arrays import Indices, Ints, Mask
+from ods.tracker.map.hibernated import HibernatedObjects, MapObject
+from ods.tracker.measurement.field_of_view import fan_of, in_opening, near_fan
+from ods.tracker.measurement.scan import Scan, Vehicle
+from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of
+from ods.tracker.prediction import Prediction
+from ods.tracker.track import stitching
+from ods.tracker.track.lifecycle import ACTIVE, HIBERNATED, STAND_BY, TENTATIVE, TERMINATED
+from ods.tracker.track.tracks import Tracks
+
+WAKE_MARGIN_M = 5.0
+"""Hibernated objects join the live ones so near to the sector's edge, and sleep again at twice that distance."""
+
+
+@dataclass(slots=True)
+class Outcome:
+    """What a step changed beyond the snapshot."""
+
+    taken: bool = True
+    """False: the scan was older than the one before and was left out."""
+    ended: Snapshot | None = None
+    """Confirmed objects that were terminated, as they were last."""
+    hibernated: list[MapObject] = field(default_factory=list)
+    """Objects that belong in the map from now on, with their present data."""
+
+
+class TrackManager:
+    """Carries out changes of state, and keeps what outlives the live tracks: ids and the objects that sleep."""
+
+    def __init__(self, known: list[MapObject], first_id: int, gate_sigmas: float) -> None:
+        self.next_id = first_id
+        self.asleep = HibernatedObjects(known)
+        self._gate_sigmas = gate_sigmas
+
+    def wake(self, tracks: Tracks, scan: Scan, vehicle: Vehicle) -> None:
+        """Let the hibernated objects in and near the sector join the live ones."""
+        ids, places = self.asleep.places(vehicle.position[:2], scan.sector.range_max_m + WAKE_MARGIN_M)
+        if not len(ids):
+            return
+        inside = in_opening(np.ascontiguousarray(places), vehicle, fan_of(scan.sector), WAKE_MARGIN_M)
+        if inside.any():
+            tracks.recall(self.asleep.wake(ids[inside].tolist()), scan.t_ns)
+
+    def manage(self, tracks: Tracks, states: Ints, prediction: Prediction, utc_ns: int) -> Outcome:
+        """Take the objects to their next `states` (n,); return what that changes."""
+        inside, before = prediction.field_of_view.inside, tracks.history.state.copy()
+        tracks.history.state[:] = states
+        tracks.settle(((states == STAND_BY) & ~inside).nonzero()[0])
+        resting = states == HIBERNATED
+        if (states == before).all() and not resting.any():
+            return Outcome()
+        continued = self._confirm(tracks, ((before == TENTATIVE) & (states == ACTIVE)).nonzero()[0])
+        rested = before == HIBERNATED
+        near = near_fan(prediction.measurement, prediction.fan, 2.0 * WAKE_MARGIN_M) if rested.any() else inside
+        ended = (states == TERMINATED) & (before != TENTATIVE) & ~continued
+        stored, away = resting & ~rested & ~continued, resting & ~near & ~continued
+        tracks.rest(stored.nonzero()[0])
+        outcome = Outcome()
+        if (ended | stored | away).any():
+            outcome = self._report(tracks, ended, stored, utc_ns)
+            self.asleep.sleep(tracks.history.id[away].tolist(), tracks.existence[away].tolist())
+        leaving = (states == TERMINATED) | continued | away
+        if leaving.any():
+            tracks.keep(~leaving)
+        return outcome
+
+    def _confirm(self, tracks: Tracks, confirmed: Indices) -> Mask:
+        """Give objects just confirmed their ids; return (n,) which old objects live on in one of them."""
+        history, continued = tracks.history, np.zeros(len(tracks), bool)
+        if not len(confirmed):
+            return continued
+        old = np.flatnonzero((history.state != TENTATIVE) & (history.state != TERMINATED))
+        heirs, old = stitching.stitch(history, tracks.estimate(), confirmed, old, self._gate_sigmas)
+        tracks.inherit(heirs, old)
+        continued[old] = True
+        fresh = np.setdiff1d(confirmed, heirs)
+        history.id[fresh] = np.arange(self.next_id, self.next_id + len(fresh))
+        self.next_id += len(fresh)
+        return continued
+
+    def _report(self, tracks: Tracks, ended: Mask, stored: Mask, utc_ns: int) -> Outcome:
+        """Tell what `ended` and what belongs in the map: (n,) each."""
+        reported = tracks.history.state != TENTATIVE
+        now, outcome = snapshot_of(tracks), Outcome()
+        if ended.any():
+            outcome.ended = now.take(ended[reported])
+            self.asleep.forget(outcome.ended.id.tolist())
+        outcome.hibernated = map_objects(now.take(stored[reported]), utc_ns)
+        self.asleep.remember(outcome.hibernated)
+        return outcome
