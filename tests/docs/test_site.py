@@ -91,6 +91,18 @@ def test_lists_and_tables_are_shown_as_such(pages: dict[Path, Reader]) -> None:
     ]
 
 
+def test_readme_lists_the_pages_of_the_navigation() -> None:
+    root_pages = {"index.md": "README.md", "contributing.md": "CONTRIBUTING.md", "changelog.md": "CHANGELOG.md"}
+    settings = (PROJECT / "mkdocs.yml").read_text()
+    pages = re.findall(r"([\w/-]+\.md)$", settings[settings.index("\nnav:") :], re.MULTILINE)
+    readme = (PROJECT / "README.md").read_text()
+    table = readme[readme.index("## Documentation") :]
+    wanted = [root_pages.get(page, f"docs/{page}") for page in pages if page != "index.md"]
+    assert re.findall(r"\]\(([\w/.-]+)\)", table) == [
+        page for page in wanted if "how-to/" not in page or "README" in page
+    ]
+
+
 def test_every_decision_is_listed() -> None:
     folder = PROJECT / "docs" / "decisions"
     listed = (folder / "README.md").read_text()

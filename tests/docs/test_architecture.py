@@ -1,0 +1,100 @@
+"""What README, docs/architecture.md and docs/glossary.md say of the house is so: folders, layers, processes, names."""
+
+import ast
+import importlib
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from ods.runtime.processes import PROCESSES
+
+PROJECT = Path(__file__).parents[2]
+PAGE = (PROJECT / "docs" / "architecture.md").read_text()
+README = (PROJECT / "README.md").read_text()
+NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
+STATIONS = re.findall(NAMED, PAGE)
+GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
+WORDS = re.findall(r"^\| (.+) \| .+ \| " + NAMED + r" \|$", GLOSSARY, re.MULTILINE)
+NOT_OF_A_PACKAGE = {"data", "docs", "in_vcan", "vcan", "whole_chain"}
+"""Folders of tests that are not named after a folder of `ods`."""
+
+
+def docstring(file: Path) -> str:
+    """Return the first paragraph of a module's docstring as one line."""
+    text = ast.get_docstring(ast.parse(file.read_text())) or ""
+    return " ".join(text.split("\n\n")[0].split())
+
+
+def is_there(file: str, name: str) -> bool:
+    """Tell whether a file defines a function or class of this name, which has the method behind the dot, if any."""
+    outer, _, method = name.partition(".")
+    if outer not in [getattr(node, "name", "") for node in ast.parse((PROJECT / file).read_text()).body]:
+        return False
+    module = importlib.import_module(file.removesuffix(".py").replace("/", "."))
+    return not method or callable(getattr(getattr(module, outer), method, None))
+
+
+def test_every_folder_is_listed_with_its_docstring() -> None:
+    packages = {path.parent for path in (PROJECT / "ods").rglob("__init__.py")} - {PROJECT / "ods"}
+    wanted = {f"| `{folder.relative_to(PROJECT)}/` | {docstring(folder / '__init__.py')} |" for folder in packages}
+    listed = {line for line in PAGE.splitlines() if re.match(r"\| `ods/\S+/` \| [^`|]*(`[^`]+`[^`|]*)* \|$", line)}
+    assert wanted - listed == set()
+    assert {line for line in listed if line.count("|") == 3} - wanted == set()
+
+
+def test_layers_are_those_of_the_import_contract() -> None:
+    contracts = tomllib.loads((PROJECT / "pyproject.toml").read_text())["tool"]["importlinter"]["contracts"]
+    (layers,) = (contract["layers"] for contract in contracts if contract.get("exhaustive"))
+    assert "".join(f"    {layer.replace(' | ', '  ')}\n" for layer in layers) in PAGE
+
+
+def test_the_table_of_processes_is_the_process_table() -> None:
+    def told(names: tuple[str, ...]) -> str:
+        return f" {', '.join(f'`{name}`' for name in names)} " if any(names) else " "
+
+    rows = "".join(
+        f"| `{process.name}` |{told(process.reads)}|{told(process.publishes)}|{told((process.answers,))}"
+        f"| `{process.worker.partition('.service:')[0].replace('.', '/')}/` |\n"
+        for process in PROCESSES.values()
+    )
+    assert f"|---|---|---|---|---|\n{rows}\n" in PAGE
+
+
+def test_readme_has_the_processes_and_their_folders() -> None:
+    told = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/\w+)/` \|$", README, re.MULTILINE))
+    assert told == {
+        process.name: process.worker.partition(".service:")[0].replace(".", "/") for process in PROCESSES.values()
+    }
+
+
+@pytest.mark.parametrize(("file", "name"), STATIONS)
+def test_each_station_on_the_path_of_a_byte_is_there(file: str, name: str) -> None:
+    assert is_there(file, name)
+
+
+@pytest.mark.parametrize(("word", "file", "name"), WORDS)
+def test_each_word_of_the_glossary_has_its_place(word: str, file: str, name: str) -> None:
+    assert is_there(file, name)
+
+
+def test_the_glossary_has_a_place_for_every_word() -> None:
+    rows = [line for line in GLOSSARY.splitlines() if line.startswith("| ")]
+    assert len(WORDS) == len(rows) - rows.count("| word | meaning | in the code |") >= 30
+
+
+def test_the_path_is_long_enough_to_be_one() -> None:
+    assert len(STATIONS) > 25
+
+
+def test_named_files_and_folders_exist() -> None:
+    named = re.findall(r"`((?:ods|tests|benchmarks|in_vcan|config|deploy)/[\w/.]*)`", PAGE)
+    assert [path for path in named if not (PROJECT / path).exists()] == []
+
+
+def test_tests_stand_in_folders_of_the_packages() -> None:
+    tests = PROJECT / "tests"
+    folders = {path.parent.relative_to(tests) for path in tests.rglob("test_*.py")}
+    of_packages = [folder for folder in folders if folder.parts and folder.parts[0] not in NOT_OF_A_PACKAGE]
+    assert [str(folder) for folder in of_packages if not (PROJECT / "ods" / folder / "__init__.py").exists()] == []
