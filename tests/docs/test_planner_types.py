@@ -7,17 +7,17 @@ from pathlib import Path
 
 import pytest
 
-from tests import installed
+from tests.install.clean_venv import ROOT, build_wheel, install
 
-EXAMPLES = re.findall(r"```python\n(.*?)```", (installed.PROJECT / "README.md").read_text(), re.DOTALL)
+EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
 SETTINGS = "[mypy]\nstrict = true\n[mypy-msgpack.*]\nignore_missing_imports = true\n"
 
 
 @pytest.fixture(scope="module")
 def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The Python of an environment with the wheel installed."""
-    wheel = installed.make_wheel(tmp_path_factory.mktemp("wheel"))
-    return installed.install(wheel, tmp_path_factory.mktemp("environment") / "venv")
+    folder = tmp_path_factory.mktemp("planner")
+    return install(build_wheel(ROOT, folder), "ods", folder / "venv") / "python"
 
 
 def mypy(python: Path, folder: Path, *programs: str) -> str:

@@ -13,7 +13,7 @@ import pytest
 PROJECT = Path(__file__).parents[2]
 LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
 UNLOADED_LINKS = {"canonical", "prev", "next", "alternate"}
-MARKUP = re.compile(r"^(?:[-*+] |\d+\. |\|.*\||#+ |```)", re.MULTILINE)
+MARKUP = re.compile(r"^(?:[-*+] |\d{1,2}\. |\|.*\||#+ |```)", re.MULTILINE)
 
 
 class Reader(HTMLParser):
