@@ -10,10 +10,10 @@ from pathlib import Path
 import msgspec
 
 import ods
-from ods.base import kernel, kernel_cache, machine_code
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.base.terminal import StatusLine
+from ods.compiled import cache_folder, kernel, machine_code
 from ods.config import OnboardConfig
 
 _PACKAGE = Path(ods.__file__).parent
@@ -37,7 +37,7 @@ def run(args: Namespace) -> int:
     if known is not None and job in known.jobs:
         print("all kernels are compiled")
         return 0
-    folder = kernel_cache.writable_folder(_PACKAGE)
+    folder = cache_folder.writable_folder(_PACKAGE)
     if folder is None:
         raise CompileError("no folder for compiled kernels is safe and writable: set ODS_CACHE_DIR")
     print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
@@ -88,7 +88,7 @@ def warm_up(settings: OnboardConfig) -> None:
 
 def _keep(folder: Path, job: str, known: machine_code.MachineCode | None, config: Path) -> None:
     """Write the machine code and try it in a process of its own; what fails there is not left."""
-    from ods.base.object_code import keep
+    from ods.compiled.object_code import keep
 
     try:
         file = keep(folder, job, known)

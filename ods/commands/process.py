@@ -4,8 +4,8 @@ import importlib
 from argparse import ArgumentParser, Namespace
 from typing import Any
 
-from ods.base import kernel
 from ods.base.settings_file import load
+from ods.compiled import kernel
 from ods.config import part_of
 from ods.runtime.processes import PROCESSES
 from ods.runtime.service import run_worker

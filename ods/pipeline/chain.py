@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ods.base.arrays import AnyArray
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.image.amplitude import SampleScale

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from ods.base import kernel
+from ods.compiled import kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -15,8 +15,8 @@ from pathlib import Path
 import pytest
 
 import ods
-from ods.base import kernel_cache
 from ods.cli import BENCH_EXTRA
+from ods.compiled import cache_folder
 from ods.runtime.processes import on_board
 from tests.install.clean_venv import ROOT, bare, build_wheel, install
 
@@ -55,7 +55,7 @@ def _compile(package: Path) -> None:
     """Copy the machine code of the source tree, which is of the same sources; it is compiled first if need be."""
     command = [sys.executable, "-m", "ods", "compile", "--config", str(ONBOARD)]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    kept = next(f for f in kernel_cache.folders(Path(ods.__file__).parent) if (f / "machine-code").exists())
+    kept = next(f for f in cache_folder.folders(Path(ods.__file__).parent) if (f / "machine-code").exists())
     place = package / "__pycache__" / kept.name
     place.mkdir(parents=True)
     shutil.copy(kept / "machine-code", place)

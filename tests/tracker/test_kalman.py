@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.observer import axis_kalman
 from ods.tracker.observer.axis_kalman import AxisState
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.observer import ud_filter
 from ods.tracker.observer.belief import moment_match

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32, Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.fan import Fan

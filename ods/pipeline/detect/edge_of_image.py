@@ -7,7 +7,7 @@ has elsewhere; the equalizers, too, know only one side.
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.regions import Runs, renumber
 
 _BEAMS, _SAMPLES = 2, 4

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.detect.edge_of_image import drop_weak_at_border
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.split import split_regions

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from ods.base.arrays import Floats, Image, Ints
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 _BINS = 1024
 _FINE_BINS = 16384

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats32, Image, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.regions import RUN, Run, Runs
 
 _BLOCK = 64

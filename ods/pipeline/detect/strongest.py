@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import AnyArray
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Runs, renumber
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats32, Image, Ints32
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import GainedImage, load_row
 from ods.pipeline.stage.params import MeanRangeParams, MedianRangeParams

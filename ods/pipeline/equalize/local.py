@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats32, Image, Ints
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.equalize.by_range import sorted_middle
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import GainedImage, load_row

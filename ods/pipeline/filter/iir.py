@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import Floats32, Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.gained_image import GainedImage, load_row
 from ods.pipeline.stage.params import IirParams

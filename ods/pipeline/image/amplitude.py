@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import Scale
 
 MAX_AMPLITUDE = 1e15

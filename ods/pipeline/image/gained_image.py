@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats32, Image, Ints
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.padding import mirror_ends
 
 

@@ -1,7 +1,7 @@
 """Range ends: a filter sees the image mirrored there. Replicated ends would repeat one speckle sample into an echo."""
 
 from ods.base.arrays import Floats32
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 
 @kernel

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from ods.base.arrays import AnyArray, Ints, Ints32
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.regions import Regions, Run
 
 RegionNumbers = Ints32

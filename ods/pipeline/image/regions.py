@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 RUN = np.dtype([("beam", np.int32), ("first", np.int32), ("stop", np.int32), ("region", np.int32)], align=True)
 """Neighbouring cells of one beam: columns `first` to `stop` - 1. Regions are numbered from 1."""

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Floats32, Image
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 Points = Floats
 """(n, 2) Cartesian coordinates, m."""

@@ -4,7 +4,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.base.geometry import rotation_matrix
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import Pose
 from ods.pipeline.image.fan import Fan
 from ods.runtime.pose_buffer import PoseEstimate

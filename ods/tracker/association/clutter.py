@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes, echo_rows
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.association.clutter import ClutterDensity
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows, wrapped
 from ods.tracker.measurement.scan import Echoes, EchoRows, echo_rows

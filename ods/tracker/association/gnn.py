@@ -3,10 +3,10 @@
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.assignment import best_columns
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
+from ods.tracker.association.linear_assignment import best_columns
 
 
 def nearest(question: Question) -> Assignment:

@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from ods.base.arrays import Floats, Indices
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.gnn import best_pairs

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows, wrapped
 from ods.tracker.measurement.scan import Echoes, echo_rows

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import Sector
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows
 from ods.tracker.measurement.scan import Vehicle

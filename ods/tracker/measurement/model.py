@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.measurement.scan import Echoes, Vehicle, echo_rows
 from ods.tracker.named import Named
 

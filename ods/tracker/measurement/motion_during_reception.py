@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement.scan import Echoes, echo_rows
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.messages import Detection, Sector
 from ods.tracker.named import Named
 

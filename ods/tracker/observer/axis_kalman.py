@@ -15,7 +15,7 @@ Factored filters: G. J. Bierman, Factorization Methods for Discrete Sequential E
 
 from typing import NamedTuple
 
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 TINY = 1e-300
 """Keeps 0 / 0 out of an axis whose position and velocity are both known exactly."""

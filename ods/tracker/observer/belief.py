@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 
 class Belief(NamedTuple):

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer import axis_kalman

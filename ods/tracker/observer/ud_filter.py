@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 NORTH, EAST, VELOCITY = 0, 1, 2
 """Rows of the state; two of VELOCITY."""

@@ -14,7 +14,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.settings import EchoSettings
 
 VISIBLE, SILENT, NOTHING = 0, 1, 2

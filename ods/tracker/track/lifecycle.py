@@ -15,7 +15,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.arrays import Floats, Ints, Mask
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from ods.tracker.settings import LifeSettings
 
 TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED = range(5)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
-from ods.base.assignment import best_columns
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
+from ods.tracker.association.linear_assignment import best_columns
 from ods.tracker.observer.belief import Estimate
 from ods.tracker.settings import STATIC
 from ods.tracker.track.tracks import History

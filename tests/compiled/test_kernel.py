@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 CALLER = """
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 from {module} import inner
 
 @kernel
@@ -18,7 +18,7 @@ def outer(x):
 print(outer(1))
 """
 CALLEE = """
-from ods.base.kernel import kernel
+from ods.compiled.kernel import kernel
 
 @kernel
 def inner(x):

@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from ods.base.type_names import name_of_type, name_of_value, shape_of_value
+from ods.compiled.type_names import name_of_type, name_of_value, shape_of_value
 
 typeof: Any = numba.typeof
 

@@ -11,7 +11,7 @@ import pytest
 INNER = """
     from typing import NamedTuple
     import numpy as np
-    from ods.base.kernel import kernel
+    from ods.compiled.kernel import kernel
     from package.numbers import FACTOR
 
     class Pair(NamedTuple):
@@ -26,7 +26,7 @@ INNER = """
 """
 OUTER = """
     import numpy as np
-    from ods.base.kernel import kernel
+    from ods.compiled.kernel import kernel
     from package.one.inner import Pair, inner
 
     @kernel
@@ -41,16 +41,16 @@ COMPILE = """
     from pathlib import Path
     from package.two.outer import outer
     from package.one.inner import Pair
-    from ods.base import kernel_cache
-    from ods.base.object_code import keep
+    from ods.compiled import cache_folder
+    from ods.compiled.object_code import keep
 
     outer(Pair(np.arange(4.0), 1.0), 2.0)
-    folder = kernel_cache.writable_folder(Path(sys.argv[1]))
+    folder = cache_folder.writable_folder(Path(sys.argv[1]))
     keep(folder, "job", None)
 """
 RUN = """
     import sys, numpy as np
-    from ods.base import kernel
+    from ods.compiled import kernel
     kernel.do_without_numba()
     from package.two.outer import outer
     from package.one.inner import Pair

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ods.base.kernel import DISPATCHERS
-from ods.base.machine_code import FILE, MachineCode, Variant, this_computer
-from ods.base.type_names import name_of_type
+from ods.compiled.kernel import DISPATCHERS
+from ods.compiled.machine_code import FILE, MachineCode, Variant, this_computer
+from ods.compiled.type_names import name_of_type
 
 
 def keep(folder: Path, job: str, before: MachineCode | None) -> Path:

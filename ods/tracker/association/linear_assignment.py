@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices
-from ods.base.kernel import compiled
+from ods.compiled.kernel import compiled
 
 NONE = -1
 

@@ -20,8 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from ods.base import kernel_cache
-from ods.base.type_names import name_of_value, shape_of_value
+from ods.compiled import cache_folder
+from ods.compiled.type_names import name_of_value, shape_of_value
 
 log = logging.getLogger(__name__)
 
@@ -58,9 +58,9 @@ def load(package: Path) -> MachineCode | None:
 
     Only files that nobody else could have written are opened.
     """
-    for folder in kernel_cache.folders(package):
+    for folder in cache_folder.folders(package):
         file = folder / FILE
-        if not kernel_cache.is_safe(file):
+        if not cache_folder.is_safe(file):
             continue
         try:
             code = pickle.loads(file.read_bytes())

@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from ods.base import kernel_cache
-from ods.base.machine_code import LinkedCode, load
+from ods.compiled import cache_folder
+from ods.compiled.machine_code import LinkedCode, load
 
 log = logging.getLogger(__name__)
 
@@ -31,7 +31,7 @@ def kernel(function: F) -> F:
 
 def compiled(function: F, **options: Any) -> F:
     """Compile `function` by numba with these options, division by zero giving infinity, and cache it."""
-    linked = _linked(kernel_cache.package_of(_source_of(function))) if _without_numba else None
+    linked = _linked(cache_folder.package_of(_source_of(function))) if _without_numba else None
     if linked is None:
         return cast(F, _by_numba(function, options))
     return cast(F, linked.kernel(function, lambda: _by_numba(function, options)))
@@ -54,7 +54,7 @@ def _linked(package: Path) -> LinkedCode | None:
 def _by_numba(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     from numba import config, njit
 
-    folder = kernel_cache.writable_folder(kernel_cache.package_of(_source_of(function)))
+    folder = cache_folder.writable_folder(cache_folder.package_of(_source_of(function)))
     if folder is None:
         _say_that_nothing_is_kept()
     config.CACHE_DIR = str(folder or "")  # type: ignore[attr-defined]
