@@ -28,7 +28,7 @@ ONBOARD = ROOT / "ods" / "config_files" / "onboard.toml"
 DETECT = """
 import sys
 from pathlib import Path
-from ods.base import kernel
+from ods.compiled import kernel
 kernel.do_without_numba()
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
