@@ -15,7 +15,7 @@ class FrameReader:
     def __init__(self, layout: ImageLayout, buffers: DoubleBuffer) -> None:
         self._buffers = buffers
         self._of_gain_1 = of_gain_1(buffers.back)
-        self._stride = layout.stride
+        self._stride, self._offset = layout.stride, mean_offset(layout.stride)
         self._columns = [
             Decimation(int(layout.origin[band.columns.start]), layout.stride, band.columns.start, band.columns.stop)
             for band in layout.bands
@@ -30,9 +30,8 @@ class FrameReader:
                 to_amplitude(rows, columns, scale, self._buffers.back)
             return self._buffers.flip()
         if self._stride == len(self._columns) == 1:
-            return self._of_gain_1._replace(cells=rows, first=self._columns[0].first, offset=mean_offset(1))
-        counts = self._averaged_counts(rows)
-        return self._of_gain_1._replace(cells=counts, offset=mean_offset(self._stride))
+            return self._of_gain_1.with_cells(rows, self._columns[0].first, self._offset)
+        return self._of_gain_1.with_cells(self._averaged_counts(rows), 0, self._offset)
 
     def _averaged_counts(self, rows: AnyArray) -> AnyArray:
         if rows.dtype not in self._averaged:

@@ -5,7 +5,6 @@ from hypothesis import strategies as st
 from scipy import ndimage
 
 from ods.base.arrays import Image, Ints32
-from ods.pipeline.detect.grouping import sorted_runs
 from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
@@ -53,8 +52,7 @@ def test_regions_agree_with_labelling_by_scipy(
     level, high = np.float32(low), np.float32(0.97)
     work, visited = room_for_runs(image.shape), np.zeros(image.shape, np.bool_)
     rule = GrowingRule(level, high, int(connectivity == 8), smallest, largest)
-    used, count = find_regions(image, rule, work, visited)
-    runs = sorted_runs(work[:used])
+    runs, count = find_regions(image, rule, work, visited)
     assert not visited.any()
     labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
     sizes = np.bincount(labels.ravel(), minlength=number + 1)

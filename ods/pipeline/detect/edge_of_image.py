@@ -8,7 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.compiled.kernel import kernel
-from ods.pipeline.image.regions import Runs, renumber
+from ods.pipeline.image.regions import Runs, chosen_runs
 
 _BEAMS, _SAMPLES = 2, 4
 """Width of the border, cells: that of the default filter's half window."""
@@ -17,20 +17,22 @@ _LEAST_BEAMS, _LEAST_SAMPLES = 16, 64
 
 
 @kernel
-def drop_weak_at_border(image: Image, runs: Runs, total: int, high: np.float32, raised: np.float32) -> int:
-    """Drop regions whose cells above `high` all lie in the border, unless one is above `raised`.
+def without_weak_at_border(
+    image: Image, runs: Runs, total: int, high: np.float32, raised: np.float32
+) -> tuple[Runs, int]:
+    """Return the regions without those whose cells above `high` all lie in the border, and none above `raised`.
 
-    Returns how many stay; runs (of image (beams, samples)) are numbered anew, from 1 without a gap, 0: dropped.
+    They are numbered anew. image: (beams, samples).
     """
     beams = _BEAMS if image.shape[0] >= _LEAST_BEAMS else 0
     samples = _SAMPLES if image.shape[1] >= _LEAST_SAMPLES else 0
-    kept = np.zeros(total + 1, np.bool_)
+    kept = np.zeros(total, np.bool_)
     for i in range(runs.shape[0]):
         run = runs[i]
         outer = run.beam < beams or run.beam >= image.shape[0] - beams
         for j in range(run.first, run.stop):
             ends = j < samples or j >= image.shape[1] - samples
             if image[run.beam, j] > (raised if outer or ends else high):
-                kept[run.region] = True
+                kept[run.region - 1] = True
                 break
-    return renumber(runs, kept)
+    return chosen_runs(runs, kept)

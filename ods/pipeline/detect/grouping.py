@@ -6,11 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.compiled.kernel import kernel
-from ods.pipeline.detect.edge_of_image import drop_weak_at_border
+from ods.pipeline.detect.edge_of_image import without_weak_at_border
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.split import split_regions
-from ods.pipeline.detect.strongest import drop_weak, level_of_strongest
+from ods.pipeline.detect.strongest import level_of_strongest, without_weak
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions, Runs
@@ -44,18 +43,17 @@ class Grouping:
         params, (low, high, background) = self._params, levels
         corner, largest = int(params.connectivity == 8), params.max_cells or image.size
         rule = GrowingRule(np.float32(low), np.float32(high), corner, params.min_cells, largest)
-        used, count = find_regions(image, rule, self._runs, self._visited)
-        runs = self._runs[:used]
+        runs, count = find_regions(image, rule, self._runs, self._visited)
         if params.split_db > 0.0 and count:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = of_size(runs, self._wanted)
         if params.border > 1.0 and count:
             raised = np.float32(background + params.border * (high - background))
-            count = drop_weak_at_border(image, runs, count, rule.high, raised)
+            runs, count = without_weak_at_border(image, runs, count, rule.high, raised)
         if params.strongest < 1.0 and count:
-            count = drop_weak(recorded, runs, count, level_of_strongest(recorded.samples, params.strongest))
-        return Regions(sorted_runs(runs), count, background)
+            runs, count = without_weak(recorded, runs, count, level_of_strongest(recorded.samples, params.strongest))
+        return Regions(runs, count, background)
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:
@@ -80,22 +78,3 @@ def of_size(runs: Runs, wanted: Callable[[Runs], bool]) -> tuple[Runs, int]:
     for number, part in enumerate(kept, 1):
         part["region"] = number
     return (np.concatenate(kept) if kept else runs[:0]), len(kept)
-
-
-@kernel
-def sorted_runs(runs: Runs) -> Runs:
-    """Return the runs of numbered regions, by region, beam and column."""
-    key = np.empty(runs.shape[0], np.int64)
-    place = np.empty(runs.shape[0], np.int64)
-    count = 0
-    for i in range(runs.shape[0]):
-        run = runs[i]
-        if run.region > 0:  # of 4096 beams, 65536 samples
-            key[count] = (np.int64(run.region) << 32) + (np.int64(run.beam) << 17) + run.first
-            place[count] = i
-            count += 1
-    order = np.argsort(key[:count])
-    out = np.empty(count, runs.dtype)
-    for k in range(count):
-        out[k] = runs[place[order[k]]]
-    return out

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats32, Image, Mask
 from ods.compiled.kernel import kernel
-from ods.pipeline.image.regions import RUN, Run, Runs
+from ods.pipeline.image.regions import RUN, Run, Runs, sorted_runs
 
 _BLOCK = 64
 """Cells that are looked at together for one above the high level, in a row that has one."""
@@ -33,13 +33,12 @@ def room_for_runs(shape: tuple[int, int]) -> Runs:
 
 
 @kernel
-def find_regions(image: Image, rule: GrowingRule, runs: Runs, visited: Mask) -> tuple[int, int]:
-    """Fill runs with the runs of all regions; return how many they are, and the number of regions.
+def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> tuple[Runs, int]:
+    """Return the runs of all regions, sorted, and the number of regions.
 
     A region is grown, run by run, from a cell of image (beams, samples) above `high`; so the time goes with what is
-    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. Regions that have not
-    `smallest` to `largest` cells get the number 0. runs: as `room_for_runs` makes it; visited, (beams, samples), must
-    be all False and is so again at the end.
+    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. work: as
+    `room_for_runs` makes it; visited, (beams, samples), must be all False and is so again at the end.
     """
     high = rule.high
     count, end = 0, 0
@@ -53,13 +52,13 @@ def find_regions(image: Image, rule: GrowingRule, runs: Runs, visited: Mask) -> 
                 continue
             for column in range(begin, end_of_block):
                 if row[column] > high and not visited[beam, column]:
-                    stop = end + _grow(image, rule, (beam, column), runs[end:], visited)
-                    if rule.smallest <= _cells(runs[end:stop]) <= rule.largest:
+                    stop = end + _grow(image, rule, (beam, column), work[end:], visited)
+                    if rule.smallest <= _cells(work[end:stop]) <= rule.largest:
                         count += 1
-                        _number(runs[end:stop], count)
+                        _number(work[end:stop], count)
                     end = stop
-    _forget(runs[:end], visited)
-    return end, count
+    _forget(work[:end], visited)
+    return sorted_runs(work[:end]), count
 
 
 @kernel

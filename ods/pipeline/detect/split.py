@@ -7,7 +7,7 @@ import numpy as np
 from ods.base.arrays import Image
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.regions import RUN, Runs
+from ods.pipeline.image.regions import RUN, Runs, sorted_runs
 
 
 def split_regions(image: Image, runs: Runs, valley_db: float, low: float, smallest: int, fan: Fan) -> tuple[Runs, int]:
@@ -26,7 +26,7 @@ def split_regions(image: Image, runs: Runs, valley_db: float, low: float, smalle
         for piece in pieces:
             piece["region"] = len(out) + 1
             out.append(piece)
-    return np.concatenate(out), len(out)
+    return sorted_runs(np.concatenate(out)), len(out)
 
 
 def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[float, float]]:
@@ -38,10 +38,10 @@ def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[
     limit = np.float32(level)
     work = room_for_runs(crop.shape)
     rule = GrowingRule(limit, limit, 1, smallest, crop.size)
-    used, count = find_regions(crop, rule, work, np.zeros(crop.shape, np.bool_))
+    found, count = find_regions(crop, rule, work, np.zeros(crop.shape, np.bool_))
     cores = []
     for k in range(1, count + 1):
-        piece = work[:used][work["region"][:used] == k]
+        piece = found[found["region"] == k]
         length = piece["stop"] - piece["first"]
         middle = 0.5 * (piece["first"] + piece["stop"] - 1)
         cores.append((float(beam + np.average(piece["beam"], weights=length)),

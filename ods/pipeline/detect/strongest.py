@@ -5,7 +5,7 @@ import numpy as np
 from ods.base.arrays import AnyArray
 from ods.compiled.kernel import kernel
 from ods.pipeline.image.recorded import Recorded, samples_of
-from ods.pipeline.image.regions import Runs, renumber
+from ods.pipeline.image.regions import Runs, chosen_runs
 
 _SAMPLES = 4096
 """Samples that the strongest share is measured on."""
@@ -24,16 +24,16 @@ def level_of_strongest(samples: AnyArray, share: float) -> float:
 
 
 @kernel
-def drop_weak(recorded: Recorded, runs: Runs, total: int, level: float) -> int:
-    """Drop regions none of whose recorded samples reaches the level, unless that is 0 or less.
+def without_weak(recorded: Recorded, runs: Runs, total: int, level: float) -> tuple[Runs, int]:
+    """Return the regions without those none of whose recorded samples reaches the level, unless that is 0 or less.
 
-    Returns how many stay; runs are numbered anew, from 1 without a gap, 0: dropped.
+    They are numbered anew.
     """
-    kept = np.full(total + 1, level <= 0.0)
+    kept = np.full(total, level <= 0.0)
     for i in range(runs.shape[0]):
         values = samples_of(recorded, runs[i])
         for j in range(values.size):
             if values[j] >= level:
-                kept[runs[i].region] = True
+                kept[runs[i].region - 1] = True
                 break
-    return renumber(runs, kept)
+    return chosen_runs(runs, kept)

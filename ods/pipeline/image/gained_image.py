@@ -38,6 +38,10 @@ class GainedImage(NamedTuple):
         """The cells are the amplitudes; there is nothing to apply."""
         return self.plain and self.cells.dtype.kind == "f"
 
+    def with_cells(self, cells: AnyArray, first: int, offset: np.float32) -> "GainedImage":
+        """Return the gain with other cells."""
+        return GainedImage(cells, first, offset, self.gain, self.above, self.share, self.plain)
+
     def with_column_gain(self, gain: Image) -> "GainedImage":
         """Return the image with gain, (1, samples); that of before is part of it."""
         return GainedImage(self.cells, self.first, self.offset, gain, self.above, self.share, False)

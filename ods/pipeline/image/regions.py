@@ -28,8 +28,8 @@ class Regions(NamedTuple):
 
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
     """Return the regions that lie before a column that none reaches across, and the others."""
-    beyond = regions_beyond(regions, column)
-    return chosen(regions, ~beyond), chosen(regions, beyond)
+    before, count, beyond, rest = shared_runs(regions.runs, regions.total, column)
+    return Regions(before, count, regions.background), Regions(beyond, rest, regions.background)
 
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
@@ -54,24 +54,30 @@ def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
 
 
 @kernel
-def regions_beyond(regions: Regions, column: int) -> Mask:
-    """Return, (total,), whether a region lies behind a column that none reaches across."""
-    beyond = np.zeros(regions.total, np.bool_)
-    for i in range(regions.runs.shape[0]):
-        run = regions.runs[i]
-        beyond[run.region - 1] = run.first >= column
-    return beyond
+def shared_runs(runs: Runs, total: int, column: int) -> tuple[Runs, int, Runs, int]:
+    """Return runs and number of the regions before a column that none reaches across, and of the others."""
+    beyond = np.zeros(total, np.bool_)
+    for i in range(runs.shape[0]):
+        beyond[runs[i].region - 1] = runs[i].first >= column
+    near, count = chosen_runs(runs, ~beyond)
+    far, rest = chosen_runs(runs, beyond)
+    return near, count, far, rest
 
 
 @kernel
-def renumber(runs: Runs, kept: Mask) -> int:
-    """Number the regions to keep anew, from 1 without a gap, the others 0; return how many stay. kept: (total + 1,)."""
-    number = np.zeros(kept.size, np.int32)
+def sorted_runs(runs: Runs) -> Runs:
+    """Return the runs of numbered regions, by region, beam and column."""
+    key = np.empty(runs.shape[0], np.int64)
+    place = np.empty(runs.shape[0], np.int64)
     count = 0
-    for region in range(1, kept.size):
-        if kept[region]:
-            count += 1
-            number[region] = count
     for i in range(runs.shape[0]):
-        runs[i].region = number[runs[i].region]
-    return count
+        run = runs[i]
+        if run.region > 0:  # of 4096 beams, 65536 samples
+            key[count] = (np.int64(run.region) << 32) + (np.int64(run.beam) << 17) + run.first
+            place[count] = i
+            count += 1
+    order = np.argsort(key[:count])
+    out = np.empty(count, runs.dtype)
+    for k in range(count):
+        out[k] = runs[place[order[k]]]
+    return out
