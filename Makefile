@@ -43,9 +43,10 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 hooks: $(VENV)/.ready
 	$(BIN)/pre-commit install
 
-# machine code of the kernels, so that no process waits for a compiler; at once where nothing has changed
+# machine code of the kernels, so that no process waits for a compiler; at once where nothing has changed. Where it
+# cannot be had, processes compile by themselves
 compile: $(VENV)/.ready
-	$(BIN)/ods compile --config $(CONFIG)
+	-$(BIN)/ods compile --config $(CONFIG)
 
 # dist/*.whl, for `pip install` on board; build/ would bring in what was deleted since
 wheel: $(VENV)/.ready
