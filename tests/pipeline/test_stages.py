@@ -100,6 +100,14 @@ def test_users_file_is_found_and_its_parameters_are_checked(frame: np.ndarray) -
         chain({"use": "my.beam_gain", "limit": -1.0}, DETECT, plugins=(EXAMPLE,))
 
 
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_a_stage_stands_in_the_file_of_its_name_or_in_one_that_lists_it(name: str) -> None:
+    module = importlib.import_module(registry.find_stage(name).prepare.__module__)
+    folder, word = name.split(".")
+    assert module.__name__.startswith(f"ods.pipeline.{folder}.")
+    assert module.__name__.endswith(f".{word}") or f"`{word}`" in (module.__doc__ or "")
+
+
 def test_document_shows_the_very_example() -> None:
     code = EXAMPLE.read_text().partition('"""\n\n')[2]
     assert code in (REPOSITORY / "docs" / "user-stage.md").read_text()
