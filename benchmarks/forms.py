@@ -15,7 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.covariance_forms import FORMS, FULL, QUICK, TIMED_FILTERS, TYPES, Grid, measure
-from ods.assess.track.chart import dress, save
+from ods.assess.track.chart import dress, save_figure
 from ods.base.errors import OdsError
 from ods.plots.fan import COLOUR_MAP, INK, PAPER
 
@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     grid = measure(QUICK if args.quick else FULL)
     Console(width=120).print(table(grid))
     try:
-        save(draw(grid), args.out)
+        save_figure(draw(grid), args.out)
     except OdsError as error:
         print(error, file=sys.stderr)
         return 2

@@ -16,7 +16,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ods.assess.track.case import observe
-from ods.assess.track.chart import COLOURS, dress, number, save
+from ods.assess.track.chart import COLOURS, dress, number, save_figure
 from ods.assess.track.scenarios import SONAR, in_sector, world
 from ods.base.clock import NS
 from ods.messages import Pose
@@ -129,7 +129,7 @@ def receptions() -> dict[int, float]:
             began = time.process_time()
             sent = poses.at(2 * NS + 10_000 * turn)
             assert sent is not None
-            listening = motion_during_reception.listen(sent, 100.0, 1500.0, poses.at)
+            listening = motion_during_reception.poses_of(sent, 100.0, 1500.0, poses.at)
             assert listening is not None
             motion_during_reception.at_transmission(echoes, listening)
             spent.append(1e3 * (time.process_time() - began))
@@ -176,7 +176,7 @@ def main() -> None:
     for detections, ms in receptions().items():
         print(f"{'detections':38}{detections:8}{ms:8.3f}")
     if args.out is not None:
-        save(draw(all_of_them), args.out)
+        save_figure(draw(all_of_them), args.out)
         print(f"drawn: {args.out}")
 
 

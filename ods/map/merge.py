@@ -136,7 +136,7 @@ def _fused(a: MapObject, b: MapObject, spread: Spread) -> MapObject:
     )
 
 
-LEAST_VARIANCE = 1e-6
+LEAST_PLACE_VARIANCE = 1e-6
 """No place is known better than to 1 mm (m^2)."""
 
 
@@ -146,12 +146,12 @@ def _covariance(o: MapObject, spread: Spread | None = None) -> Floats:
     matrix[0, 1] = matrix[1, 0] = o.covariance_ne
     if spread is not None:
         more = spread.position_sigma_m**2 + (spread.shape_sigma * o.radius) ** 2
-        matrix += np.diag([more, more, 0.0]) + LEAST_VARIANCE * np.eye(3)
+        matrix += np.diag([more, more, 0.0]) + LEAST_PLACE_VARIANCE * np.eye(3)
     return matrix
 
 
 def _radius_variance(o: MapObject, spread: Spread) -> float:
-    return o.sigma_radius**2 + (spread.shape_sigma * o.radius) ** 2 + LEAST_VARIANCE
+    return o.sigma_radius**2 + (spread.shape_sigma * o.radius) ** 2 + LEAST_PLACE_VARIANCE
 
 
 def _placed(o: MapObject, place: Floats, covariance: Floats) -> MapObject:

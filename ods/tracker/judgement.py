@@ -5,17 +5,19 @@ import numpy as np
 from ods.base.arrays import Ints
 from ods.base.clock import NS
 from ods.tracker.association.match import ScanMatch
-from ods.tracker.prediction import Prediction
+from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import REST, TrackerSettings
-from ods.tracker.track import lifecycle, stitching
+from ods.tracker.track import existence, lifecycle, stitching
 from ods.tracker.track.tracks import Tracks
 
 
-def judge(tracks: Tracks, prediction: Prediction, match: ScanMatch, t_ns: int, settings: TrackerSettings) -> Ints:
+def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: int, settings: TrackerSettings) -> Ints:
     """Judge existence by the image taken at `t_ns`; return (n,) the next state of each object of `tracks`."""
     history, estimate, hit = tracks.history, prediction.estimate, match.hit
-    tentative = ~prediction.reported
-    tracks.judge(match, settings.echo)
+    tentative, probabilities = ~prediction.reported, tracks.probabilities
+    carried = existence.carry_on(probabilities, history.echoes, match.watched, tracks.unjudged_s, settings.echo)
+    probabilities[...] = existence.after_image(carried, hit, match.llr, match.expected)
+    tracks.unjudged_s = 0.0
     evidence = lifecycle.Evidence(
         hit=hit,
         inside=prediction.field_of_view.inside,

@@ -6,10 +6,10 @@ import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
 from ods.tracker.map.hibernated import HibernatedObjects, MapObject
-from ods.tracker.measurement.field_of_view import fan_of, in_opening, near_fan
+from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of
-from ods.tracker.prediction import Prediction
+from ods.tracker.prediction import ScanPrediction
 from ods.tracker.track import stitching
 from ods.tracker.track.lifecycle import ACTIVE, HIBERNATED, STAND_BY, TENTATIVE, TERMINATED
 from ods.tracker.track.tracks import Tracks
@@ -43,11 +43,11 @@ class TrackManager:
         ids, places = self.asleep.places(vehicle.position[:2], scan.sector.range_max_m + WAKE_MARGIN_M)
         if not len(ids):
             return
-        inside = in_opening(np.ascontiguousarray(places), vehicle, fan_of(scan.sector), WAKE_MARGIN_M)
+        inside = in_opening(np.ascontiguousarray(places), vehicle, coverage_of(scan.sector), WAKE_MARGIN_M)
         if inside.any():
             tracks.recall(self.asleep.wake(ids[inside].tolist()), scan.t_ns)
 
-    def manage(self, tracks: Tracks, states: Ints, prediction: Prediction, utc_ns: int) -> Outcome:
+    def manage(self, tracks: Tracks, states: Ints, prediction: ScanPrediction, utc_ns: int) -> Outcome:
         """Take the objects to their next `states` (n,); return what that changes."""
         inside, before = prediction.field_of_view.inside, tracks.history.state.copy()
         tracks.history.state[:] = states
@@ -57,7 +57,7 @@ class TrackManager:
             return Outcome()
         continued = self._confirm(tracks, ((before == TENTATIVE) & (states == ACTIVE)).nonzero()[0])
         rested = before == HIBERNATED
-        near = near_fan(prediction.measurement, prediction.fan, 2.0 * WAKE_MARGIN_M) if rested.any() else inside
+        near = near_coverage(prediction.measurement, prediction.fan, 2.0 * WAKE_MARGIN_M) if rested.any() else inside
         ended = (states == TERMINATED) & (before != TENTATIVE) & ~continued
         stored, away = resting & ~rested & ~continued, resting & ~near & ~continued
         tracks.rest(stored.nonzero()[0])
@@ -76,7 +76,8 @@ class TrackManager:
         if not len(confirmed):
             return continued
         old = np.flatnonzero((history.state != TENTATIVE) & (history.state != TERMINATED))
-        heirs, old = stitching.stitch(history, tracks.estimate(), confirmed, old, self._gate_sigmas)
+        _, estimate = tracks.told()
+        heirs, old = stitching.stitch(history, estimate, confirmed, old, self._gate_sigmas)
         tracks.inherit(heirs, old)
         continued[old] = True
         fresh = np.setdiff1d(confirmed, heirs)

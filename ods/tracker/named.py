@@ -1,6 +1,6 @@
 """Tables with named rows: the one way in which structured data goes into the tracker's kernels and comes out.
 
-One array crosses the border, and both sides give its rows their names at once: `Record(*table)` here, a kernel of the
+One array crosses the border, and both sides give its rows their names at once: `RowNames(*table)` here, a kernel of the
 record's own there (such as `echo_rows`). A NamedTuple of eight arrays would cost 1.9 us a crossing, as each array is
 unpacked by itself; one table costs 0.4 us (ADR 0012).
 """
@@ -13,42 +13,42 @@ from numpy.typing import NDArray
 
 from ods.base.arrays import Floats, Mask
 
-Record = TypeVar("Record", bound=tuple[Any, ...])
+RowNames = TypeVar("RowNames", bound=tuple[Any, ...])
 
 
-class Named(Generic[Record]):
+class Named(Generic[RowNames]):
     """A table and its rows by name."""
 
     __slots__ = ("_record", "_rows", "table")
 
-    def __init__(self, record: Callable[..., Record], table: Floats) -> None:
+    def __init__(self, record: Callable[..., RowNames], table: Floats) -> None:
         """`record`: a NamedTuple with a field for each index of the table's first axis."""
         self.table = table
         self._record = record
-        self._rows: Record | None = None
+        self._rows: RowNames | None = None
 
     @property
-    def rows(self) -> Record:
+    def rows(self) -> RowNames:
         """Views of the table's rows."""
         if self._rows is None:
             self._rows = self._record(*self.table)
         return self._rows
 
 
-class TrackTable(Generic[Record]):
+class TrackTable(Generic[RowNames]):
     """A table with an object a column (the last axis), to append objects to and remove them from.
 
     Always C-contiguous, as kernels want it; `table` and `rows` are other arrays after each `grow` or `keep`.
     """
 
-    def __init__(self, record: Callable[..., Record], shape: tuple[int, ...], dtype: type[Any] = np.float64) -> None:
+    def __init__(self, record: Callable[..., RowNames], shape: tuple[int, ...], dtype: type[Any] = np.float64) -> None:
         """`shape`: of the table without its last axis; `record`: as in `Named`."""
         self._record = record
-        self._rows: Record | None = None
+        self._rows: RowNames | None = None
         self.table: NDArray[Any] = np.zeros((*shape, 0), dtype)
 
     @property
-    def rows(self) -> Record:
+    def rows(self) -> RowNames:
         """Views of the table's rows."""
         if self._rows is None:
             self._rows = self._record(*self.table)
@@ -57,7 +57,7 @@ class TrackTable(Generic[Record]):
     def __len__(self) -> int:
         return int(self.table.shape[-1])
 
-    def grow(self, count: int) -> Record:
+    def grow(self, count: int) -> RowNames:
         """Append so many objects, all numbers 0, and return their rows to be filled in."""
         old = len(self)
         larger = np.zeros((*self.table.shape[:-1], old + count), self.table.dtype)

@@ -2,9 +2,11 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.tracker.measurement.field_of_view import Fan, FieldOfView, fan_of, field_of_view, hidden
+from ods.tracker.measurement.field_of_view import Coverage, FieldOfView, coverage_of, field_of_view, occluded
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
@@ -13,16 +15,18 @@ from ods.tracker.settings import TrackerSettings
 from ods.tracker.track import existence, lifecycle
 from ods.tracker.track.tracks import Tracks
 
-SILENT_S = 0.5
+VAGUE_M = 1.0
+"""A silent object whose place is less certain than this is vague."""
+UNSEEN_S = 0.5
 """An object seen more recently than this is not silent; one behind another is then seen over it or beside it."""
 
 
 @dataclass(frozen=True, slots=True)
-class Prediction:
+class ScanPrediction:
     """Of n objects."""
 
     vehicle: Vehicle
-    fan: Fan
+    fan: Coverage
     belief: Belief
     """Hypotheses of how each object moves, carried on to the ping,"""
     estimate: Estimate
@@ -37,22 +41,23 @@ class Prediction:
     """(n,) probability that the object, if it exists, is in view and gives echoes at all just now."""
     reported: Mask
     """(n,) confirmed objects, hibernated ones too."""
-    silent: Mask
-    """(n,) of these, those not seen lately."""
+    vague: Mask
+    """(n,) those silent for so long that they take no single echo, which may be a false alarm: they are found again by
+    a new object that is confirmed there."""
 
 
-def predict(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> Prediction:
+def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:
     """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are carried on to it."""
-    history, belief, estimate = tracks.history, tracks.belief(), tracks.estimate()
+    history, (belief, estimate) = tracks.history, tracks.told()
     by_hypothesis = predicted_measurement(belief.position, belief.variance, belief.covariance_ne, vehicle)
     measurement = predicted_measurement(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
-    fan = fan_of(scan.sector, scan.fan_turn)
+    fan = coverage_of(scan.sector, scan.fan_turn)
     seen = field_of_view(measurement, fan, scan.processed_ranges_m, settings.life.edge_sigmas)
     reported = history.state != lifecycle.TENTATIVE
-    silent = reported & ((scan.t_ns - history.last) / NS > SILENT_S)
-    seen.watched[silent & hidden(measurement, estimate.radius, history.state == lifecycle.ACTIVE)] = 0.0
+    silent = reported & ((scan.t_ns - history.last) / NS > UNSEEN_S)
+    seen.watched[silent & occluded(measurement, estimate.radius, history.state == lifecycle.ACTIVE)] = 0.0
     audible = existence.visibility(tracks.probabilities, tracks.unjudged_s, settings.echo)
-    return Prediction(
+    return ScanPrediction(
         vehicle=vehicle,
         fan=fan,
         belief=belief,
@@ -62,5 +67,5 @@ def predict(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSetti
         field_of_view=seen,
         visibility=audible * seen.probability,
         reported=reported,
-        silent=silent,
+        vague=silent & (np.maximum(measurement.rows.along, measurement.rows.across) > VAGUE_M**2),
     )

@@ -85,7 +85,7 @@ class TrackedScenario:
     """(K,) time of each step."""
 
 
-def load(path: Path) -> Scenario:
+def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises ScenarioError."""
     try:
         with np.load(path, allow_pickle=False) as file:
@@ -160,7 +160,7 @@ def tracker_for(scenario: Scenario, settings: TrackerSettings) -> Tracker:
         raise ScenarioError(str(error)) from error
 
 
-def run(scenario: Scenario, settings: TrackerSettings) -> TrackedScenario:
+def track_scenario(scenario: Scenario, settings: TrackerSettings) -> TrackedScenario:
     """Track a scenario. Raises ScenarioError."""
     tracker = tracker_for(scenario, settings)
     rows, wall_ms = [np.zeros((0, 8))], []
@@ -186,8 +186,8 @@ def rows_of(scan: int, snapshot: Snapshot) -> Floats:
 
 def track_file(source: Path, out: Path, settings: TrackerSettings) -> str:
     """Track the scenario file `source`, write `out` (.npz) and return a line that sums it up. Raises ScenarioError."""
-    scenario = load(source)
-    tracks = run(scenario, settings)
+    scenario = load_scenario(source)
+    tracks = track_scenario(scenario, settings)
     try:
         with out.open("wb") as file:
             np.savez_compressed(file, trk=tracks.trk, wall_ms=tracks.wall_ms)

@@ -9,7 +9,7 @@ from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, StartError, Worker
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, detection_table, echoes_of, vehicle_at
+from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
@@ -89,7 +89,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             self.service.complain_once("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return
         pose = self._poses.at(message.t_ns)
-        echoes, dropped = echoes_of(detection_table(message.detections))
+        echoes, dropped = echoes_of(echo_table_of(message.detections))
         scan = self._scan(message, echoes, pose)
         outcome = self._tracker.step(scan)
         if not outcome.taken:
@@ -109,7 +109,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         vehicle, fan_turn = None, 0.0
         if sent is not None:
             seen_from = sent
-            listening = motion_during_reception.listen(
+            listening = motion_during_reception.poses_of(
                 sent, message.sector.range_max_m, message.sound_speed, self._poses.at
             )
             if listening is None:

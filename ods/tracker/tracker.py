@@ -11,7 +11,7 @@ from ods.tracker.map.hibernated import MapObject
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
-from ods.tracker.prediction import predict
+from ods.tracker.prediction import predict_scan
 from ods.tracker.settings import STATIC, TrackerSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
@@ -57,13 +57,15 @@ class Tracker:
             return Outcome()
         self._scans += 1
         self._manager.wake(tracks, scan, vehicle)
-        prediction = predict(tracks, scan, vehicle, settings)
+        prediction = predict_scan(tracks, scan, vehicle, settings)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, scan.t_ns, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
-            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, self._births(), self._clutter.per_scan)
+            echo = settings.echo
+            births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
+            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
         return outcome
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
@@ -80,8 +82,3 @@ class Tracker:
         """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""
         live = snapshot_of(self._tracks)
         return map_objects(live.take((live.static >= STATIC) & (live.state != lifecycle.HIBERNATED)), utc_ns)
-
-    def _births(self) -> float:
-        """Return how many new objects are expected in a scan."""
-        echo = self.settings.echo
-        return echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan

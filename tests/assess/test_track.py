@@ -9,7 +9,7 @@ import pytest
 from benchmarks import covariance_forms, forms
 from ods import cli
 from ods.assess.track import paper_figures, reference, scenarios
-from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save
+from ods.assess.track.case import FALSE, MERGED, Case, World, hidden, merged, observe, polar, save_case
 from ods.assess.track.measure import nees_band
 from ods.assess.track.record import ID, SCAN, STATUS, Record
 from ods.assess.track.scores import score
@@ -49,8 +49,8 @@ def test_other_seeds_give_other_scenarios() -> None:
 
 def test_a_saved_scenario_is_read_by_the_track_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     case, file = scenarios.make("paper", 0), tmp_path / "paper.npz"
-    save(case, file)
-    again = scenario.load(file)
+    save_case(case, file)
+    again = scenario.load_scenario(file)
     assert again.meta == case.scenario.meta
     np.testing.assert_array_equal(again.det, case.scenario.det)
     assert cli.main(["track", str(file), "--out", str(tmp_path / "tracks.npz")]) == 0
@@ -81,7 +81,7 @@ def test_the_reference_is_consistent_where_its_model_is_true(monkeypatch: pytest
     monkeypatch.setattr(reference, "ACCELERATION_NOISE", 1e-9)
     for resting, moving in ((10, 0), (0, 8)):
         cases = [level(resting, moving, seed) for seed in range(5)]
-        scores = [score(case, reference.follow(case)) for case in cases]
+        scores = [score(case, reference.follow_reference(case)) for case in cases]
         nees = np.concatenate([one.nees for one in scores])
         low, high = nees_band(len(nees))
         assert low < nees.mean() < high
@@ -154,7 +154,7 @@ def test_quick_assessment_prints_the_table_and_draws_the_chart(
 
 def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:
     """[SSIE] figures 6 and 7: a new object at 4 s, the old one discarded about 26 s, stand-by at about 41 s."""
-    example = paper_figures.run()
+    example = paper_figures.run_example()
     old, other, new = paper_figures.lives(example)
     assert new.began == pytest.approx(4.0, abs=1.5)
     assert old.ended == pytest.approx(26.0, abs=4.0)

@@ -12,7 +12,7 @@ from scipy.stats import multivariate_normal, norm
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import quat_from_euler
 from ods.tracker.association.clutter import ClutterDensity
-from ods.tracker.association.gating import Chance, Hypotheses, hypotheses, scored
+from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses, scored
 from ods.tracker.association.gnn import best_pairs
 from ods.tracker.association.split_merged import parts_inside, put_together
 from ods.tracker.measurement.model import predicted_measurement
@@ -50,7 +50,7 @@ def test_hypotheses_are_those_of_the_plain_formula() -> None:
     clutter = ClutterDensity(rng.uniform(1e-4, 1e-2, m), rng.uniform(0.1, 1.0, m))
     assert VEHICLE is not None
     predicted = predicted_measurement(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
-    chance = Chance(np.ones(n), SETTINGS.detection_probability)
+    chance = Detectability(np.ones(n), SETTINGS.detection_probability)
     found = hypotheses(predicted, believed, seen, clutter, chance, SETTINGS.gate_sigmas)
 
     expected = {}
@@ -123,7 +123,7 @@ def test_nothing_to_associate() -> None:
 
 def test_an_echo_of_a_silent_object_needs_more_proof() -> None:
     """Two objects fit an echo alike; the one that has been silent, seen with probability 0.01, stays without."""
-    chance = Chance(np.array([0.01, 1.0]), 0.9)
+    chance = Detectability(np.array([0.01, 1.0]), 0.9)
     found = scored(np.array([0, 1]), np.array([0, 0]), np.array([2.0, 2.0]), chance)
     np.testing.assert_allclose(found.score, [2.0 + math.log(0.01 / (1 - 0.009)), 2.0 - math.log(0.1)])
     assert best_pairs(found, np.ones(2, bool), 1).objects.tolist() == [1]

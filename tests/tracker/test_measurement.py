@@ -7,9 +7,9 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.geometry import euler_from_quat, quat_from_euler
-from ods.tracker.measurement.field_of_view import fan_of, field_of_view, near_fan
+from ods.tracker.measurement.field_of_view import coverage_of, field_of_view, near_coverage
 from ods.tracker.measurement.model import position_measurement, predicted_measurement
-from ods.tracker.measurement.scan import Echoes, Vehicle, detection_table, echoes_of, vehicle_at
+from ods.tracker.measurement.scan import Echoes, Vehicle, echo_table_of, echoes_of, vehicle_at
 from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
 
 
@@ -116,7 +116,7 @@ def test_an_object_at_the_vehicles_own_place_is_no_trouble() -> None:
 def seen_at(place: list[float], sigma: float, sigma_down: float = 0.01) -> tuple[bool, float]:
     variance = np.array([[sigma**2], [sigma**2], [sigma_down**2]])
     predicted = predicted_measurement(np.array([place]).T, variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
-    result = field_of_view(predicted, fan_of(SECTOR), (), 2.0)
+    result = field_of_view(predicted, coverage_of(SECTOR), (), 2.0)
     return bool(result.inside[0]), float(result.watched[0])
 
 
@@ -144,7 +144,7 @@ def test_near_the_sector() -> None:
         np.zeros(3),
         vehicle([0, 0, 0], [0, 0, 0]),
     )
-    assert near_fan(predicted, fan_of(SECTOR), 10.0).tolist() == [True, True, False]
+    assert near_coverage(predicted, coverage_of(SECTOR), 10.0).tolist() == [True, True, False]
 
 
 def test_bad_echoes_and_poses_are_left_out() -> None:
@@ -157,6 +157,6 @@ def test_bad_echoes_and_poses_are_left_out() -> None:
     table[5, 4] = 1e300
     kept, dropped = echoes_of(table)
     assert (len(kept), dropped) == (1, 5)
-    assert len(echoes_of(detection_table([]))[0]) == 0
+    assert len(echoes_of(echo_table_of([]))[0]) == 0
     assert vehicle_at(np.array([0.0, np.nan, 0.0]), quat_from_euler(0, 0, 0), NO_SIGMA, NO_SIGMA) is None
     assert euler_from_quat(quat_from_euler(0, 0, 1.0))[2] == pytest.approx(1.0)

@@ -13,10 +13,10 @@ from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.observer import ud_filter
 from ods.tracker.observer.belief import moment_match
-from ods.tracker.observer.imm import InteractingModels, Model, mix, scratch_for
+from ods.tracker.observer.imm import InteractingModels, Model, interact, scratch_for
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import CALM, OBSERVERS, Observer, make_observer
-from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS, STATES, Place, work_space
+from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS, STATE_ROWS, Place, work_space
 from ods.tracker.settings import MotionSettings
 
 Long = NDArray[np.longdouble]
@@ -100,7 +100,7 @@ def test_the_factored_form_equals_the_matrix_form(
     truth = textbook.p.astype(np.float64)
     scale = np.sqrt(np.outer(np.diag(truth), np.diag(truth)))
     assert (np.abs(covariance_of(s) - truth) <= 1e-8 * scale).all()
-    np.testing.assert_allclose(s[:STATES, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(s[:STATE_ROWS, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
     # What is told of parts of the state is that of the whole.
     np.testing.assert_allclose(ud_filter.place_of(s, 0)[2:], truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
     np.testing.assert_allclose(ud_filter.velocity_variances(s, 0), truth[[2, 3], [2, 3]], rtol=1e-6)
@@ -143,8 +143,8 @@ def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
     rng = np.random.default_rng(2)
     s = rng.uniform(0.2, 2.0, (3, FACTORS, 1))
     shares, usual, stay = np.array([[0.3], [0.7]]), np.array([0.9, 0.1]), 0.8
-    before = [(s[1 + m, :STATES, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
-    mix(s, shares, 0, usual, stay, scratch_for(2))
+    before = [(s[1 + m, :STATE_ROWS, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
+    interact(s, shares, 0, usual, stay, scratch_for(2))
     into = stay * np.eye(2) + (1.0 - stay) * usual[None, :]
     share = np.array([0.3, 0.7]) @ into
     np.testing.assert_allclose(shares[:, 0], share)
@@ -152,7 +152,7 @@ def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
         came = np.array([0.3, 0.7]) * into[:, to] / share[to]
         mean = sum(w * x for w, (x, _) in zip(came, before, strict=True))
         spread = sum(w * (p + np.outer(x - mean, x - mean)) for w, (x, p) in zip(came, before, strict=True))
-        np.testing.assert_allclose(s[1 + to, :STATES, 0], mean)
+        np.testing.assert_allclose(s[1 + to, :STATE_ROWS, 0], mean)
         np.testing.assert_allclose(covariance_of(s[1 + to]), spread)
 
 

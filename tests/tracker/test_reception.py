@@ -15,7 +15,7 @@ from ods.base.clock import NS
 from ods.messages import Pose
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.field_of_view import fan_of, field_of_view
+from ods.tracker.measurement.field_of_view import coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.motion_during_reception import Listening
 from ods.tracker.measurement.scan import Echoes, echoes_of
@@ -76,7 +76,7 @@ def table(rows: list[tuple[float, float, float]]) -> Echoes:
 def listening(buffer: PoseBuffer, t_s: float = T_TX) -> tuple[PoseEstimate, Listening]:
     sent = buffer.at(round(t_s * NS))
     assert sent is not None
-    found = motion_during_reception.listen(sent, RANGE_MAX_M, SOUND, buffer.at)
+    found = motion_during_reception.poses_of(sent, RANGE_MAX_M, SOUND, buffer.at)
     assert found is not None
     return sent, found
 
@@ -135,7 +135,7 @@ def test_an_object_at_the_edge_is_expected_when_the_fan_at_reception_covers_it(s
     predicted = Named(PredictedMeasurement, np.stack(rows))
     away = [False, False, True, False]
     toward = [True, True, True, False]
-    seen = field_of_view(predicted, fan_of(SECTOR, turn), (), 2.0)
+    seen = field_of_view(predicted, coverage_of(SECTOR, turn), (), 2.0)
     assert seen.inside.tolist() == (toward if sign > 0.0 else away)
     assert (seen.watched > 0.0).tolist() == seen.inside.tolist()
 
@@ -158,11 +158,11 @@ def test_without_a_pose_or_a_sound_speed_there_is_no_reception() -> None:
     buffer = poses(steady, until=T_TX)
     sent = buffer.at(round((T_TX + 0.25) * NS))
     assert sent is not None
-    assert motion_during_reception.listen(sent, RANGE_MAX_M, SOUND, buffer.at) is None
-    assert motion_during_reception.listen(sent, 10.0, SOUND, buffer.at) is not None
+    assert motion_during_reception.poses_of(sent, RANGE_MAX_M, SOUND, buffer.at) is None
+    assert motion_during_reception.poses_of(sent, 10.0, SOUND, buffer.at) is not None
     for range_m, speed in ((100.0, 0.0), (100.0, math.nan), (100.0, -1500.0), (math.nan, 1500.0), (math.inf, 1500.0),
                            (1e9, 1500.0), (0.0, 1500.0), (100.0, 1e-300)):  # fmt: skip
-        assert motion_during_reception.listen(sent, range_m, speed, buffer.at) is None
+        assert motion_during_reception.poses_of(sent, range_m, speed, buffer.at) is None
 
 
 def test_what_no_vehicle_does_moves_no_echo() -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ods.tracker.scenario import ScenarioError, load, track_file
+from ods.tracker.scenario import ScenarioError, load_scenario, track_file
 from ods.tracker.settings import TrackerSettings
 
 SCANS = 70
@@ -62,7 +62,7 @@ def test_meta_and_its_keys_may_be_missing(tmp_path: Path) -> None:
     content = arrays()
     del content["meta"], content["truth"]
     np.savez(tmp_path / "in.npz", **content)
-    assert load(tmp_path / "in.npz").meta.range_max == 100.0
+    assert load_scenario(tmp_path / "in.npz").meta.range_max == 100.0
 
 
 def test_no_detections_and_no_scans(tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_one_line_for_each_mistake(
 ) -> None:
     np.savez(tmp_path / "in.npz", **change(arrays()))
     with pytest.raises(ScenarioError, match=text) as error:
-        load(tmp_path / "in.npz")
+        load_scenario(tmp_path / "in.npz")
     assert "\n" not in str(error.value)
     assert "in.npz" in str(error.value)
 
@@ -125,11 +125,11 @@ def test_files_that_are_no_scenario(tmp_path: Path) -> None:
     for content in (b"", b"not a zip", good[:100], good[: len(good) // 2], bytes(len(good)), rng.bytes(2000)):
         (tmp_path / "bad.npz").write_bytes(content)
         with pytest.raises(ScenarioError):
-            load(tmp_path / "bad.npz")
+            load_scenario(tmp_path / "bad.npz")
     np.save(tmp_path / "single.npy", np.zeros(3))
     for path in (tmp_path / "absent.npz", tmp_path, tmp_path / "single.npy"):
         with pytest.raises(ScenarioError):
-            load(path)
+            load_scenario(path)
     with pytest.raises(ScenarioError, match="No such file"):
         track_file(tmp_path / "good.npz", tmp_path / "absent" / "out.npz", TrackerSettings())
 
@@ -144,7 +144,7 @@ def test_damaged_bytes_anywhere_end_in_a_line_or_in_tracks(tmp_path: Path) -> No
             damaged[place] = rng.integers(256)
         (tmp_path / "bad.npz").write_bytes(damaged)
         with contextlib.suppress(ScenarioError):
-            load(tmp_path / "bad.npz")
+            load_scenario(tmp_path / "bad.npz")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.scan import Scan, detection_table, echoes_of, vehicle_at
+from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.track.lifecycle import ACTIVE
 from ods.tracker.tracker import Tracker
@@ -76,9 +76,11 @@ def errors(found: list[Detections], poses: PoseBuffer, *, at_reception: bool) ->
     for message in found:
         sent = poses.at(message.t_ns)
         assert sent is not None
-        echoes, turn = echoes_of(detection_table(message.detections))[0], 0.0
+        echoes, turn = echoes_of(echo_table_of(message.detections))[0], 0.0
         if at_reception:
-            listening = motion_during_reception.listen(sent, message.sector.range_max_m, message.sound_speed, poses.at)
+            listening = motion_during_reception.poses_of(
+                sent, message.sector.range_max_m, message.sound_speed, poses.at
+            )
             assert listening is not None
             echoes, turn = motion_during_reception.at_transmission(echoes, listening)
         vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, sent.sigma_attitude)

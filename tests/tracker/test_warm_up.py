@@ -50,7 +50,7 @@ def test_no_real_scan_compiles_anything_more(observer: str, association: str) ->
     pose.insert(Pose(0, 0, 0, (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.1,) * 3))
     sent = pose.at(0)
     assert sent is not None
-    listening = motion_during_reception.listen(sent, 100.0, 1500.0, pose.at)
+    listening = motion_during_reception.poses_of(sent, 100.0, 1500.0, pose.at)
     assert listening is not None
     motion_during_reception.at_transmission(echoes([(50.0, 0.0, 1.0)]), listening)
     assert len(result.ids()) > 20

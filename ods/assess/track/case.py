@@ -137,7 +137,7 @@ def merged(
     return true, who
 
 
-def save(case: Case, path: Path) -> None:
+def save_case(case: Case, path: Path) -> None:
     """Write the case as a file that `ods track` reads, with its truth. Raises OdsError."""
     scenario = case.scenario
     try:

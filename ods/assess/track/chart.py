@@ -16,7 +16,7 @@ from ods.plots.fan import INK, MARK, PAPER
 COLOURS = (MARK, "#ffa657", "#7ee787", "#d2a8ff", "#ff7b72", "#8b949e", "#f2cc60", "#ffffff")
 
 
-def save(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path) -> None:
     """Write a picture. Raises OdsError."""
     try:
         figure.savefig(path)

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.progress import track as progress
 
 from ods.assess.track import peers
-from ods.assess.track.case import save
+from ods.assess.track.case import save_case
 from ods.assess.track.measure import rows
 from ods.assess.track.scenarios import KINDS, make
 from ods.assess.track.table import table_of
@@ -50,7 +50,7 @@ def assess(out: Path | None, *, seeds: int | None, with_peers: bool, quick: bool
     if out is not None:
         from ods.assess.track import chart
 
-        chart.save(chart.chart(found), out)
+        chart.save_figure(chart.chart(found), out)
         console.print(f"drawn: {out}")
 
 
@@ -58,8 +58,8 @@ def draw_paper(path: Path) -> None:
     """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
     from ods.assess.track import chart, paper_figures
 
-    example = paper_figures.run()
-    chart.save(paper_figures.draw(example), path)
+    example = paper_figures.run_example()
+    chart.save_figure(paper_figures.draw(example), path)
     for line in paper_figures.story(example):
         print(line)
     print(f"drawn: {path}")
@@ -71,5 +71,5 @@ def save_scenarios(folder: Path, seed: int = 0) -> None:
         raise OdsError(f"{folder}: no such folder")
     for name in KINDS:
         path = folder / f"{name.replace(',', '').replace(' ', '-')}.npz"
-        save(make(name, seed), path)
+        save_case(make(name, seed), path)
         print(path)

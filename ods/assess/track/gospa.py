@@ -15,7 +15,7 @@ ORDER = 2.0
 
 
 @dataclass(frozen=True)
-class Pairing:
+class Pairs:
     """The best assignment of tracks to objects."""
 
     objects: Indices
@@ -24,12 +24,12 @@ class Pairing:
     """(pairs,) m, below the cutoff."""
 
 
-def pair(distance: Floats, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairing:
+def pair(distance: Floats, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairs:
     """Return the assignment that minimises GOSPA for (objects, tracks) distances: pairs at the cutoff are none."""
     rows, columns = linear_sum_assignment(np.minimum(distance, cutoff) ** order)
     near = distance[rows, columns] < cutoff
     rows, columns = rows[near], columns[near]
-    return Pairing(rows, columns, distance[rows, columns])
+    return Pairs(rows, columns, distance[rows, columns])
 
 
 def gospa(distance: Floats, missed: int, false: int, cutoff: float = CUTOFF_M, order: float = ORDER) -> float:

@@ -73,7 +73,7 @@ def rows(names: Sequence[str], seeds: int, with_peers: bool) -> Iterator[Row]:
     """Yield the rows scenario by scenario; the library runs with the first seed only."""
     for name in names:
         cases = [make(name, seed) for seed in range(seeds)]
-        truth = [score(case, reference.follow(case)) for case in cases]
+        truth = [score(case, reference.follow_reference(case)) for case in cases]
         trackers = {f"{observer}, {way}": _ours(observer, way) for observer in OBSERVERS for way in ASSOCIATIONS}
         found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:
@@ -82,11 +82,11 @@ def rows(names: Sequence[str], seeds: int, with_peers: bool) -> Iterator[Row]:
         for tracker, scores in found.items():
             yield row_of(name, tracker, scores, truth, ours=True)
         for peer in KINDS[name].peers if with_peers else ():
-            yield row_of(name, peer, [score(cases[0], peers.ASSOCIATIONS[peer](cases[0]))], truth[:1], ours=False)
+            yield row_of(name, peer, [score(cases[0], peers.PEERS[peer](cases[0]))], truth[:1], ours=False)
 
 
 def _ours(observer: str, association: str) -> Callable[[Case], Record]:
-    return lambda case: record.follow(case.scenario, TrackerSettings(observer=observer, association=association))
+    return lambda case: record.follow_ours(case.scenario, TrackerSettings(observer=observer, association=association))
 
 
 def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Scores], *, ours: bool) -> Row:

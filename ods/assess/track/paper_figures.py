@@ -68,7 +68,7 @@ def example() -> Case:
     return replace(case, scenario=replace(case.scenario, det=det))
 
 
-def run() -> Example:
+def run_example() -> Example:
     """Track the example."""
     case, default = example(), TrackerSettings()
     rules = msgspec.structs.replace(default.life, lost_sigma_m=LOST_SIGMA_M, drop_existence=DROP_EXISTENCE)

@@ -13,12 +13,11 @@ import numpy as np
 
 from ods.assess.track.case import Case
 from ods.assess.track.record import Record
+from ods.assess.track.reference import ACCELERATION_NOISE
 from ods.tracker.track import lifecycle
 
 CONFIRMED = 5
-SILENT_S = 3.0
-ACCELERATION_NOISE = 0.01
-"""m^2/s^3, as in our tracker and the reference."""
+PEER_SILENT_S = 3.0
 MISSED_SIGMAS = 4.0
 EPOCH = datetime(2000, 1, 1)
 
@@ -32,7 +31,7 @@ def available() -> bool:
     return True
 
 
-def follow(case: Case, association: str) -> Record:
+def follow_peer(case: Case, association: str) -> Record:
     """Run the library's tracker, `association` "GNN" or "JPDA", over a scenario."""
     detector = _Detector(case)
     tracker = _tracker(case, detector, association)
@@ -101,7 +100,7 @@ def _tracker(case: Case, detector: Any, association: str) -> Any:
     predictor = KalmanPredictor(CombinedLinearGaussianTransitionModel([axis, axis]))
     updater = ExtendedKalmanUpdater(measurement_model=None)
     nearest = GNNWith2DAssignment(DistanceHypothesiser(predictor, updater, Mahalanobis(), MISSED_SIGMAS))
-    deleter = UpdateTimeDeleter(timedelta(seconds=SILENT_S))
+    deleter = UpdateTimeDeleter(timedelta(seconds=PEER_SILENT_S))
     initiator = MultiMeasurementInitiator(
         prior_state=GaussianState(np.zeros((4, 1)), np.diag([0.0, 1.0, 0.0, 1.0]), timestamp=EPOCH),
         measurement_model=None,
@@ -120,7 +119,7 @@ def _tracker(case: Case, detector: Any, association: str) -> Any:
     return MultiTargetMixtureTracker(**parts, data_associator=JPDA(probable))
 
 
-ASSOCIATIONS: dict[str, Callable[[Case], Record]] = {
-    "Stone Soup, GNN": lambda case: follow(case, "GNN"),
-    "Stone Soup, JPDA": lambda case: follow(case, "JPDA"),
+PEERS: dict[str, Callable[[Case], Record]] = {
+    "Stone Soup, GNN": lambda case: follow_peer(case, "GNN"),
+    "Stone Soup, JPDA": lambda case: follow_peer(case, "JPDA"),
 }

@@ -10,7 +10,7 @@ from ods.tracker import scenario
 from ods.tracker.scenario import Scenario
 from ods.tracker.settings import TrackerSettings
 
-SCAN, ID, NORTH, EAST, STATUS = 0, 1, 2, 3, 7
+SCAN, ID, NORTH_M, EAST_M, STATUS = 0, 1, 2, 3, 7
 """Columns of `Record.trk`."""
 
 
@@ -26,7 +26,7 @@ class Record:
     """(K,) CPU time of each step."""
 
 
-def follow(case: Scenario, settings: TrackerSettings) -> Record:
+def follow_ours(case: Scenario, settings: TrackerSettings) -> Record:
     """Run our tracker over a scenario, as `ods track` does."""
     tracker = scenario.tracker_for(case, settings)
     rows, spreads, cpu_ms = [np.zeros((0, 8))], [np.zeros((0, 3))], []

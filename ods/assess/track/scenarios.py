@@ -50,10 +50,10 @@ class Kind:
     make: Callable[[Random], World]
     limits: Limits
     peers: tuple[str, ...] = ()
-    """Those of `peers.ASSOCIATIONS` that get through it in a minute."""
+    """Those of `peers.PEERS` that get through it in a minute."""
 
 
-STATIC = Limits(gospa=1.10, memory=1.2, consistent=True)
+AT_REST = Limits(gospa=1.10, memory=1.2, consistent=True)
 MOVING = Limits(gospa=1.3)
 HALF_SILENT = Limits(gospa=1.5, switches=1)
 
@@ -239,10 +239,10 @@ GNN, BOTH = ("Stone Soup, GNN",), ("Stone Soup, GNN", "Stone Soup, JPDA")
 KINDS: dict[str, Kind] = {
     "paper": Kind(paper, MOVING, BOTH),
     "paper, noise burst": Kind(paper_burst, MOVING, BOTH),
-    "static 10": Kind(static_10, STATIC, GNN),
-    "static 100": Kind(lambda rng: field(rng, 100), STATIC),
-    "static 300": Kind(lambda rng: field(rng, 300), STATIC),
-    "static 300 in view": Kind(in_view_300, STATIC),
+    "static 10": Kind(static_10, AT_REST, GNN),
+    "static 100": Kind(lambda rng: field(rng, 100), AT_REST),
+    "static 300": Kind(lambda rng: field(rng, 300), AT_REST),
+    "static 300 in view": Kind(in_view_300, AT_REST),
     "constant velocity": Kind(movers, replace(MOVING, consistent=True), GNN),
     "crossing": Kind(crossing, MOVING, BOTH),
     "crossing, unresolved": Kind(crossing_unresolved, MOVING, GNN),

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.assess.track.case import Case, polar
 from ods.assess.track.gospa import CUTOFF_M, gospa, pair
-from ods.assess.track.record import EAST, ID, NORTH, SCAN, STATUS, Record
+from ods.assess.track.record import EAST_M, ID, NORTH_M, SCAN, STATUS, Record
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.tracker.track import lifecycle
 
@@ -73,7 +73,7 @@ def score(case: Case, record: Record) -> Scores:
     for k, now in enumerate(t.tolist()):
         rows = slice(border[k], border[k + 1])
         trk, spread = record.trk[rows], record.spread[rows]
-        places = trk[:, (NORTH, EAST)]
+        places = trk[:, (NORTH_M, EAST_M)]
         offset = places[None] - case.truth[k, :, None, :2]
         distance = np.hypot(offset[:, :, 0], offset[:, :, 1])
         objects, tracks = _identify(distance, trk[:, ID].astype(np.int64), tally, now)
@@ -156,7 +156,7 @@ def _in_view(case: Case, k: int, trk: Floats, distance: Floats, view: Mask) -> f
     """Return GOSPA of what is in view now: active tracks, and any other one inside the sector."""
     meta = case.scenario.meta
     places = np.zeros((len(trk), 7))
-    places[:, :2] = trk[:, (NORTH, EAST)]
+    places[:, :2] = trk[:, (NORTH_M, EAST_M)]
     places[:, 2] = case.position[k, 2]
     slant, bearing, _ = (a[0] for a in polar(places[None], case.position[k : k + 1], case.yaw[k : k + 1]))
     inside = (slant < meta.range_max) & (np.abs(bearing) < meta.half_fov)

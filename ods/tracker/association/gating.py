@@ -47,7 +47,7 @@ class Hypotheses(NamedTuple):
         )
 
 
-class Chance(NamedTuple):
+class Detectability(NamedTuple):
     """What is expected of n objects before the image is looked at."""
 
     visibility: Floats
@@ -74,7 +74,7 @@ def hypotheses(
     belief: Belief,
     echoes: Echoes,
     clutter: ClutterDensity,
-    chance: Chance,
+    chance: Detectability,
     gate_sigmas: float,
 ) -> Hypotheses:
     """Return the pairs that agree by at least one of the object's hypotheses of motion.
@@ -90,7 +90,7 @@ def hypotheses(
     return scored(*_gated(predicted.table, extent, echoes.table, clutter, window, gate), chance)
 
 
-def scored(objects: Indices, echoes: Indices, llr: Floats, chance: Chance) -> Hypotheses:
+def scored(objects: Indices, echoes: Indices, llr: Floats, chance: Detectability) -> Hypotheses:
     """Return pairs with their scores."""
     return Hypotheses(objects, echoes, llr, _score(objects, llr, chance.visibility, chance.detection_probability))
 

@@ -10,12 +10,12 @@ from ods.compiled.kernel import kernel
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
-from ods.tracker.association.gating import Chance, Hypotheses
+from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
-from ods.tracker.prediction import Prediction
+from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
 
 DROP_OUT_EXPECTED = 3.0
@@ -24,9 +24,6 @@ DROP_OUT_SHARE = 0.25
 """and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
 DROP_OUT_DETECTION = 0.005
 """and in which an object has an echo with this probability: what is found is more likely a false alarm."""
-VAGUE_M = 1.0
-"""An object silent for so long that its place is less certain than this takes no single echo, which may be a false
-alarm: it is found again by a new object that is confirmed there."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -52,58 +49,45 @@ class ScanMatch:
 
 
 def match_scan(
-    scan: Scan, prediction: Prediction, clutter: Clutter, associate: Association, settings: EchoSettings
+    scan: Scan, prediction: ScanPrediction, clutter: Clutter, associate: Association, settings: EchoSettings
 ) -> ScanMatch:
     """Compare an image with what was predicted of n objects; `clutter` learns from the echoes that none explains."""
     echoes, density = scan.echoes, clutter.density(scan.echoes, scan.sector)
-    chance = Chance(prediction.visibility, settings.detection_probability)
-    hypotheses = _hypotheses(prediction, echoes, density, chance, settings.gate_sigmas)
-    assignment = associate(_question(hypotheses, prediction, echoes))
+    chance = Detectability(prediction.visibility, settings.detection_probability)
+    moving, belief = prediction.by_hypothesis, prediction.belief
+    found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas)
+    found = found.take(~prediction.vague[found.objects])
+    ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
+    assignment = associate(ask)
     drop_out = _is_drop_out(prediction, assignment.pairs)
     if drop_out:
         chance = chance._replace(detection_probability=DROP_OUT_DETECTION)
         less = math.log(DROP_OUT_DETECTION / settings.detection_probability)
-        hypotheses = gating.scored(hypotheses.objects, hypotheses.echoes, hypotheses.llr + less, chance)
-        assignment = associate(_question(hypotheses, prediction, echoes))
+        found = gating.scored(found.objects, found.echoes, found.llr + less, chance)
+        assignment = associate(ask._replace(hypotheses=found))
     shown, unexplained = _with_parts(assignment, echoes, prediction, density, chance)
-    n = len(prediction.reported)
-    hit = np.zeros(n, bool)
+    hit = np.zeros(len(prediction.reported), bool)
     hit[shown.objects] = True
     seen, reported = prediction.field_of_view, prediction.reported
     merged = split_merged.merged_variance(prediction.estimate, hit, reported & (seen.watched > 0.0))
     watched = _watched(seen, reported, hit, merged)
-    rest = echoes.take(unexplained)
-    if n:
+    rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
+    measurement = _measured(shown, merged, prediction, half_vertical)
+    elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
+    if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
-    half_vertical = scan.sector.half_vertical_rad
     return ScanMatch(
         objects=shown.objects,
-        measurement=_measured(shown, merged, prediction, half_vertical),
+        measurement=measurement,
         hit=hit,
-        llr=np.asarray(np.bincount(shown.objects, shown.llr, n), np.float64),
+        llr=np.asarray(np.bincount(shown.objects, shown.llr, len(hit)), np.float64),
         watched=watched,
         expected=watched * (0.0 if drop_out else chance.detection_probability),
-        unexplained=position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None,
+        unexplained=elsewhere,
     )
 
 
-def _hypotheses(
-    prediction: Prediction, echoes: Echoes, density: ClutterDensity, chance: Chance, gate_sigmas: float
-) -> Hypotheses:
-    """Return the pairs inside the gates, but for those of objects whose place is too vague."""
-    found = gating.hypotheses(prediction.by_hypothesis, prediction.belief, echoes, density, chance, gate_sigmas)
-    if not prediction.silent.any():
-        return found
-    where = prediction.measurement.rows
-    vague = prediction.silent & (np.maximum(where.along, where.across) > VAGUE_M**2)
-    return found.take(~vague[found.objects])
-
-
-def _question(hypotheses: Hypotheses, prediction: Prediction, echoes: Echoes) -> Question:
-    return Question(hypotheses, prediction.reported, echoes, prediction.measurement, prediction.estimate)
-
-
-def _is_drop_out(prediction: Prediction, pairs: Hypotheses) -> bool:
+def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
     """Tell whether far fewer of the confirmed objects have an echo than are in view."""
     watched = prediction.field_of_view.watched * prediction.reported
     expected = float(watched.sum())
@@ -123,7 +107,7 @@ class _Shown:
 
 
 def _with_parts(
-    assignment: Assignment, echoes: Echoes, prediction: Prediction, density: ClutterDensity, chance: Chance
+    assignment: Assignment, echoes: Echoes, prediction: ScanPrediction, density: ClutterDensity, chance: Detectability
 ) -> tuple[_Shown, Indices]:
     """Return the objects seen, as a whole or only in parts, and the echoes that nobody explains."""
     radius, loose = prediction.estimate.radius, ~assignment.explained
@@ -173,7 +157,7 @@ def _watched(seen: FieldOfView, reported: Mask, hit: Mask, merged: Floats) -> Fl
     return watched
 
 
-def _measured(shown: _Shown, merged: Floats, prediction: Prediction, half_vertical: float) -> PositionMeasurement:
+def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
     """Return where the objects were seen; `merged`: (n,) variance by which an echo may lie off the centre."""
     predicted = prediction.measurement.rows.elevation[shown.objects]
     middle = shown.echoes.rows.elevation

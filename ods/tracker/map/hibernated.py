@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.messages import Vector3
-from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, box
+from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
 
 SKIN_M = 20.0
 """The vehicle may move so far before the R-tree is asked again."""
@@ -100,7 +100,7 @@ class HibernatedObjects:
 
     def _look_around(self, centre: Floats, reach: float) -> None:
         """Ask the R-tree what is within `reach`."""
-        square = box(float(centre[0]), float(centre[1]), reach)
+        square = square_around(float(centre[0]), float(centre[1]), reach)
         ids = [row[0] for row in self._tree.execute(f"SELECT id FROM place WHERE {INSIDE}", square)]
         self._near_ids = np.array(ids, np.int64)
         self._near_places = np.array([self._objects[i].position[:2] for i in ids], np.float64).reshape(-1, 2).T

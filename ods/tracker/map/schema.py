@@ -8,7 +8,7 @@ import sqlite3
 
 from ods.tracker.map.rtree import PLACE_TABLE
 
-APPLICATION_ID = 0x4F44534D
+MAP_APPLICATION_ID = 0x4F44534D
 """`ODSM`: tells this file from other SQLite files."""
 
 STEPS: tuple[tuple[str, ...], ...] = (
@@ -22,7 +22,7 @@ STEPS: tuple[tuple[str, ...], ...] = (
             first_seen_utc_ns INTEGER NOT NULL, last_seen_utc_ns INTEGER NOT NULL, hibernated_utc_ns INTEGER NOT NULL
         )""",
         "CREATE TABLE mission (latitude_deg REAL NOT NULL, longitude_deg REAL NOT NULL, next_id INTEGER NOT NULL)",
-        f"PRAGMA application_id = {APPLICATION_ID}",
+        f"PRAGMA application_id = {MAP_APPLICATION_ID}",
     ),
     (
         "ALTER TABLE object ADD COLUMN covariance_ne REAL NOT NULL DEFAULT 0",
@@ -45,7 +45,7 @@ def version_of(db: sqlite3.Connection) -> int:
     """Return the schema version; 0 for an empty file. Raises ValueError when it is not a map or a newer one."""
     version = int(db.execute("PRAGMA user_version").fetchone()[0])
     empty = version == 0 and not db.execute("SELECT 1 FROM sqlite_master").fetchone()
-    if not empty and (version < 1 or db.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID):
+    if not empty and (version < 1 or db.execute("PRAGMA application_id").fetchone()[0] != MAP_APPLICATION_ID):
         raise ValueError("not a map of this program")
     if version > SCHEMA_VERSION:
         raise ValueError(f"schema version {version}, this program knows {SCHEMA_VERSION}")

@@ -13,7 +13,7 @@ from typing import Any
 
 from ods.base.errors import OdsError
 from ods.tracker.map.hibernated import MapObject
-from ods.tracker.map.rtree import INSIDE, box
+from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
 
 ID_BLOCK = 1000
@@ -22,7 +22,7 @@ LOCK_WAIT_S = 0.05
 """Longest wait of a running tracker for another program that reads or writes the file."""
 OPEN_WAIT_S = 2.0
 """The same when the file is opened."""
-COLUMNS = (
+OBJECT_COLUMNS = (
     "id, north, east, down, sigma_north, sigma_east, sigma_down, radius, sigma_radius, existence, times_seen, "
     "first_seen_utc_ns, last_seen_utc_ns, hibernated_utc_ns, covariance_ne"
 )
@@ -48,10 +48,10 @@ class MapStore:
 
     def load(self, area: tuple[float, float, float] | None = None) -> list[MapObject]:
         """Return all objects, or those within `area`: north, east and distance, m. In order of their ids."""
-        query, square = f"SELECT {COLUMNS} FROM object", tuple[float, ...]()
+        query, square = f"SELECT {OBJECT_COLUMNS} FROM object", tuple[float, ...]()
         if area is not None:
             query += f" WHERE id IN (SELECT id FROM place WHERE {INSIDE})"
-            square = box(*area)
+            square = square_around(*area)
         with _told(self._path):
             rows = self._db.execute(f"{query} ORDER BY id", square).fetchall()
             found = [_object_of(row) for row in rows]
@@ -71,7 +71,9 @@ class MapStore:
         ]
         with _told(self._path), self._db:
             self._db.execute("BEGIN IMMEDIATE")
-            self._db.executemany(f"INSERT OR REPLACE INTO object ({COLUMNS}) VALUES ({','.join('?' * 15)})", rows)
+            self._db.executemany(
+                f"INSERT OR REPLACE INTO object ({OBJECT_COLUMNS}) VALUES ({','.join('?' * 15)})", rows
+            )
             self._db.executemany("DELETE FROM object WHERE id = ?", [(i,) for i in remove])
 
     def first_free_id(self) -> int:
@@ -175,7 +177,7 @@ def sole_access(path: Path) -> MapStore:
 
 
 def _object_of(row: tuple[Any, ...]) -> MapObject:
-    """Return the object of a row of COLUMNS. Raises ValueError when a value is no finite number."""
+    """Return the object of a row of OBJECT_COLUMNS. Raises ValueError when a value is no finite number."""
     if not all(isinstance(value, int | float) and math.isfinite(value) for value in row):
         raise ValueError(f"object {row[0]} is damaged")
     return MapObject(row[0], row[1:4], row[4:7], *row[7:])

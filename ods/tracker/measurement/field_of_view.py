@@ -34,7 +34,7 @@ class FieldOfView(NamedTuple):
     processed."""
 
 
-class Fan(NamedTuple):
+class Coverage(NamedTuple):
     """The sector that an image shows."""
 
     range_min_m: float
@@ -48,9 +48,9 @@ class Fan(NamedTuple):
     """See `Scan.fan_turn`."""
 
 
-def fan_of(sector: Sector, turn: float = 0.0) -> Fan:
+def coverage_of(sector: Sector, turn: float = 0.0) -> Coverage:
     """Return the fan of a sector."""
-    return Fan(
+    return Coverage(
         *(sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad),
         sector.half_vertical_rad,
         turn,
@@ -59,7 +59,7 @@ def fan_of(sector: Sector, turn: float = 0.0) -> Fan:
 
 def field_of_view(
     predicted: Named[PredictedMeasurement],
-    fan: Fan,
+    fan: Coverage,
     processed_ranges_m: Sequence[tuple[float, float]],
     edge_sigmas: float,
 ) -> FieldOfView:
@@ -73,7 +73,7 @@ def field_of_view(
 
 
 @kernel
-def _field_of_view(table: Floats, fan: Fan, processed_m: Floats, edge_sigmas: float) -> tuple[Mask, Floats]:
+def _field_of_view(table: Floats, fan: Coverage, processed_m: Floats, edge_sigmas: float) -> tuple[Mask, Floats]:
     """Return the fields of `FieldOfView`: (2, n) inside and skipped, (2, n) probability and watched."""
     predicted, n = predicted_rows(table), table.shape[1]
     flags, shares = np.empty((2, n), np.bool_), np.empty((2, n))
@@ -124,13 +124,13 @@ def _covered(distance: float, elevation: float, variance: float, half_vertical: 
     return max(shared, 0.0) / (2.0 * half_object)
 
 
-def near_fan(predicted: Named[PredictedMeasurement], fan: Fan, margin_m: float) -> Mask:
+def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:
     """Tell (n,) which predicted places are inside the sector or nearer to it than about `margin_m`."""
     return _near_fan(predicted.table, fan, margin_m)
 
 
 @kernel
-def _near_fan(table: Floats, fan: Fan, margin_m: float) -> Mask:
+def _near_fan(table: Floats, fan: Coverage, margin_m: float) -> Mask:
     predicted, near = predicted_rows(table), np.empty(table.shape[1], np.bool_)
     for i in range(len(near)):
         turn = margin_m / predicted.horizontal[i]
@@ -140,16 +140,16 @@ def _near_fan(table: Floats, fan: Fan, margin_m: float) -> Mask:
     return near
 
 
-def hidden(predicted: Named[PredictedMeasurement], radius: Floats, hiding: Mask) -> Mask:
+def occluded(predicted: Named[PredictedMeasurement], radius: Floats, hiding: Mask) -> Mask:
     """Tell (n,) whose predicted place is behind a nearer object, one of `hiding`, as seen from the sonar.
 
     `radius`: (n,) m. The shadow is as wide as the object in front, and the standard deviation of the bearing wider.
     """
-    return _hidden(predicted.table, radius, hiding)
+    return _occluded(predicted.table, radius, hiding)
 
 
 @kernel
-def _hidden(table: Floats, radius: Floats, hiding: Mask) -> Mask:
+def _occluded(table: Floats, radius: Floats, hiding: Mask) -> Mask:
     predicted, n = predicted_rows(table), table.shape[1]
     behind = np.zeros(n, np.bool_)
     for front in range(n):
@@ -165,7 +165,7 @@ def _hidden(table: Floats, radius: Floats, hiding: Mask) -> Mask:
 
 
 @kernel
-def in_opening(places: Floats, vehicle: Vehicle, fan: Fan, margin_m: float) -> Mask:
+def in_opening(places: Floats, vehicle: Vehicle, fan: Coverage, margin_m: float) -> Mask:
     """Tell which (2, k) north-east places are between the fan's bearings, or not farther off than `margin_m`."""
     inside = np.empty(places.shape[1], np.bool_)
     for i in range(len(inside)):

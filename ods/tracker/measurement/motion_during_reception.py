@@ -34,7 +34,7 @@ class Listening:
     range_m: float
 
 
-def listen(
+def poses_of(
     sent: PoseEstimate, range_max_m: float, sound_speed: float, pose_at: Callable[[int], PoseEstimate | None]
 ) -> Listening | None:
     """Return the poses while echoes from up to `range_max_m` come back; None when one is missing, or makes no sense.

@@ -99,7 +99,7 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
     return echoes, int(len(good) - np.count_nonzero(good))
 
 
-def detection_table(detections: list[Detection]) -> Floats:
+def echo_table_of(detections: list[Detection]) -> Floats:
     """Return the (m, 7) table of `echoes_of` for a message's detections."""
     rows = [
         (d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m, d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m)

@@ -17,7 +17,7 @@ from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer import ud_filter
 from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState
-from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATES, VELOCITY, Place, Work
+from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATE_ROWS, VELOCITY, Place, Work
 from ods.tracker.settings import MotionSettings
 
 LEAST_PROBABILITY = 1e-6
@@ -167,7 +167,7 @@ def _update(
     scratch = scratch_for(models)
     for k, i in enumerate(rows):
         if models > 1:
-            mix(s, share, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
+            interact(s, share, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
         place = Place(
             measured.position[NORTH, k],
             measured.position[EAST, k],
@@ -196,7 +196,7 @@ def _weigh(share: Floats, i: int, evidence: Floats) -> float:
 
 
 class Scratch(NamedTuple):
-    """What `mix` works in: the models as they were, and the columns of their mixture."""
+    """What `interact` works in: the models as they were, and the columns of their mixture."""
 
     old: Floats
     work: Work
@@ -205,11 +205,11 @@ class Scratch(NamedTuple):
 @kernel
 def scratch_for(models: int) -> Scratch:
     """Return scratch for so many models of one object."""
-    return Scratch(np.empty((models, FACTORS, 1)), ud_filter.work_space((STATES + 1) * models))
+    return Scratch(np.empty((models, FACTORS, 1)), ud_filter.work_space((STATE_ROWS + 1) * models))
 
 
 @kernel
-def mix(s: Floats, share: Floats, i: int, usual: Floats, stay: float, scratch: Scratch) -> None:
+def interact(s: Floats, share: Floats, i: int, usual: Floats, stay: float, scratch: Scratch) -> None:
     """Let the models of an object exchange states: with probability `stay` it goes on as before, else as `usual`."""
     old, work = scratch.old, scratch.work
     models = len(share)
@@ -217,17 +217,17 @@ def mix(s: Floats, share: Floats, i: int, usual: Floats, stay: float, scratch: S
     old[:, :, 0] = s[1:, :, i]
     for to in range(models):
         share[to, i] = stay * before[to] + (1.0 - stay) * usual[to]
-        s[1 + to, :STATES, i] = 0.0
+        s[1 + to, :STATE_ROWS, i] = 0.0
         for m in range(models):
             came = before[m] * ((1.0 - stay) * usual[to] + (stay if m == to else 0.0)) / share[to, i]
-            work.weight[STATES * models + m] = came
-            ud_filter.columns(old[m], 0, work, STATES * m, came)
-            for row in range(STATES):
+            work.weight[STATE_ROWS * models + m] = came
+            ud_filter.columns(old[m], 0, work, STATE_ROWS * m, came)
+            for row in range(STATE_ROWS):
                 s[1 + to, row, i] += came * old[m, row, 0]
         for m in range(models):
-            for row in range(STATES):
-                work.column[row, STATES * models + m] = old[m, row, 0] - s[1 + to, row, i]
-        ud_filter.triangular(s[1 + to], i, work, (STATES + 1) * models)
+            for row in range(STATE_ROWS):
+                work.column[row, STATE_ROWS * models + m] = old[m, row, 0] - s[1 + to, row, i]
+        ud_filter.triangular(s[1 + to], i, work, (STATE_ROWS + 1) * models)
 
 
 @kernel

@@ -19,8 +19,8 @@ from ods.compiled.kernel import kernel
 
 NORTH, EAST, VELOCITY = 0, 1, 2
 """Rows of the state; two of VELOCITY."""
-STATES = 4
-DIAGONAL, LOWER = STATES, 2 * STATES
+STATE_ROWS = 4
+DIAGONAL, LOWER = STATE_ROWS, 2 * STATE_ROWS
 """First of the rows of D, and of those of L below its diagonal (see `entry`)."""
 FACTORS = LOWER + 6
 PROCESS_COLUMNS = 8
@@ -44,7 +44,7 @@ class Work(NamedTuple):
     """Scratch: a covariance as the sum of weight[c] column[:, c] column[:, c]'."""
 
     column: Floats
-    """(STATES, count)."""
+    """(STATE_ROWS, count)."""
     weight: Floats
     """(count,)."""
 
@@ -52,7 +52,7 @@ class Work(NamedTuple):
 @kernel
 def work_space(count: int) -> Work:
     """Return scratch for `count` columns."""
-    return Work(np.empty((STATES, count)), np.empty(count))
+    return Work(np.empty((STATE_ROWS, count)), np.empty(count))
 
 
 @kernel
@@ -120,10 +120,10 @@ def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
     column, weight = work.column, work.weight
     for axis in range(2):
         s[axis, i] += dt * s[VELOCITY + axis, i]
-        for c in range(STATES):
+        for c in range(STATE_ROWS):
             column[axis, c] += dt * column[VELOCITY + axis, c]
         # An axis' process noise in factors: [[dt^3/3, dt^2/2], [dt^2/2, dt]].
-        both, rest = STATES + axis, STATES + 2 + axis
+        both, rest = STATE_ROWS + axis, STATE_ROWS + 2 + axis
         column[:, both], column[:, rest] = 0.0, 0.0
         column[axis, both], column[VELOCITY + axis, both] = dt, 1.5
         column[VELOCITY + axis, rest] = 1.0
@@ -162,7 +162,7 @@ def _scalar(s: Floats, i: int, f: tuple[float, float], innovation: float, noise:
     s[DIAGONAL + EAST, i] *= noise / without
     step = innovation / whole
     s[NORTH, i] += v0 * step
-    for row in range(1, STATES):
+    for row in range(1, STATE_ROWS):
         at = entry(row, NORTH)
         by_east = v1 if row == EAST else v1 * s[at + 1, i]
         by_north = v0 * s[at, i]
@@ -175,9 +175,9 @@ def _scalar(s: Floats, i: int, f: tuple[float, float], innovation: float, noise:
 @kernel
 def columns(s: Floats, i: int, work: Work, first: int, share: float) -> None:
     """Write L and `share` x D to four columns of `work` from `first` on."""
-    for column in range(STATES):
+    for column in range(STATE_ROWS):
         work.weight[first + column] = share * s[DIAGONAL + column, i]
-        for row in range(STATES):
+        for row in range(STATE_ROWS):
             if row > column:
                 work.column[row, first + column] = s[entry(row, column), i]
             else:
@@ -188,12 +188,12 @@ def columns(s: Floats, i: int, work: Work, first: int, share: float) -> None:
 def triangular(s: Floats, i: int, work: Work, count: int) -> None:
     """Find the factors of the sum of the first `count` columns; spoils `work`."""
     column, weight = work.column, work.weight
-    for row in range(STATES):
+    for row in range(STATE_ROWS):
         square = 0.0
         for c in range(count):
             square += weight[c] * column[row, c] ** 2
         s[DIAGONAL + row, i] = square
-        for below in range(row + 1, STATES):
+        for below in range(row + 1, STATE_ROWS):
             product = 0.0
             for c in range(count):
                 product += weight[c] * column[row, c] * column[below, c]

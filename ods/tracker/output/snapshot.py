@@ -60,7 +60,7 @@ class Snapshot:
 
 def snapshot_of(tracks: Tracks) -> Snapshot:
     """Return all confirmed objects of the live tracks."""
-    history, estimate = tracks.history, tracks.estimate()
+    history, (_, estimate) = tracks.history, tracks.told()
     velocity, velocity_variance = tracks.velocity()
     whole = Snapshot(
         history.id,

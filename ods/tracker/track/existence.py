@@ -9,7 +9,7 @@ keeps a well-established object alive through a silence that would end a young o
 """
 
 import math
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,32 +18,12 @@ from ods.compiled.kernel import kernel
 from ods.tracker.settings import EchoSettings
 
 VISIBLE, SILENT, NOTHING = 0, 1, 2
-STATES = 3
+EXISTENCE_STATES = 3
 YOUNG = 300.0
 """An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
 SMALLEST = 1e-300
 MOST_EVIDENCE = 30.0
 """Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt."""
-
-
-class Seen(Protocol):
-    """What an image shows of n objects."""
-
-    @property
-    def hit(self) -> Mask:
-        """(n,) seen."""
-
-    @property
-    def llr(self) -> Floats:
-        """(n,) log-likelihood ratio of the echo: of the object, or a false alarm."""
-
-    @property
-    def watched(self) -> Floats:
-        """(n,) probability that the sonar looked at the object,"""
-
-    @property
-    def expected(self) -> Floats:
-        """(n,) and that a visible object would have given an echo."""
 
 
 def carry_on(probabilities: Floats, echoes: Ints, watched: Floats, dt: float, echo: EchoSettings) -> Floats:
@@ -94,7 +74,7 @@ def _visibility(probabilities: Floats, returned: float) -> Floats:
 
 
 @kernel
-def judge(probabilities: Floats, hit: Mask, llr: Floats, expected: Floats) -> Floats:
+def after_image(probabilities: Floats, hit: Mask, llr: Floats, expected: Floats) -> Floats:
     """Return (3, n) probabilities after an image.
 
     `llr`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where

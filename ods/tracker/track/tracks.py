@@ -11,9 +11,7 @@ from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
-from ods.tracker.settings import EchoSettings
 from ods.tracker.track import existence, lifecycle
-from ods.tracker.track.existence import Seen
 
 
 class History(NamedTuple):
@@ -46,7 +44,7 @@ class Doubt(NamedTuple):
 
 
 class Tracks:
-    """Live objects, carried on, corrected and judged together; what is told of them is computed once a change."""
+    """Live objects, filtered together."""
 
     def __init__(self, observer: Observer) -> None:
         self.unjudged_s = 0.0
@@ -54,8 +52,7 @@ class Tracks:
         self._observer = observer
         self._history = TrackTable(History, (len(History._fields),), np.int64)
         self._doubt = TrackTable(Doubt, (len(Doubt._fields),))
-        self._belief: Belief | None = None
-        self._estimate: Estimate | None = None
+        self._told: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
         return len(self._history)
@@ -68,7 +65,7 @@ class Tracks:
     @property
     def probabilities(self) -> Floats:
         """(3, n) of `existence`: visible, silent, nothing."""
-        first: Floats = self._doubt.table[: existence.STATES]
+        first: Floats = self._doubt.table[: existence.EXISTENCE_STATES]
         return first
 
     @property
@@ -81,17 +78,12 @@ class Tracks:
         """(n,) probability."""
         return 1.0 - self._doubt.rows.nothing
 
-    def belief(self) -> Belief:
-        """Return the hypotheses of all objects now."""
-        if self._belief is None:
-            self._belief = self._observer.belief()
-        return self._belief
-
-    def estimate(self) -> Estimate:
-        """Return mean and covariance of all objects now."""
-        if self._estimate is None:
-            self._estimate = moment_match(self.belief())
-        return self._estimate
+    def told(self) -> tuple[Belief, Estimate]:
+        """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
+        if self._told is None:
+            belief = self._observer.belief()
+            self._told = belief, moment_match(belief)
+        return self._told
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
@@ -101,7 +93,7 @@ class Tracks:
         """Carry all objects on over `dt` >= 0 seconds."""
         self._observer.predict(dt)
         self.unjudged_s += dt
-        self._changed()
+        self._told = None
 
     def correct(self, rows: Indices, measured: PositionMeasurement, t_ns: int, utc_ns: int) -> None:
         """Correct the objects `rows`, each once, by one measurement each."""
@@ -112,14 +104,7 @@ class Tracks:
         history.echoes[rows] += 1
         history.last[rows] = t_ns
         history.last_utc[rows] = utc_ns
-        self._changed()
-
-    def judge(self, seen: Seen, echo: EchoSettings) -> None:
-        """Judge existence by an image taken now."""
-        probabilities = self.probabilities
-        carried = existence.carry_on(probabilities, self.history.echoes, seen.watched, self.unjudged_s, echo)
-        probabilities[...] = existence.judge(carried, seen.hit, seen.llr, seen.expected)
-        self.unjudged_s = 0.0
+        self._told = None
 
     def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
         """Append tentative objects, one a measurement, given births and false alarms a scan."""
@@ -131,7 +116,7 @@ class Tracks:
         doubt.visible[:] = doubt.first_visible[:] = births / (births + clutter)
         doubt.nothing[:] = clutter / (births + clutter)
         self._observer.start(measured)
-        self._changed()
+        self._told = None
 
     def recall(self, objects: list[MapObject], t_ns: int) -> None:
         """Append hibernated objects of the map."""
@@ -151,19 +136,19 @@ class Tracks:
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,
         )
-        self._changed()
+        self._told = None
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
         if len(rows):
             self._observer.settle(rows)
-            self._changed()
+            self._told = None
 
     def rest(self, rows: Indices) -> None:
         """Decide for good that `rows` do not move."""
         if len(rows):
             self._observer.rest(rows)
-            self._changed()
+            self._told = None
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
         """Give `heirs` the identity and history of `old`: they are the same objects."""
@@ -172,14 +157,11 @@ class Tracks:
         history.first_utc[heirs] = history.first_utc[old]
         history.echoes[heirs] += history.echoes[old]
         self._observer.inherit(heirs, old)
-        self._changed()
+        self._told = None
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
         self._history.keep(mask)
         self._doubt.keep(mask)
         self._observer.keep(mask)
-        self._changed()
-
-    def _changed(self) -> None:
-        self._belief = self._estimate = None
+        self._told = None
