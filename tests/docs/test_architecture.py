@@ -93,6 +93,16 @@ def test_named_files_and_folders_exist() -> None:
     assert [path for path in named if not (PROJECT / path).exists()] == []
 
 
+def test_files_that_the_pages_name_exist() -> None:
+    there = {
+        path.name for folder in ("ods", "tests", "benchmarks", "docs") for path in (PROJECT / folder).rglob("*.py")
+    }
+    pages = [*(PROJECT / "docs").glob("*.md"), PROJECT / "README.md", PROJECT / "CONTRIBUTING.md"]
+    named = [(page.name, name) for page in pages for name in re.findall(r"`(?:[\w/]*/)?(\w+\.py)`", page.read_text())]
+    assert len(named) > 50
+    assert [(page, name) for page, name in named if name not in there and "NAME" not in name] == []
+
+
 def test_tests_stand_in_folders_of_the_packages() -> None:
     tests = PROJECT / "tests"
     folders = {path.parent.relative_to(tests) for path in tests.rglob("test_*.py")}
