@@ -1,6 +1,5 @@
 """The processes that run, and what they say of themselves."""
 
-import fcntl
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,16 +11,17 @@ from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.processes import on_board
+from ods.runtime.run_dir import is_locked
 
 LISTEN_S = 1.5
 
 
 def sockets(run_dir: Path) -> Iterator[Finding]:
     """Tell which processes run, and what they say of themselves."""
-    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.W_OK | os.X_OK):
+    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.X_OK):
         yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
         return
-    running = [process.name for process in on_board() if is_running(run_dir, process.name)]
+    running = [process.name for process in on_board() if is_locked(run_dir, process.name)]
     if not running:
         yield Finding("note", "processes", f"none runs on {run_dir}")
         return
@@ -37,18 +37,6 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             yield Finding("wrong", process.name, "; ".join(report.problems))
         else:
             yield Finding("good", process.name, "runs and is well" if report.ready else "is starting")
-
-
-def is_running(run_dir: Path, process: str) -> bool:
-    """Tell whether a process holds its lock."""
-    try:
-        with (run_dir / f"{process}.lock").open("r+") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    return False
 
 
 def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:

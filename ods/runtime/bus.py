@@ -7,7 +7,6 @@ multipart messages.
 """
 
 import contextlib
-import fcntl
 import logging
 import time
 from collections import Counter, deque
@@ -15,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any
+from typing import Any
 
 import msgspec
 import zmq
@@ -23,6 +22,7 @@ import zmq
 from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
+from ods.runtime.run_dir import FOR_GROUP, Lock, sockets_made
 
 log = logging.getLogger(__name__)
 
@@ -113,7 +113,7 @@ class Publisher:
     """The PUB socket of one process. A lock file keeps a second process from stealing the path silently."""
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, process: str) -> None:
-        self._lock = _take_lock(run_dir, process)
+        self._lock = Lock(run_dir, process)
         self._encoder = msgspec.msgpack.Encoder()
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)
@@ -133,23 +133,10 @@ class Publisher:
 
 def _bind(socket: "zmq.Socket[bytes]", address: str) -> None:
     try:
-        socket.bind(address)
+        with sockets_made(FOR_GROUP):
+            socket.bind(address)
     except zmq.ZMQError as error:
         raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
-
-
-def _take_lock(run_dir: Path, process: str) -> IO[str]:
-    try:
-        run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
-        lock = (run_dir / f"{process}.lock").open("w")
-    except OSError as error:
-        raise BusError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        lock.close()
-        raise BusError(f"another `ods {process}` already runs on {run_dir}") from error
-    return lock
 
 
 class Responder:

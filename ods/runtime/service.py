@@ -194,7 +194,7 @@ def notify(text: str) -> None:
 
 
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:
-    """Run one process until SIGTERM or SIGINT. Raises BusError or StartError when it cannot work."""
+    """Run one process until SIGTERM or SIGINT. Raises RunDirError, BusError or StartError when it cannot work."""
     _die_with_supervisor()
     stopping = _stop_signals()
     service = Service(process, run_dir)

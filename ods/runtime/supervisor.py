@@ -21,6 +21,7 @@ from ods.base.backoff import Backoff
 from ods.base.errors import OdsError
 from ods.base.settings import NonNegative, Positive, PositiveInt, Settings
 from ods.runtime.processes import Process
+from ods.runtime.run_dir import FOR_OWNER, prepare, sockets_made
 from ods.runtime.service import notify
 
 log = logging.getLogger(__name__)
@@ -84,7 +85,8 @@ class Child:
         self._socket.setblocking(False)
         self._address = run_dir / f"{process.name}.notify"
         self._address.unlink(missing_ok=True)
-        self._socket.bind(str(self._address))
+        with sockets_made(FOR_OWNER):
+            self._socket.bind(str(self._address))
 
     def step(self, now_s: float) -> None:
         """Do what is due: start, listen, notice the end or a hang. Raises CannotKeepUpError."""
@@ -163,7 +165,7 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
     signal.signal(signal.SIGTERM, handler)
     signal.signal(signal.SIGINT, handler)
     level = logging.getLevelName(logging.getLogger().level).lower()
-    run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
+    prepare(run_dir)
     children = [Child(process, _command(process, config, level), run_dir, settings) for process in processes]
     announced = False
     try:
@@ -185,4 +187,5 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
 
 
 def _command(process: Process, config: Path, log_level: str) -> list[str]:
-    return [sys.executable, "-m", "ods", process.name, "--config", str(config), "--log-level", log_level]
+    safe_path = "-P"  # or whoever can write in the current folder has his numpy.py run
+    return [sys.executable, safe_path, "-m", "ods", process.name, "--config", str(config), "--log-level", log_level]
