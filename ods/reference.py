@@ -16,7 +16,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
 from ods.runtime.counters import COUNTERS
-from ods.runtime.processes import PROCESSES
+from ods.runtime.processes import PROCESSES, SUPERVISOR
 
 HEAD = """# Messages
 
@@ -70,7 +70,8 @@ def _messages() -> str:
         name = topic.message.__name__
         text += f"| `{topic.name}` | [{name}](#{name.lower()}) | {topic.publisher} | {topic.rate_hz:g}/s |"
         text += f" {topic.stale_s:g} s |\n"
-    text += f"| `{bus.HEALTH}` | [Health](#health) | {', '.join(PROCESSES)} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
+    publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
+    text += f"| `{bus.HEALTH}` | [Health](#health) | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s |\n"
     text += REQUESTS_HEAD
     for row in bus.REQUESTS.values():

@@ -10,7 +10,7 @@ from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus
-from ods.runtime.processes import on_board
+from ods.runtime.processes import SUPERVISOR, on_board
 from ods.runtime.run_dir import is_locked
 
 LISTEN_S = 1.5
@@ -29,7 +29,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
     for process in on_board():
         report = health.get(process.name)
         if process.name not in running:
-            yield Finding("wrong", process.name, "does not run, though others do")
+            told = "; ".join(report.problems) if report else ""
+            yield Finding("wrong", process.name, told or "does not run, though others do")
         elif report is None:
             told = f"runs, but gave no sign of life within {LISTEN_S} s: it hangs, or compiles at its first start"
             yield Finding("wrong", process.name, told)
@@ -43,8 +44,8 @@ def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     health: dict[str, Health] = {}
     deadline_ns = clock.monotonic_ns() + int(LISTEN_S * clock.NS)
-    with bus.Subscriber(context, run_dir, [], names) as subscriber:
-        while len(health) < len(names) and clock.monotonic_ns() < deadline_ns:
+    with bus.Subscriber(context, run_dir, [], [*names, SUPERVISOR]) as subscriber:
+        while len(health) < len(on_board()) and clock.monotonic_ns() < deadline_ns:
             for _, message in subscriber.receive(0.1)[0]:
                 health[message.process] = message
     context.term()
