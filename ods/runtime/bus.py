@@ -22,7 +22,7 @@ import zmq
 from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
-from ods.runtime.run_dir import FOR_GROUP, Lock, sockets_made
+from ods.runtime.run_dir import FOR_GROUP, Lock, identity, sockets_made
 
 log = logging.getLogger(__name__)
 
@@ -118,12 +118,17 @@ class Publisher:
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
-        _bind(self._socket, endpoint(run_dir, process))
+        self._binding = _Binding(self._socket, run_dir, process)
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:
         """Send `message`; never blocks."""
         self._socket.send(topic.encode(), FIRST_PART)
         self._socket.send(self._encoder.encode(message), LAST_PART)
+
+    def restore(self) -> bool:
+        """Make anew what was removed of lock and socket; tell whether it was any. Raises RunDirError, BusError."""
+        lock_gone, socket_gone = self._lock.restore(), self._binding.restore()
+        return lock_gone or socket_gone
 
     def close(self) -> None:
         """Close the socket and give the lock back."""
@@ -131,12 +136,28 @@ class Publisher:
         self._lock.close()
 
 
-def _bind(socket: "zmq.Socket[bytes]", address: str) -> None:
-    try:
-        with sockets_made(FOR_GROUP):
-            socket.bind(address)
-    except zmq.ZMQError as error:
-        raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+class _Binding:
+    """The address of a bound socket. Who connects finds it by its file only: without it the socket hears nobody new."""
+
+    def __init__(self, socket: "zmq.Socket[bytes]", run_dir: Path, name: str) -> None:
+        self._socket, self._address = socket, endpoint(run_dir, name)
+        self._file = Path(self._address.removeprefix("ipc://"))
+        self._bind()
+
+    def _bind(self) -> None:
+        try:
+            with sockets_made(FOR_GROUP):
+                self._socket.bind(self._address)
+        except zmq.ZMQError as error:
+            raise BusError(f"bus.run_dir: cannot bind {self._address}: {error}") from error
+        self._identity = identity(self._file)
+
+    def restore(self) -> bool:
+        """Bind anew if the file was removed or replaced; tell whether it was. Who is connected stays so."""
+        if identity(self._file) == self._identity:
+            return False
+        self._bind()  # without unbinding: that would remove the new file a moment later
+        return True
 
 
 class Responder:
@@ -156,7 +177,7 @@ class Responder:
         self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
         self._socket.setsockopt(zmq.MAXMSGSIZE, READABLE_REQUEST_BYTES)
-        _bind(self._socket, endpoint(run_dir, name))
+        self._binding = _Binding(self._socket, run_dir, name)
 
     def receive(self) -> list[tuple[list[bytes], Any]]:
         """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""
@@ -183,6 +204,10 @@ class Responder:
         """Answer one request; an answer that nobody takes is dropped."""
         with contextlib.suppress(zmq.ZMQError):
             self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
+
+    def restore(self) -> bool:
+        """Make the socket anew if its file was removed; tell whether it was. Raises BusError."""
+        return self._binding.restore()
 
     def close(self) -> None:
         """Close the socket."""

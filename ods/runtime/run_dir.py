@@ -80,31 +80,56 @@ def sockets_made(mode: int) -> Iterator[None]:
         os.umask(before)
 
 
+def identity(path: Path) -> tuple[int, int] | None:
+    """Return what tells the file at `path` from every other one; None: there is none."""
+    try:
+        state = path.lstat()
+    except OSError:
+        return None
+    return state.st_dev, state.st_ino
+
+
 class Lock:
     """The lock of one process, held until `close` or the process's end."""
 
     def __init__(self, run_dir: Path, process: str) -> None:
         """Take it. Raises RunDirError, where another process has it too."""
-        prepare(run_dir)
-        path = run_dir / f"{process}.lock"
-        try:
-            self._fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, LOCK_MODE)
-        except OSError as error:
-            raise RunDirError(f"bus.run_dir: cannot use {path}: {error.strerror}") from error
-        try:
-            _refuse_foreign(self._fd, path)
-            os.fchmod(self._fd, LOCK_MODE)
-            fcntl.flock(self._fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            os.close(self._fd)
-            raise RunDirError(f"another `ods {process}` already runs on {run_dir}") from error
-        except RunDirError:
-            os.close(self._fd)
-            raise
+        self._run_dir, self._process = run_dir, process
+        self._fd = _taken(run_dir, process)
+
+    def restore(self) -> bool:
+        """Take it anew if its file was removed; tell whether it was. Raises RunDirError where another was quicker."""
+        state = os.fstat(self._fd)
+        if identity(self._run_dir / f"{self._process}.lock") == (state.st_dev, state.st_ino):
+            return False
+        stale, self._fd = self._fd, _taken(self._run_dir, self._process)
+        os.close(stale)
+        return True
 
     def close(self) -> None:
         """Give it back."""
         os.close(self._fd)
+
+
+def _taken(run_dir: Path, process: str) -> int:
+    """Return the open file of a lock that is ours. Raises RunDirError."""
+    prepare(run_dir)
+    path = run_dir / f"{process}.lock"
+    try:
+        fd = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK, LOCK_MODE)
+    except OSError as error:
+        raise RunDirError(f"bus.run_dir: cannot use {path}: {error.strerror}") from error
+    try:
+        _refuse_foreign(fd, path)
+        os.fchmod(fd, LOCK_MODE)
+        fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        os.close(fd)
+        raise RunDirError(f"another `ods {process}` already runs on {run_dir}") from error
+    except RunDirError:
+        os.close(fd)
+        raise
+    return fd
 
 
 def _refuse_foreign(fd: int, path: Path) -> None:

@@ -79,6 +79,14 @@ class Service:
         if self._responder:
             self._responder.answer(peer, message)
 
+    def stay_reachable(self) -> None:
+        """Make lock and sockets anew if somebody removed their files. Raises RunDirError, BusError."""
+        gone = self._publisher.restore()
+        if self._responder:
+            gone |= self._responder.restore()
+        if gone:
+            log.warning("lock or sockets in the run folder had been removed and were made anew")
+
     def complain_once(self, key: str, text: str) -> None:
         """Count `key` every time, log `text` the first time."""
         self.counters[key] += 1
@@ -247,6 +255,7 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
             log.info("ready")
         if time.monotonic() >= health_due:
             health_due = time.monotonic() + bus.HEALTH_PERIOD_S
+            service.stay_reachable()
             problems = worker.problems()
             notify("WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
             service.report_health(worker.ready(), problems)

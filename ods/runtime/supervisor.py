@@ -25,7 +25,7 @@ from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR, Process
-from ods.runtime.run_dir import FOR_OWNER, sockets_made
+from ods.runtime.run_dir import FOR_OWNER, identity, prepare, sockets_made
 from ods.runtime.service import notify
 
 log = logging.getLogger(__name__)
@@ -64,12 +64,18 @@ class Child:
         self._popen: subprocess.Popen[bytes] | None = None
         self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
+        self._address = run_dir / f"{process.name}.notify"
+        self._bind()
+
+    def _bind(self) -> None:
+        """Raises RunDirError."""
+        prepare(self._address.parent)
+        self._address.unlink(missing_ok=True)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._address = run_dir / f"{process.name}.notify"
-        self._address.unlink(missing_ok=True)
         with sockets_made(FOR_OWNER):
             self._socket.bind(str(self._address))
+        self._identity = identity(self._address)
 
     def step(self, now_s: float) -> None:
         """Do what is due: start, listen, notice the end or a hang."""
@@ -97,6 +103,10 @@ class Child:
         log.info("%s started (pid %d)", self.name, self._popen.pid)
 
     def _listen(self, now_s: float) -> None:
+        if identity(self._address) != self._identity:
+            log.warning("%s had been removed and was made anew", self._address)
+            self._socket.close()
+            self._bind()
         while True:
             try:
                 text = self._socket.recv(4096).decode(errors="replace")
@@ -155,6 +165,8 @@ class _Reporter:
         if now_s < self._due_s:
             return
         self._due_s = now_s + bus.HEALTH_PERIOD_S
+        if self._publisher.restore():
+            log.warning("lock or socket of `ods run` had been removed and were made anew")
         for child in children:
             if child.down:
                 self._publisher.publish(bus.HEALTH, _health(child, self._seq))

@@ -2,6 +2,7 @@
 
 import os
 import re
+import shutil
 import socket
 import stat
 import subprocess
@@ -17,6 +18,7 @@ from ods.runtime import bus, supervisor
 from ods.runtime.processes import PROCESSES
 from ods.runtime.run_dir import Lock, RunDirError, is_locked, prepare
 
+CONFIG = Path(__file__).parents[2] / "config"
 NOBODY, GROUP = 65534, 65533
 as_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")
 
@@ -165,3 +167,43 @@ def test_children_import_nothing_from_the_current_folder(tmp_path: Path, option:
     command[1:2] = option
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
     assert (done.returncode, (tmp_path / "taken").exists()) == ((2, False) if option else (9, True))
+
+
+def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:
+    """As cleaners of /tmp do: late planners are heard, early ones stay connected, a second process stays out."""
+    run_dir = place / "run"
+    text = (CONFIG / "onboard.toml").read_text().replace("/tmp/ods", str(run_dir))
+    config = place / "onboard.toml"
+    config.write_text(text.replace("/dev/ttyUSB0", "/dev/none"))
+    command = [sys.executable, "-m", "ods", "sonar", "--config", str(config)]
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    with (
+        bus.Subscriber(context, run_dir, [], ["sonar"]) as early,
+        subprocess.Popen(command, stderr=subprocess.PIPE) as ods,
+    ):
+        assert early.receive(30.0)[0]
+        shutil.rmtree(run_dir)
+        with bus.Subscriber(context, run_dir, [], ["sonar"]) as late:
+            assert late.receive(10.0)[0]
+        connect(run_dir / "sonar-requests.sock")
+        early.receive(0.0)
+        assert early.receive(10.0)[0]
+        second = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert (second.returncode, "another `ods sonar` already runs" in second.stderr) == (2, True)
+        ods.terminate()
+        assert b"had been removed and were made anew" in ods.communicate()[1]
+    context.term()
+    assert ods.returncode == 0
+
+
+def test_who_lost_its_lock_to_another_process_ends(place: Path) -> None:
+    lock = Lock(place / "run", "nav")
+    assert not lock.restore()
+    (place / "run" / "nav.lock").unlink()
+    other = Lock(place / "run", "nav")
+    with pytest.raises(RunDirError, match="another `ods nav` already runs"):
+        lock.restore()
+    other.close()
+    assert lock.restore()
+    assert is_locked(place / "run", "nav")
+    lock.close()

@@ -86,6 +86,20 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     assert "nav shows no sign of life: killed" in supervisor.stderr.read()
 
 
+def test_a_child_lives_on_when_the_run_folder_is_emptied(tmp_path: Path) -> None:
+    supervisor = start(tmp_path, WORK, "watchdog_s=0.5")
+    first = pids(tmp_path, 1)
+    time.sleep(0.5)
+    for pattern in ("*.notify", "*.lock", "*.sock"):
+        for file in tmp_path.glob(pattern):
+            file.unlink()
+    time.sleep(1.5)
+    assert {file.name for file in tmp_path.iterdir()} >= {"nav.notify", "run.lock", "run.sock"}
+    supervisor.terminate()
+    assert supervisor.wait(5) == 0
+    assert pids(tmp_path, 1) == first
+
+
 @pytest.mark.parametrize("code", [2, 7])
 def test_a_child_that_cannot_start_is_tried_again_without_end_and_its_reason_is_told(tmp_path: Path, code: int) -> None:
     supervisor = start(tmp_path, f'notify("STOPPING=1\\nSTATUS=the key x is wrong")\nsys.exit({code})')
