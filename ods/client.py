@@ -2,13 +2,13 @@
 
 from ods.client import Obstacles
 
-for picture in Obstacles("/tmp/ods"):
+for picture in Obstacles("/run/ods"):
     if not picture.valid:
         print("do not rely on it:", picture.reasons)
     for obstacle in picture.obstacles:
         print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
 
-Sonar("/tmp/ods").set_range(50.0)
+Sonar("/run/ods").set_range(50.0)
 """
 
 import time

@@ -171,6 +171,8 @@ def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.S
 def _default(field: msgspec.structs.FieldInfo) -> str:
     if field.required:
         return "required"
+    if inspect.isfunction(field.default_factory):  # it depends on the machine
+        return "see there"
     value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
     return f"`{value}`" if len(f"{value}") < 60 else "see there"
 

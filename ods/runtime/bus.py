@@ -22,7 +22,7 @@ import zmq
 from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
-from ods.runtime.run_dir import FOR_GROUP, Lock, identity, sockets_made
+from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, sockets_made
 
 log = logging.getLogger(__name__)
 
@@ -92,8 +92,9 @@ HEALTH_STALE_S = 2.0
 class BusSettings(Settings, frozen=True):
     """Where the processes meet."""
 
-    run_dir: Path
-    """Folder of sockets and locks; its path must stay under 80 characters."""
+    run_dir: Path = msgspec.field(default_factory=default_run_dir)
+    """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
+    that exists, else $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:

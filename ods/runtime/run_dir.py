@@ -22,6 +22,18 @@ FOR_GROUP, FOR_OWNER = 0o660, 0o600
 """Modes of sockets: whoever connects needs the right to write."""
 
 
+SERVICE_DIR = Path("/run/ods")
+"""Where the units run."""
+
+
+def default_run_dir() -> Path:
+    """Return the service's folder for root and wherever it exists, else one of the user's own."""
+    if os.geteuid() == 0 or SERVICE_DIR.is_dir():
+        return SERVICE_DIR
+    runtime_dir = os.environ.get("XDG_RUNTIME_DIR")
+    return Path(runtime_dir, "ods") if runtime_dir else Path(os.environ.get("HOME", "/"), ".local/state/ods/run")
+
+
 class RunDirError(OdsError):
     """The folder, or a lock in it, cannot be used; the text says why in one line."""
 

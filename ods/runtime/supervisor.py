@@ -208,6 +208,7 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
     signal.signal(signal.SIGINT, handler)
     level = logging.getLevelName(logging.getLogger().level).lower()
     reporter = _Reporter(run_dir)
+    log.info("sockets are in %s", run_dir)
     children = [Child(process, _command(process, config, level), run_dir, settings) for process in processes]
     announced = False
     try:

@@ -21,7 +21,7 @@ class Run:
     """A running `ods run` without devices, and a planner that listens."""
 
     def __init__(self, folder: Path) -> None:
-        text = (CONFIG / "onboard.toml").read_text().replace("/tmp/ods", str(folder / "run"))
+        text = (CONFIG / "onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{folder}/run"')
         text = text.replace("~/", f"{folder}/").replace('"socketcan"', '"virtual"').replace("/dev/ttyUSB0", "/dev/none")
         for file in CONFIG.glob("*.eds"):
             shutil.copy(file, folder)

@@ -15,6 +15,7 @@ import pytest
 import zmq
 
 from ods.runtime import bus, supervisor
+from ods.runtime import run_dir as run_dir_module
 from ods.runtime.processes import PROCESSES
 from ods.runtime.run_dir import Lock, RunDirError, is_locked, prepare
 
@@ -172,7 +173,7 @@ def test_children_import_nothing_from_the_current_folder(tmp_path: Path, option:
 def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:
     """As cleaners of /tmp do: late planners are heard, early ones stay connected, a second process stays out."""
     run_dir = place / "run"
-    text = (CONFIG / "onboard.toml").read_text().replace("/tmp/ods", str(run_dir))
+    text = (CONFIG / "onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{run_dir}"')
     config = place / "onboard.toml"
     config.write_text(text.replace("/dev/ttyUSB0", "/dev/none"))
     command = [sys.executable, "-m", "ods", "sonar", "--config", str(config)]
@@ -194,6 +195,29 @@ def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:
         assert b"had been removed and were made anew" in ods.communicate()[1]
     context.term()
     assert ods.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("uid", "there", "environment", "wanted"),
+    [
+        (0, False, {"XDG_RUNTIME_DIR": "/run/user/0"}, "service"),
+        (1000, True, {"XDG_RUNTIME_DIR": "/run/user/1000"}, "service"),
+        (1000, False, {"XDG_RUNTIME_DIR": "/run/user/1000"}, "/run/user/1000/ods"),
+        (1000, False, {"HOME": "/home/me"}, "/home/me/.local/state/ods/run"),
+    ],
+)
+def test_the_default_is_the_services_folder_or_the_users_own(
+    place: Path, monkeypatch: pytest.MonkeyPatch, uid: int, there: bool, environment: dict[str, str], wanted: str
+) -> None:
+    service = place / "service"
+    if there:
+        service.mkdir()
+    monkeypatch.setattr(run_dir_module, "SERVICE_DIR", service)
+    monkeypatch.setattr(os, "geteuid", lambda: uid)
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    assert bus.BusSettings().run_dir == place / wanted
 
 
 def test_who_lost_its_lock_to_another_process_ends(place: Path) -> None:

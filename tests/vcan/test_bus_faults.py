@@ -127,7 +127,7 @@ def rig(vcan0: str, running: Rig) -> Rig:
 
 @contextmanager
 def nav(run_dir: Path, channel: str) -> Iterator[psutil.Process]:
-    text = (CONFIG / "onboard.toml").read_text(encoding="utf-8").replace("/tmp/ods", str(run_dir))
+    text = (CONFIG / "onboard.toml").read_text(encoding="utf-8").replace("[bus]", f'[bus]\nrun_dir = "{run_dir}"')
     text = text.replace('channel = "can0"', f'channel = "{channel}"')
     for name in ("ins.eds", "ods_node.eds"):
         text = text.replace(f'"{name}"', f'"{CONFIG / name}"')
