@@ -137,7 +137,7 @@ def _show(what: str, times_ns: Ints) -> None:
 
 def _config(source: str, run_dir: Path, interface: str, channel: str) -> Path:
     """Write the onboard configuration with this run's folders and bus."""
-    text = (CONFIG / FILES[source]).read_text(encoding="utf-8").replace("/tmp/ods", str(run_dir))
+    text = (CONFIG / FILES[source]).read_text(encoding="utf-8").replace("[bus]", f'[bus]\nrun_dir = "{run_dir}"')
     bitrate = "" if interface == "socketcan" else "\nbitrate = 500000"
     text = text.replace('interface = "socketcan"', f'interface = "{interface}"')
     text = text.replace('channel = "can0"', f'channel = "{channel}"{bitrate}')

@@ -2,15 +2,16 @@
 
 from ods.client import Obstacles
 
-for picture in Obstacles("/tmp/ods"):
+for picture in Obstacles("/run/ods"):
     if not picture.valid:
         print("do not rely on it:", picture.reasons)
     for obstacle in picture.obstacles:
         print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
 
-Sonar("/tmp/ods").set_range(50.0)
+Sonar("/run/ods").set_range(50.0)
 """
 
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest
 from ods.runtime import bus
+from ods.runtime.processes import SUPERVISOR
 
 __all__ = [
     "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Sonar", "SonarAnswer", "SonarError",
@@ -36,10 +38,11 @@ class Obstacles:
 
     def __init__(self, run_dir: str | Path, stale_s: float = bus.TOPICS["obstacles"].stale_s) -> None:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._subscriber = bus.Subscriber(self._context, Path(run_dir), ["obstacles"])
+        self._subscriber = bus.Subscriber(self._context, Path(run_dir), ["obstacles"], [SUPERVISOR])
         self._stale_s = stale_s
         self._last: ObstacleList | None = None
         self._last_ns = clock.monotonic_ns()
+        self._why = ""
 
     def __iter__(self) -> Iterator[ObstacleList]:
         while True:
@@ -47,16 +50,19 @@ class Obstacles:
 
     def next(self) -> ObstacleList:
         """Wait for the next list, at most `stale_s`."""
-        received, _ = self._subscriber.receive(self._stale_s)
-        if received:
-            self._last = received[-1][1]
-            self._last_ns = clock.monotonic_ns()
-            return self._last
+        deadline_s = time.monotonic() + self._stale_s
+        while (left_s := deadline_s - time.monotonic()) > 0.0:
+            for _, message in reversed(self._subscriber.receive(left_s)[0]):
+                if isinstance(message, ObstacleList):
+                    self._last, self._last_ns, self._why = message, clock.monotonic_ns(), ""
+                    return message
+                if message.process == "tracker":
+                    self._why = "; " + "; ".join(message.problems)
         return self._silence()
 
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
-        reason = f"tracker: no obstacle list for {(now - self._last_ns) / clock.NS:.1f} s"
+        reason = f"tracker: no obstacle list for {(now - self._last_ns) / clock.NS:.1f} s{self._why}"
         if self._last is None:
             return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
         return msgspec.structs.replace(self._last, valid=False, reasons=[reason])

@@ -16,7 +16,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
 from ods.runtime.counters import COUNTERS
-from ods.runtime.processes import PROCESSES
+from ods.runtime.processes import PROCESSES, SUPERVISOR
 
 HEAD = """# Messages
 
@@ -70,7 +70,8 @@ def _messages() -> str:
         name = topic.message.__name__
         text += f"| `{topic.name}` | [{name}](#{name.lower()}) | {topic.publisher} | {topic.rate_hz:g}/s |"
         text += f" {topic.stale_s:g} s |\n"
-    text += f"| `{bus.HEALTH}` | [Health](#health) | {', '.join(PROCESSES)} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
+    publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
+    text += f"| `{bus.HEALTH}` | [Health](#health) | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s |\n"
     text += REQUESTS_HEAD
     for row in bus.REQUESTS.values():
@@ -170,6 +171,8 @@ def _structs_inside(hint: object, suffix: str = "") -> list[tuple[type[msgspec.S
 def _default(field: msgspec.structs.FieldInfo) -> str:
     if field.required:
         return "required"
+    if inspect.isfunction(field.default_factory):  # it depends on the machine
+        return "see there"
     value = field.default if field.default is not msgspec.NODEFAULT else field.default_factory()
     return f"`{value}`" if len(f"{value}") < 60 else "see there"
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import zmq
 
 from ods.client import Obstacles
-from ods.messages import ObstacleList
+from ods.messages import Health, ObstacleList
 from ods.runtime import bus
+from ods.runtime.processes import SUPERVISOR
 
 
 def picture(seq: int) -> ObstacleList:
@@ -47,5 +48,20 @@ def test_only_the_newest_list_is_given(tmp_path: Path) -> None:
     assert client.next().seq == 5
     assert not client.next().valid
     publisher.close()
+    client.close()
+    context.term()
+
+
+def test_why_the_tracker_is_silent_is_said(tmp_path: Path) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    supervisor = bus.Publisher(context, tmp_path, SUPERVISOR)
+    down = Health("tracker", 0, 0, 0, 0, False, ["ended with code 2: no such observer"], {}, {}, {}, {}, 0.0, 0.0)
+    client = Obstacles(tmp_path, stale_s=0.1)
+    deadline = time.monotonic() + 10.0
+    while ";" not in (reason := client.next().reasons[0]) and time.monotonic() < deadline:
+        supervisor.publish(bus.HEALTH, down)
+    assert reason.startswith("tracker: no obstacle list for ")
+    assert reason.endswith(" s; ended with code 2: no such observer")
+    supervisor.close()
     client.close()
     context.term()

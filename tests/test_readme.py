@@ -33,11 +33,11 @@ def run_dir() -> Iterator[Path]:
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=["client", "plain"])
 def test_planner_example_prints_the_obstacles(example: str, run_dir: Path) -> None:
-    assert "/tmp/ods" in example
+    assert "/run/ods" in example
     assert len(example.strip().splitlines()) <= 11
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, run_dir, "tracker")
-    program = example.replace("/tmp/ods", str(run_dir))
+    program = example.replace("/run/ods", str(run_dir))
     planner = subprocess.Popen([sys.executable, "-u", "-c", program], stdout=subprocess.PIPE, text=True)
     assert planner.stdout is not None
     try:
@@ -68,7 +68,7 @@ def test_sonar_example_prints_the_range_or_the_reason(
 ) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     responder = bus.Responder(context, run_dir, "sonar-requests")
-    program = example.replace("/tmp/ods", str(run_dir))
+    program = example.replace("/run/ods", str(run_dir))
     planner = subprocess.Popen([sys.executable, "-u", "-c", program], stdout=subprocess.PIPE, text=True)
     assert planner.stdout is not None
     try:

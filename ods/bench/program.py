@@ -23,7 +23,7 @@ class Program:
         self.log_file = log_file
         with log_file.open("wb") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-m", "ods", command, "--config", str(config)],
+                [sys.executable, "-P", "-m", "ods", command, "--config", str(config)],
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,

@@ -8,7 +8,7 @@ from ods.base.settings_file import load
 from ods.compiled import kernel
 from ods.config import part_of
 from ods.runtime.processes import PROCESSES
-from ods.runtime.service import run_worker
+from ods.runtime.service import last_words, run_worker
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -20,8 +20,9 @@ def run(args: Namespace) -> None:
     process = PROCESSES[args.command]
     if process.on_board:
         kernel.do_without_numba()
-    config = load(args.config, _named(process.config))
-    run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))
+    with last_words():
+        config = load(args.config, _named(process.config))
+        run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))
 
 
 def _named(path: str) -> Any:

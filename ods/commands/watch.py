@@ -14,7 +14,7 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
-from ods.runtime.processes import on_board
+from ods.runtime.processes import SUPERVISOR, on_board
 
 REFRESH_S = 0.25
 
@@ -31,7 +31,7 @@ def run(args: Namespace) -> None:
 def watch(run_dir: Path) -> None:
     """Show what `run_dir` publishes until interrupted."""
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-    names = [process.name for process in on_board()]
+    names = [*(process.name for process in on_board()), SUPERVISOR]
     newest: ObstacleList | None = None
     health: dict[str, Health] = {}
     with bus.Subscriber(context, run_dir, ["obstacles"], names) as subscriber, Live(console=Console()) as live:

@@ -13,7 +13,6 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import euler_from_quat
 from ods.config import OnboardConfig
-from ods.doctor import running
 from ods.doctor.finding import Finding
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId
@@ -22,6 +21,7 @@ from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
 from ods.runtime.counters import trouble_names
+from ods.runtime.run_dir import is_locked
 
 PAUSE_S = 0.005
 SLOW = 0.9
@@ -55,7 +55,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     """Listen to the bus, without a word, and say what came."""
     subject = f"navigation by {settings.nav.source}"
     can = settings.nav.can
-    nav_runs = running.is_running(settings.bus.run_dir, "nav")
+    nav_runs = is_locked(settings.bus.run_dir, "nav")
     if can.interface != "socketcan" and nav_runs:
         yield Finding("note", subject, "not listened to: the nav process has the adapter")
         return

@@ -8,6 +8,7 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.doctor import can_interface, machine, navigation, running, sonar_port
 from ods.doctor.finding import Finding
+from ods.runtime.run_dir import is_locked
 
 
 def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
@@ -22,7 +23,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
         return
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
     yield from pipeline(settings)
-    yield from sonar_port.examine(settings.sonar.port, in_use=running.is_running(settings.bus.run_dir, "sonar"))
+    yield from sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar"))
     if listen_s:
         yield from sonar_port.listen(settings, listen_s)
     yield from can_interface.examine(settings.nav.can)

@@ -1,6 +1,5 @@
 """The processes that run, and what they say of themselves."""
 
-import fcntl
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,17 +10,18 @@ from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus
-from ods.runtime.processes import on_board
+from ods.runtime.processes import SUPERVISOR, on_board
+from ods.runtime.run_dir import is_locked
 
 LISTEN_S = 1.5
 
 
 def sockets(run_dir: Path) -> Iterator[Finding]:
     """Tell which processes run, and what they say of themselves."""
-    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.W_OK | os.X_OK):
+    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.X_OK):
         yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
         return
-    running = [process.name for process in on_board() if is_running(run_dir, process.name)]
+    running = [process.name for process in on_board() if is_locked(run_dir, process.name)]
     if not running:
         yield Finding("note", "processes", f"none runs on {run_dir}")
         return
@@ -29,7 +29,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
     for process in on_board():
         report = health.get(process.name)
         if process.name not in running:
-            yield Finding("wrong", process.name, "does not run, though others do")
+            told = "; ".join(report.problems) if report else ""
+            yield Finding("wrong", process.name, told or "does not run, though others do")
         elif report is None:
             told = f"runs, but gave no sign of life within {LISTEN_S} s: it hangs, or compiles at its first start"
             yield Finding("wrong", process.name, told)
@@ -39,24 +40,12 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             yield Finding("good", process.name, "runs and is well" if report.ready else "is starting")
 
 
-def is_running(run_dir: Path, process: str) -> bool:
-    """Tell whether a process holds its lock."""
-    try:
-        with (run_dir / f"{process}.lock").open("r+") as lock:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:
-        return False
-    return False
-
-
 def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     health: dict[str, Health] = {}
     deadline_ns = clock.monotonic_ns() + int(LISTEN_S * clock.NS)
-    with bus.Subscriber(context, run_dir, [], names) as subscriber:
-        while len(health) < len(names) and clock.monotonic_ns() < deadline_ns:
+    with bus.Subscriber(context, run_dir, [], [*names, SUPERVISOR]) as subscriber:
+        while len(health) < len(on_board()) and clock.monotonic_ns() < deadline_ns:
             for _, message in subscriber.receive(0.1)[0]:
                 health[message.process] = message
     context.term()

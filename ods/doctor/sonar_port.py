@@ -9,9 +9,10 @@ import msgspec
 
 from ods.base import clock
 from ods.config import OnboardConfig
-from ods.doctor import running, serial_device
+from ods.doctor import serial_device
 from ods.doctor.finding import Finding
 from ods.runtime.counters import COUNTERS
+from ods.runtime.run_dir import is_locked
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.port.address import TcpAddress, tcp_address
 from ods.sonar_link.registry import make_protocol
@@ -39,7 +40,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     """Listen to the sonar, asking it to send but for no setting, and say what came."""
     sonar = msgspec.structs.replace(settings.sonar, range_m=None, power_db=None, gain_db=None)
     subject = f"sonar on {sonar.port}"
-    if running.is_running(settings.bus.run_dir, "sonar"):
+    if is_locked(settings.bus.run_dir, "sonar"):
         yield Finding("note", subject, "not listened to: the sonar process has the line; `ods watch` shows its rates")
         return
     counters: Counter[str] = Counter()

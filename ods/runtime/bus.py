@@ -7,7 +7,6 @@ multipart messages.
 """
 
 import contextlib
-import fcntl
 import logging
 import time
 from collections import Counter, deque
@@ -15,7 +14,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any
+from typing import Any
 
 import msgspec
 import zmq
@@ -23,6 +22,7 @@ import zmq
 from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
+from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, sockets_made
 
 log = logging.getLogger(__name__)
 
@@ -92,8 +92,9 @@ HEALTH_STALE_S = 2.0
 class BusSettings(Settings, frozen=True):
     """Where the processes meet."""
 
-    run_dir: Path
-    """Folder of sockets and locks; its path must stay under 80 characters."""
+    run_dir: Path = msgspec.field(default_factory=default_run_dir)
+    """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
+    that exists, else $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:
@@ -113,17 +114,22 @@ class Publisher:
     """The PUB socket of one process. A lock file keeps a second process from stealing the path silently."""
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, process: str) -> None:
-        self._lock = _take_lock(run_dir, process)
+        self._lock = Lock(run_dir, process)
         self._encoder = msgspec.msgpack.Encoder()
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
-        _bind(self._socket, endpoint(run_dir, process))
+        self._binding = _Binding(self._socket, run_dir, process)
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:
         """Send `message`; never blocks."""
         self._socket.send(topic.encode(), FIRST_PART)
         self._socket.send(self._encoder.encode(message), LAST_PART)
+
+    def restore(self) -> bool:
+        """Make anew what was removed of lock and socket; tell whether it was any. Raises RunDirError, BusError."""
+        lock_gone, socket_gone = self._lock.restore(), self._binding.restore()
+        return lock_gone or socket_gone
 
     def close(self) -> None:
         """Close the socket and give the lock back."""
@@ -131,25 +137,28 @@ class Publisher:
         self._lock.close()
 
 
-def _bind(socket: "zmq.Socket[bytes]", address: str) -> None:
-    try:
-        socket.bind(address)
-    except zmq.ZMQError as error:
-        raise BusError(f"bus.run_dir: cannot bind {address}: {error}") from error
+class _Binding:
+    """The address of a bound socket. Who connects finds it by its file only: without it the socket hears nobody new."""
 
+    def __init__(self, socket: "zmq.Socket[bytes]", run_dir: Path, name: str) -> None:
+        self._socket, self._address = socket, endpoint(run_dir, name)
+        self._file = Path(self._address.removeprefix("ipc://"))
+        self._bind()
 
-def _take_lock(run_dir: Path, process: str) -> IO[str]:
-    try:
-        run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
-        lock = (run_dir / f"{process}.lock").open("w")
-    except OSError as error:
-        raise BusError(f"bus.run_dir: cannot use {run_dir}: {error.strerror}") from error
-    try:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        lock.close()
-        raise BusError(f"another `ods {process}` already runs on {run_dir}") from error
-    return lock
+    def _bind(self) -> None:
+        try:
+            with sockets_made(FOR_GROUP):
+                self._socket.bind(self._address)
+        except zmq.ZMQError as error:
+            raise BusError(f"bus.run_dir: cannot bind {self._address}: {error}") from error
+        self._identity = identity(self._file)
+
+    def restore(self) -> bool:
+        """Bind anew if the file was removed or replaced; tell whether it was. Who is connected stays so."""
+        if identity(self._file) == self._identity:
+            return False
+        self._bind()  # without unbinding: that would remove the new file a moment later
+        return True
 
 
 class Responder:
@@ -169,7 +178,7 @@ class Responder:
         self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
         self._socket.setsockopt(zmq.MAXMSGSIZE, READABLE_REQUEST_BYTES)
-        _bind(self._socket, endpoint(run_dir, name))
+        self._binding = _Binding(self._socket, run_dir, name)
 
     def receive(self) -> list[tuple[list[bytes], Any]]:
         """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""
@@ -196,6 +205,10 @@ class Responder:
         """Answer one request; an answer that nobody takes is dropped."""
         with contextlib.suppress(zmq.ZMQError):
             self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
+
+    def restore(self) -> bool:
+        """Make the socket anew if its file was removed; tell whether it was. Raises BusError."""
+        return self._binding.restore()
 
     def close(self) -> None:
         """Close the socket."""

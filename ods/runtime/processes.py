@@ -26,6 +26,9 @@ class Process:
     """Name of its socket for requests; '': it takes none."""
 
 
+SUPERVISOR = "run"
+"""Name of the socket on which `ods run` tells the health of processes that are down."""
+
 PROCESSES: dict[str, Process] = {
     process.name: process
     for process in (

@@ -14,7 +14,7 @@ import socket
 import time
 from abc import ABC
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -27,7 +27,7 @@ from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.messages import Health
 from ods.runtime import bus, counters
-from ods.runtime.processes import Process
+from ods.runtime.processes import SUPERVISOR, Process
 
 log = logging.getLogger(__name__)
 
@@ -37,8 +37,12 @@ TICK_S = 0.05
 """Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
 
 
+LONGEST_WORDS = 500
+"""Characters of the reason that a process gives when it ends."""
+
+
 class StartError(OdsError):
-    """A process cannot do its work and trying again will not help; the text says why in one line."""
+    """A process cannot do its work as it is configured; the text says why in one line."""
 
 
 class Service:
@@ -51,7 +55,8 @@ class Service:
         self._complained: set[str] = set()
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._publisher = bus.Publisher(self._context, run_dir, process.name)
-        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, process.watches)
+        health_of = (*process.watches, SUPERVISOR) if process.watches else ()
+        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, health_of)
         self._responder = bus.Responder(self._context, run_dir, process.answers) if process.answers else None
         self._flow: Counter[str] = Counter()
         self._newest_ns: dict[str, int] = {}
@@ -73,6 +78,14 @@ class Service:
         """Answer a request, at once or later."""
         if self._responder:
             self._responder.answer(peer, message)
+
+    def stay_reachable(self) -> None:
+        """Make lock and sockets anew if somebody removed their files. Raises RunDirError, BusError."""
+        gone = self._publisher.restore()
+        if self._responder:
+            gone |= self._responder.restore()
+        if gone:
+            log.warning("lock or sockets in the run folder had been removed and were made anew")
 
     def complain_once(self, key: str, text: str) -> None:
         """Count `key` every time, log `text` the first time."""
@@ -193,8 +206,19 @@ def notify(text: str) -> None:
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
 
 
+@contextlib.contextmanager
+def last_words() -> Iterator[None]:
+    """Tell the supervisor or systemd why the process ends, if an error ends it."""
+    try:
+        yield
+    except Exception as error:
+        text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
+        notify("STOPPING=1\nSTATUS=" + " ".join(text.split())[:LONGEST_WORDS])
+        raise
+
+
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:
-    """Run one process until SIGTERM or SIGINT. Raises BusError or StartError when it cannot work."""
+    """Run one process until SIGTERM or SIGINT. Raises RunDirError, BusError or StartError when it cannot work."""
     _die_with_supervisor()
     stopping = _stop_signals()
     service = Service(process, run_dir)
@@ -231,6 +255,7 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
             log.info("ready")
         if time.monotonic() >= health_due:
             health_due = time.monotonic() + bus.HEALTH_PERIOD_S
+            service.stay_reachable()
             problems = worker.problems()
             notify("WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
             service.report_health(worker.ready(), problems)

@@ -1,8 +1,9 @@
 """`ods run`: keeps the on-board processes up.
 
 Each child talks the sd_notify protocol to a socket of its own, as it would under systemd: READY=1 once it works,
-WATCHDOG=1 from its work loop. A child that ends, or whose loop hangs, is started again with a growing delay; one that
-cannot be kept up, or says by exit code 2 that trying again is useless, ends the run with a reason.
+WATCHDOG=1 from its work loop, STOPPING=1 with STATUS= why when it gives up. A child that ends, or whose loop hangs, is
+started again with a growing delay, without end: what is wrong may be mended meanwhile, and the others go on. While one
+is down its health is told here, so that the obstacle list can say why.
 """
 
 import logging
@@ -12,20 +13,23 @@ import socket
 import subprocess
 import sys
 import time
-from collections import deque
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import zmq
+
+from ods.base import clock
 from ods.base.backoff import Backoff
-from ods.base.errors import OdsError
-from ods.base.settings import NonNegative, Positive, PositiveInt, Settings
-from ods.runtime.processes import Process
+from ods.base.settings import NonNegative, Positive, Settings
+from ods.messages import Health
+from ods.runtime import bus
+from ods.runtime.processes import SUPERVISOR, Process
+from ods.runtime.run_dir import FOR_OWNER, identity, prepare, sockets_made
 from ods.runtime.service import notify
 
 log = logging.getLogger(__name__)
 
-USELESS_TO_RETRY = 2
 POLL_S = 0.05
 
 
@@ -33,11 +37,10 @@ class SuperviseSettings(Settings, frozen=True):
     """How hard to try."""
 
     first_delay_s: NonNegative = 0.1
-    """Wait before the first restart; each further one waits twice as long."""
+    """Wait before the first restart; each further one waits twice as long, up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
-    restarts: PositiveInt = 8
-    """Restarts of one process within `window_s` after which it counts as impossible to keep up."""
-    window_s: Positive = 60.0
+    settled_s: Positive = 60.0
+    """Time up after which a process counts as working: its next restart waits `first_delay_s` again."""
     start_s: Positive = 120.0
     """Time for a first sign of life; the first start compiles."""
     watchdog_s: Positive = 3.0
@@ -46,48 +49,36 @@ class SuperviseSettings(Settings, frozen=True):
     """Time to stop by SIGTERM before SIGKILL."""
 
 
-class CannotKeepUpError(OdsError):
-    """A process could not be kept up; the text says which and why."""
-
-
-class RestartPolicy:
-    """Back-off and rate limit of one process. Pure: the caller gives the time."""
-
-    def __init__(self, settings: SuperviseSettings) -> None:
-        self._settings = settings
-        self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
-        self._restarts: deque[float] = deque()
-
-    def delay(self, now_s: float) -> float | None:
-        """Return how long to wait before this restart, None when there were too many."""
-        while self._restarts and now_s - self._restarts[0] > self._settings.window_s:
-            self._restarts.popleft()
-        if len(self._restarts) >= self._settings.restarts:
-            return None
-        self._restarts.append(now_s)
-        return self._backoff.delay_s(len(self._restarts))
-
-
 class Child:
     """One supervised process."""
 
     def __init__(self, process: Process, command: Sequence[str], run_dir: Path, settings: SuperviseSettings) -> None:
         self.name = process.name
         self.ready = False
+        self.down = ""
+        """Why its work loop does not run, once it has ended; '' while it does."""
         self._command = list(command)
         self._settings = settings
-        self._policy = RestartPolicy(settings)
+        self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
+        self._last_words = ""
         self._popen: subprocess.Popen[bytes] | None = None
-        self._start_at = 0.0
+        self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
+        self._address = run_dir / f"{process.name}.notify"
+        self._bind()
+
+    def _bind(self) -> None:
+        """Raises RunDirError."""
+        prepare(self._address.parent)
+        self._address.unlink(missing_ok=True)
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
-        self._address = run_dir / f"{process.name}.notify"
-        self._address.unlink(missing_ok=True)
-        self._socket.bind(str(self._address))
+        with sockets_made(FOR_OWNER):
+            self._socket.bind(str(self._address))
+        self._identity = identity(self._address)
 
     def step(self, now_s: float) -> None:
-        """Do what is due: start, listen, notice the end or a hang. Raises CannotKeepUpError."""
+        """Do what is due: start, listen, notice the end or a hang."""
         if self._popen is None:
             if now_s >= self._start_at:
                 self._start(now_s)
@@ -100,15 +91,22 @@ class Child:
             log.error("%s shows no sign of life: killed", self.name)
             self._popen.kill()
             self._popen.wait()
+            self._last_words = "it showed no sign of life"
             self._ended(-signal.SIGKILL, now_s)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), "ODS_SUPERVISOR_PID": str(os.getpid())}
         self._popen = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, env=environment)
+        self._started_at = now_s
         self._alive_until = now_s + self._settings.start_s
+        self._last_words = ""
         log.info("%s started (pid %d)", self.name, self._popen.pid)
 
     def _listen(self, now_s: float) -> None:
+        if identity(self._address) != self._identity:
+            log.warning("%s had been removed and was made anew", self._address)
+            self._socket.close()
+            self._bind()
         while True:
             try:
                 text = self._socket.recv(4096).decode(errors="replace")
@@ -118,21 +116,21 @@ class Child:
                 self.ready = True
             if "WATCHDOG=1" in text:
                 self._alive_until = now_s + self._settings.watchdog_s
+                self.down = ""
+            if "STOPPING=1" in text:
+                self._last_words = text.partition("STATUS=")[2]
 
     def _ended(self, code: int, now_s: float) -> None:
+        self._listen(now_s)
         self._popen = None
         self.ready = False
-        if code == USELESS_TO_RETRY:
-            raise CannotKeepUpError(f"{self.name} cannot work; its own line above says why")
-        how = f"was killed by signal {-code}" if code < 0 else f"ended with code {code}"
-        delay = self._policy.delay(now_s)
-        if delay is None:
-            settings = self._settings
-            raise CannotKeepUpError(
-                f"{self.name} cannot be kept up: {how}, {settings.restarts} restarts within {settings.window_s:g} s"
-            )
-        log.error("%s %s: starting it again in %.1f s", self.name, how, delay)
-        self._start_at = now_s + delay
+        if now_s - self._started_at >= self._settings.settled_s:
+            self._backoff.worked()
+        self._start_at = now_s + self._backoff.failed()
+        self.down = f"killed by signal {-code}" if code < 0 else f"ended with code {code}"
+        if self._last_words:
+            self.down += f": {self._last_words}"
+        log.error("%s %s: starting it again in %.1f s", self.name, self.down, self._start_at - now_s)
 
     def terminate(self) -> None:
         """Ask it to stop."""
@@ -153,8 +151,54 @@ class Child:
         self._address.unlink(missing_ok=True)
 
 
+class _Reporter:
+    """Tells the health of the children that are down, in their place."""
+
+    def __init__(self, run_dir: Path) -> None:
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
+        self._publisher = bus.Publisher(self._context, run_dir, SUPERVISOR)
+        self._seq = 0
+        self._due_s = 0.0
+
+    def report(self, children: Sequence[Child], now_s: float) -> None:
+        """Publish what is due."""
+        if now_s < self._due_s:
+            return
+        self._due_s = now_s + bus.HEALTH_PERIOD_S
+        if self._publisher.restore():
+            log.warning("lock or socket of `ods run` had been removed and were made anew")
+        for child in children:
+            if child.down:
+                self._publisher.publish(bus.HEALTH, _health(child, self._seq))
+                self._seq += 1
+
+    def close(self) -> None:
+        """Give socket and lock back."""
+        self._publisher.close()
+        self._context.term()
+
+
+def _health(child: Child, seq: int) -> Health:
+    now = clock.monotonic_ns()
+    return Health(
+        process=child.name,
+        pid=0,
+        seq=seq,
+        t_ns=now,
+        utc_ns=clock.utc_ns(now),
+        ready=False,
+        problems=[child.down],
+        counters={},
+        rates_hz={},
+        ages_s={},
+        lags={},
+        cpu_percent=0.0,
+        rss_mb=0.0,
+    )
+
+
 def supervise(processes: Sequence[Process], config: Path, run_dir: Path, settings: SuperviseSettings) -> None:
-    """Keep `processes` up until SIGTERM or SIGINT. Raises CannotKeepUpError after stopping the others."""
+    """Keep `processes` up until SIGTERM or SIGINT. Raises RunDirError and BusError, before it starts any."""
     stopping: list[int] = []
 
     def handler(number: int, _frame: Any) -> None:
@@ -163,13 +207,16 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
     signal.signal(signal.SIGTERM, handler)
     signal.signal(signal.SIGINT, handler)
     level = logging.getLevelName(logging.getLogger().level).lower()
-    run_dir.mkdir(mode=0o770, parents=True, exist_ok=True)
+    reporter = _Reporter(run_dir)
+    log.info("sockets are in %s", run_dir)
     children = [Child(process, _command(process, config, level), run_dir, settings) for process in processes]
     announced = False
     try:
         while not stopping:
+            now_s = time.monotonic()
             for child in children:
-                child.step(time.monotonic())
+                child.step(now_s)
+            reporter.report(children, now_s)
             if not announced and all(child.ready for child in children):
                 announced = True
                 log.info("all processes are ready")
@@ -177,12 +224,18 @@ def supervise(processes: Sequence[Process], config: Path, run_dir: Path, setting
             notify("WATCHDOG=1")
             time.sleep(POLL_S)
     finally:
-        for child in children:
-            child.terminate()
-        deadline_s = time.monotonic() + settings.stop_s
-        for child in children:
-            child.reap(deadline_s)
+        _stop(children, settings.stop_s)
+        reporter.close()
+
+
+def _stop(children: Sequence[Child], within_s: float) -> None:
+    for child in children:
+        child.terminate()
+    deadline_s = time.monotonic() + within_s
+    for child in children:
+        child.reap(deadline_s)
 
 
 def _command(process: Process, config: Path, log_level: str) -> list[str]:
-    return [sys.executable, "-m", "ods", process.name, "--config", str(config), "--log-level", log_level]
+    safe_path = "-P"  # or whoever can write in the current folder has his numpy.py run
+    return [sys.executable, safe_path, "-m", "ods", process.name, "--config", str(config), "--log-level", log_level]

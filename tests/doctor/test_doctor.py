@@ -33,7 +33,7 @@ CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"
 
 
 def config(tmp_path: Path, port: str, can: str = 'interface = "socketcan"\nchannel = "can77"') -> Path:
-    text = CONFIG.read_text().replace("/dev/ttyUSB0", port).replace('run_dir = "/tmp/ods"', f'run_dir = "{tmp_path}"')
+    text = CONFIG.read_text().replace("/dev/ttyUSB0", port).replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}"')
     text = text.replace('interface = "socketcan"\nchannel = "can0"', can)
     for name in ("ins.eds", "ods_node.eds"):
         text = text.replace(f'"{name}"', f'"{CONFIG.parent / name}"')

@@ -103,7 +103,7 @@ def test_a_user_without_a_home_takes_what_root_compiled(venv: Path) -> None:
 @pytest.mark.parametrize("process", [process.name for process in on_board()])
 def test_each_process_starts(venv: Path, tmp_path: Path, process: str) -> None:
     """Its loop runs and tells the watchdog so, though neither sonar nor CAN bus is there."""
-    text = ONBOARD.read_text().replace("/tmp/ods", str(tmp_path / "run")).replace("~/", f"{tmp_path}/")
+    text = ONBOARD.read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}/run"').replace("~/", f"{tmp_path}/")
     for file in ONBOARD.parent.glob("*.eds"):
         shutil.copy(file, tmp_path)
     config = tmp_path / "onboard.toml"

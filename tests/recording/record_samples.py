@@ -74,7 +74,7 @@ class Chain:
         self.run_dir = folder
         self.config = folder / "onboard.toml"
         text = (ROOT / "config" / "onboard.toml").read_text()
-        self.config.write_text(text.replace("/tmp/ods", str(folder)))
+        self.config.write_text(text.replace("[bus]", f'[bus]\nrun_dir = "{folder}"'))
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._publishers = {name: bus.Publisher(self._context, folder, name) for name in processes}
 

@@ -10,6 +10,7 @@ import zmq
 
 from ods.messages import Pose, SonarAnswer, SonarRequest
 from ods.runtime import bus
+from ods.runtime.run_dir import RunDirError
 
 Context = zmq.Context[zmq.Socket[bytes]]
 NESTED = b"\x81\xa1x" + b"\x91" * 60_000 + b"\xc0"
@@ -66,7 +67,7 @@ def test_bad_messages_are_dropped_and_counted(context: Context, tmp_path: Path) 
 
 def test_a_second_process_cannot_steal_the_address(context: Context, tmp_path: Path) -> None:
     first = bus.Publisher(context, tmp_path, "nav")
-    with pytest.raises(bus.BusError, match="another `ods nav` already runs"):
+    with pytest.raises(RunDirError, match="another `ods nav` already runs"):
         bus.Publisher(context, tmp_path, "nav")
     first.close()
     bus.Publisher(context, tmp_path, "nav").close()

@@ -1,6 +1,7 @@
-"""The supervisor with small processes of its own: restarts, hangs, give-up, clean stop."""
+"""The supervisor with small processes of its own: restarts without end, hangs, clean stop."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -10,11 +11,11 @@ import time
 from pathlib import Path
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+import zmq
 
-from ods.runtime.processes import on_board
-from ods.runtime.supervisor import RestartPolicy, SuperviseSettings
+from ods.runtime import bus
+from ods.runtime.processes import PROCESSES, SUPERVISOR, on_board
+from ods.runtime.supervisor import Child, SuperviseSettings
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 
@@ -85,18 +86,50 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     assert "nav shows no sign of life: killed" in supervisor.stderr.read()
 
 
-def test_a_child_that_cannot_be_kept_up_ends_the_run_with_a_reason(tmp_path: Path) -> None:
-    supervisor = start(tmp_path, "sys.exit(7)", "restarts=3")
-    assert supervisor.wait(20) != 0
-    assert supervisor.stderr is not None
-    assert "nav cannot be kept up: ended with code 7, 3 restarts within 60 s" in supervisor.stderr.read()
-    assert len(pids(tmp_path, 4)) == 4
+def test_a_child_lives_on_when_the_run_folder_is_emptied(tmp_path: Path) -> None:
+    supervisor = start(tmp_path, WORK, "watchdog_s=0.5")
+    first = pids(tmp_path, 1)
+    time.sleep(0.5)
+    for pattern in ("*.notify", "*.lock", "*.sock"):
+        for file in tmp_path.glob(pattern):
+            file.unlink()
+    time.sleep(1.5)
+    assert {file.name for file in tmp_path.iterdir()} >= {"nav.notify", "run.lock", "run.sock"}
+    supervisor.terminate()
+    assert supervisor.wait(5) == 0
+    assert pids(tmp_path, 1) == first
 
 
-def test_exit_code_2_is_not_tried_again(tmp_path: Path) -> None:
-    supervisor = start(tmp_path, "sys.exit(2)")
-    assert supervisor.wait(20) != 0
-    assert len(pids(tmp_path, 1)) == 1
+@pytest.mark.parametrize("code", [2, 7])
+def test_a_child_that_cannot_start_is_tried_again_without_end_and_its_reason_is_told(tmp_path: Path, code: int) -> None:
+    supervisor = start(tmp_path, f'notify("STOPPING=1\\nSTATUS=the key x is wrong")\nsys.exit({code})')
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    with bus.Subscriber(context, tmp_path, [], [SUPERVISOR]) as subscriber:
+        pids(tmp_path, 12)
+        told = [message for _, message in subscriber.receive(5.0)[0]]
+    context.term()
+    assert supervisor.poll() is None
+    supervisor.terminate()
+    assert supervisor.wait(5) == 0
+    assert {(each.process, each.ready) for each in told} == {("nav", False)}
+    assert told[-1].problems == [f"ended with code {code}: the key x is wrong"]
+
+
+def test_delays_grow_to_the_longest_and_begin_anew_after_work(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    settings = SuperviseSettings(first_delay_s=0.5, longest_delay_s=3.0, settled_s=60.0)
+    child = Child(PROCESSES["nav"], ["false"], tmp_path, settings)
+    now_s = 0.0
+    for up_s in (0.0, 59.0, 0.0, 0.0, 60.0, 0.0):
+        child.step(now_s)
+        now_s += up_s
+        ended = len(caplog.messages)
+        while len(caplog.messages) == ended:
+            time.sleep(0.01)
+            child.step(now_s)
+        now_s += 3.0
+    child.reap(0.0)
+    delays = [float(match[1]) for text in caplog.messages if (match := re.search(r"again in (\S+) s", text))]
+    assert delays == [0.5, 1.0, 2.0, 3.0, 0.5, 1.0]
 
 
 def test_a_child_that_ignores_sigterm_is_killed_in_time(tmp_path: Path) -> None:
@@ -108,22 +141,6 @@ def test_a_child_that_ignores_sigterm_is_killed_in_time(tmp_path: Path) -> None:
     assert supervisor.wait(5) == 0
     assert time.monotonic() - begun < 2.0
     assert not Path(f"/proc/{child}").exists()
-
-
-@given(st.lists(st.floats(0.0, 100.0), max_size=50))
-def test_restart_policy_never_exceeds_its_rate_nor_its_longest_delay(gaps: list[float]) -> None:
-    settings = SuperviseSettings(restarts=4, window_s=60.0)
-    policy = RestartPolicy(settings)
-    now = 0.0
-    granted: list[float] = []
-    for gap in gaps:
-        now += gap
-        recent = [at for at in granted if now - at <= settings.window_s]
-        delay = policy.delay(now)
-        assert (delay is None) == (len(recent) >= settings.restarts)
-        if delay is not None:
-            assert settings.first_delay_s <= delay <= settings.longest_delay_s
-            granted.append(now)
 
 
 def test_deploy_units_name_the_processes_of_the_table() -> None:

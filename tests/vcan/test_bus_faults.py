@@ -7,6 +7,7 @@ import re
 import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -107,14 +108,14 @@ class Rig:
 
 
 @pytest.fixture(scope="module")
-def running(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Rig]:
-    run_dir = tmp_path_factory.mktemp("nav")
+def running() -> Iterator[Rig]:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-    client = Client(context, run_dir)
-    with nav(run_dir, "vcan0") as process, Ins("vcan0") as ins:
-        client.until(lambda: len(client.poses) > 20, 20.0)
-        yield Rig(client, process, ins)
-    client.close()
+    with tempfile.TemporaryDirectory(prefix="ods-", dir="/dev/shm") as folder:  # a guest's files on disk are its host's
+        client = Client(context, Path(folder))
+        with nav(Path(folder), "vcan0") as process, Ins("vcan0") as ins:
+            client.until(lambda: len(client.poses) > 20, 20.0)
+            yield Rig(client, process, ins)
+        client.close()
     context.term()
 
 
@@ -126,7 +127,7 @@ def rig(vcan0: str, running: Rig) -> Rig:
 
 @contextmanager
 def nav(run_dir: Path, channel: str) -> Iterator[psutil.Process]:
-    text = (CONFIG / "onboard.toml").read_text(encoding="utf-8").replace("/tmp/ods", str(run_dir))
+    text = (CONFIG / "onboard.toml").read_text(encoding="utf-8").replace("[bus]", f'[bus]\nrun_dir = "{run_dir}"')
     text = text.replace('channel = "can0"', f'channel = "{channel}"')
     for name in ("ins.eds", "ods_node.eds"):
         text = text.replace(f'"{name}"', f'"{CONFIG / name}"')

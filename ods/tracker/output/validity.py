@@ -32,8 +32,9 @@ class InputMonitor:
         self._pose_ns = t_ns if self._pose_ns is None else max(self._pose_ns, t_ns)
 
     def health(self, message: Health) -> None:
-        """A health report came."""
-        self._health[message.process] = message
+        """A health report came, of the process itself or of the supervisor in its place."""
+        if message.process in self._health:
+            self._health[message.process] = message
 
     def silent(self, now_ns: int) -> bool:
         """Tell whether no ping came lately."""
