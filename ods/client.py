@@ -38,7 +38,8 @@ class Obstacles:
 
     def __init__(self, run_dir: str | Path, stale_s: float = bus.TOPICS["obstacles"].stale_s) -> None:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._subscriber = bus.Subscriber(self._context, Path(run_dir), ["obstacles"], [SUPERVISOR])
+        self._run_dir = Path(run_dir)
+        self._subscriber = bus.Subscriber(self._context, self._run_dir, ["obstacles"], [SUPERVISOR])
         self._stale_s = stale_s
         self._last: ObstacleList | None = None
         self._last_ns = clock.monotonic_ns()
@@ -62,7 +63,9 @@ class Obstacles:
 
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
-        reason = f"tracker: no obstacle list for {(now - self._last_ns) / clock.NS:.1f} s{self._why}"
+        silent_s = (now - self._last_ns) / clock.NS
+        why = self._why or bus.hindrance(self._run_dir, "tracker")
+        reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
         if self._last is None:
             return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
         return msgspec.structs.replace(self._last, valid=False, reasons=[reason])

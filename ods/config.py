@@ -21,9 +21,9 @@ class OnboardConfig(Settings, frozen=True):
     bus: BusSettings
     site: SiteSettings
     sonar: SonarSettings
-    pipeline: PipelineSettings
-    tracker: TrackerSettings
     nav: NavSettings
+    pipeline: PipelineSettings = PipelineSettings()
+    tracker: TrackerSettings = TrackerSettings()
     pose: PoseSettings = PoseSettings()
     supervise: SuperviseSettings = SuperviseSettings()
 

@@ -21,6 +21,9 @@ def test_silence_is_said_and_ends(tmp_path: Path) -> None:
     assert not first.valid
     assert first.ping_number == -1
     assert first.reasons[0].startswith("tracker: no obstacle list for 0.1")
+    assert first.reasons[0].endswith(
+        f" s: {tmp_path} has no socket of the tracker: does it run, and with this run_dir?"
+    )
 
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "tracker")

@@ -5,10 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from ods.base.settings_file import ConfigError, load
+from ods.base.settings_file import ConfigError, load, load_table
 from ods.bench.settings import BenchConfig
 from ods.cli import main
 from ods.config import OnboardConfig
+from ods.pipeline.settings import PipelineSettings
+from ods.tracker.settings import TrackerSettings
 
 CONFIG = Path(__file__).parents[1] / "config"
 
@@ -31,6 +33,23 @@ def test_shipped_configurations_load() -> None:
         ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: expected `float` <= 90.0"),
         ("latitude_deg = ", "latitude_deg = nan #", "site.latitude_deg: must be a finite number, got nan"),
         ("[site]", "[site", "not valid TOML"),
+        (
+            "[tracker.map]",
+            '[tracker]\nobserver = "kalman"\n\n[tracker.map]',
+            "'kalman' is none of independent, coupled, manoeuvring",
+        ),
+        (
+            "[tracker.map]",
+            '[tracker]\nassociation = "best"\n\n[tracker.map]',
+            "association: 'best' is none of nearest, probabilistic",
+        ),
+        ('interface = "socketcan"', 'interface = "sockercan"', "virtual (did you mean socketcan)"),
+        ("[nav.canopen]", '[nav]\nsource = "j1939"\n[nav.canopen]', "nav.source: 'j1939' is none of canopen, dbc"),
+        ("[sonar]\nport", "[sonar]\nprot", "sonar.prot: unknown key (did you mean port)"),
+        ("[sonar]", '[sonar]\nprotocol = "s7"', "protocol: 's7' is none of s7k, oculus (did you mean s7k)"),
+        ("[pipeline]", "[pipline]", "pipline: unknown key (did you mean pipeline)"),
+        ("[pipeline]", '[[pipeline.stage]]\nuse = "filter.fri"', "stage[0].use: 'filter.fri' is none of"),
+        ("[pipeline]", '[[pipeline.stage]]\nuse = "detect.cfar"\nmethod = "so"', "(did you mean soca)"),
         ("[sonar]", "[sonar]\nbaud = -1", "sonar.baud: "),
         ("[tracker.map]", "[tracker]\ncolour = 1\n\n[tracker.map]", "tracker.colour: unknown key"),
         ("[nav.can]", '[nav.can]\nbitrate = "fast"', "nav.can.bitrate: expected `int`, got `str`"),
@@ -52,6 +71,28 @@ def test_wrong_key_type_or_range_is_one_line(
     assert len(said) == 1
     assert said[0].startswith("ods run: ")
     assert complaint in said[0]
+
+
+def test_pipeline_and_tracker_have_defaults_and_offline_commands_read_only_their_table(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    whole = (CONFIG / "onboard.toml").read_text()
+    file.write_text(whole[: whole.index("[pipeline]")])
+    config = load(file, OnboardConfig)
+    assert (config.pipeline, config.tracker) == (PipelineSettings(), TrackerSettings())
+    file.write_text("[pipeline]\nmin_range_m = 2.0\n[nav]\nsource = 7\n")
+    assert load_table(file, "pipeline", PipelineSettings, OnboardConfig) == PipelineSettings(min_range_m=2.0)
+    assert load_table(file, "tracker", TrackerSettings, OnboardConfig) == TrackerSettings()
+    file.write_text("[pipelin]\nmin_range_m = 2.0\n")
+    with pytest.raises(ConfigError, match=r"pipelin: unknown key \(did you mean pipeline\)"):
+        load_table(file, "pipeline", PipelineSettings, OnboardConfig)
+
+
+def test_a_stage_that_a_plug_in_may_bring_is_not_refused_at_load(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("")
+    stage = ({"use": "my.stage"},)
+    assert PipelineSettings(plugins=(tmp_path / "mine.py",), stage=stage).stage == stage
+    with pytest.raises(ValueError, match="my"):
+        PipelineSettings(stage=stage)
 
 
 def test_missing_file_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

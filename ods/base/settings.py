@@ -5,6 +5,9 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.allowed_names import allowed_names
+from ods.base.choices import meant, none_of
+
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 NonNegative = Annotated[float, msgspec.Meta(ge=0.0)]
 Seconds = Annotated[float, msgspec.Meta(gt=0.0, le=86_400.0)]
@@ -23,14 +26,23 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     """
 
 
-def complaint_of(error: msgspec.ValidationError) -> str:
-    """Turn "Expected `float`, got `str` - at `$.a.b`" into "a.b: expected `float`, got `str`"."""
+def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
+    """Turn what msgspec says of a `kind` into a line that begins with the key.
+
+    "Expected `float`, got `str` - at `$.a.b`" becomes "a.b: expected `float`, got `str`"; names that `kind` does not
+    know, of keys and of choices, come with those that it does.
+    """
     text = str(error)
     match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
     message, key = (match[1], match[2]) if match else (text, "")
     message = message.replace(" | null", "")  # TOML has no null
+    chosen = re.fullmatch(r"Invalid enum value (?:'(?P<text>.*)'|(?P<number>-?\d+))", message, re.DOTALL)
+    if chosen:
+        told = int(chosen["number"]) if chosen["number"] else chosen["text"]
+        message = none_of(told, allowed_names(kind, key))
     field = re.search(r"(unknown|required) field `([^`]+)`", message)
     if field:
+        missing = field[1] == "required"
+        message = "missing" if missing else f"unknown key{meant(field[2], allowed_names(kind, key))}"
         key = f"{key}.{field[2]}" if key else field[2]
-        message = "unknown key" if field[1] == "unknown" else "missing"
     return f"{key}: {message[:1].lower()}{message[1:]}" if key else message

@@ -27,10 +27,21 @@ def load(path: Path, kind: type[SettingsT]) -> SettingsT:
     return _convert(path, _read(path), kind)
 
 
-def load_table(path: Path, name: str, kind: type[SettingsT]) -> SettingsT:
-    """Read one table of a TOML file as `kind`, and do not look at the others. Raises ConfigError."""
-    found = {key: table for key, table in _read(path).items() if key == name}
-    table: SettingsT = getattr(_convert(path, found, msgspec.defstruct("File", [(name, kind)])), name)
+def load_table(path: Path, name: str, kind: type[SettingsT], whole: type[Settings] | None = None) -> SettingsT:
+    """Read one table of a TOML file as `kind`, and do not look into the others. Raises ConfigError.
+
+    whole: what the file is; no table may be there that it has not, and it has defaults for those that are not there.
+    """
+    data = _read(path)
+    if whole is None:
+        file = msgspec.defstruct("File", [(name, kind)])
+    else:
+        fields = msgspec.structs.fields(whole)
+        others = [(field.name, Any, None) for field in fields if field.name != name]
+        (wanted,) = [field for field in fields if field.name == name]
+        own = (name, kind) if wanted.required else (name, kind, wanted.default)
+        file = msgspec.defstruct("File", [own, *others], kw_only=True, forbid_unknown_fields=True)
+    table: SettingsT = getattr(_convert(path, data, file), name)
     return table
 
 
@@ -56,7 +67,7 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
     try:
         return msgspec.convert(data, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {complaint_of(error)}") from error
+        raise ConfigError(f"{path}: {complaint_of(error, kind)}") from error
 
 
 def _refuse_non_finite(value: Any, path: Path, key: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ods.base.errors import OdsError
-from ods.base.settings_file import load
+from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
@@ -32,7 +32,9 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the pipeline over a recording; without a configuration with its default chain. Raises OdsError."""
-    settings = load(args.config, OnboardConfig).pipeline if args.config else PipelineSettings()
+    settings = PipelineSettings()
+    if args.config:
+        settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
     if args.plot is not None:

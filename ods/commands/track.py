@@ -3,7 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
-from ods.base.settings_file import load
+from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.tracker import scenario
 from ods.tracker.settings import TrackerSettings
@@ -17,5 +17,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the tracker over a scenario; without a configuration with its default settings. Raises OdsError."""
-    settings = load(args.config, OnboardConfig).tracker if args.config else TrackerSettings()
+    settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
     print(scenario.track_file(args.file, args.out, settings))

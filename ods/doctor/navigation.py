@@ -13,6 +13,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import euler_from_quat
 from ods.config import OnboardConfig
+from ods.doctor import pose_sense
 from ods.doctor.finding import Finding
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId
@@ -33,8 +34,7 @@ class Heard(NamedTuple):
 
     frames: Counter[CanId]
     """How often each identifier came."""
-    poses: int
-    newest: Pose | None
+    poses: list[Pose]
     problems: list[str]
     """Of interface and source at the end, in plain words."""
 
@@ -66,6 +66,10 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     except OdsError as error:
         yield Finding("wrong", subject, str(error))
         return
+    waiting = None if nav_runs else _waiting(subject, settings.nav, source, heard)
+    if waiting:
+        yield waiting
+        return
     if not any(heard.frames[can_id] for can_id in source.expects()):
         yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
         return
@@ -88,7 +92,7 @@ def _hear(settings: OnboardConfig, source: PoseSource, counters: Counter[str], s
         settings.nav.can, source.ids, counters, lambda fd: opened.append(fd), lambda _fd: opened.append(None)
     )
     frames: Counter[CanId] = Counter()
-    poses, newest = 0, None
+    poses: list[Pose] = []
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     try:
         while clock.monotonic_ns() < stop_ns:
@@ -97,11 +101,11 @@ def _hear(settings: OnboardConfig, source: PoseSource, counters: Counter[str], s
                 frames[CanId(frame.can_id, frame.extended)] += 1
                 pose = source.take(frame)
                 if pose is not None:
-                    if newest is None:
+                    if not poses:
                         counters.clear()
-                    poses, newest = poses + 1, pose
+                    poses.append(pose)
             _wait(opened[-1])
-        return Heard(frames, poses, newest, link.problems() + source.problems(clock.monotonic_ns()))
+        return Heard(frames, poses, link.problems() + source.problems(clock.monotonic_ns()))
     finally:
         link.close()
 
@@ -118,6 +122,19 @@ def _own_rhythm(nav: NavSettings) -> set[str]:
     """Return what need not come as often as poses: heartbeat and status."""
     conditions = nav.dbc.valid if nav.source == "dbc" and nav.dbc else []
     return {"heartbeat", *(item.signal.partition(".")[0] for item in conditions)}
+
+
+def _waiting(subject: str, nav: NavSettings, source: PoseSource, heard: Heard) -> Finding | None:
+    """Judge an INS that says at most that it waits to be started; None when it says more, or nobody would start it."""
+    came = {what for can_id, what in source.expects().items() if heard.frames[can_id]}
+    if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
+        return None
+    if nav.canopen is not None and nav.canopen.start_ins:
+        told = "waits to be started" if came else "is silent, as before it is started"
+        advice = "which the nav process does (nav.canopen.start_ins): its poses can be looked at when that runs"
+        return Finding("note", subject, f"the INS {told}, {advice}")
+    told = "the INS waits to be started: set nav.canopen.start_ins = true, or let another node start it"
+    return Finding("wrong", subject, told) if came else None
 
 
 def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
@@ -147,19 +164,20 @@ def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], sec
 def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, bridged_s: float) -> Iterator[Finding]:
     """Say how many poses came and what is wrong with them; bridged_s: gap between poses that the tracker bridges."""
     trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in trouble_names("nav")]
-    if heard.newest is None:
+    if not heard.poses:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
         others = [problem for problem in heard.problems if problem not in stale]
         yield Finding("wrong", subject, "; ".join(stale + others + trouble))
         return
-    rate = heard.poses / seconds
+    rate = len(heard.poses) / seconds
     if rate * bridged_s < 1.0:
         yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
                       "(pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
     else:
-        yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.newest)}")
+        yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}")
     for problem in heard.problems:
         yield Finding("wrong", subject, problem)
+    yield from pose_sense.examine(subject, heard.poses)
     if trouble:
         yield Finding("note", subject, f"{', '.join(trouble)}: docs/counters.md tells what they count")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import can_interface, machine, navigation, running, sonar_port
+from ods.doctor import can_interface, chain, machine, map_file, navigation, running, sonar_port
 from ods.doctor.finding import Finding
 from ods.runtime.run_dir import is_locked
 
@@ -22,24 +22,14 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
         yield Finding("wrong", "configuration", str(error))
         return
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
-    yield from pipeline(settings)
+    yield from chain.examine(settings.pipeline)
+    yield from map_file.examine(settings.tracker.map.path, settings.site)
     yield from sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar"))
     if listen_s:
         yield from sonar_port.listen(settings, listen_s)
     yield from can_interface.examine(settings.nav.can)
-    yield from navigation.files(settings)
-    if listen_s:
+    source = list(navigation.files(settings))
+    yield from source
+    if listen_s and source[-1].level == "good":
         yield from navigation.listen(settings, listen_s)
     yield from running.sockets(settings.bus.run_dir)
-
-
-def pipeline(settings: OnboardConfig) -> Iterator[Finding]:
-    """Build the pipeline's chain."""
-    from ods.pipeline.chain import Chain
-
-    try:
-        Chain(settings.pipeline)
-    except (OdsError, ValueError) as error:
-        yield Finding("wrong", "pipeline", str(error))
-    else:
-        yield Finding("good", "pipeline", "all stages are known and their parameters fit")

@@ -59,19 +59,25 @@ class PoseMaker:
         self._attitude_sigmas = _choice(ATTITUDE_SIGMAS, fields)
         self._told_sigmas = (*self._place_sigmas, *self._attitude_sigmas)
         self._used = (*self._place, *self._attitude, *self._velocity, *self._told_sigmas)
-        idle = [name for name in fields if name in UNITS and name not in self._used]
-        if idle:
-            raise OdsError(f"{', '.join(sorted(idle))}: of no use beside {', '.join(self._used)}")
+        for name in sorted(fields):
+            if name in UNITS and name not in self._used:
+                raise OdsError(f"{name}: {_lacking(name, fields) or 'of no use beside ' + ', '.join(self._used)}")
+        self.disbelief = ""
+        """Why the newest pose was dropped, in plain words; "" while it was not."""
 
     def make(self, values: Mapping[str, float], t_ns: int, arrival_ns: int) -> Pose | None:
         """Return the pose of the instant `t_ns`, None when it is not believable or too old."""
         found = self._believable(values)
         if found is None:
             self._counters["epoch_absurd"] += 1
+            self.disbelief = f"poses are dropped: {self._absurdity(values)}"
             return None
-        if arrival_ns - t_ns > self._limits.age_s * NS:
+        age_s = (arrival_ns - t_ns) / NS
+        if age_s > self._limits.age_s:
             self._counters["epoch_late"] += 1
+            self.disbelief = f"poses are dropped: {age_s:.2f} s old, nav.limits.age_s is {self._limits.age_s:g}"
             return None
+        self.disbelief = ""
         place, attitude, velocity = found
         pose = Pose(
             seq=self._poses,
@@ -102,6 +108,36 @@ class PoseMaker:
             and all(values[name] >= 0.0 for name in self._told_sigmas)
         )
         return (place, attitude, velocity) if inside else None
+
+    def _absurdity(self, values: Mapping[str, float]) -> str:
+        """Return which of the values `_believable` did not believe, and what it would have."""
+        wild = [name for name in self._used if not abs(values[name]) < WILD]
+        if wild:
+            return f"{wild[0]} is {values[wild[0]]:g}"
+        negative = [name for name in self._told_sigmas if values[name] < 0.0]
+        if negative:
+            return f"{negative[0]} is {values[negative[0]]:g}, below 0"
+        attitude, place = self._attitude_of(values), self._place_of(values)
+        if attitude is None:
+            told = ", ".join(f"{name} {values[name]:.4g}" for name in self._attitude)
+            return f"{told} is no attitude: angles are taken in rad, a quaternion has length 1"
+        if place is None:
+            return f"latitude {values['latitude']:.6g}, longitude {values['longitude']:.6g} deg are no place"
+        return self._beyond(place, self._velocity_of(values, attitude))
+
+    def _beyond(self, place: Vector3, velocity: Vector3) -> str:
+        """Return which limit position or velocity is beyond."""
+        limits = self._limits
+        for name, value, key, limit in (
+            ("north", abs(place[0]), "horizontal_m", limits.horizontal_m),
+            ("east", abs(place[1]), "horizontal_m", limits.horizontal_m),
+            ("height", -place[2], "height_m", limits.height_m),
+            ("depth", place[2], "depth_m", limits.depth_m),
+        ):
+            if value > limit:
+                return f"{name} is {value:.1f} m from the site's origin, nav.limits.{key} is {limit:g}"
+        fastest = max(map(abs, velocity))
+        return f"the speed along a body axis is {fastest:.1f} m/s, nav.limits.speed is {limits.speed:g}"
 
     def _place_of(self, values: Mapping[str, float]) -> Vector3 | None:
         first, second, third = (values[name] for name in self._place)
@@ -136,6 +172,16 @@ class PoseMaker:
 def _choice(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:
     """Return the first way to tell it of which all names are there; () when there is none."""
     return next((names for names in group if all(name in fields for name in names)), ())
+
+
+def _lacking(name: str, fields: Collection[str]) -> str:
+    """Say what a field without a choice needs beside it, "" when another way to tell the same is there already."""
+    for group in (PLACES, ATTITUDES, VELOCITIES, PLACE_SIGMAS, ATTITUDE_SIGMAS):
+        ways = [way for way in group if name in way]
+        if ways and not _choice(group, fields):
+            missing = (", ".join(other for other in way if other not in fields) for way in ways)
+            return f"needs {' or '.join(missing)} beside it"
+    return ""
 
 
 def _needed(group: tuple[tuple[str, ...], ...], fields: Collection[str]) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
+from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
 
@@ -12,6 +13,8 @@ NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
 StatusBit = Annotated[int, msgspec.Meta(ge=0, le=63)]
 
+USUAL_INTERFACES = frozenset({"socketcan", "slcan", "pcan", "kvaser", "virtual"})
+"""Known without python-can, so that only the nav process has to load it."""
 REFUSED_INTERFACES = {
     "udp_multicast": "it leaves the vehicle through the default route, and one stray datagram ends its reader",
 }
@@ -37,6 +40,12 @@ class CanSettings(Settings, frozen=True):
         why = REFUSED_INTERFACES.get(self.interface)
         if why:
             raise ValueError(f"interface: {self.interface} is refused: {why}")
+        if self.interface not in USUAL_INTERFACES:
+            from can.interfaces import VALID_INTERFACES  # with those of its plug-ins
+
+            if self.interface not in VALID_INTERFACES:
+                usable = sorted(VALID_INTERFACES - REFUSED_INTERFACES.keys())
+                raise ValueError(f"interface: {none_of(self.interface, usable)}")
         if not self.channel:
             raise ValueError("channel: must not be empty")
 
@@ -139,7 +148,7 @@ class CanopenSettings(Settings, frozen=True):
             raise ValueError(f"node_id: {self.node_id} is the INS's own (ins_node_id)")
         unknown = self.status_bits.keys() - STATUS_BITS.keys()
         if unknown:
-            raise ValueError(f"status_bits: {min(unknown)!r} is not one of {', '.join(STATUS_BITS)}")
+            raise ValueError(f"status_bits: {none_of(min(unknown), STATUS_BITS)}")
 
 
 class SignalSettings(Settings, frozen=True):

@@ -67,6 +67,10 @@ class PoseSource(ABC):
     def tick(self, now_ns: int) -> None:  # noqa: B027
         """Send what is due; called often while the bus is open."""
 
+    def waits_for_start(self, now_ns: int) -> bool:
+        """Tell whether the source is there, as far as one can hear, but will send nothing until it is started."""
+        return False
+
     def idle_ns(self, now_ns: int) -> int | None:
         """Return how long `tick` may wait; None: as long as everyone else's."""
         return None

@@ -1,12 +1,14 @@
 """Settings of the `pipeline` package."""
 
+import importlib.metadata
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 
+from ods.base.choices import none_of
 from ods.base.settings import NonNegative, Settings
-from ods.pipeline.stage.params import BUILT_IN, StageError, read_params, stage_label
+from ods.pipeline.stage.params import BUILT_IN, ENTRY_POINT_GROUP, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
 
 StageTable = dict[str, Any]
@@ -60,6 +62,16 @@ class PipelineSettings(Settings, frozen=True):
                     read_params(BUILT_IN[name], stage)
                 except StageError as error:
                     raise ValueError(f"{stage_label(index, stage)}: {error}") from error
+            elif not self._may_be_a_plug_ins(name):
+                raise ValueError(f"stage[{index}].use: {none_of(name, BUILT_IN)}")
+
+    def _may_be_a_plug_ins(self, stage: str) -> bool:
+        """Tell whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
+        if self.plugins or importlib.metadata.entry_points(group=ENTRY_POINT_GROUP):
+            return True
+        from ods.pipeline.stage.registry import stage_names  # slow, and of use only where somebody has registered one
+
+        return stage in stage_names()
 
     def chain(self) -> tuple[StageTable, ...]:
         """Return the stages to build."""

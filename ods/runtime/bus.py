@@ -8,6 +8,7 @@ multipart messages.
 
 import contextlib
 import logging
+import os
 import time
 from collections import Counter, deque
 from collections.abc import Iterable
@@ -108,6 +109,18 @@ class BusError(OdsError):
 def endpoint(run_dir: Path, process: str) -> str:
     """Return the ZeroMQ address that `process` binds."""
     return f"ipc://{run_dir / process}.sock"
+
+
+def hindrance(run_dir: Path, process: str) -> str:
+    """Say, after a colon, why nobody can hear `process`; "" when nothing stands in the way but its own silence."""
+    try:
+        (run_dir / f"{process}.sock").stat()
+        usable = os.access(run_dir / f"{process}.sock", os.W_OK)
+    except PermissionError:
+        usable = False
+    except OSError:
+        return f": {run_dir} has no socket of the {process}: does it run, and with this run_dir?"
+    return "" if usable else f": this user may not use {run_dir / process}.sock: be in the group of its owner"
 
 
 class Publisher:

@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from ods.base import shipped
+from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.base.shipped import shipped_file
 from ods.sim_sonar.scene.timeline import Scene, load_scene
@@ -23,7 +24,7 @@ def find_sonar(name: str, scene: Path | None = None) -> SonarModel:
         if (folder / f"{name}.toml").is_file():
             return load_sonar(folder / f"{name}.toml")
     known = sorted({item.stem for folder in folders for item in folder.glob("*.toml")})
-    raise OdsError(f"no sonar {name!r} (there are: {', '.join(known) or 'none'})")
+    raise OdsError(f"sonar: {none_of(name, known)}")
 
 
 def find_scene(name: str) -> Scene:

@@ -4,6 +4,7 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.choices import none_of
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
 from ods.sonar_link.oculus.settings import OculusSettings
@@ -57,7 +58,7 @@ class SonarSettings(Settings, frozen=True):
         if not self.port:
             raise ValueError("port: must name a device")
         if self.protocol not in PROTOCOLS:
-            raise ValueError(f"protocol: {self.protocol!r} is none of {', '.join(PROTOCOLS)}")
+            raise ValueError(f"protocol: {none_of(self.protocol, PROTOCOLS)}")
         transport, spoken = transport_of(self.port), PROTOCOLS[self.protocol].transports
         if transport not in spoken:
             raise ValueError(f"port: {self.port}: {self.protocol} is spoken over {', '.join(sorted(spoken))} only")

@@ -149,19 +149,16 @@ def scans(scenario: Scenario) -> Iterator[Scan]:
 
 
 def tracker_for(scenario: Scenario, settings: TrackerSettings) -> Tracker:
-    """Return a new tracker; what the meta says of the sonar goes before the settings. Raises ScenarioError."""
+    """Return a new tracker; what the meta says of the sonar goes before the settings."""
     meta = scenario.meta
     echo = msgspec.structs.replace(settings.echo, detection_probability=min(max(meta.pd, 0.01), 0.99))
     if meta.clutter_lambda is not None:
         echo = msgspec.structs.replace(echo, clutter_per_scan=max(meta.clutter_lambda, 0.1))
-    try:
-        return Tracker(msgspec.structs.replace(settings, echo=echo))
-    except ValueError as error:
-        raise ScenarioError(str(error)) from error
+    return Tracker(msgspec.structs.replace(settings, echo=echo))
 
 
 def track_scenario(scenario: Scenario, settings: TrackerSettings) -> TrackedScenario:
-    """Track a scenario. Raises ScenarioError."""
+    """Track a scenario."""
     tracker = tracker_for(scenario, settings)
     rows, wall_ms = [np.zeros((0, 8))], []
     for k, scan in enumerate(scans(scenario)):

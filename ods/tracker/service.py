@@ -6,7 +6,7 @@ from typing import Any
 from ods.base import clock
 from ods.messages import Detections, ObstacleList
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
-from ods.runtime.service import Service, StartError, Worker
+from ods.runtime.service import Service, Worker
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, vehicle_at
@@ -46,11 +46,8 @@ class TrackerWorker(Worker[TrackerConfig]):
     def start(self) -> None:
         """Load the map, make the tracker and compile it."""
         known, first_id = self._map.open()
-        try:
-            self._tracker = Tracker(self.settings.tracker, known, first_id)
-            warm_up(self.settings.tracker.observer, self.settings.tracker.association)
-        except ValueError as error:
-            raise StartError(str(error)) from error
+        self._tracker = Tracker(self.settings.tracker, known, first_id)
+        warm_up(self.settings.tracker.observer, self.settings.tracker.association)
         self._inputs = InputMonitor(clock.monotonic_ns(), self.service.process.watches)
 
     def handle(self, topic: str, message: Any) -> None:

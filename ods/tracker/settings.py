@@ -5,6 +5,7 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
 from ods.runtime.pose_buffer import PoseSettings
@@ -13,6 +14,10 @@ REST = 0.5
 """An object out of view goes into the map if its velocity cannot be told from zero: it is not more likely to move;"""
 STATIC = 0.95
 """An object is fit for the map if its velocity cannot be told from zero: it is static with this probability."""
+
+OWN_OBSERVERS = frozenset({"independent", "coupled", "manoeuvring"})
+OWN_ASSOCIATIONS = frozenset({"nearest", "probabilistic"})
+"""Known without loading the registers, which may have more."""
 
 Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
@@ -119,6 +124,16 @@ class TrackerSettings(Settings, frozen=True):
     map: MapSettings = MapSettings()
 
     def __post_init__(self) -> None:
+        if self.observer not in OWN_OBSERVERS:  # the registers are slow to load
+            from ods.tracker.observer.registry import OBSERVERS
+
+            if self.observer not in OBSERVERS:
+                raise ValueError(f"observer: {none_of(self.observer, OBSERVERS)}")
+        if self.association not in OWN_ASSOCIATIONS:
+            from ods.tracker.association.registry import ASSOCIATIONS
+
+            if self.association not in ASSOCIATIONS:
+                raise ValueError(f"association: {none_of(self.association, ASSOCIATIONS)}")
         if self.life.drop_existence >= self.life.confirm_existence:
             raise ValueError("life.drop_existence: must be below life.confirm_existence")
 

@@ -24,10 +24,7 @@ class Tracker:
     """The state of the tracker between pings. No I/O, no clock, no randomness."""
 
     def __init__(self, settings: TrackerSettings, known: list[MapObject] | None = None, first_id: int = 1) -> None:
-        """Start with the hibernated objects `known`; new ids count up from `first_id`.
-
-        Raises ValueError when the settings name an observer or an association that there is not.
-        """
+        """Start with the hibernated objects `known`; new ids count up from `first_id`."""
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)

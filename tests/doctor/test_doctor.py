@@ -16,13 +16,14 @@ from ods.base import clock
 from ods.base.settings_file import load
 from ods.cli import main
 from ods.config import OnboardConfig
-from ods.doctor import serial_device, sonar_port
+from ods.doctor import chain, serial_device, sonar_port
 from ods.doctor.can_interface import controller
 from ods.doctor.finding import Finding
 from ods.doctor.navigation import listen
 from ods.doctor.report import findings
 from ods.doctor.running import sockets
 from ods.nav_bridge.settings import CanSettings
+from ods.pipeline.settings import PipelineSettings
 from ods.runtime import bus
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
@@ -92,6 +93,52 @@ def test_a_wrong_stage_and_a_wrong_key_are_found(tmp_path: Path) -> None:
     assert "filter.magic" in " ".join(wrong.values())
     file.write_text(good.replace("[site]", "[sight]"))
     assert levels(list(findings(file)))["configuration"] == "wrong"
+
+
+def test_a_stage_that_raises_at_its_first_image_is_wrong(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(
+        "from ods.base.settings import Settings\n"
+        "from ods.pipeline.stage.registry import image_stage\n"
+        "class Params(Settings, frozen=True): pass\n"
+        "@image_stage('doctor.raises', Params)\n"
+        "def prepare(params, fan):\n"
+        "    def step(source, out): raise ArithmeticError('at the first image')\n"
+        "    return step\n"
+    )
+    settings = PipelineSettings(
+        plugins=(tmp_path / "mine.py",), stage=({"use": "doctor.raises"}, {"use": "detect.one_level"})
+    )
+    (found,) = chain.examine(settings)
+    assert found.level == "wrong"
+    assert "doctor.raises" in found.text
+    assert "at the first image" in found.text
+
+
+def test_a_dbc_error_is_said_once(tmp_path: Path) -> None:
+    text = (CONFIG.parent / "onboard-sbg.toml").read_text().replace("EKF_POS.", "EKF_PO.")
+    (tmp_path / "sbg.dbc").write_bytes((CONFIG.parent / "sbg.dbc").read_bytes())
+    (tmp_path / "onboard.toml").write_text(text)
+    found = [item for item in findings(tmp_path / "onboard.toml", 0.1) if item.subject.startswith("navigation")]
+    assert [item.level for item in found] == ["wrong"]
+    assert "(did you mean SBG_ECAN_MSG_EKF_POS)" in found[0].text
+
+
+@pytest.mark.parametrize(("start_ins", "level"), [(True, "note"), (False, "wrong")])
+def test_an_ins_that_waits_to_be_started_is_one_line(tmp_path: Path, start_ins: bool, level: str) -> None:
+    near, far_end = tmp_path / "can0", tmp_path / "can1"
+    file = config(tmp_path, "/dev/none", f'interface = "slcan"\nchannel = "{near}"\nbitrate = 500000')
+    file.write_text(file.read_text().replace("[nav.canopen]", f"[nav.canopen]\nstart_ins = {str(start_ins).lower()}"))
+    with SlcanHub([near, far_end]), can.Bus(str(far_end), "slcan", sleep_after_open=0.0) as far:
+        heartbeat = can.Message(arbitration_id=0x705, data=[127], is_extended_id=False)
+        timers = [threading.Timer(delay_s, far.send, [heartbeat]) for delay_s in (0.2, 0.3, 0.4)]
+        for timer in timers:
+            timer.start()
+        (found,) = listen(load(file, OnboardConfig), 0.7)
+        for timer in timers:
+            timer.join()
+    assert found.level == level
+    assert found.text.startswith("the INS waits to be started")
+    assert "start_ins" in found.text
 
 
 def test_running_processes_are_asked_how_they_are(tmp_path: Path) -> None:

@@ -189,6 +189,7 @@ def test_values_that_no_vehicle_has_are_dropped(field: str, count: int) -> None:
     bench = Bench()
     assert bench.epoch(1, (1, 2, 3, 4, 5, 6), **{field: count}) == []
     assert lost(bench.counters) == {"epoch_absurd": 1}
+    assert any(text.startswith("poses are dropped: ") for text in bench.source.problems(0))
 
 
 @pytest.mark.parametrize(("status", "part"), [(0b1110, "position"), (0b1101, "attitude"), (0b1011, "velocity")])

@@ -145,7 +145,7 @@ def test_what_status_bits_mean_is_configuration() -> None:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({"0x3000:1": "lattitude"}, "nav.canopen.objects.0x3000:1: 'lattitude' is no pose field"),
+        ({"0x3000:1": "lattitude"}, "nav.canopen.objects.0x3000:1: no pose field: 'lattitude' is none of"),
         ({"3000:1": "north"}, "nav.canopen.objects.3000:1: objects are named like"),
         ({"0x3000:300": "north"}, "nav.canopen.objects.0x3000:300: objects are named like"),
         ({"0x03000:1": "north"}, "nav.canopen.objects.0x03000:1: objects are named like"),

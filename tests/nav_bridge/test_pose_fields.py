@@ -137,6 +137,31 @@ def test_any_attitude_as_angles_or_quaternion_turns_the_velocity_as_scipy_does(
         np.testing.assert_allclose(pose.velocity_body, expected, atol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("fields", "wrong", "said"),
+    [
+        (
+            PLACES[0],
+            {"north": -250_000.0},
+            "north is 250000.0 m from the site's origin, nav.limits.horizontal_m is 100000",
+        ),
+        (PLACES[0], {"down": -150.0}, "height is 150.0 m from the site's origin, nav.limits.height_m is 100"),
+        (PLACES[1], {"latitude": 570.0}, "latitude 570, longitude 9.9"),
+        (PLACES[0], {"roll": 12.0}, "roll 12, pitch -0.2, yaw 2.9 is no attitude: angles are taken in rad"),
+        (PLACES[0], {"v": 50.0}, "the speed along a body axis is 50.0 m/s, nav.limits.speed is 30"),
+        (PLACES[0], {"u": math.nan}, "u is nan"),
+    ],
+)
+def test_what_is_dropped_is_said_with_its_value_until_a_pose_is_good(
+    fields: tuple[str, ...], wrong: dict[str, float], said: str
+) -> None:
+    bench = Bench((*fields, *ATTITUDES[0], *VELOCITIES[0]))
+    assert bench.make(**wrong) is None
+    assert bench.maker.disbelief.startswith(f"poses are dropped: {said}")
+    assert bench.make() is not None
+    assert not bench.maker.disbelief
+
+
 ALL_GLOBAL = (*PLACES[1], *ATTITUDES[1], *VELOCITIES[1], *PLACE_SIGMAS[0], *ATTITUDE_SIGMAS[0])
 ALL_LOCAL = (*PLACES[0], *ATTITUDES[0], *VELOCITIES[0], *PLACE_SIGMAS[1], *ATTITUDE_SIGMAS[1])
 
@@ -226,7 +251,11 @@ def test_poses_are_numbered_and_old_ones_dropped() -> None:
         ({*ALL_LOCAL} - {"u"}, "a pose needs u, v, w or velocity_north"),
         ({*ALL_GLOBAL} - {"qz"}, "a pose needs roll, pitch, yaw or qw"),
         ({*ALL_LOCAL} | {"latitude"}, "latitude: of no use beside north"),
-        ({*ALL_LOCAL} - {"sigma_down"}, "sigma_horizontal: of no use beside"),
+        ({*ALL_LOCAL} - {"sigma_down"}, "sigma_horizontal: needs sigma_down beside it"),
+        (
+            {*ALL_LOCAL} - {"sigma_horizontal"},
+            "sigma_down: needs sigma_north, sigma_east or sigma_horizontal beside it",
+        ),
     ],
 )
 def test_fields_that_make_no_pose_are_one_line(fields: set[str], said: str) -> None:

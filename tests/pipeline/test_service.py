@@ -146,8 +146,8 @@ def test_filter_over_pings_follows_the_pose() -> None:
 def test_wrong_chain_ends_the_process_with_one_line(tmp_path: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="ods") as folder:
         done = subprocess.run(
-            [sys.executable, "-c", PROGRAM, folder, "filter.fri"], capture_output=True, text=True, check=False
+            [sys.executable, "-c", PROGRAM, folder, "filter.fir"], capture_output=True, text=True, check=False
         )
     assert done.returncode == 1
-    assert done.stderr.startswith("pipeline.stage[0] (filter.fri): use: there is no such stage; known are ")
+    assert done.stderr.startswith("pipeline.stage: the last stage, and no other, must be one that detects")
     assert done.stderr.count("\n") == 1

@@ -41,7 +41,6 @@ def frame() -> np.ndarray:
 @pytest.mark.parametrize(
     ("stages", "complaint"),
     [
-        ([{"use": "filter.fri"}, DETECT], "pipeline.stage[0] (filter.fri): use: there is no such stage; known are "),
         ([DETECT, {"use": "filter.fir"}], "pipeline.stage: the last stage, and no other, must be one that detects"),
         ([{"use": "filter.fir"}], "pipeline.stage: the last stage, and no other, must be one that detects"),
         ([DETECT, DETECT], "pipeline.stage: the last stage, and no other, must be one that detects"),
@@ -55,7 +54,7 @@ def test_wrong_chains_are_one_line(stages: list[dict[str, Any]], complaint: str)
 
 
 def test_unknown_stage_lists_the_known_ones() -> None:
-    with pytest.raises(StageError) as caught:
+    with pytest.raises(ValueError, match=r"stage\[0\]\.use: .* \(did you mean filter\.fir\)") as caught:
         chain({"use": "filter.fri"}, DETECT)
     assert all(name in str(caught.value) for name in BUILT_IN)
 
@@ -66,7 +65,7 @@ def test_unknown_stage_lists_the_known_ones() -> None:
         ('use = "filter.fir"\ntaps = "many"', "stage[0] (filter.fir): taps: expected `int`, got `str`"),
         ('use = "filter.fir"\ntaps = 0', "stage[0] (filter.fir): taps: expected `int` >= 1"),
         ('use = "filter.fir"\ntabs = 9', "stage[0] (filter.fir): tabs: unknown key"),
-        ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: invalid enum value 4"),
+        ('use = "filter.median"\nwindow = 4', "stage[0] (filter.median): window: 4 is none of 3, 5, 7, 9"),
         ('use = "detect.two_level"\nlow = 9.0', "stage[0] (detect.two_level): low: 9.0 is above high, 6.0"),
         ("taps = 9", "stage[0].use: missing"),
     ],

@@ -145,24 +145,3 @@ def test_damaged_bytes_anywhere_end_in_a_line_or_in_tracks(tmp_path: Path) -> No
         (tmp_path / "bad.npz").write_bytes(damaged)
         with contextlib.suppress(ScenarioError):
             load_scenario(tmp_path / "bad.npz")
-
-
-@pytest.mark.parametrize(
-    ("settings", "complaint"),
-    [
-        (
-            TrackerSettings(observer="best"),
-            r"tracker\.observer: no observer 'best'; there are: coupled, independent, manoeuvring",
-        ),
-        (
-            TrackerSettings(association="best"),
-            r"tracker\.association: no association 'best'; there are: nearest, probabilistic",
-        ),
-    ],
-)
-def test_an_observer_or_association_that_there_is_not(
-    tmp_path: Path, settings: TrackerSettings, complaint: str
-) -> None:
-    np.savez(tmp_path / "in.npz", **arrays())
-    with pytest.raises(ScenarioError, match=complaint):
-        track_file(tmp_path / "in.npz", tmp_path / "out.npz", settings)

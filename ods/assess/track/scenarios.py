@@ -13,6 +13,7 @@ import numpy as np
 
 from ods.assess.track.case import RADIUS, VX, VY, VZ, Case, World, X, Y, observe
 from ods.base.arrays import Floats
+from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.tracker.scenario import Meta
 
@@ -261,6 +262,6 @@ KINDS: dict[str, Kind] = {
 def make(name: str, seed: int) -> Case:
     """Return a scenario of the set. Raises OdsError for a name that there is not."""
     if name not in KINDS:
-        raise OdsError(f"no scenario {name!r}; there are: {', '.join(KINDS)}")
+        raise OdsError(f"scenario: {none_of(name, KINDS)}")
     rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
     return observe(name, KINDS[name].make(rng), rng)

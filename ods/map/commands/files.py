@@ -9,10 +9,11 @@ from pathlib import Path
 
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
-from ods.base.settings_file import load
+from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.tracker.map.hibernated import MapObject
 from ods.tracker.map.store import MapStore, copy_of_map
+from ods.tracker.settings import TrackerSettings
 
 Area = tuple[float, float, float]
 """North, east and distance, m."""
@@ -32,7 +33,7 @@ def add_within_argument(parser: ArgumentParser) -> None:
 
 def map_file(file: Path | None, config: Path) -> Path:
     """Return the map that was named, or else the configuration's. Raises OdsError."""
-    path = file or load(config, OnboardConfig).tracker.map.path
+    path = file or load_table(config, "tracker", TrackerSettings, OnboardConfig).map.path
     if path is None:
         raise OdsError(f"{config}: tracker.map.path is not set; name the map's file")
     return path

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
-from ods.base.settings_file import load
+from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.map.commands.files import new_file, opened
 from ods.map.merge import Spread, merge, moved
@@ -24,7 +24,7 @@ def run(args: Namespace) -> None:
     """Write the map that holds what both maps hold; neither of them is changed. Raises OdsError."""
     if args.out.exists():
         raise OdsError(f"{args.out}: exists already; a merged map is a new file")
-    settings = load(args.config, OnboardConfig).tracker if args.config else TrackerSettings()
+    settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
     with opened(copy_of_map(args.first)) as one, opened(copy_of_map(args.second)) as two:
         origin = one.origin_deg()
         others = moved(two.load(), LocalFrame(*two.origin_deg()), LocalFrame(*origin))

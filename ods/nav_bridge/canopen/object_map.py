@@ -4,6 +4,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.nav_bridge.pose_fields import UNITS
 from ods.nav_bridge.settings import ObjectSettings
@@ -34,7 +35,7 @@ def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, Mappe
         where, factor = _where(name), told.factor if isinstance(told, ObjectSettings) else None
         field = told.field if isinstance(told, ObjectSettings) else told
         if field not in UNITS and field not in CONTROL_FIELDS:
-            raise OdsError(f"{KEY}.{name}: {field!r} is no pose field; {', '.join(sorted({*UNITS, *CONTROL_FIELDS}))}")
+            raise OdsError(f"{KEY}.{name}: no pose field: {none_of(field, sorted({*UNITS, *CONTROL_FIELDS}))}")
         if field in CONTROL_FIELDS and factor is not None:
             raise OdsError(f"{KEY}.{name}: {field} has no factor")
         if where in found:

@@ -45,6 +45,7 @@ class CanopenSource(PoseSource):
         self._time = NetworkTime(counters)
         self._layouts = {layout.cob_id: layout for layout in pdo_set.layouts}
         self._assembler = EpochAssembler(pdo_set, round(settings.epoch_window_s * NS), counters)
+        self._maker = maker
         self._pose = CanopenPose(maker, settings.status_bits, nav.clock_jump_s, counters)
         self._handlers: dict[int, Callable[[Frame], object]] = {
             **dict.fromkeys(self._node.ids, self._node.take),
@@ -81,9 +82,14 @@ class CanopenSource(PoseSource):
     def tick(self, now_ns: int) -> None:
         """Keep our own node alive; start the INS if that is our job."""
         self._node.tick(now_ns, self._faults(now_ns))
-        if self._settings.start_ins and self._waits(now_ns) and now_ns - self._commanded_ns > START_PERIOD_NS:
+        if self._settings.start_ins and self.waits_for_start(now_ns) and now_ns - self._commanded_ns > START_PERIOD_NS:
             self._commanded_ns = now_ns
             self._node.start_remote(self._settings.ins_node_id)
+
+    def waits_for_start(self, now_ns: int) -> bool:
+        """Tell whether the INS says that it waits to be started; one without heartbeat may whenever it is silent."""
+        silent = not self.monitor.timeout_ns and self.stale_ns(now_ns)
+        return bool(silent) or self.monitor.state in (BOOT_UP, PRE_OPERATIONAL)
 
     def idle_ns(self, now_ns: int) -> int | None:
         """Return how long `tick` may wait: until the next SYNC, if we send it."""
@@ -111,11 +117,6 @@ class CanopenSource(PoseSource):
         self._reopened = self._reopened and pose is None
         return pose
 
-    def _waits(self, now_ns: int) -> bool:
-        """Tell whether the INS waits to be started, as far as it says."""
-        silent = not self.monitor.timeout_ns and self.stale_ns(now_ns)
-        return bool(silent) or self.monitor.state in (BOOT_UP, PRE_OPERATIONAL)
-
     def _faults(self, now_ns: int) -> Set[Fault]:
         found = {
             Fault.BUS_LOST: self._reopened,
@@ -130,6 +131,8 @@ class CanopenSource(PoseSource):
 
     def _complaints(self, now_ns: int) -> list[str]:
         found = [f"the INS says that its {part} is not valid" for part in self._pose.not_valid]
+        if self._maker.disbelief:
+            found.insert(0, self._maker.disbelief)
         if self._is_twice(now_ns):
             found.append(f"two nodes send as node {self._settings.ins_node_id}, the INS's id")
         if self._node.another.now(now_ns):

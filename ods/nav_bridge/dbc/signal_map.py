@@ -10,7 +10,9 @@ from typing import TypeVar
 import cantools
 from cantools.database import Database
 from cantools.database.can import Message, Signal
+from cantools.database.errors import UnsupportedDatabaseFormatError
 
+from ods.base.choices import meant, none_of
 from ods.base.clock import NS
 from ods.base.errors import OdsError, one_line
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
@@ -143,7 +145,7 @@ class _Resolver:
     def add_field(self, name: str, mapped: SignalSettings) -> None:
         key = f"nav.dbc.signals.{name}"
         if name not in UNITS:
-            raise self._error(key, f"no pose field; they are {', '.join(UNITS)}")
+            raise self._error(key, f"no pose field: {none_of(name, UNITS)}")
         message, signal = self._find(key, mapped.signal)
         factor = mapped.factor or self._unit(key, mapped.unit, signal, UNITS[name])
         factor *= mapped.sign
@@ -201,12 +203,13 @@ class _Resolver:
                 if signal.is_multiplexer or signal.multiplexer_ids:
                     raise self._error(key, f"{name} is multiplexed, which is not supported")
                 return message, signal
-        raise self._error(key, f"message {message_name} has no signal {signal_name!r}")
+        there = [signal.name for signal in message.layout.signals]
+        raise self._error(key, f"message {message_name} has no signal {signal_name!r}{meant(signal_name, there)}")
 
     def _message(self, key: str, name: str) -> DbcMessage:
         layout = self._layouts.get(name)
         if layout is None:
-            raise self._error(key, f"no message {name!r} in the DBC")
+            raise self._error(key, f"no message {name!r} in the DBC{meant(name, self._layouts)}")
         if layout.is_multiplexed() or layout.is_container:
             raise self._error(key, f"message {name} is multiplexed, which is not supported")
         if layout.length > MAX_DATA_BYTES:
@@ -232,6 +235,8 @@ def _read(file: Path) -> Database:
         raise DbcError(f"{file}: nav.dbc.file: {error.strerror}") from error
     try:
         database = cantools.database.load_string(text, "dbc")
+    except UnsupportedDatabaseFormatError as error:
+        raise DbcError(f"{file}: not a usable DBC: {one_line(error.e_dbc or error)}") from error
     except Exception as error:  # cantools lets through whatever a malformed file runs into
         raise DbcError(f"{file}: not a usable DBC: {one_line(error)}") from error
     assert isinstance(database, Database)

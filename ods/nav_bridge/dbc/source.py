@@ -85,7 +85,13 @@ class DbcSource(PoseSource):
         if len(silent) == len(self._map.messages) and not self._heard_ns:
             return [f"none of the {len(silent)} messages mapped from {self._file.name} has come"]
         not_valid = [f"the INS says that its {says} is not valid" for unmet in self._unmet.values() for says in unmet]
-        return [*not_valid, *(self._silence(message, now_ns) for message in silent), *self._broken(now_ns, silent)]
+        dropped = [self._maker.disbelief] if self._maker.disbelief else []
+        return [
+            *dropped,
+            *not_valid,
+            *(self._silence(message, now_ns) for message in silent),
+            *self._broken(now_ns, silent),
+        ]
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         heard_ns = self._heard_ns.get(message.can_id)

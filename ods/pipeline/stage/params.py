@@ -247,6 +247,10 @@ BUILT_IN: Mapping[str, type[Settings]] = {
 """Parameters of every stage that comes with ODS."""
 
 
+ENTRY_POINT_GROUP = "ods.stages"
+"""Modules of installed packages that register stages of their own."""
+
+
 class StageError(OdsError, ValueError):
     """The chain cannot be built, or a stage failed; the text is one line that names the key and what is wrong."""
 
@@ -261,4 +265,4 @@ def read_params(kind: type[Settings], stage: Mapping[str, Any]) -> Settings:
     try:
         return msgspec.convert({key: value for key, value in stage.items() if key != "use"}, kind)
     except msgspec.ValidationError as error:
-        raise StageError(complaint_of(error)) from error
+        raise StageError(complaint_of(error, kind)) from error

@@ -24,10 +24,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
+from ods.base.choices import none_of
 from ods.base.errors import one_line
 from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.stage.params import StageError
+from ods.pipeline.stage.params import ENTRY_POINT_GROUP, StageError
 from ods.pipeline.stage.step import (
     GainedImageStep,
     GainStep,
@@ -36,8 +37,6 @@ from ods.pipeline.stage.step import (
     PreparedDetector,
     StageKind,
 )
-
-ENTRY_POINT_GROUP = "ods.stages"
 
 ParamsT = TypeVar("ParamsT", bound=Settings)
 StepT = TypeVar("StepT")
@@ -108,7 +107,7 @@ def stage_names() -> list[str]:
 def find_stage(name: str) -> Stage:
     """Return a stage by its name. Raises StageError, which lists the names that are known."""
     if name not in _stages:
-        raise StageError(f"use: there is no such stage; known are {', '.join(stage_names())}")
+        raise StageError(f"use: {none_of(name, stage_names())}")
     return _stages[name]
 
 

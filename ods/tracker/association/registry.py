@@ -21,8 +21,5 @@ ASSOCIATIONS: dict[str, Association] = {"nearest": nearest, "probabilistic": pro
 
 
 def association_of(name: str) -> Association:
-    """Return the association of that name. Raises ValueError when there is none."""
-    if name not in ASSOCIATIONS:
-        there = ", ".join(sorted(ASSOCIATIONS))
-        raise ValueError(f"tracker.association: no association {name!r}; there are: {there}")
+    """Return the association of that name; `TrackerSettings` takes no name but one of ASSOCIATIONS."""
     return ASSOCIATIONS[name]

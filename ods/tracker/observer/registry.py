@@ -87,7 +87,5 @@ OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {
 
 
 def make_observer(name: str, settings: MotionSettings) -> Observer:
-    """Return a new observer. Raises ValueError for an unknown name."""
-    if name not in OBSERVERS:
-        raise ValueError(f"tracker.observer: no observer {name!r}; there are: {', '.join(sorted(OBSERVERS))}")
+    """Return a new observer; `TrackerSettings` takes no name but one of OBSERVERS."""
     return OBSERVERS[name](settings)

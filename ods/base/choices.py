@@ -1,0 +1,17 @@
+"""Names to choose from: what the user is told of one that is not there."""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+
+
+def meant(name: object, known: Iterable[object]) -> str:
+    """Return " (did you mean port)" with the known name that is nearest, "" when none is near."""
+    there = {str(item).lower(): item for item in known}
+    near = get_close_matches(str(name).lower(), there, n=1)
+    return f" (did you mean {there[near[0]]})" if near else ""
+
+
+def none_of(name: object, known: Iterable[object]) -> str:
+    """Return "'prot' is none of port, baud", with what was meant where that can be guessed."""
+    there = list(known)
+    return f"{name!r} is none of {', '.join(map(str, there))}{meant(name, there)}"
