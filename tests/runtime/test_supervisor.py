@@ -133,7 +133,9 @@ def test_delays_grow_to_the_longest_and_begin_anew_after_work(tmp_path: Path, ca
 
 
 def test_a_child_that_ignores_sigterm_is_killed_in_time(tmp_path: Path) -> None:
-    supervisor = start(tmp_path, "signal.signal(signal.SIGTERM, signal.SIG_IGN)\n" + textwrap.dedent(WORK))
+    supervisor = start(
+        tmp_path, "signal.signal(signal.SIGTERM, signal.SIG_IGN)\n" + textwrap.dedent(WORK), "stop_s=1.0"
+    )
     child = pids(tmp_path, 1)[0]
     time.sleep(0.5)
     begun = time.monotonic()
