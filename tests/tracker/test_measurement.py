@@ -63,11 +63,12 @@ def test_the_fan_tells_an_interval_of_height() -> None:
 
 
 def test_a_known_height_shortens_the_horizontal_distance() -> None:
-    """An object known to be 5 m below at 13 m slant range is 12 m away."""
-    measured = position_measurement(
-        one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), HALF_VERTICAL, np.array([-math.asin(5 / 13)])
-    )
+    """An object known to be 5 m below at 13 m slant range is 12 m away; a narrower fan ends above it."""
+    echo, where, known = one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), np.array([-math.asin(5 / 13)])
+    measured = position_measurement(echo, where, math.radians(30.0), known)
     np.testing.assert_allclose(measured.position[:2, 0], [12.0, 0.0], atol=1e-9)
+    at_edge = position_measurement(echo, where, HALF_VERTICAL, known)
+    np.testing.assert_allclose(at_edge.position[:2, 0], [13.0 * math.cos(HALF_VERTICAL), 0.0], atol=1e-9)
 
 
 def test_the_noise_is_that_of_range_bearing_and_pose() -> None:

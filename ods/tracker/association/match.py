@@ -160,9 +160,7 @@ def _watched(seen: FieldOfView, reported: Mask, hit: Mask, merged: Floats) -> Fl
 def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
     """Return where the objects were seen; `merged`: (n,) variance by which an echo may lie off the centre."""
     predicted = prediction.measurement.rows.elevation[shown.objects]
-    middle = shown.echoes.rows.elevation
-    elevation = np.minimum(np.maximum(predicted, middle - half_vertical), middle + half_vertical)
-    found = position_measurement(shown.echoes, prediction.vehicle, half_vertical, elevation)
+    found = position_measurement(shown.echoes, prediction.vehicle, half_vertical, predicted)
     off_centre = shown.off_centre + merged[shown.objects]
     if not off_centre.any():
         return found

@@ -122,41 +122,39 @@ def _predicted_measurement(position: Floats, variance: Floats, covariance_ne: Fl
 
 
 def position_measurement(
-    echoes: Echoes, vehicle: Vehicle, half_vertical: float, elevation: Floats | None = None
+    echoes: Echoes, vehicle: Vehicle, half_vertical: float, predicted: Floats | None = None
 ) -> PositionMeasurement:
     """Return eq. 1, z_og = z_ag + R^-1 z_ob, for all echoes, with measurement noise that includes the pose's.
 
-    `elevation`: (m,) where the echo is known to come from, for echoes of objects already tracked; by default the
-    middle of the fan. `half_vertical`: half the fan's vertical opening, rad.
+    `predicted`: (m,) elevation at which an object already tracked should be: its echo comes from the nearest one in the
+    fan, by default from the fan's middle. `half_vertical`: half the fan's vertical opening, rad.
     """
-    where = echoes.rows.elevation if elevation is None else elevation
-    position, noise = _position_measurement(echoes.table, where, vehicle, half_vertical)
-    variance_north, variance_east, covariance_ne, half_height, radius_variance = noise
-    radius = echoes.rows.radius
-    return PositionMeasurement(
-        position, variance_north, variance_east, covariance_ne, half_height, radius, radius_variance
-    )
+    elevation = echoes.rows.elevation if predicted is None else predicted
+    position, rest = _position_measurement(echoes.table, elevation, vehicle, half_vertical)
+    return PositionMeasurement(position, *rest)
 
 
 @kernel
 def _position_measurement(
-    table: Floats, elevation: Floats, vehicle: Vehicle, half_vertical: float
+    table: Floats, predicted: Floats, vehicle: Vehicle, half_vertical: float
 ) -> tuple[Floats, Floats]:
-    """Return (3, m) positions and (5, m) the fields of `PositionMeasurement` after that, but for the radius."""
-    echoes, m = echo_rows(table), len(elevation)
+    """Return (3, m) positions and (6, m) the fields of `PositionMeasurement` after that."""
+    echoes, m = echo_rows(table), len(predicted)
     rotation = vehicle.rotation
     s_nn, s_ee = vehicle.sigma_position[0] ** 2, vehicle.sigma_position[1] ** 2
     tilt = max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
-    position, noise = np.empty((3, m)), np.empty((5, m))
-    variance_north, variance_east, covariance_ne, half_height, radius_variance = noise
+    position, rest = np.empty((3, m)), np.empty((6, m))
+    variance_north, variance_east, covariance_ne, half_height, radius, radius_variance = rest
     for j in range(m):
         distance, bearing = echoes.range_m[j], echoes.bearing[j]
-        in_plane, below = distance * math.cos(elevation[j]), -distance * math.sin(elevation[j])
+        middle = echoes.elevation[j]
+        elevation = min(max(predicted[j], middle - half_vertical), middle + half_vertical)
+        in_plane, below = distance * math.cos(elevation), -distance * math.sin(elevation)
         ahead, right = in_plane * math.cos(bearing), in_plane * math.sin(bearing)
         x = rotation[0, 0] * ahead + rotation[0, 1] * right + rotation[0, 2] * below
         y = rotation[1, 0] * ahead + rotation[1, 1] * right + rotation[1, 2] * below
         # The height measured is that of the fan's middle, wherever in the fan the object is.
-        z = rotation[2, 0] * ahead + rotation[2, 1] * right - rotation[2, 2] * distance * math.sin(echoes.elevation[j])
+        z = rotation[2, 0] * ahead + rotation[2, 1] * right - rotation[2, 2] * distance * math.sin(middle)
         horizontal = max(math.hypot(x, y), NEAREST_M)
         north, east = x / horizontal, y / horizontal
         along = echoes.sigma_range[j] ** 2
@@ -168,5 +166,6 @@ def _position_measurement(
         variance_east[j] = east**2 * along + north**2 * across + s_ee
         covariance_ne[j] = north * east * (along - across)
         half_height[j] = distance * math.sin(half_vertical) + vehicle.sigma_position[2] + horizontal * tilt
+        radius[j] = echoes.radius[j]
         radius_variance[j] = echoes.sigma_radius[j] ** 2
-    return position, noise
+    return position, rest
