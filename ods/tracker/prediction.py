@@ -1,6 +1,6 @@
 """What the image that comes should show of the objects: all that is computed of them before it is looked at, once."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,7 @@ UNSEEN_S = 0.5
 """An object seen more recently than this is not silent; one behind another is then seen over it or beside it."""
 
 
-@dataclass(frozen=True, slots=True)
-class ScanPrediction:
+class ScanPrediction(NamedTuple):
     """Of n objects."""
 
     vehicle: Vehicle

@@ -1,7 +1,7 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,8 +28,7 @@ NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
 
-@dataclass(frozen=True, slots=True)
-class ScanMatch:
+class ScanMatch(NamedTuple):
     """n objects, of which k were seen."""
 
     objects: Indices
@@ -95,8 +94,7 @@ def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
     return expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected
 
 
-@dataclass(frozen=True, slots=True)
-class _Shown:
+class _Shown(NamedTuple):
     """Objects and their echoes, (k,) each."""
 
     objects: Indices
