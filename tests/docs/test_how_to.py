@@ -67,7 +67,11 @@ def test_new_files_are_written_as_all_others(page: Path, copy: Path) -> None:
         (copy / block["path"]).write_text(block["text"])
     for check in (["check"], ["format", "--check"]):
         files = [block["path"] for block in written]
-        done = subprocess.run(["ruff", *check, *files], cwd=copy, capture_output=True, text=True) if files else None
+        done = (
+            subprocess.run([sys.executable, "-m", "ruff", *check, *files], cwd=copy, capture_output=True, text=True)
+            if files
+            else None
+        )
         assert done is None or done.returncode == 0, done.stdout
 
 
