@@ -1,7 +1,7 @@
 """Versions of the map file (`PRAGMA user_version`), and the steps from each to the next.
 
 A new file takes all steps from version 0, so that there is one way to today's schema. A step once released is never
-changed. Reading an old file needs no step on disk: readers work on a copy in memory (`map_store.copy_of_map`).
+changed. Reading an old file needs no step on disk: readers work on a copy in memory (`store.copy_of_map`).
 """
 
 import sqlite3
