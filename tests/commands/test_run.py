@@ -73,7 +73,7 @@ def test_a_configuration_broken_while_running_takes_one_process_and_is_told_unti
     psutil.Process(run.pid("nav")).kill()
     told = run.wait(lambda picture: of_nav(picture) != "")
     assert not told.valid
-    assert of_nav(told) == f"nav: ended with code 2: {run.config}: nav.can.bitrote: unknown key"
+    assert of_nav(told) == f"nav: ended with code 2: {run.config}: nav.can.bitrote: unknown key (did you mean bitrate)"
     run.config.write_text(whole)
     run.wait(lambda picture: not of_nav(picture))
     assert run.pid("nav") > 0

@@ -201,14 +201,10 @@ def test_no_such_network_interface() -> None:
     assert owner.read() == []
 
 
-@pytest.mark.parametrize(
-    ("options", "said"),
-    [({"interface": "morse"}, "morse"), ({"interface": "slcan", "bitrate": 123}, "bitrate")],
-)
-def test_settings_that_can_never_work_end_the_process(tmp_path: Path, options: dict[str, str | int], said: str) -> None:
+def test_settings_that_can_never_work_end_the_process(tmp_path: Path) -> None:
     port = tmp_path / "can0"
-    with SlcanHub([port]), pytest.raises(OdsError, match=said) as error:
-        Owner(channel=str(port), **options).link.tick()
+    with SlcanHub([port]), pytest.raises(OdsError, match="bitrate") as error:
+        Owner(channel=str(port), interface="slcan", bitrate=123).link.tick()
     assert str(error.value).startswith("nav.can: ")
     assert "\n" not in str(error.value)
 
