@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
 
-from ods.tracker.association.linear_assignment import best_columns
+from ods.tracker.linear_assignment import best_columns
 
 
 @pytest.mark.parametrize("kind", ["continuous", "ties", "sparse", "signed"])

@@ -6,7 +6,7 @@ from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
-from ods.tracker.association.linear_assignment import best_columns
+from ods.tracker.linear_assignment import best_columns
 
 
 def nearest(question: Question) -> Assignment:

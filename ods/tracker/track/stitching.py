@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.compiled.kernel import kernel
-from ods.tracker.association.linear_assignment import best_columns
+from ods.tracker.linear_assignment import best_columns
 from ods.tracker.observer.belief import Estimate
 from ods.tracker.settings import STATIC
 from ods.tracker.track.tracks import History
