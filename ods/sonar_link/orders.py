@@ -2,7 +2,8 @@
 
 A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
 What the sonar says of itself tells whether it took effect; if not, it is asked for again, a limited number of times. A
-setting that is lost later, as by a restart of the sonar, is asked for again.
+setting that is lost later, as by a restart of the sonar, is asked for again. A planner's wish that the sonar does not
+fulfil is the planner's matter: it hears why, and what was ordered before holds again.
 """
 
 import math
@@ -73,6 +74,10 @@ class Order:
     due: bool = True
     refusal: str = ""
     """What the sonar said when it refused."""
+    is_wish: bool = False
+    """A planner's, and never fulfilled so far."""
+    before: "Order | None" = None
+    """What a wish took the place of."""
 
     def renew(self) -> None:
         """Ask afresh."""
@@ -121,9 +126,19 @@ class Orders:
         """Say why planners cannot ask this sonar for a setting, '' when they can."""
         return "" if name in self._settable else f"{name}: this sonar cannot be asked for its {KNOBS[name].name}"
 
-    def order(self, name: str, value: float) -> None:
-        """Want another value from now on."""
-        self._orders[name] = Order(name, value)
+    def wish(self, name: str, value: float) -> None:
+        """Want another value from now on, if the sonar takes it."""
+        earlier = self._orders.get(name)
+        before = earlier.before if earlier is not None and earlier.is_wish else earlier
+        self._orders[name] = Order(name, value, is_wish=True, before=before)
+
+    def drop_failed_wishes(self) -> None:
+        """Want again what was ordered before the wishes that failed. Who made them has heard it by now."""
+        for name, order in list(self._orders.items()):
+            if order.is_wish and order.state is OrderState.FAILED:
+                del self._orders[name]
+                if order.before is not None:
+                    self._orders[name] = order.before
 
     def due(self, now_ns: int) -> list[Order]:
         """Return the orders that are to be sent now, and take them for sent."""
@@ -141,7 +156,7 @@ class Orders:
         self.told = told
         for name, order in self._orders.items():
             if KNOBS[name].fits(order.value, getattr(told, name)):
-                order.state, order.due = OrderState.TAKEN, False
+                order.state, order.due, order.is_wish, order.before = OrderState.TAKEN, False, False, None
             elif order.state is OrderState.TAKEN:
                 self.counters["control_lost"] += 1
                 order.renew()

@@ -46,12 +46,12 @@ class PlannerRequests:
                 self._answer(earlier.peer, "replaced by a later request")
         self._waiting = [earlier for earlier in self._waiting if not earlier.names & wanted.keys()]
         for name, value in wanted.items():
-            self._orders.order(name, value)
+            self._orders.wish(name, value)
         self._waiting.append(_Waiting(peer, frozenset(wanted), now_ns + self._patience_ns))
         return None
 
     def answer(self, now_ns: int) -> None:
-        """Answer those whose orders are done, and those that have waited too long."""
+        """Answer those whose orders are done, and those that have waited too long; forget what failed."""
         still = []
         for waiting in self._waiting:
             states = {name: self._orders.state(name) for name in sorted(waiting.names)}
@@ -66,6 +66,7 @@ class PlannerRequests:
             else:
                 still.append(waiting)
         self._waiting = still
+        self._orders.drop_failed_wishes()
 
     def _answer(self, peer: Peer, reason: str) -> None:
         told = self._orders.told

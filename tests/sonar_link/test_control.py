@@ -118,9 +118,9 @@ def test_of_orders_in_quick_succession_the_last_one_is_sent_and_other_settings_d
     wanted = control()
     asked = []
     for number in range(100):
-        wanted.orders.order("range_m", 10.0 + number)
+        wanted.orders.wish("range_m", 10.0 + number)
         if number == 50:
-            wanted.orders.order("gain_db", 20.0)
+            wanted.orders.wish("gain_db", 20.0)
         asked += [(number, *request) for request in sent(wanted, number / 100)]
     asked += [(101, *request) for request in sent(wanted, 1.01)]
     assert asked == [
@@ -154,7 +154,7 @@ def test_pings_under_way_do_not_count_as_disobedience() -> None:
     wanted = control(range_m=100.0)
     sent(wanted, 0)
     wanted.told(Controls(100.0), S)
-    wanted.orders.order("range_m", 50.0)
+    wanted.orders.wish("range_m", 50.0)
     assert sent(wanted, 1.5) == [(1003, 50.0)]
     wanted.told(Controls(100.0), round(1.6 * S))
     assert sent(wanted, 1.7) == []
@@ -233,7 +233,50 @@ def test_a_planner_hears_why_not() -> None:
     assert planners.reason(b"silence") == "the sonar said nothing for 4 s; it will be asked when it is back"
     planners.ask(b"absurd", range_m=float("inf"))
     assert planners.reason(b"absurd") == "range_m: inf is no number"
-    assert orders.orders.state("range_m") is OrderState.FAILED  # still the earlier order
+
+
+def test_a_wish_that_is_refused_leaves_what_was_ordered_before() -> None:
+    orders = control(range_m=100.0)
+    planners = Planners(orders)
+    (configured,) = orders.requests(0)
+    orders.told(Controls(100.0), S)
+    for name, at_s in ((b"first", 2), (b"second", 3)):
+        planners.ask(name, range_m=500.0, gain_db=10.0)
+        asked = {request.command: request for request in orders.requests(at_s * S)}
+        orders.told(Controls(100.0, NAN, 10.0), at_s * S + 1)
+        orders.answered(ControlReply(asked[configured.command].ticket, 2))
+        planners.requests.answer(at_s * S + 2)
+        assert planners.reason(name) == "the sonar refused range 500 m (error 2): it says 100 m"
+        assert orders.problems() == []
+    orders.connected()
+    assert sorted(sent(orders, 9)) == [(1003, 100.0), (1008, 10.0)]
+
+
+def test_a_wish_that_fails_when_nobody_waits_any_more_is_forgotten_one_that_was_fulfilled_and_lost_is_told() -> None:
+    orders = control()
+    planners = Planners(orders)
+    planners.ask(b"p", range_m=50.0)
+    sent(orders, 0)
+    planners.requests.answer(5 * S)
+    assert planners.reason(b"p").startswith("the sonar said nothing")
+    for at_s in range(6, 11):
+        orders.told(Controls(100.0), at_s * S)
+        sent(orders, at_s)
+        planners.requests.answer(at_s * S)
+    assert orders.problems() == []
+    orders.connected()
+    assert sent(orders, 11) == []
+
+    planners.ask(b"again", 12.0, range_m=50.0)
+    sent(orders, 12)
+    orders.told(Controls(50.0), 13 * S)
+    planners.requests.answer(13 * S)
+    assert planners.reason(b"again") == ""
+    for at_s in range(14, 20):
+        orders.told(Controls(100.0), at_s * S)
+        sent(orders, at_s)
+        planners.requests.answer(at_s * S)
+    assert orders.problems() == ["the sonar did not take range 50 m: it says 100 m"]
 
 
 def test_a_later_request_replaces_an_earlier_one_for_the_same_setting_only() -> None:

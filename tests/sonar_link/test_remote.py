@@ -103,6 +103,11 @@ class Process:
     def problems(self) -> list[str]:
         return self.health.problems if self.health else []
 
+    def hears_again(self) -> None:
+        """Take the next health report."""
+        self.health = None
+        self.wait(lambda: self.health)
+
     def close(self) -> None:
         self._popen.kill()
         self._popen.wait()
@@ -189,6 +194,11 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     far_end.stubborn = True
     with pytest.raises(SonarError, match="the sonar did not take range 70 m: it says 50 m"):
         planner.set_range(70.0)
+    process.hears_again()
+    assert process.problems() == []  # else all obstacle lists were not valid
+    far_end.stubborn = False
+    far_end.restart()
+    process.wait(lambda: far_end.remote.controls == Controls(50.0, 200.0, 20.0))  # not what it refused
     far_end.mute = True
     with pytest.raises(SonarError, match="the sonar said nothing for"):
         planner.set_range(60.0)
