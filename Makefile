@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 
-.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark compile wheel clean
+.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark compile wheel install install-program uninstall clean
 
 bench: compile
 	$(BIN)/ods bench --config config/bench.toml
@@ -53,6 +53,19 @@ wheel: $(VENV)/.ready
 	rm -rf build dist
 	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	rm -rf build
+
+# on board, as root: docs/installation.md
+PREFIX := /opt/ods
+INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) deploy/install.sh
+
+install:
+	$(INSTALL)
+
+install-program:
+	$(INSTALL) program
+
+uninstall:
+	@PURGE=$(PURGE) deploy/uninstall.sh
 
 docs: $(VENV)/.ready
 	$(BIN)/python -m ods.reference docs

@@ -10,6 +10,7 @@ import random
 import shutil
 import signal
 import subprocess
+from dataclasses import dataclass
 from pathlib import Path
 
 from in_vcan import boot, debian, modules
@@ -23,30 +24,51 @@ AMX_SINCE = (6, 13)
 """Older kernels' User-mode Linux does not know the size of the CPU state of Intel's AMX."""
 
 
+@dataclass(frozen=True)
+class Kernel:
+    """User-mode Linux as it is on this machine."""
+
+    program: Path
+    version: str
+    modules: Path
+    """The folder of its modules."""
+
+    def words(self, folder: Path, memory_mb: int = MEMORY_MB) -> list[str]:
+        """Return the start of its command line; `folder`: private, for its sockets."""
+        cpu = random.choice(list(os.sched_getaffinity(0)))
+        return [
+            # kernel and processes of the guest on one CPU: a system call then costs 12 us, not 46
+            *("taskset", "-c", str(cpu), "env", f"TMPDIR={_memory_folder(memory_mb)}", str(self.program)),
+            *(f"mem={memory_mb}M", f"uml_dir={folder}/", "umid=uml", "quiet"),
+        ]
+
+
 def run(job: Job) -> int:
     """Run the job in User-mode Linux. Raises NotHereError."""
+    kernel = usable_kernel()
+
+    def command(boot_run: boot.Run) -> list[str]:
+        return [
+            *kernel.words(boot_run.folder),
+            *("root=/dev/root", "rootfstype=hostfs", "rootflags=/", "rw", f"init={boot_run.init}"),
+            *("con=null", "con0=null,fd:1", f"con1=null,fd:{boot_run.stdout}", f"con2=null,fd:{boot_run.stderr}"),
+        ]
+
+    name, streams = f"User-mode Linux {kernel.version}", ("/dev/tty1", "/dev/tty2")
+    return boot.run(job, boot.Machine(name, command, streams, modules.in_order(kernel.modules, modules.CAN)))
+
+
+def usable_kernel() -> Kernel:
+    """Return the kernel that this machine can run. Raises NotHereError."""
     if platform.machine() != "x86_64":
         raise NotHereError(f"User-mode Linux is for x86_64, not {platform.machine()}")
     if not _may_trace():
         raise NotHereError("tracing of processes (ptrace) is forbidden here")
-    kernel = _kernel()
-    version = subprocess.run([kernel, "--version"], capture_output=True, text=True).stdout.strip()
+    program = _program()
+    version = subprocess.run([program, "--version"], capture_output=True, text=True).stdout.strip()
     if has_amx(Path("/proc/cpuinfo").read_text()) and _number(version) < AMX_SINCE:
         raise NotHereError(f"User-mode Linux {version} fails on a CPU with AMX")
-    cpu = random.choice(list(os.sched_getaffinity(0)))
-
-    def command(boot_run: boot.Run) -> list[str]:
-        return [
-            # kernel and processes of the guest on one CPU: a system call then costs 12 us, not 46
-            *("taskset", "-c", str(cpu), "env", f"TMPDIR={_memory_folder()}", str(kernel)),
-            *(f"mem={MEMORY_MB}M", "root=/dev/root", "rootfstype=hostfs", "rootflags=/", "rw"),
-            *(f"init={boot_run.init}", f"uml_dir={boot_run.folder}/", "umid=uml", "quiet"),
-            *("con=null", "con0=null,fd:1", f"con1=null,fd:{boot_run.stdout}", f"con2=null,fd:{boot_run.stderr}"),
-        ]
-
-    folder = kernel.parents[1] / "lib" / "uml" / "modules" / version
-    found = modules.in_order(folder, modules.CAN)
-    return boot.run(job, boot.Machine(f"User-mode Linux {version}", command, ("/dev/tty1", "/dev/tty2"), found))
+    return Kernel(program, version, program.parents[1] / "lib" / "uml" / "modules" / version)
 
 
 def has_amx(cpu_info: str) -> bool:
@@ -54,7 +76,7 @@ def has_amx(cpu_info: str) -> bool:
     return "amx_tile" in cpu_info.split()
 
 
-def _kernel() -> Path:
+def _program() -> Path:
     """Return the kernel of the installed package, else of one unpacked in the cache."""
     installed = shutil.which(PROGRAM)
     return Path(installed) if installed else debian.unpacked(PACKAGE) / "usr" / "bin" / PROGRAM
@@ -76,11 +98,11 @@ def _may_trace() -> bool:
     return status == 0
 
 
-def _memory_folder() -> str:
+def _memory_folder(memory_mb: int) -> str:
     """Return a folder for the guest's memory: in memory where there is room and programs may lie there."""
     try:
         shm = os.statvfs("/dev/shm")
     except OSError:
         return "/tmp"
-    roomy = shm.f_bavail * shm.f_frsize >= MEMORY_MB << 20
+    roomy = shm.f_bavail * shm.f_frsize >= memory_mb << 20
     return "/dev/shm" if roomy and not shm.f_flag & os.ST_NOEXEC and os.access("/dev/shm", os.W_OK) else "/tmp"
