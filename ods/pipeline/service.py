@@ -1,6 +1,5 @@
 """The `pipeline` process: detections for every ping."""
 
-from collections import deque
 from typing import Any
 
 from ods.base import clock
@@ -10,19 +9,21 @@ from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
+from ods.runtime import bus
+from ods.runtime.backlog import Backlog
 from ods.runtime.pose_buffer import PoseBuffer
 from ods.runtime.service import Service, StartError, Worker
 
-_SMOOTHING = 0.1
-"""Weight of the newest ping in the running means."""
+LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
+"""A ping that waits for another one and takes so long itself is stale before it is tracked."""
 
 
 class PipelineWorker(Worker[PipelineConfig]):
     """Publishes `detections` for each `ping`; reads `pose` for the stages that compare pings.
 
-    Counters: bad_ping, failed_stage, drop_out_image, detections, process_mean_us, process_max_us and, where a stage
-    compares pings, pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there
-    (dropped_ping).
+    A chain that is too slow for every ping gets the newest each time. Counters: skipped_pings (the others), bad_ping,
+    failed_stage, drop_out_image, detections, process_mean_us, process_max_us and, where a stage compares pings,
+    pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there (dropped_ping).
     """
 
     def __init__(self, service: Service, settings: PipelineConfig) -> None:
@@ -31,10 +32,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         poses = settings.pose
         self._poses = PoseBuffer(poses.capacity, poses.max_extrapolation_s)
         self._poses.counters = service.counters
-        self._waiting: deque[Ping] = deque()
-        self._mean_ns = 0.0
-        self._interval_ns = 0.0
-        self._last_t_ns = 0
+        self._backlog: Backlog[Ping] = Backlog()
         self._failure = ""
 
     def start(self) -> None:
@@ -48,14 +46,17 @@ class PipelineWorker(Worker[PipelineConfig]):
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; pings wait for the end of the round, when all poses are in."""
         if topic == "ping":
-            self._waiting.append(message)
+            self._backlog.add(message, message.seq, message.t_ns)
         elif self._chain.over_pings:
             self._poses.insert(message)
 
     def tick(self) -> None:
-        """Process the pings that came."""
-        while self._waiting:
-            self._process(self._waiting.popleft())
+        """Process the pings that came, or the newest if that is all there is time for."""
+        pings, skipped = self._backlog.take()
+        for _ in range(skipped):
+            self.service.complain_once("skipped_pings", f"{self._backlog.slowness()}: not all are processed")
+        for ping in pings:
+            self._process(ping)
 
     def _process(self, message: Ping) -> None:
         began = clock.monotonic_ns()
@@ -74,22 +75,17 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._failure = ""
         self.service.counters["detections"] += len(result.detections)
         self.service.counters["drop_out_image"] += not result.usable
-        self._keep_time(message.t_ns, clock.monotonic_ns() - began)
+        self._keep_time(clock.monotonic_ns() - began)
 
-    def _keep_time(self, t_ns: int, spent_ns: int) -> None:
-        self._mean_ns += _SMOOTHING * (spent_ns - self._mean_ns) if self._mean_ns else spent_ns
-        if self._last_t_ns:
-            interval = max(0, t_ns - self._last_t_ns)
-            self._interval_ns += _SMOOTHING * (interval - self._interval_ns) if self._interval_ns else interval
-        self._last_t_ns = t_ns
+    def _keep_time(self, spent_ns: int) -> None:
+        self._backlog.worked(spent_ns)
         counters = self.service.counters
-        counters["process_mean_us"] = round(self._mean_ns / 1000)
+        counters["process_mean_us"] = round(self._backlog.work_ns / 1000)
         counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
 
     def problems(self) -> list[str]:
-        """Say when a stage fails or pings come faster than they are processed."""
+        """Say when a stage fails or the chain is too slow to be of use."""
         problems = [self._failure] if self._failure else []
-        if 0.0 < self._interval_ns < self._mean_ns:
-            work, interval = self._mean_ns / 1e6, self._interval_ns / 1e6
-            problems.append(f"a ping takes {work:.1f} ms to process, they come every {interval:.1f} ms")
+        if self._backlog.work_ns > LONGEST_WORK_NS:
+            problems.append(self._backlog.slowness())
         return problems

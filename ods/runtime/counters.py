@@ -92,6 +92,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
         CounterRow("failed_stage", "pings dropped: a stage failed", logged=True),
+        CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
+                   advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
+                   "sonar for fewer pings"),
         CounterRow("drop_out_image", "images that show nothing"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),
@@ -100,6 +103,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     ),
     "tracker": (
         CounterRow("echoes_bad", "detections left out: not finite or absurd"),
+        CounterRow("skipped_pings", "pings left out: tracking takes too long for all, and newer ones waited",
+                   logged=True, advice="too many objects or echoes for this computer: raise the detector's threshold"),
         CounterRow("detections_late", "pings left out: older than one before", logged=True),
         CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),
         CounterRow("pings_without_pose", "pings without a pose at transmission: objects only carried on"),

@@ -24,6 +24,7 @@ def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: in
         skipped=prediction.field_of_view.skipped,
         echoes=history.echoes,
         unseen_s=(t_ns - history.last) / NS,
+        missed_s=(t_ns - history.last - history.unwatched) / NS,
         existence=tracks.existence,
         visible=tracks.doubt.visible,
         first_visible=tracks.doubt.first_visible,

@@ -1,10 +1,10 @@
 """The tracker process: detections and poses from the bus, obstacle lists to the planner, the map on disk."""
 
-from collections import deque
 from typing import Any
 
 from ods.base import clock
 from ods.messages import Detections, ObstacleList
+from ods.runtime.backlog import Backlog
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
 from ods.tracker.map.keeper import MapKeeper
@@ -31,7 +31,8 @@ class TrackerWorker(Worker[TrackerConfig]):
     def __init__(self, service: Service, settings: TrackerConfig) -> None:
         super().__init__(service, settings)
         self._poses = PoseBuffer(settings.pose.capacity, settings.pose.max_extrapolation_s)
-        self._waiting: deque[Detections] = deque()
+        self._backlog: Backlog[Detections] = Backlog()
+        self._ping_seq: int | None = None
         self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
@@ -56,14 +57,16 @@ class TrackerWorker(Worker[TrackerConfig]):
             self._poses.insert(message)
             self._inputs.pose(message.t_ns)
         elif topic == "detections":
-            self._waiting.append(message)
+            self._backlog.add(message, message.seq, message.t_ns)
         else:
             self._inputs.health(message)
 
     def tick(self) -> None:
-        """Track the pings that came; say so when none come; write the map when there is time."""
-        while self._waiting:
-            self._track(self._waiting.popleft())
+        """Track the pings that came, or the newest if that is all there is time for; say so when none come.
+
+        Write the map when there is time.
+        """
+        self._work_off()
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
@@ -80,6 +83,15 @@ class TrackerWorker(Worker[TrackerConfig]):
         """Put what rests in view into the map too: the mission ends."""
         self._map.note(self._tracker.resting(clock.utc_ns()), ())
         self._map.close(self._tracker.next_id)
+
+    def _work_off(self) -> None:
+        scans, skipped = self._backlog.take()
+        for _ in range(skipped):
+            self.service.complain_once("skipped_pings", f"{self._backlog.slowness()}: not all are tracked")
+        for scan in scans:
+            began = clock.monotonic_ns()
+            self._track(scan)
+            self._backlog.worked(clock.monotonic_ns() - began)
 
     def _track(self, message: Detections) -> None:
         if message.t_ns > clock.monotonic_ns() + FUTURE_NS:
@@ -125,7 +137,13 @@ class TrackerWorker(Worker[TrackerConfig]):
             message.usable,
             message.processed_ranges_m,
             fan_turn,
+            self._pings_between(message.seq),
         )
+
+    def _pings_between(self, seq: int) -> int:
+        """Return how many pings there were, since the last one tracked, whose images nobody looked at."""
+        last, self._ping_seq = self._ping_seq, seq
+        return 0 if last is None else max(0, seq - last - 1)
 
     def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
         """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""

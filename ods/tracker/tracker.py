@@ -48,10 +48,13 @@ class Tracker:
         if self._t_ns is not None and scan.t_ns < self._t_ns:
             return Outcome(taken=False)
         tracks, settings, vehicle = self._tracks, self.settings, scan.vehicle
-        tracks.predict(0.0 if self._t_ns is None else (scan.t_ns - self._t_ns) / NS)
+        since_ns = 0 if self._t_ns is None else scan.t_ns - self._t_ns
+        tracks.predict(since_ns / NS)
         self._t_ns = scan.t_ns
         if vehicle is None or not scan.usable:
+            tracks.look_away(since_ns)
             return Outcome()
+        tracks.look_away(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)

@@ -25,6 +25,7 @@ def evidence(seed: int, count: int) -> Evidence:
         skipped=flags[4] & flags[1],
         echoes=rng.integers(1, 10, count),
         unseen_s=rng.exponential(5.0, count),
+        missed_s=rng.exponential(3.0, count),
         existence=rng.random(count),
         visible=rng.random(count) ** 4,
         first_visible=rng.random(count),

@@ -92,7 +92,7 @@ class Chain:
             for name in self.alive:
                 self.report(name)
         if self.pings and k % 3 == 0:
-            self.detect(k, now - LISTENING_NS)
+            self.detect(k // 3, now - LISTENING_NS)
 
     def report(self, name: str) -> None:
         now = clock.monotonic_ns()

@@ -126,3 +126,5 @@ class Scan:
     """Ranges (from, to) that were processed; empty: all. Elsewhere a missing echo says nothing."""
     fan_turn: float = 0.0
     """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""
+    skipped_pings: int = 0
+    """Pings since the scan before whose images were not looked at: they missed nothing."""

@@ -47,7 +47,9 @@ class Evidence(NamedTuple):
     echoes: Ints
     """Echoes so far."""
     unseen_s: Floats
-    """Time since the last one."""
+    """Time since the last one,"""
+    missed_s: Floats
+    """and how much of it images were looked at."""
     existence: Floats
     """Probability."""
     visible: Floats
@@ -89,7 +91,7 @@ def _next_states(state: Ints, e: Evidence, limits: LifeLimits) -> Ints:
         if state[i] == TENTATIVE:
             after[i] = _proved_or_not(e, i, limits)
         elif state[i] == ACTIVE:
-            if not e.hit[i] and (not e.inside[i] or doubted or (e.unseen_s[i] > limits.silent_s and not e.skipped[i])):
+            if not e.hit[i] and (not e.inside[i] or doubted or (e.missed_s[i] > limits.silent_s and not e.skipped[i])):
                 after[i] = STAND_BY
         elif state[i] == STAND_BY or state[i] == HIBERNATED:
             overdue = (not e.inside[i] and e.unseen_s[i] > limits.stand_by_s) or e.sigma[i] > limits.lost_sigma_m
@@ -110,5 +112,5 @@ def _proved_or_not(e: Evidence, i: int, limits: LifeLimits) -> int:
         return ACTIVE if proved and not e.duplicate[i] else TENTATIVE
     if e.skipped[i]:
         return TENTATIVE
-    unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.unseen_s[i] > TENTATIVE_SILENT_S
+    unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.missed_s[i] > TENTATIVE_SILENT_S
     return TERMINATED if unproved else TENTATIVE

@@ -31,6 +31,8 @@ class History(NamedTuple):
     """Ping time of the first echo (of waking, for objects of the map), ns."""
     last: Ints
     """Ping time of the last echo (of waking, for objects of the map), ns."""
+    unwatched: Ints
+    """Time since then in which no image was looked at, ns."""
 
 
 class Doubt(NamedTuple):
@@ -95,6 +97,10 @@ class Tracks:
         self.unjudged_s += dt
         self._told = None
 
+    def look_away(self, unwatched_ns: int) -> None:
+        """Take note that for so long no image was looked at: no object was missed in that time."""
+        self._history.rows.unwatched[:] += unwatched_ns
+
     def correct(self, rows: Indices, measured: PositionMeasurement, t_ns: int, utc_ns: int) -> None:
         """Correct the objects `rows`, each once, by one measurement each."""
         history = self._history.rows
@@ -103,6 +109,7 @@ class Tracks:
         self._observer.update(rows, measured, since_s)
         history.echoes[rows] += 1
         history.last[rows] = t_ns
+        history.unwatched[rows] = 0
         history.last_utc[rows] = utc_ns
         self._told = None
 
@@ -113,6 +120,7 @@ class Tracks:
         new.state[:], new.echoes[:] = lifecycle.TENTATIVE, 1
         new.first_utc[:] = new.last_utc[:] = utc_ns
         new.born[:] = new.last[:] = t_ns
+        new.unwatched[:] = 0
         doubt.visible[:] = doubt.first_visible[:] = births / (births + clutter)
         doubt.nothing[:] = clutter / (births + clutter)
         self._observer.start(measured)
@@ -127,6 +135,7 @@ class Tracks:
         )
         new.state[:] = lifecycle.HIBERNATED
         new.born[:] = new.last[:] = t_ns
+        new.unwatched[:] = 0
         doubt.visible[:] = doubt.first_visible[:] = [o.existence for o in objects]
         doubt.nothing[:] = 1.0 - doubt.visible
         self._observer.recall(
