@@ -216,7 +216,10 @@ class DbcSettings(Settings, frozen=True):
     time: str | TimeSettings | None = None
     """The INS's clock; none: arrival is a pose's instant."""
     epoch: list[str] | None = None
-    """Messages of one instant in the order of sending; none: those with mapped signals, by identifier."""
+    """Messages of one instant in the order of sending; none: found on the bus, where silence follows the last one."""
+    sequence: list[str] = msgspec.field(default_factory=list)
+    """A signal of each message of an instant, MESSAGE.SIGNAL, that has the same value in all of them, a counter or a
+    time stamp: then their order does not matter."""
     window_s: Seconds = 0.008
     """An epoch must be complete so soon after its instant; shorter than the INS's period, so that no frame of a later
     instant can be in it."""

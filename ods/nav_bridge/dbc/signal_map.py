@@ -71,8 +71,10 @@ class DbcMessage:
     """One message of the map."""
 
     layout: Message
-    place: int | None = None
-    """Position in the epoch; None: it tells status only."""
+    in_epoch: bool = False
+    """It is one of the messages of an instant."""
+    sequence: str | None = None
+    """Signal that all messages of an instant share."""
     readings: list[Reading] = field(default_factory=list)
     clock: Clock | None = None
     conditions: list[Condition] = field(default_factory=list)
@@ -99,7 +101,8 @@ class DbcMessage:
     @cached_property
     def _needed(self) -> tuple[str, ...]:
         clock = [self.clock.signal] if self.clock is not None else []
-        return (*(item.signal for item in self.readings), *(item.signal for item in self.conditions), *clock)
+        shared = [self.sequence] if self.sequence is not None else []
+        return (*(item.signal for item in self.readings), *(item.signal for item in self.conditions), *clock, *shared)
 
 
 @dataclass(frozen=True)
@@ -108,7 +111,10 @@ class DbcMap:
 
     messages: Mapping[CanId, DbcMessage]
     epoch: tuple[DbcMessage, ...]
-    """Those of one instant in the order of sending."""
+    """Those of one instant, in the order of sending where that is told."""
+    order_told: bool
+    shares_number: bool
+    """All of `epoch` have a `sequence`."""
     clock: Clock | None
 
 
@@ -121,13 +127,14 @@ def load_dbc_map(settings: DbcSettings) -> DbcMap:
     if settings.time is not None:
         clock = resolver.add_clock(_as_table(settings.time, TimeSettings))
     epoch = resolver.order(settings.epoch)
+    resolver.add_sequence(settings.sequence, epoch)
     for number, validity in enumerate(settings.valid):
         resolver.add_condition(f"nav.dbc.valid[{number}]", validity)
     messages = resolver.messages.values()
     by_id = {message.can_id: message for message in messages}
     if len(by_id) < len(messages):
         raise DbcError(f"{settings.file}: two of the mapped messages have the same identifier")
-    return DbcMap(by_id, epoch, clock)
+    return DbcMap(by_id, epoch, settings.epoch is not None, bool(settings.sequence), clock)
 
 
 def _as_table(mapped: str | SettingsT, kind: type[SettingsT]) -> SettingsT:
@@ -177,20 +184,29 @@ class _Resolver:
         message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
 
     def order(self, names: Iterable[str] | None) -> tuple[DbcMessage, ...]:
-        """Return the messages of an epoch, those mapped so far, in the order of sending, and number them."""
+        """Return the messages of an epoch, those mapped so far, in the order of sending where that is told."""
         carrying = set(self.messages)
-        if names is None:  # of frames that wait together the one with the lowest identifier wins the bus
-            names = sorted(carrying, key=lambda name: self.messages[name].can_id.number)
-        names = list(names)
+        names = list(self.messages if names is None else names)
         if len(set(names)) < len(names):
             raise self._error("nav.dbc.epoch", "names a message twice")
         missing = carrying - set(names)
         if missing:
             raise self._error("nav.dbc.epoch", f"must name {', '.join(sorted(missing))} too, as it carries a signal")
         epoch = tuple(self._message("nav.dbc.epoch", name) for name in names)
-        for place, message in enumerate(epoch):
-            message.place = place
+        for message in epoch:
+            message.in_epoch = True
         return epoch
+
+    def add_sequence(self, names: Iterable[str], epoch: tuple[DbcMessage, ...]) -> None:
+        key = "nav.dbc.sequence"
+        for name in names:
+            message, signal = self._find(key, name)
+            if not message.in_epoch:
+                raise self._error(key, f"{message.label} carries no signal of an epoch")
+            message.sequence = signal.name
+        lacking = [message.layout.name for message in epoch if message.sequence is None]
+        if names and lacking:
+            raise self._error(key, f"must have a signal of {', '.join(lacking)} too, as it carries a signal")
 
     def _find(self, key: str, name: str) -> tuple[DbcMessage, Signal]:
         """Return message and signal of the text MESSAGE.SIGNAL."""

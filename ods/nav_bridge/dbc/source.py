@@ -7,6 +7,7 @@ from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
+from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import DbcSettings, NavSettings
@@ -33,7 +34,8 @@ class DbcSource(PoseSource):
             self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc_of, counters)
         except OdsError as error:
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
-        self._assembler = DbcEpochAssembler(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
+        kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler
+        self._assembler = kind(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
         self._heard_ns: dict[CanId, int] = {}
         self._unmet: dict[CanId, list[str]] = {}
 
@@ -61,7 +63,7 @@ class DbcSource(PoseSource):
             return None
         self._heard_ns[can_id] = frame.t_ns
         self._unmet[can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
-        return self._pose(message, counts, frame.t_ns) if message.place is not None else None
+        return self._pose(message, counts, frame.t_ns) if message.in_epoch else None
 
     def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
         epoch = self._assembler.take(message, counts, t_ns)
@@ -96,7 +98,7 @@ class DbcSource(PoseSource):
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         heard_ns = self._heard_ns.get(message.can_id)
         limit_ns = self._stale_ns
-        if heard_ns is not None and message.place is None:
+        if heard_ns is not None and not message.in_epoch:
             limit_ns = min(item.holds_ns for item in message.conditions)
         return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
 
@@ -108,9 +110,8 @@ class DbcSource(PoseSource):
 
     def _broken(self, now_ns: int, silent: list[DbcMessage]) -> Iterator[str]:
         """Say why epochs do not become poses though all their messages come."""
-        if now_ns - self._pose_ns > self._stale_ns and not silent and self._assembler.breaks_at is not None:
-            label = self._assembler.breaks_at.label
-            yield f"epochs break off before {label}: it comes more rarely, or in another order than nav.dbc.epoch"
+        if now_ns - self._pose_ns > self._stale_ns and not silent:
+            yield from self._assembler.doubts()
         if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:
             step_ms = 1e3 * self._assembler.step_ns / NS
             yield f"epochs come every {step_ms:.1f} ms: nav.dbc.window_s must be shorter"

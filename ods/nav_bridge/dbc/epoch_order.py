@@ -1,0 +1,92 @@
+"""The order in which the messages of one instant are sent: told by the configuration, or found on the bus."""
+
+from collections.abc import Mapping, Sequence
+
+from ods.nav_bridge.can.frame import CanId
+from ods.nav_bridge.dbc.burst import CYCLES, Burst, Step, find_burst
+from ods.nav_bridge.dbc.signal_map import DbcMessage
+
+MS = 1e6
+
+
+class EpochOrder:
+    """Watches how messages follow each other; knows the order, or says why not.
+
+    There is none before a few instants have been seen. One that is told holds unless the bus contradicts it: the
+    silence between two instants is elsewhere.
+    """
+
+    def __init__(self, messages: Sequence[DbcMessage], told: bool) -> None:
+        self.places: Mapping[CanId, int] = {}
+        """Position of each message in the epoch; empty while it is not known."""
+        self.doubt = ""
+        """Why there is no order, in plain words; "" while there is one, or too little has been seen."""
+        self.silence_ns = 0.0
+        """Usual silence between two instants; 0 where it is not clearly longer than those within one."""
+        self._labels = {message.can_id: message.label for message in messages}
+        self._told = tuple(self._labels) if told else ()
+        self._steps: list[Step] = []
+        self._last: tuple[CanId, int] | None = None
+        if len(messages) == 1:
+            self._adopt(tuple(self._labels))
+
+    def note(self, can_id: CanId, t_ns: int) -> bool:
+        """Take note of a message; tell whether the order is another one now."""
+        if len(self._labels) == 1:
+            return False
+        last, self._last = self._last, (can_id, t_ns)
+        if last is None:
+            return False
+        self._steps.append(Step(last[0], can_id, t_ns - last[1]))
+        if len(self._steps) < CYCLES * len(self._labels):
+            return False
+        burst, self._steps = find_burst(self._steps, self._labels), []
+        return self._judge(burst)
+
+    def _judge(self, burst: Burst) -> bool:
+        order, self.doubt = burst.order, ""
+        self.silence_ns = max(burst.gaps_ns) if order else self.silence_ns
+        if self._told:
+            if order and order != self._told:
+                self.doubt = self._contradiction(order)
+            return self._adopt(() if self.doubt else self._told)
+        if not order and self.places and (not burst.cycle or self._goes_on(burst.cycle)):
+            return False  # found before, and borne out by each epoch or not: a disturbed moment proves nothing
+        if not order:
+            self.doubt = self._uncertainty(burst)
+        return self._adopt(order)
+
+    def _goes_on(self, cycle: tuple[CanId, ...]) -> bool:
+        """Tell whether messages follow each other as they did, wherever an epoch begins."""
+        order = tuple(self.places)
+        first = cycle.index(order[0])
+        return cycle[first:] + cycle[:first] == order
+
+    def _adopt(self, order: tuple[CanId, ...]) -> bool:
+        if order == tuple(self.places):
+            return False
+        self.places = {can_id: place for place, can_id in enumerate(order)}
+        return True
+
+    def _contradiction(self, order: tuple[CanId, ...]) -> str:
+        named = ", ".join(self._labels[can_id] for can_id in order)
+        return (
+            f"epochs are paired wrongly by nav.dbc.epoch: on the bus an instant's messages come as {named}, then there "
+            "is silence: write it so, or leave it out"
+        )
+
+    def _uncertainty(self, burst: Burst) -> str:
+        if burst.rare:
+            named = ", ".join(self._labels[can_id] for can_id in burst.rare)
+            return f"{named}: more rarely than the others: give one rate to all at the INS, or list it in nav.dbc.held"
+        if not burst.cycle:
+            return (
+                "the messages of an instant come in changing order: nav.dbc.sequence must name the counter or time "
+                "stamp that those of one instant share"
+            )
+        gaps = sorted(zip(burst.gaps_ns, burst.cycle, strict=True), reverse=True)[:2]
+        told = ", ".join(f"{gap_ns / MS:.2f} ms after {self._labels[can_id]}" for gap_ns, can_id in gaps)
+        return (
+            f"where an instant's messages begin cannot be told from the bus, its longest silences are alike ({told}): "
+            "nav.dbc.epoch must tell their order, or nav.dbc.sequence a number that they share"
+        )
