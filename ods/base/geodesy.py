@@ -5,6 +5,7 @@ The local frame is the plane that touches the ellipsoid at its origin (height 0)
 Constants: NIMA TR8350.2, third edition. Inverse: B. R. Bowring, Survey Review 23 (1976), 323-327, repeated.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
@@ -14,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import Floats
+from ods.base.quaternion import Quaternion, Vector3
 from ods.base.settings import Settings
 
 SEMI_MAJOR_M = 6378137.0
@@ -80,6 +82,39 @@ class LocalFrame:
     def ned(self, latitude_deg: ArrayLike, longitude_deg: ArrayLike, height_m: ArrayLike) -> Floats:
         """Return (..., 3) local positions of places on the earth."""
         return (ecef_of(latitude_deg, longitude_deg, height_m) - self._origin()) @ self.rotation()
+
+    def turn(self, latitude_deg: float, longitude_deg: float) -> Quaternion:
+        """Return the attitude of a place: it turns vectors north, east, down there into local ones.
+
+        Exact: the product of the turns by -(90 deg + latitude) about east, by the difference in longitude about the
+        earth's axis, and by 90 deg + the origin's latitude about east. Its part about down is the meridians'
+        convergence, 0.14 deg at 57 deg north and 10 km to the east.
+        """
+        east = 0.5 * math.radians(longitude_deg - self.longitude_deg)
+        south = 0.5 * math.radians(self.latitude_deg - latitude_deg)
+        middle = 0.5 * math.radians(self.latitude_deg + latitude_deg)
+        cosine, sine = math.cos(east), math.sin(east)
+        return (
+            cosine * math.cos(south),
+            sine * math.cos(middle),
+            cosine * math.sin(south),
+            -sine * math.sin(middle),
+        )
+
+    def turn_at(self, ned: Vector3) -> Quaternion:
+        """Return `turn` for the place at a local position, m, in plain floats: `geodetic` takes 20 times as long."""
+        north, east, down = ned
+        sine, cosine = math.sin(math.radians(self.latitude_deg)), math.cos(math.radians(self.latitude_deg))
+        normal = SEMI_MAJOR_M / math.sqrt(1.0 - ECCENTRICITY_2 * sine * sine)
+        outward = (normal - down) * cosine - north * sine
+        along_axis = (normal * (1.0 - ECCENTRICITY_2) - down) * sine + north * cosine
+        from_axis = math.hypot(outward, east)
+        reduced = math.atan2(along_axis, from_axis * (1.0 - FLATTENING))
+        latitude = math.atan2(
+            along_axis + SEMI_MINOR_M * ECCENTRICITY_2 / (1.0 - ECCENTRICITY_2) * math.sin(reduced) ** 3,
+            from_axis - SEMI_MAJOR_M * ECCENTRICITY_2 * math.cos(reduced) ** 3,
+        )
+        return self.turn(math.degrees(latitude), self.longitude_deg + math.degrees(math.atan2(east, outward)))
 
     def _origin(self) -> Floats:
         return _ground(self.latitude_deg, self.longitude_deg)

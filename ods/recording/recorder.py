@@ -8,6 +8,7 @@ import numpy as np
 from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import body_to_polar, euler_from_quat, global_to_body
+from ods.base.quaternion import conjugate, product
 from ods.messages import Obstacle, ObstacleList, Ping, Pose
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.sonar_link.files.s7k.contact import Change, Contact, encode_contact
@@ -72,7 +73,8 @@ class Recorder:
             return
         self._last_period = period
         latitude, longitude, height = self._frame.geodetic(pose.position_ned)
-        roll, pitch, yaw = euler_from_quat(pose.attitude)
+        at_place = conjugate(self._frame.turn_at(pose.position_ned))  # a heading is told from true north there
+        roll, pitch, yaw = euler_from_quat(product(at_place, pose.attitude))
         numbers = (np.radians(latitude), np.radians(longitude), height, roll, pitch, yaw)
         try:
             if not np.isfinite(numbers).all():

@@ -11,6 +11,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.base.quaternion import rotated
 from ods.base.settings import Positive, Settings
 from ods.messages import Pose, Quaternion, Vector3
 
@@ -112,7 +113,7 @@ class PoseBuffer:
             t_ns,
             np.array(_mix(a.position_ned, b.position_ned, f)),
             np.array(attitude),
-            np.array(_rotate(attitude, _mix(a.velocity_body, b.velocity_body, f))),
+            np.array(rotated(attitude, _mix(a.velocity_body, b.velocity_body, f))),
             np.array(_mix(a.sigma_position_ned, b.sigma_position_ned, f)),
             np.array(_mix(a.sigma_attitude, b.sigma_attitude, f)),
             0.0,
@@ -123,7 +124,7 @@ class PoseBuffer:
         if abs(t_ns - pose.t_ns) > self._limit_ns:
             return None
         dt = (t_ns - pose.t_ns) / NS
-        velocity = _rotate(pose.attitude, pose.velocity_body)
+        velocity = rotated(pose.attitude, pose.velocity_body)
         return PoseEstimate(
             t_ns,
             np.array([p + v * dt for p, v in zip(pose.position_ned, velocity, strict=True)]),
@@ -171,12 +172,3 @@ def _slerp(a: Quaternion, b: Quaternion, f: float) -> Quaternion:
     w, x, y, z = p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2], p * a[3] + q * b[3]
     norm = math.sqrt(w * w + x * x + y * y + z * z)
     return w / norm, x / norm, y / norm, z / norm
-
-
-def _rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Return the body vector v in the global frame: v + 2 u x (u x v + w v), u the vector part of q."""
-    w, x, y, z = q
-    cx = y * v[2] - z * v[1] + w * v[0]
-    cy = z * v[0] - x * v[2] + w * v[1]
-    cz = x * v[1] - y * v[0] + w * v[2]
-    return v[0] + 2.0 * (y * cz - z * cy), v[1] + 2.0 * (z * cx - x * cz), v[2] + 2.0 * (x * cy - y * cx)

@@ -45,19 +45,20 @@ class SimWorker(Worker[SimConfig]):
         self._bus = self._open_can(run_dir)
         mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
         self._sonar = LiveSonar(images, end, sim, mission, self._line)
-        ins = LiveIns(scene, sim, mission, self._ins())
+        site = load_table(self.settings.onboard, "site", SiteSettings)
+        frame = LocalFrame(site.latitude_deg, site.longitude_deg)
+        ins = LiveIns(scene, sim, mission, self._ins(frame), frame)
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:
             device.start()
 
-    def _ins(self) -> SimulatedIns | SimulatedDbcIns:
+    def _ins(self, frame: LocalFrame) -> SimulatedIns | SimulatedDbcIns:
         sim = self.settings.sim
         if sim.ins == "canopen":
             assert sim.ins_eds is not None  # `SimSettings` has seen to it
             return SimulatedIns(self._bus, sim.ins_eds)
         assert sim.ins_dbc is not None
-        site = load_table(self.settings.onboard, "site", SiteSettings)
-        return SimulatedDbcIns(self._bus, sim.ins_dbc, LocalFrame(site.latitude_deg, site.longitude_deg))
+        return SimulatedDbcIns(self._bus, sim.ins_dbc, frame)
 
     def _open_can(self, run_dir: Path) -> can.BusABC:
         interface, channel = can_of(self.settings.sim.can, run_dir)

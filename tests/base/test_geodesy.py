@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from ods.base.geodesy import SEMI_MAJOR_M, SEMI_MINOR_M, LocalFrame, ecef_of, geodetic_of
+from ods.base.geometry import rotation_matrix
 
 LATITUDES = st.floats(-90.0, 90.0)
 LONGITUDES = st.floats(-180.0, 180.0, exclude_max=True)
@@ -87,3 +89,63 @@ def test_many_at_once() -> None:
     ned = np.random.default_rng(0).uniform(-1e4, 1e4, (7, 3))
     together = np.array(frame.geodetic(ned)).T
     np.testing.assert_array_equal(together, [np.array(frame.geodetic(one)) for one in ned])
+
+
+def geodesic(latitude: float, azimuth: float, length_m: float) -> tuple[float, float, float]:
+    """Return latitude, difference in longitude and azimuth, rad, at the end of a geodesic: its equations, by steps."""
+    state, steps = np.array([latitude, 0.0, azimuth]), 200
+
+    def slope(at: NDArray[np.float64]) -> NDArray[np.float64]:
+        phi, _, alpha = at
+        e2 = 1.0 - (SEMI_MINOR_M / SEMI_MAJOR_M) ** 2
+        across = SEMI_MAJOR_M / math.sqrt(1.0 - e2 * math.sin(phi) ** 2)
+        along = across * (1.0 - e2) / (1.0 - e2 * math.sin(phi) ** 2)
+        turn = math.sin(alpha) * math.tan(phi) / across
+        return np.array([math.cos(alpha) / along, math.sin(alpha) / (across * math.cos(phi)), turn])
+
+    for _ in range(steps):
+        half = state + 0.5 * length_m / steps * slope(state)
+        state = state + length_m / steps * slope(half)
+    phi, away, alpha = state.tolist()
+    return phi, away, alpha
+
+
+@pytest.mark.parametrize("latitude_deg", [57.0, -33.0, 3.0])
+@pytest.mark.parametrize("length_m", [1e4, 5e4])
+def test_a_ship_that_goes_straight_on_turns_against_true_north_but_not_in_the_plane(
+    latitude_deg: float, length_m: float
+) -> None:
+    phi, away, azimuth = geodesic(math.radians(latitude_deg), 0.5 * math.pi, length_m)
+    frame = LocalFrame(latitude_deg, 10.0)
+    turn = frame.turn(math.degrees(phi), 10.0 + math.degrees(away))
+    north, east, _ = rotation_matrix(turn) @ [math.cos(azimuth), math.sin(azimuth), 0.0]
+    assert math.atan2(north, east) == pytest.approx(0.0, abs=2e-9 * (length_m / 1e4) ** 3)
+    convergence = azimuth - 0.5 * math.pi
+    middle = 0.5 * (math.radians(latitude_deg) + phi)
+    assert convergence == pytest.approx(away * math.sin(middle), rel=1e-4)
+    if latitude_deg == 57.0:
+        assert math.degrees(convergence) == pytest.approx({1e4: 0.14, 5e4: 0.7}[length_m], rel=0.05)
+
+
+@given(
+    latitude=st.floats(-89.0, 89.0),
+    longitude=LONGITUDES,
+    ned=st.tuples(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-100.0, 1e4)),
+)
+def test_the_turn_of_a_place_by_steps_along_its_meridian_and_its_plumb_line(
+    latitude: float, longitude: float, ned: tuple[float, float, float]
+) -> None:
+    frame = LocalFrame(latitude, longitude)
+    here = [float(told) for told in frame.geodetic(ned)]
+    if abs(here[0]) > 89.5:
+        return
+
+    def step(change: list[float]) -> NDArray[np.float64]:
+        there, back = np.add(here, change), np.subtract(here, change)
+        way = np.asarray(frame.ned(*there) - frame.ned(*back))
+        return way / np.linalg.norm(way)
+
+    north, down = step([1e-3, 0.0, 0.0]), step([0.0, 0.0, -100.0])
+    axes = np.array([north, np.cross(down, north), down]).T
+    np.testing.assert_allclose(rotation_matrix(frame.turn_at(ned)), axes, atol=1e-8)
+    np.testing.assert_allclose(frame.turn(*here[:2]), frame.turn_at(ned), atol=1e-11)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
@@ -69,6 +70,12 @@ class Bench:
         return self.maker.make({name: VALUES[name] for name in self.fields} | changes, t_ns, NS)
 
 
+def axes_at(latitude_deg: float, longitude_deg: float) -> NDArray[np.float64]:
+    """Return north, east and down at a place as columns: from the earth's axes, turned twice."""
+    turns = Rotation.from_euler("ZY", [longitude_deg, -90.0 - latitude_deg], degrees=True)
+    return np.asarray(turns.as_matrix(), np.float64)
+
+
 def test_every_field_has_values_here() -> None:
     assert set(VALUES) == set(UNITS)
 
@@ -84,12 +91,38 @@ def test_every_way_to_tell_it_gives_the_same_pose(groups: tuple[tuple[str, ...],
     assert pose is not None
     np.testing.assert_allclose(pose.position_ned, PLACE, atol=1e-6)
     np.testing.assert_allclose(pose.velocity_body, (1.5, -0.1, 0.2), atol=1e-12)
-    told = TURN.as_quat(scalar_first=True)
-    assert abs(float(np.dot(pose.attitude, told))) == pytest.approx(1.0, abs=1e-14)
+    there = Rotation.from_matrix(axes_at(LATITUDE, 0.0).T @ axes_at(GEODETIC[0], GEODETIC[1] - LONGITUDE)) * TURN
+    assert abs(float(np.dot(pose.attitude, there.as_quat(scalar_first=True)))) == pytest.approx(1.0, abs=1e-14)
     assert pose.sigma_position_ned == SPREADS.get(groups[3], (0.7, 0.7, 0.7))
     assert pose.sigma_attitude == SPREADS.get(groups[4], (0.01, 0.01, 0.01))
     assert (pose.seq, pose.t_ns, pose.utc_ns) == (0, NS, NS + 7)
     assert not bench.counters
+
+
+@pytest.mark.parametrize("place", PLACES, ids=["metres", "degrees"])
+@pytest.mark.parametrize("velocity", VELOCITIES, ids=["body", "global"])
+@pytest.mark.parametrize(("east_m", "turn_deg"), [(0.0, 0.0), (10_000.0, -0.138), (-50_000.0, 0.69)])
+def test_a_vehicle_far_east_that_heads_north_moves_as_its_pose_says(
+    place: tuple[str, ...], velocity: tuple[str, ...], east_m: float, turn_deg: float
+) -> None:
+    """Along its meridian at 2 m/s; the poses' places against their attitude and velocity."""
+    bench = Bench((*place, *ATTITUDES[0], *velocity))
+    latitude, longitude, altitude = (float(told) for told in FRAME.geodetic([0.0, east_m, 10.0]))
+    degrees_a_metre = 180.0 / math.pi / (6_380_490.0 + altitude)  # by the meridian's radius of curvature there
+    poses = []
+    for seconds in (0.0, 1.0):
+        told = latitude + 2.0 * seconds * degrees_a_metre
+        changes = dict(zip(PLACES[0], FRAME.ned(told, longitude, altitude).tolist(), strict=True))
+        changes |= dict(zip(PLACES[1], (told, longitude, altitude), strict=True)) | {"roll": 0.0, "pitch": 0.0}
+        changes |= {"yaw": 0.0, "u": 2.0, "v": 0.0, "w": 0.0}
+        changes |= {"velocity_north": 2.0, "velocity_east": 0.0, "velocity_down": 0.0}
+        pose = bench.make(**{name: changes[name] for name in bench.fields})
+        assert pose is not None
+        poses.append(pose)
+    turn = Rotation.from_quat(poses[0].attitude, scalar_first=True)
+    moved = np.subtract(poses[1].position_ned, poses[0].position_ned)
+    np.testing.assert_allclose(turn.apply(poses[0].velocity_body), moved, atol=2e-5)
+    assert turn.as_euler("ZYX", degrees=True)[0] == pytest.approx(turn_deg, abs=0.01)
 
 
 def east_of_meridian(latitude_deg: float, longitude_deg: float, height_m: float) -> tuple[float, float, float]:

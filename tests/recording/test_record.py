@@ -200,9 +200,10 @@ def test_poses_are_position_attitude_and_heading_twenty_times_a_second(recording
     )
     assert position[-1].head["height"] == pytest.approx(-VEHICLE_NED[2], abs=0.01)
     assert (attitude[-1].head["roll"], attitude[-1].head["pitch"], attitude[-1].head["heave"]) == pytest.approx(
-        (ROLL, PITCH, 0.0), abs=1e-6
+        (ROLL, PITCH, 0.0),
+        abs=4e-5,  # level is not level at the site 126 m away
     )
-    assert heading[-1].head["heading"] == pytest.approx(HEADING, abs=1e-6)
+    assert heading[-1].head["heading"] == pytest.approx(HEADING, abs=2e-5)
     assert [record.frame["device"] for record in (position[-1], attitude[-1], heading[-1])] == [100, 102, 101]
 
 
@@ -236,8 +237,8 @@ def test_pyread7k_reads_identical_pings_and_the_pose(recording: Recording) -> No
     assert (read.position_set[0].latitude, read.position_set[0].longitude) == pytest.approx(
         place_of(*VEHICLE_NED[:2]), abs=2e-9
     )
-    assert read.heading_set[0].heading == pytest.approx(HEADING, abs=1e-6)
-    assert read.roll_pitch_heave_set[0].pitch == pytest.approx(PITCH, abs=1e-6)
+    assert read.heading_set[0].heading == pytest.approx(HEADING, abs=2e-5)
+    assert read.roll_pitch_heave_set[0].pitch == pytest.approx(PITCH, abs=4e-5)
 
 
 def test_pyread7k_reads_a_file_that_was_cut_off_and_completed(tmp_path: Path) -> None:

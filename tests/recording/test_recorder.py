@@ -113,7 +113,16 @@ def test_a_heading_to_port_of_north_is_written_from_0_to_2_pi(tmp_path: Path) ->
     w, x, y, z = quat_from_euler(0.0, 0.0, -0.5).tolist()
     records, _ = recorded(tmp_path / "x.s7k", msgspec.structs.replace(pose_at(T), attitude=(w, x, y, z)))
     (heading,) = (record.head["heading"] for record in records if record.type == 1013)
-    assert heading == pytest.approx(math.tau - 0.5, abs=1e-6)
+    assert heading == pytest.approx(math.tau - 0.5, abs=2e-5)
+
+
+def test_a_heading_is_written_from_true_north_where_the_vehicle_is(tmp_path: Path) -> None:
+    """10 km to the east at 57 deg: to first order the difference in longitude times the sine of the latitude."""
+    pose = msgspec.structs.replace(pose_at(T), position_ned=(0.0, 10_000.0, 5.0), attitude=(1.0, 0.0, 0.0, 0.0))
+    records, _ = recorded(tmp_path / "x.s7k", pose)
+    (heading,) = (record.head["heading"] for record in records if record.type == 1013)
+    away = 10_000.0 / (6_393_000.0 * math.cos(math.radians(LATITUDE_DEG)))
+    assert heading == pytest.approx(away * math.sin(math.radians(LATITUDE_DEG)), rel=2e-3)
 
 
 def test_a_sonar_process_that_started_anew_lost_nothing(tmp_path: Path) -> None:

@@ -6,6 +6,8 @@ import threading
 from collections.abc import Callable
 
 from ods.base import clock
+from ods.base.geodesy import LocalFrame
+from ods.base.quaternion import conjugate, product
 from ods.messages import Truth
 from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.remote_end import Line
@@ -158,12 +160,18 @@ class LiveSonar:
 
 
 class LiveIns:
-    """The simulated INS: one epoch every period."""
+    """The simulated INS: one epoch every period. It knows its heading from true north where it is."""
 
     def __init__(
-        self, scene: Scene, settings: SimSettings, mission: Mission, ins: SimulatedIns | SimulatedDbcIns
+        self,
+        scene: Scene,
+        settings: SimSettings,
+        mission: Mission,
+        ins: SimulatedIns | SimulatedDbcIns,
+        frame: LocalFrame,
     ) -> None:
         self._scene = scene
+        self._frame = frame
         self._mission = mission
         self._ins = ins
         self._offset_ns = round(settings.ins_clock_offset_s * clock.NS)
@@ -177,6 +185,8 @@ class LiveIns:
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
             vehicle = self._scene.vehicle_at(self._mission.seconds(now - beyond_ms))
-            self._ins.send(device_utc_ns - beyond_ms, vehicle.position_ned, vehicle.attitude, vehicle.velocity_body)
+            place, (w, x, y, z) = vehicle.position_ned, vehicle.attitude.tolist()
+            attitude = product(conjugate(self._frame.turn_at(tuple(place.tolist()))), (w, x, y, z))
+            self._ins.send(device_utc_ns - beyond_ms, place, attitude, vehicle.velocity_body)
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns

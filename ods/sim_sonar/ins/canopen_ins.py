@@ -59,7 +59,8 @@ class SimulatedIns:
         """Send SYNC and one pose epoch, and heartbeat and TIME when due.
 
         `t_device_utc_ns`: the INS's own clock, whole milliseconds (the protocol cuts off the rest). `position_ned` (3,)
-        m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s.
+        m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
+        FRD m/s.
         `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
         """
         self._obey()

@@ -50,7 +50,8 @@ class SimulatedDbcIns:
     ) -> None:
         """Send status and one pose epoch.
 
-        `position_ned` (3,) m, `attitude` (4,) quaternion body to global, `velocity_body` (3,) FRD m/s.
+        `position_ned` (3,) m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
+        FRD m/s.
         `without`: messages, less PREFIX, that an INS that fails does not send.
         """
         if self._power_on_ns is None:
