@@ -18,6 +18,7 @@ from ods.doctor.finding import Finding
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId
 from ods.nav_bridge.can.link import CanLink
+from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
@@ -119,9 +120,10 @@ def _wait(fd: int | None) -> None:
 
 
 def _own_rhythm(nav: NavSettings) -> set[str]:
-    """Return what need not come as often as poses: heartbeat and status."""
-    conditions = nav.dbc.valid if nav.source == "dbc" and nav.dbc else []
-    return {"heartbeat", *(item.signal.partition(".")[0] for item in conditions)}
+    """Return what need not come as often as poses: heartbeat, status, and what is held."""
+    if nav.source != "dbc" or nav.dbc is None:
+        return {"heartbeat"}
+    return {*nav.dbc.held, *(item.signal.partition(".")[0] for item in nav.dbc.valid)}
 
 
 def _waiting(subject: str, nav: NavSettings, source: PoseSource, heard: Heard) -> Finding | None:
@@ -149,6 +151,7 @@ def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
 def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
     """Say how often each expected identifier came."""
     expected = sorted(source.expects().items())
+    otherwise = ", or list it in nav.dbc.held" if isinstance(source, DbcSource) else ""
     fastest = max(frames[can_id] for can_id, what in expected if what not in own_rhythm)
     for can_id, what in expected:
         subject, rate = f"CAN {_name(can_id)}", frames[can_id] / seconds
@@ -156,7 +159,7 @@ def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], sec
             yield Finding("wrong", subject, f"{what}: never came within {seconds:g} s: switch it on at the INS")
         elif frames[can_id] < SLOW * fastest and what not in own_rhythm:
             yield Finding("note", subject, f"{what}: {rate:.1f} Hz, others {fastest / seconds:.1f} Hz: a pose needs "
-                          "all of them, so give them one rate at the INS")  # fmt: skip
+                          f"all of them, so give them one rate at the INS{otherwise}")  # fmt: skip
         else:
             yield Finding("good", subject, f"{what}: {rate:.1f} Hz")
 

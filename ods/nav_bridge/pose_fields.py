@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Callable, Collection, Mapping
+from typing import NamedTuple
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
@@ -37,6 +38,17 @@ NORM_SLACK = 0.02
 """A quaternion further from length 1 than this is none."""
 
 
+class Age(NamedTuple):
+    """How old a field is at the pose's instant."""
+
+    seconds: float
+    growth: float
+    """Of its standard deviation, a second: m or rad."""
+
+
+NO_AGES: Mapping[str, Age] = {}
+
+
 class PoseMaker:
     """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`."""
 
@@ -66,8 +78,13 @@ class PoseMaker:
         self.disbelief = ""
         """Why the newest pose was dropped, in plain words; "" while it was not."""
 
-    def make(self, values: Mapping[str, float], t_ns: int, arrival_ns: int) -> Pose | None:
-        """Return the pose of the instant `t_ns`, None when it is not believable or too old."""
+    def make(
+        self, values: Mapping[str, float], t_ns: int, arrival_ns: int, ages: Mapping[str, Age] = NO_AGES
+    ) -> Pose | None:
+        """Return the pose of the instant `t_ns`, None when it is not believable or too old.
+
+        `ages`: of fields older than that. A place is carried on by the velocity; standard deviations grow.
+        """
         found = self._believable(values)
         if found is None:
             self._counters["epoch_absurd"] += 1
@@ -85,14 +102,23 @@ class PoseMaker:
             seq=self._poses,
             t_ns=t_ns,
             utc_ns=self._utc_of(t_ns),
-            position_ned=place,
+            position_ned=self._carried(place, velocity, attitude, ages) if ages else place,
             attitude=attitude,
             velocity_body=velocity,
-            sigma_position_ned=_spread(values, self._place_sigmas, self._sigmas.position_m),
-            sigma_attitude=_spread(values, self._attitude_sigmas, self._sigmas.attitude_rad),
+            sigma_position_ned=_grown(_spread(values, self._place_sigmas, self._sigmas.position_m), self._place, ages),
+            sigma_attitude=_grown(
+                _spread(values, self._attitude_sigmas, self._sigmas.attitude_rad), self._attitude, ages
+            ),
         )
         self._poses += 1
         return pose
+
+    def _carried(self, place: Vector3, velocity: Vector3, attitude: Quaternion, ages: Mapping[str, Age]) -> Vector3:
+        """Return the place at the pose's instant, each coordinate from its own."""
+        seconds = (ages[name].seconds if name in ages else 0.0 for name in self._place)
+        ways = zip(place, seconds, rotated(attitude, velocity), strict=True)
+        north, east, down = (start + time_s * speed for start, time_s, speed in ways)
+        return north, east, down
 
     def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | None:
         """Return position, attitude as told and body velocity, None when one of them no vehicle has."""
@@ -203,3 +229,14 @@ def _spread(values: Mapping[str, float], names: tuple[str, ...], default: float)
     """Return three standard deviations of three, two (the first counts twice) or no fields."""
     told = [values[name] for name in names] or [default]
     return told[0], told[-2] if len(told) > 1 else told[0], told[-1]
+
+
+def _grown(sigmas: Vector3, names: tuple[str, ...], ages: Mapping[str, Age]) -> Vector3:
+    """Return standard deviations of three fields, or of the angles of a quaternion's four, grown with their ages."""
+    if not ages:
+        return sigmas
+    added = [ages[name].seconds * ages[name].growth if name in ages else 0.0 for name in names]
+    if len(added) > len(sigmas):
+        added = [max(added)] * len(sigmas)
+    first, second, third = (math.hypot(sigma, more) for sigma, more in zip(sigmas, added, strict=True))
+    return first, second, third

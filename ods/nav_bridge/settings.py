@@ -151,8 +151,8 @@ class CanopenSettings(Settings, frozen=True):
             raise ValueError(f"status_bits: {none_of(min(unknown), STATUS_BITS)}")
 
 
-class SignalSettings(Settings, frozen=True):
-    """One signal of a DBC file and what makes a pose field of it: sign x factor x value + offset."""
+class PartSettings(Settings, frozen=True):
+    """One signal of a DBC file: sign x factor x value."""
 
     signal: str
     """MESSAGE.SIGNAL, as the DBC names them."""
@@ -162,14 +162,32 @@ class SignalSettings(Settings, frozen=True):
     """Pose field's unit in one of the signal's, for units that have no name here."""
     sign: Literal[1, -1] = 1
     """-1 turns the signal round: a depth told as altitude."""
-    offset: float = 0.0
-    """Added last, in the field's unit."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
             raise ValueError("factor: give either unit or factor")
         if self.factor is not None and self.factor <= 0.0:
             raise ValueError("factor: must be positive; sign turns a signal round")
+
+
+class SignalSettings(PartSettings, frozen=True):
+    """A signal and what makes a pose field of it: sign x factor x value + plus + offset."""
+
+    plus: str | PartSettings | None = None
+    """A second signal of the same instant that is added: the fraction to the whole, the lower bits to the higher."""
+    offset: float = 0.0
+    """Added last, in the field's unit."""
+
+
+class HeldSettings(Settings, frozen=True):
+    """A message that comes at a rate of its own: its newest values are held."""
+
+    max_age_s: Seconds = 0.5
+    """There is no pose while they are older."""
+    growth_m_s: NonNegative = 0.2
+    """What a second of age adds to the standard deviation of a place, which is carried on by the velocity; m/s."""
+    growth_rad_s: NonNegative = 0.1
+    """And of an angle, rad/s."""
 
 
 class TimeSettings(Settings, frozen=True):
@@ -220,6 +238,8 @@ class DbcSettings(Settings, frozen=True):
     sequence: list[str] = msgspec.field(default_factory=list)
     """A signal of each message of an instant, MESSAGE.SIGNAL, that has the same value in all of them, a counter or a
     time stamp: then their order does not matter."""
+    held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
+    """Messages that come at a rate of their own, by name; they belong to no instant."""
     window_s: Seconds = 0.008
     """An epoch must be complete so soon after its instant; shorter than the INS's period, so that no frame of a later
     instant can be in it."""

@@ -124,6 +124,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("frame_unplaced", "DBC: frames dropped while the order of an instant's messages is not known",
                    trouble=False),
         CounterRow("epoch_parted", "DBC: epochs dropped as the bus was silent within them, not before them"),
+        CounterRow("epoch_aged", "poses dropped: a value that is held was too old"),
         CounterRow("frame_stray", "DBC: frames out of order, repeated, or without the first of their epoch"),
         CounterRow("epoch_unproven", "DBC: epochs dropped as the one before was not whole"),
         CounterRow("pdo_short", "PDOs shorter than their mapping"),

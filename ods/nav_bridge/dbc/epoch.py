@@ -60,7 +60,7 @@ class DbcEpochAssembler:
         """Take the raw counts of one message of the epoch; return the epoch that it completes or proves."""
         if not self._follows(message, t_ns):
             return None
-        self._values |= message.fields(counts)
+        message.add_to(self._values, counts)
         proven = self._read_clock(message.clock, counts) if message.clock is not None else None
         self._next += 1
         complete = self._finish(t_ns) if self._next == len(self._labels) else None

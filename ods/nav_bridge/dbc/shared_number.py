@@ -39,7 +39,7 @@ class SharedNumberAssembler:
             self._counters["frame_stray"] += 1
             return None
         self._missing.remove(message.can_id)
-        self._values |= message.fields(counts)
+        message.add_to(self._values, counts)
         if message.clock is not None:
             assert self._clock is not None
             self._instant_ns = self._clock.instant(counts[message.clock.signal], self._first_ns)

@@ -19,9 +19,16 @@ from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.encoding import read_text
 from ods.nav_bridge.pose_fields import UNITS
-from ods.nav_bridge.settings import DbcSettings, SignalSettings, TimeSettings, ValiditySettings
+from ods.nav_bridge.settings import (
+    DbcSettings,
+    HeldSettings,
+    PartSettings,
+    SignalSettings,
+    TimeSettings,
+    ValiditySettings,
+)
 
-SettingsT = TypeVar("SettingsT", SignalSettings, TimeSettings)
+SettingsT = TypeVar("SettingsT", PartSettings, SignalSettings, TimeSettings)
 LEAST_COUNTS = 2
 """A clock that wraps sooner tells nothing."""
 
@@ -32,7 +39,7 @@ class DbcError(OdsError):
 
 @dataclass(frozen=True)
 class Reading:
-    """One pose field in a message: scale x raw count + offset, in the unit of `pose_fields.UNITS`."""
+    """One pose field, or a part of it, in a message: scale x raw count + offset, in the unit of `pose_fields.UNITS`."""
 
     field: str
     signal: str
@@ -75,6 +82,8 @@ class DbcMessage:
     """It is one of the messages of an instant."""
     sequence: str | None = None
     """Signal that all messages of an instant share."""
+    hold: HeldSettings | None = None
+    """It comes at a rate of its own."""
     readings: list[Reading] = field(default_factory=list)
     clock: Clock | None = None
     conditions: list[Condition] = field(default_factory=list)
@@ -94,9 +103,10 @@ class DbcMessage:
         counts: dict[str, float] = self.layout.decode(data, decode_choices=False, scaling=False)  # type: ignore[assignment]
         return counts if all(math.isfinite(counts[name]) for name in self._needed) else None
 
-    def fields(self, counts: Mapping[str, float]) -> dict[str, float]:
-        """Return the pose fields."""
-        return {item.field: item.scale * counts[item.signal] + item.offset for item in self.readings}
+    def add_to(self, values: dict[str, float], counts: Mapping[str, float]) -> None:
+        """Add the pose fields, or their parts, to those of the same instant."""
+        for item in self.readings:
+            values[item.field] = values.get(item.field, 0.0) + item.scale * counts[item.signal] + item.offset
 
     @cached_property
     def _needed(self) -> tuple[str, ...]:
@@ -126,6 +136,7 @@ def load_dbc_map(settings: DbcSettings) -> DbcMap:
     clock = None
     if settings.time is not None:
         clock = resolver.add_clock(_as_table(settings.time, TimeSettings))
+    resolver.hold(settings.held)
     epoch = resolver.order(settings.epoch)
     resolver.add_sequence(settings.sequence, epoch)
     for number, validity in enumerate(settings.valid):
@@ -153,10 +164,15 @@ class _Resolver:
         key = f"nav.dbc.signals.{name}"
         if name not in UNITS:
             raise self._error(key, f"no pose field: {none_of(name, UNITS)}")
+        self._add_part(key, name, mapped, mapped.offset)
+        if mapped.plus is not None:
+            self._add_part(f"{key}.plus", name, _as_table(mapped.plus, PartSettings), 0.0)
+
+    def _add_part(self, key: str, name: str, mapped: PartSettings, offset: float) -> None:
         message, signal = self._find(key, mapped.signal)
         factor = mapped.factor or self._unit(key, mapped.unit, signal, UNITS[name])
         factor *= mapped.sign
-        scale, offset = factor * float(signal.scale), factor * float(signal.offset) + mapped.offset
+        scale, offset = factor * float(signal.scale), factor * float(signal.offset) + offset
         message.readings.append(Reading(name, signal.name, scale, offset))
 
     def add_clock(self, mapped: TimeSettings) -> Clock:
@@ -184,18 +200,41 @@ class _Resolver:
         message.conditions.append(Condition(signal.name, validity.mask, frozenset(accept), validity.says, holds_ns))
 
     def order(self, names: Iterable[str] | None) -> tuple[DbcMessage, ...]:
-        """Return the messages of an epoch, those mapped so far, in the order of sending where that is told."""
-        carrying = set(self.messages)
-        names = list(self.messages if names is None else names)
+        """Return the messages of an epoch, those mapped and not held, in the order of sending where that is told."""
+        carrying = {name: message for name, message in self.messages.items() if message.hold is None}
+        names = list(carrying if names is None else names)
         if len(set(names)) < len(names):
             raise self._error("nav.dbc.epoch", "names a message twice")
-        missing = carrying - set(names)
+        missing = set(carrying) - set(names)
         if missing:
             raise self._error("nav.dbc.epoch", f"must name {', '.join(sorted(missing))} too, as it carries a signal")
         epoch = tuple(self._message("nav.dbc.epoch", name) for name in names)
+        if any(message.hold is not None for message in epoch):
+            raise self._error("nav.dbc.epoch", "names a message that is held (nav.dbc.held)")
         for message in epoch:
             message.in_epoch = True
         return epoch
+
+    def hold(self, held: Mapping[str, HeldSettings]) -> None:
+        """Take messages out of the epoch."""
+        for name, settings in held.items():
+            key = f"nav.dbc.held.{name}"
+            message = self._message(key, name)
+            if not message.readings or message.clock is not None:
+                told = "carries nav.dbc.time" if message.clock is not None else "carries no signal of nav.dbc.signals"
+                raise self._error(key, f"cannot be held, as it {told}")
+            message.hold = settings
+        homes: dict[str, list[DbcMessage]] = {}
+        for message in self.messages.values():
+            for field_name in dict.fromkeys(item.field for item in message.readings):
+                homes.setdefault(field_name, []).append(message)
+        for field_name, messages in homes.items():
+            if len(messages) > 1 and any(message.hold is not None for message in messages):
+                raise self._error(
+                    f"nav.dbc.signals.{field_name}", "its parts are of one instant only if neither is held"
+                )
+        if held and all(message.hold is not None for message in self.messages.values()):
+            raise self._error("nav.dbc.held", "one message at least must not be held: it says when there is a pose")
 
     def add_sequence(self, names: Iterable[str], epoch: tuple[DbcMessage, ...]) -> None:
         key = "nav.dbc.sequence"

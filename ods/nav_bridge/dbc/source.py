@@ -7,6 +7,7 @@ from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
+from ods.nav_bridge.dbc.held import HeldValues
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
 from ods.nav_bridge.pose_fields import PoseMaker
@@ -17,8 +18,8 @@ from ods.nav_bridge.source import PoseSource, SourceHost
 class DbcSource(PoseSource):
     """One INS by its DBC file and a signal map.
 
-    Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`, and
-    `epoch_invalid` (a status that must hold does not).
+    Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`,
+    `epoch_invalid` (a status that must hold does not), and `epoch_aged` (something held is too old).
     """
 
     def __init__(self, nav: NavSettings, settings: DbcSettings, host: SourceHost) -> None:
@@ -36,6 +37,7 @@ class DbcSource(PoseSource):
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
         kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler
         self._assembler = kind(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
+        self._held = HeldValues(self._map.messages.values())
         self._heard_ns: dict[CanId, int] = {}
         self._unmet: dict[CanId, list[str]] = {}
 
@@ -63,6 +65,8 @@ class DbcSource(PoseSource):
             return None
         self._heard_ns[can_id] = frame.t_ns
         self._unmet[can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
+        if message.hold is not None:
+            self._held.take(message, counts, frame.t_ns)
         return self._pose(message, counts, frame.t_ns) if message.in_epoch else None
 
     def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
@@ -72,7 +76,11 @@ class DbcSource(PoseSource):
         if any(self._unmet.values()) or self._status_missing(t_ns):
             self._counters["epoch_invalid"] += 1
             return None
-        return self._maker.make(epoch.values, epoch.t_ns, t_ns)
+        ages = self._held.add_to(epoch.values, epoch.t_ns)
+        if ages is None:
+            self._counters["epoch_aged"] += 1
+            return None
+        return self._maker.make(epoch.values, epoch.t_ns, t_ns, ages)
 
     def _status_missing(self, now_ns: int) -> bool:
         """Tell whether a status that must hold is unknown or too old."""
@@ -92,12 +100,15 @@ class DbcSource(PoseSource):
             *dropped,
             *not_valid,
             *(self._silence(message, now_ns) for message in silent),
+            *self._held.too_old(now_ns),
             *self._broken(now_ns, silent),
         ]
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         heard_ns = self._heard_ns.get(message.can_id)
         limit_ns = self._stale_ns
+        if heard_ns is not None and message.hold is not None:
+            return False  # `HeldValues` tells
         if heard_ns is not None and not message.in_epoch:
             limit_ns = min(item.holds_ns for item in message.conditions)
         return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
