@@ -77,7 +77,7 @@ def settings(folder: Path, **changes: object) -> DbcSettings:
 def data_of(number: int, t_ns: int) -> dict[str, bytes]:
     """Return the frames of an instant, which is at `t_ns` of the INS's clock, by message."""
     count = number % 256
-    north = (100 * number).to_bytes(3, "little", signed=True)
+    north = number.to_bytes(3, "little", signed=True)
     return {
         "CLOCK": struct.pack("<IBxxx", FIRST_US + t_ns // 1000, count),
         "PLACE": north + north + bytes([count, 0]),
@@ -106,8 +106,8 @@ def frames(manner: Manner, instants: int, chance: Random) -> Iterator[Sent]:
 
 def number_of(pose: Pose) -> int:
     """Return the instant of a pose; asserts that all that it says is of one, but for its time."""
-    number = round(pose.position_ned[0])
-    told = [*pose.position_ned[:2], 100 * pose.position_ned[2], *(1000 * part for part in pose.velocity_body)]
+    number = round(100 * pose.position_ned[0])
+    told = [*(100 * part for part in pose.position_ned), *(1000 * part for part in pose.velocity_body)]
     w, x, y, z = pose.attitude
     roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     assert [round(part) for part in told] == [number] * 6
