@@ -23,7 +23,7 @@ from ods.messages import Pose
 from ods.plots.fan import INK, PAPER
 from ods.runtime.pose_buffer import PoseBuffer
 from ods.tracker import scenario
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.measurement.scan import Scan, echoes_of

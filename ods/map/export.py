@@ -13,7 +13,7 @@ import numpy as np
 
 from ods.base.geodesy import LocalFrame
 from ods.map import geopackage
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 
 LAYER = "obstacles"
 FIELDS = {

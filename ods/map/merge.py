@@ -14,7 +14,8 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.geodesy import LocalFrame
 from ods.messages import Vector3
-from ods.tracker.map.hibernated import HibernatedObjects, MapObject
+from ods.tracker.map.hibernated import HibernatedObjects
+from ods.tracker.map.map_object import MapObject
 
 GATE = 13.28
 """Largest squared distance of a pair: 99 % of chi-square with 4 degrees of freedom. Two entries for one object do less

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 
 from ods.base.clock import NS
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 
 DAY_S = 86400.0
 

@@ -112,8 +112,10 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "pose at transmission taken"),
         CounterRow("obstacle_not_finite", "obstacles left out of a list: a number that is not finite"),
         CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
-        CounterRow("map_unusable", "maps that could not be opened", logged=True),
+        CounterRow("map_unusable", "attempts to open and read the map that failed", logged=True),
         CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),
+        CounterRow("map_stalled", "times the disk let the map wait for more than 3 s", logged=True),
+        CounterRow("map_process_lost", "times the map's process ended; it is started again", logged=True),
         *_POSE_BUFFER,
     ),
     "nav": (

@@ -50,6 +50,7 @@ class Service:
 
     def __init__(self, process: Process, run_dir: Path) -> None:
         self.process = process
+        self.run_dir = run_dir
         self.counters: Counter[str] = Counter()
         self.subscriber: bus.Subscriber
         self._complained: set[str] = set()

@@ -5,7 +5,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
-from ods.tracker.map.hibernated import HibernatedObjects, MapObject
+from ods.tracker.map.hibernated import HibernatedObjects
+from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
 from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of
@@ -37,6 +38,13 @@ class TrackManager:
         self.next_id = first_id
         self.asleep = HibernatedObjects(known)
         self._gate_sigmas = gate_sigmas
+
+    def join(self, known: list[MapObject], first_id: int | None, tracks: Tracks) -> None:
+        """See `Tracker.join`."""
+        here = {*tracks.history.id.tolist(), *self.asleep.ids()}
+        self.asleep.put([o for o in known if o.id not in here])
+        if first_id is not None:
+            self.next_id = first_id if self.next_id >= PROVISIONAL_IDS else max(self.next_id, first_id)
 
     def wake(self, tracks: Tracks, scan: Scan, vehicle: Vehicle) -> None:
         """Let the hibernated objects in and near the sector join the live ones."""

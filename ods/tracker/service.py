@@ -1,5 +1,6 @@
 """The tracker process: detections and poses from the bus, obstacle lists to the planner, the map on disk."""
 
+import time
 from typing import Any
 
 from ods.base import clock
@@ -7,7 +8,7 @@ from ods.messages import Detections, ObstacleList
 from ods.runtime.backlog import Backlog
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
-from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.map.keeper import MapKeeper, provisional_first_id
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.output.closest_approach import Course
@@ -21,8 +22,8 @@ from ods.tracker.warm_up import warm_up
 FUTURE_NS = clock.NS
 """A ping stamped later than now by more than this has a wrong time."""
 
-MAP_PERIOD_NS = clock.NS
-"""Between two attempts to write the map: a kill loses no more than this, a file that is locked delays no list."""
+MAP_WAIT_S = 1.0
+"""The first list waits so long for the map to be read; a disk that takes longer costs its objects until it is there."""
 
 
 class TrackerWorker(Worker[TrackerConfig]):
@@ -36,19 +37,22 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
-        self._map = MapKeeper(settings.tracker.map, origin_deg, service.complain_once)
+        self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._vehicle: Vehicle | None = None
         self._seq = 0
         self._listed_ns = 0
-        self._map_due_ns = 0
         self._tracker: Tracker
         self._inputs: InputMonitor
 
     def start(self) -> None:
-        """Load the map, make the tracker and compile it."""
-        known, first_id = self._map.open()
-        self._tracker = Tracker(self.settings.tracker, known, first_id)
+        """Make the tracker and compile it while the map is read."""
+        self._tracker = Tracker(self.settings.tracker, first_id=provisional_first_id() if self._map.to_be_read else 1)
+        self._look_after_map(clock.monotonic_ns())
         warm_up(self.settings.tracker.observer, self.settings.tracker.association)
+        deadline_ns = clock.monotonic_ns() + round(MAP_WAIT_S * clock.NS)
+        while self._map.to_be_read and not self.problems() and clock.monotonic_ns() < deadline_ns:
+            time.sleep(0.001)
+            self._look_after_map(clock.monotonic_ns())
         self._inputs = InputMonitor(clock.monotonic_ns(), self.service.process.watches)
 
     def handle(self, topic: str, message: Any) -> None:
@@ -64,20 +68,19 @@ class TrackerWorker(Worker[TrackerConfig]):
     def tick(self) -> None:
         """Track the pings that came, or the newest if that is all there is time for; say so when none come.
 
-        Write the map when there is time.
+        Look after the map.
         """
         self._work_off()
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
             self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
-        if now_ns >= self._map_due_ns:
-            self._map_due_ns = now_ns + MAP_PERIOD_NS
-            self._map.flush(self._tracker.next_id)
+        self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
         """Say what is wrong with the map; all else is in the list's own reasons."""
-        return [self._map.problem] if self._map.problem else []
+        problem = self._map.problem(clock.monotonic_ns())
+        return [problem] if problem else []
 
     def stop(self) -> None:
         """Put what rests in view into the map too: the mission ends."""
@@ -92,6 +95,11 @@ class TrackerWorker(Worker[TrackerConfig]):
             began = clock.monotonic_ns()
             self._track(scan)
             self._backlog.worked(clock.monotonic_ns() - began)
+
+    def _look_after_map(self, now_ns: int) -> None:
+        known = self._map.poll(now_ns, self._tracker.next_id)
+        if known is not None:
+            self._tracker.join(known.objects, known.first_id)
 
     def _track(self, message: Detections) -> None:
         if message.t_ns > clock.monotonic_ns() + FUTURE_NS:

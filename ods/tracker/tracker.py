@@ -7,7 +7,7 @@ from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
@@ -42,6 +42,10 @@ class Tracker:
     def next_id(self) -> int:
         """The id that the next new object gets."""
         return self._manager.next_id
+
+    def join(self, known: list[MapObject], first_id: int | None) -> None:
+        """Take in those of the hibernated objects `known` that are not here yet; new ids are `first_id` or more."""
+        self._manager.join(known, first_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
         """Take one ping in. Pings must come in order of time: an older one is left out."""

@@ -7,7 +7,7 @@ from ods.base.clock import NS
 from ods.base.geometry import quat_from_euler
 from ods.messages import Sector
 from ods.runtime.pose_buffer import PoseEstimate
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.observer.registry import make_observer

@@ -16,10 +16,9 @@ from ods.base import clock
 from ods.base.geodesy import LocalFrame
 from ods.cli import main
 from ods.map.export import geojson, utc_text
-from ods.tracker.map.hibernated import MapObject
-from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.store import copy_of_map, open_map
-from ods.tracker.settings import MapSettings, TrackerSettings
+from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
 ORIGIN = (57.048, 10.05)
@@ -147,10 +146,10 @@ def test_merge_makes_a_map_that_a_tracker_starts_from(
         f"3 and 3 objects, 2 of them the same: 4 in {out}",
     ]
     assert (field.read_bytes(), other.read_bytes()) == before
-    keeper = MapKeeper(MapSettings(path=out), ORIGIN, lambda _, line: pytest.fail(line))
-    known, first_id = keeper.open()
+    store = open_map(out, *ORIGIN)
+    known, first_id = store.load(), store.first_free_id()
+    store.close()
     tracker = Tracker(TrackerSettings(), known, first_id)
-    keeper.close(first_id)
     assert sorted(tracker.snapshot().id.tolist()) == [1, 2, 7, 8]
     assert first_id == 9
     new = next(o for o in known if o.id == 8)

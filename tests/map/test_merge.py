@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from ods.base.geodesy import LocalFrame
 from ods.map.merge import Spread, merge, moved
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 
 NO_SPREAD = Spread(0.0, 0.0)
 SPREAD = Spread(0.5, 0.2)

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
 from ods.tracker.track import existence, lifecycle
 from ods.tracker.track.lifecycle import Evidence

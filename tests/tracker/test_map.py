@@ -5,16 +5,21 @@ import signal
 import sqlite3
 import subprocess
 import sys
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ods.base import clock
 from ods.tracker.map import schema
-from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects, MapObject
-from ods.tracker.map.keeper import MapKeeper
+from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects
+from ods.tracker.map.keeper import ID_BLOCK, MapKeeper, provisional_first_id
+from ods.tracker.map.link import OBJECTS_A_PACKET
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import SCHEMA_VERSION
-from ods.tracker.map.store import ID_BLOCK, MapError, copy_of_map, open_map
+from ods.tracker.map.store import MapError, copy_of_map, open_map
 from ods.tracker.settings import MapSettings
 
 ORIGIN = (57.0, 10.0)
@@ -29,7 +34,7 @@ def rock(object_id: int, north: float = 0.0, east: float = 0.0, times_seen: int 
 WRITER = """
 import sys
 from pathlib import Path
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.store import open_map
 
 store = open_map(Path(sys.argv[1]), 57.0, 10.0)
@@ -166,70 +171,158 @@ def test_the_r_tree_of_the_file_follows_every_change(tmp_path: Path) -> None:
 
 
 class Keeper:
-    """A keeper and what it complained of."""
+    """A keeper, what it complained of, and what it found in the file."""
 
-    def __init__(self, path: Path | None) -> None:
+    def __init__(self, path: Path | None, run_dir: Path) -> None:
         self.complaints: list[str] = []
-        self.keeper = MapKeeper(MapSettings(path=path), ORIGIN, lambda key, _: self.complaints.append(key))
+        self.objects: list[MapObject] = []
+        self.first_id: int | None = None
+        self.keeper = MapKeeper(MapSettings(path=path), ORIGIN, run_dir, lambda key, _: self.complaints.append(key))
+
+    def until(self, wanted: Callable[[], object], next_id: int = 1) -> None:
+        """Go on until it is as wanted."""
+        deadline = time.monotonic() + 60.0
+        while not wanted():
+            assert time.monotonic() < deadline, (self.complaints, self.problem())
+            known = self.keeper.poll(clock.monotonic_ns(), next_id)
+            if known is not None:
+                self.objects += known.objects
+                self.first_id = known.first_id
+            time.sleep(0.002)
+
+    def opened(self) -> "Keeper":
+        self.until(lambda: not self.keeper.to_be_read)
+        return self
+
+    def written(self, next_id: int) -> None:
+        self.until(lambda: not self.keeper.pending, next_id)
+
+    def problem(self) -> str:
+        return self.keeper.problem(clock.monotonic_ns())
+
+    def killed(self) -> None:
+        """Leave the map's process as a tracker does that is killed."""
+        assert self.keeper._writer is not None
+        self.keeper._writer.lost(0)
 
 
-def test_ids_of_a_killed_tracker_are_not_used_again(tmp_path: Path) -> None:
-    first = Keeper(tmp_path / "map").keeper
-    assert first.open() == ([], 1)
-    first.flush(next_id=40)  # 39 ids were given out, then: kill -9
-    second = Keeper(tmp_path / "map").keeper
-    _, first_id = second.open()
-    assert 40 <= first_id <= 40 + ID_BLOCK
-    second.close(first_id + 2)  # a clean stop gives the rest back
-    assert Keeper(tmp_path / "map").keeper.open()[1] == first_id + 2
+Make = Callable[[str], Keeper]
 
 
-def test_what_is_kept_and_how_far_it_is_relied_on_later(tmp_path: Path) -> None:
-    first = Keeper(tmp_path / "map")
-    keeper = first.keeper
-    keeper.open()
-    keeper.note([rock(1), rock(2), rock(3, times_seen=2), rock(4, north=float("nan"))], gone=[])
-    keeper.flush(4)
-    assert (first.complaints, keeper.problem) == (["map_not_finite"], "")
-    keeper.note([], gone=[2])
-    keeper.close(4)
-    known, _ = Keeper(tmp_path / "map").keeper.open()
+@pytest.fixture
+def made(tmp_path: Path) -> Iterator[Make]:
+    """Makes keepers of files in `tmp_path`."""
+    keepers: list[Keeper] = []
+
+    def make(name: str) -> Keeper:
+        keepers.append(Keeper(tmp_path / name, tmp_path))
+        return keepers[-1]
+
+    yield make
+    for each in keepers:
+        each.keeper.close(1)
+
+
+def test_ids_of_a_killed_tracker_are_not_used_again(made: Make) -> None:
+    first = made("map").opened()
+    assert (first.objects, first.first_id) == ([], 1)
+    first.keeper.note([rock(7)], [])
+    first.written(next_id=40)  # 39 ids were given out
+    first.killed()
+    second = made("map").opened()
+    assert second.first_id is not None
+    assert 40 <= second.first_id <= 40 + ID_BLOCK
+    second.keeper.close(second.first_id + 2)  # a clean stop gives the rest back
+    assert made("map").opened().first_id == second.first_id + 2
+
+
+def test_provisional_ids_do_not_become_ordinary_ones(made: Make) -> None:
+    """A tracker that could not read the map gave ids of its own; those of later missions go on where they were."""
+    first = made("map").opened()
+    provisional = provisional_first_id()
+    first.keeper.note([rock(7), rock(provisional)], [])
+    first.written(next_id=8)
+    first.keeper.close(next_id=provisional + 1)
+    second = made("map").opened()
+    assert [o.id for o in second.objects] == [7, provisional]
+    assert second.first_id == 1 + ID_BLOCK
+
+
+def test_what_is_kept_and_how_far_it_is_relied_on_later(made: Make) -> None:
+    first = made("map").opened()
+    first.keeper.note([rock(1), rock(2), rock(3, times_seen=2), rock(4, north=float("nan"))], gone=[])
+    first.written(4)
+    assert (first.complaints, first.problem()) == (["map_not_finite"], "")
+    first.keeper.note([], gone=[2])
+    first.keeper.close(4)
+    known = made("map").opened().objects
     assert [o.id for o in known] == [1]
     assert known[0].sigma == pytest.approx((0.50990195, 0.53851648, 3.0))
 
 
-def test_a_map_that_fails_costs_the_map_only(tmp_path: Path) -> None:
+def test_more_objects_than_a_packet_holds(made: Make) -> None:
+    objects = [rock(i + 1, north=1.0 * i) for i in range(2 * OBJECTS_A_PACKET + 7)]
+    first = made("map").opened()
+    first.keeper.note(objects[: OBJECTS_A_PACKET + 1], [])
+    first.written(1000)
+    first.keeper.note(objects, [])
+    first.keeper.close(1000)
+    assert [o.id for o in made("map").opened().objects] == [o.id for o in objects]
+
+
+def test_a_map_that_fails_costs_the_map_only(made: Make, tmp_path: Path) -> None:
     (tmp_path / "map").write_text("rubbish " * 1000)
-    broken = Keeper(tmp_path / "map")
-    assert broken.keeper.open() == ([], 1)
+    broken = made("map")
+    broken.until(broken.problem)
     broken.keeper.note([rock(1)], [])
-    broken.keeper.flush(2)
-    broken.keeper.close(2)
     assert broken.complaints == ["map_unusable"]
-    assert "not a database" in broken.keeper.problem
+    assert "not a database" in broken.problem()
+    (tmp_path / "map").unlink()
+    broken.opened()  # what is mended is used
+    broken.written(2)
+    assert broken.problem() == ""
 
-    locked = Keeper(tmp_path / "other")
-    locked.keeper.open()
-    db = sqlite3.connect(tmp_path / "other", isolation_level=None)
-    db.execute("BEGIN IMMEDIATE")
+
+def test_a_locked_map_is_waited_for(made: Make, tmp_path: Path) -> None:
+    """Nothing that was noted meanwhile is lost, an object that is gone again is never written, and it is said."""
+    locked = made("map").opened()
+    locked.keeper.note([rock(3)], [])
+    locked.written(4)
+    other = sqlite3.connect(tmp_path / "map", isolation_level=None)
+    other.execute("BEGIN IMMEDIATE")
     locked.keeper.note([rock(1)], [])
-    locked.keeper.flush(2)
-    assert "locked" in locked.keeper.problem
-    db.execute("COMMIT")
-    db.close()
-    locked.keeper.flush(2)  # nothing was lost, and the problem is over
-    assert locked.keeper.problem == ""
-    locked.keeper.close(2)
-    assert [o.id for o in Keeper(tmp_path / "other").keeper.open()[0]] == [1]
+    locked.until(lambda: "locked; not written for" in locked.problem(), 4)
+    locked.keeper.note([rock(2, north=1.0)], [3])
+    locked.keeper.note([rock(1, north=2.0)], [2])
+    other.execute("COMMIT")
+    other.close()
+    locked.written(4)
+    assert locked.problem() == ""
+    locked.keeper.close(4)
+    (left,) = made("map").opened().objects
+    assert (left.id, left.position[0]) == (1, 2.0)
 
 
-def test_no_map_is_a_choice() -> None:
-    none = Keeper(None)
-    assert none.keeper.open() == ([], 1)
-    none.keeper.note([rock(1)], [])
+def test_the_map_process_is_started_again(made: Make) -> None:
+    keeper = made("map").opened()
+    keeper.keeper.note([rock(1)], [])
+    assert keeper.keeper._writer is not None
+    assert keeper.keeper._writer._process is not None
+    keeper.keeper._writer._process.kill()
+    keeper.until(lambda: "map_process_lost" in keeper.complaints)
+    assert "its process ended" in keeper.problem()
+    keeper.written(2)
+    assert keeper.problem() == ""
+    assert (keeper.objects, keeper.first_id) == ([], 1)  # nothing is handed out twice
+
+
+def test_no_map_is_a_choice(tmp_path: Path) -> None:
+    none = Keeper(None, tmp_path)
+    assert not none.keeper.to_be_read
+    none.keeper.note([rock(1)], [2])
+    assert none.keeper.poll(0, 5) is None
     none.keeper.close(5)
-    assert none.complaints == []
-    assert none.keeper.problem == ""
+    assert (none.complaints, none.problem(), len(none.keeper.pending)) == ([], "", 0)
 
 
 def test_sleeping_objects_are_found_what_is_near_as_the_vehicle_goes_on() -> None:

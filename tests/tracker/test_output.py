@@ -8,7 +8,7 @@ import pytest
 
 from ods.base.clock import NS
 from ods.messages import Health, Obstacle
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of_map
 from ods.tracker.output.validity import InputMonitor

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker

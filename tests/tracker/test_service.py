@@ -3,152 +3,26 @@
 import math
 import os
 import signal
-import subprocess
-import sys
-import tempfile
 import time
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Iterator
 
 import pytest
-import zmq
 
 from ods.base import clock
-from ods.messages import Detection, Detections, Health, ObstacleList, Pose
-from ods.runtime import bus
 from ods.tracker.map.store import open_map
-from tests.tracker.samples import SECTOR
-
-PROGRAM = """
-import sys
-from pathlib import Path
-from ods.runtime import service
-from ods.base.geodesy import SiteSettings
-from ods.runtime.pose_buffer import PoseSettings
-from ods.runtime.processes import PROCESSES
-from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import MapSettings, PlannerSettings, TrackerConfig, TrackerSettings
-
-folder = Path(sys.argv[1])
-tracker = TrackerSettings(map=MapSettings(path=folder / "map.sqlite"), planner=PlannerSettings(period_s=0.1))
-site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
-config = TrackerConfig(site=site, pose=PoseSettings(), tracker=tracker)
-service.run_worker(TrackerWorker, PROCESSES["tracker"], folder, config)
-"""
-PATIENCE_S = 60.0
-"""The very first start on a machine compiles."""
-MS = 1_000_000
-SOUND = 1480.0
-LISTENING_NS = 140 * MS
-"""Longer than the farthest echo needs."""
-
-
-class Chain:
-    """The other processes, played: poses, detections and health, as long as they are wanted; and the planner."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self.lists: list[ObstacleList] = []
-        self.health: Health | None = None
-        self.alive = {"sonar", "pipeline", "nav"}
-        self.problems: dict[str, list[str]] = {}
-        self.poses = self.pings = True
-        self.echoes = [(40.0, 0.0), (60.0, 0.3)]
-        self.heading: Callable[[float], float] = lambda _: 0.0
-        """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._publishers = {name: bus.Publisher(self._context, folder, name) for name in ("sonar", "pipeline", "nav")}
-        self._subscriber = bus.Subscriber(self._context, folder, ["obstacles"], ["tracker"])
-        self._count = 0
-        self.start()
-
-    def start(self) -> None:
-        self.process = subprocess.Popen([sys.executable, "-c", PROGRAM, str(self.folder)])
-
-    def until(self, wanted: Callable[[ObstacleList], bool]) -> ObstacleList:
-        """Play on until a list is as wanted; return it."""
-        deadline = time.monotonic() + PATIENCE_S
-        while time.monotonic() < deadline:
-            self._play()
-            for topic, message in self._subscriber.receive(0.02)[0]:
-                if topic == "obstacles":
-                    self.lists.append(message)
-                    if wanted(self.lists[-1]):
-                        return self.lists[-1]
-                else:
-                    self.health = message
-        raise AssertionError((self.lists[-1:], self.health))
-
-    def _play(self) -> None:
-        now, k = clock.monotonic_ns(), self._count
-        self._count += 1
-        if self.poses:
-            zeros = (0.0, 0.0, 0.0)
-            half = 0.5 * self.heading(now / clock.NS)
-            attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
-            pose = Pose(k, now, clock.utc_ns(now), (0.0, 0.0, 4.0), attitude, zeros, zeros, zeros)
-            self._publishers["nav"].publish("pose", pose)
-        if k % 10 == 0:
-            for name in self.alive:
-                self.report(name)
-        if self.pings and k % 3 == 0:
-            self.detect(k // 3, now - LISTENING_NS)
-
-    def report(self, name: str) -> None:
-        now = clock.monotonic_ns()
-        problems = self.problems.get(name, [])
-        self._publishers[name].publish("health", Health(name, 1, 0, now, 0, True, problems, {}, {}, {}, {}, 0.0, 0.0))
-
-    def detect(self, number: int, t_ns: int) -> None:
-        found = [
-            Detection(
-                r,
-                b - self.heading(t_ns / clock.NS + 2.0 * r / SOUND),
-                1.0,
-                5.0,
-                3.0,
-                14.0,
-                20,
-                2.0,
-                0.05,
-                sigma_range_m=0.1,
-                sigma_bearing_rad=0.01,
-                sigma_radius_m=0.3,
-            )
-            for r, b in self.echoes
-        ]
-        message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), SOUND, SECTOR, found)
-        self._publishers["pipeline"].publish("detections", message)
-
-    def close(self) -> None:
-        self.process.kill()
-        self.process.wait()
-        for publisher in self._publishers.values():
-            publisher.close()
-        self._subscriber.close()
-        self._context.term()
+from tests.tracker.played import Chain, good, played, says
 
 
 @pytest.fixture
 def chain() -> Iterator[Chain]:
-    with tempfile.TemporaryDirectory(prefix="ods-") as folder:  # a socket path must be short
-        made = Chain(Path(folder))
+    with played() as made:
         yield made
-        made.close()
-
-
-def good(message: ObstacleList) -> bool:
-    return message.valid and len(message.obstacles) == 2
-
-
-def says(text: str) -> Callable[[ObstacleList], bool]:
-    return lambda message: not message.valid and any(text in reason for reason in message.reasons)
 
 
 def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     message = chain.until(good)
     assert message.ping_number >= 0
-    assert message.t_rx_ns == message.t_ns + 2 * MS
+    assert message.t_rx_ns == message.t_ns + 2 * clock.MS
     assert {o.state for o in message.obstacles} == {"active"}
     assert message.obstacles[0].position_ned == pytest.approx((40.0, 0.0, 4.0), abs=0.5)
     approach = message.obstacles[0].cpa

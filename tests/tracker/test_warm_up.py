@@ -9,7 +9,7 @@ import pytest
 import ods.tracker
 from ods.messages import Pose
 from ods.runtime.pose_buffer import PoseBuffer
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.observer.registry import OBSERVERS
 from ods.tracker.settings import LifeSettings, TrackerSettings

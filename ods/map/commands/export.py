@@ -8,7 +8,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.map.commands.files import add_map_argument, add_within_argument, map_file, new_file, read_map
 from ods.map.export import write_geojson, write_geopackage
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 
 MapWriter = Callable[[Path, list[MapObject], LocalFrame], None]
 FORMATS: dict[str, MapWriter] = {".geojson": write_geojson, ".json": write_geojson, ".gpkg": write_geopackage}

@@ -11,7 +11,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.store import MapStore, copy_of_map
 from ods.tracker.settings import TrackerSettings
 

@@ -11,30 +11,11 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
-from ods.messages import Vector3
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
 
 SKIN_M = 20.0
 """The vehicle may move so far before the R-tree is asked again."""
-
-
-class MapObject(msgspec.Struct, frozen=True, gc=False):
-    """A hibernated object, with what was known when it was last seen."""
-
-    id: int
-    position: Vector3
-    """NED, m."""
-    sigma: Vector3
-    """Standard deviations of the position, m."""
-    radius: float
-    sigma_radius: float
-    existence: float
-    times_seen: int
-    first_seen_utc_ns: int
-    last_seen_utc_ns: int
-    hibernated_utc_ns: int
-    covariance_ne: float = 0.0
-    """Covariance of north and east, m^2."""
 
 
 class HibernatedObjects:
@@ -53,6 +34,10 @@ class HibernatedObjects:
 
     def __len__(self) -> int:
         return len(self._objects)
+
+    def ids(self) -> set[int]:
+        """Return the ids of all objects of the map, asleep or awake."""
+        return self._objects.keys() | self._awake.keys()
 
     def put(self, objects: list[MapObject]) -> None:
         """Add objects; one with the id of another replaces it."""

@@ -1,90 +1,167 @@
-"""Keeps the map file in step with the tracker; a file that fails costs the map, never the tracker."""
+"""Keeps the map file in step with the tracker by a process of its own (`writer`): nothing here waits for a disk."""
 
+import logging
 import math
+import secrets
 from collections.abc import Callable, Iterable
+from pathlib import Path
 
 import msgspec
 
-from ods.tracker.map.hibernated import MapObject
-from ods.tracker.map.store import ID_BLOCK, MapError, MapStore, open_map
+from ods.base.clock import NS
+from ods.tracker.map.lag import READ, WRITTEN, Lag
+from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
+from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
+from ods.tracker.map.pending import PendingChanges
+from ods.tracker.map.writer_process import WriterProcess
 from ods.tracker.settings import MapSettings
+
+log = logging.getLogger(__name__)
+
+ID_BLOCK = 1000
+"""Ids are reserved on disk by so many at a time."""
+WRITE_PERIOD_NS = NS
+"""Between two changes of the file: a kill loses no more than this."""
+STOP_S = 1.0
+"""The tracker's end waits so long for the last change; if that takes longer, the map's process goes on alone."""
+PACKETS_A_ROUND = 4
+"""What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
+
+
+def provisional_first_id() -> int:
+    """Return where ids begin while those of the map are not known: where no other mission's ids are, but for a chance
+    of 1e-11. They stay below 2^53, so that planners may keep them as floating point numbers."""
+    return PROVISIONAL_IDS + secrets.randbelow(1 << 52)
 
 
 class MapKeeper:
-    """Collects changes while the tracker works and writes them when there is time."""
+    """Collects changes, has them written one at a time, and hands out what earlier missions left."""
 
     def __init__(
-        self, settings: MapSettings, origin_deg: tuple[float, float], complain: Callable[[str, str], None]
+        self,
+        settings: MapSettings,
+        origin_deg: tuple[float, float],
+        run_dir: Path,
+        complain: Callable[[str, str], None],
     ) -> None:
         """`origin_deg`: latitude and longitude of the local frame; `complain` takes a counter's name and a line."""
-        self.problem = ""
-        """What is wrong with the file; empty when nothing is."""
+        self.pending = PendingChanges()
         self._settings = settings
-        self._origin_deg = origin_deg
+        self._name = f"map {settings.path}"
+        self._writer = None if settings.path is None else WriterProcess(settings.path, origin_deg, run_dir)
+        self._lag = Lag(self._name, complain)
         self._complain = complain
-        self._store: MapStore | None = None
-        self._put: dict[int, MapObject] = {}
-        self._remove: set[int] = set()
-        self._reserved = 1
+        self._open = False
+        self._reserved = 0
+        self._sent: Change | None = None
+        self._due_ns = 0
 
-    def open(self) -> tuple[list[MapObject], int]:
-        """Return the objects of earlier missions and the first id for new ones."""
-        if self._settings.path is None:
-            return [], 1
+    @property
+    def to_be_read(self) -> bool:
+        """There is a map, and not all that is in it was handed out yet."""
+        return self._writer is not None and self._lag.wanted == READ
+
+    def problem(self, now_ns: int) -> str:
+        """Return what is wrong with the file; empty when nothing is."""
+        return self._lag.problem(now_ns)
+
+    def note(self, hibernated: Iterable[MapObject], gone: Iterable[int]) -> None:
+        """Take in what a step changed."""
+        if self._writer is None:
+            return
+        for o in hibernated:
+            if not math.isfinite(sum((*o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.covariance_ne))):
+                self._complain("map_not_finite", f"object {o.id} is not finite and stays out of the map")
+            elif o.times_seen >= self._settings.minimum_times_seen:
+                self.pending.put(o)
+        for object_id in gone:
+            self.pending.remove(object_id)
+
+    def poll(self, now_ns: int, next_id: int) -> Known | None:
+        """Go on with what is to be done, without waiting; return what was read of the file meanwhile.
+
+        Ids are kept reserved ahead of `next_id`, that of the next new object.
+        """
+        if self._writer is None:
+            return None
+        known = None
         try:
-            store = open_map(self._settings.path, *self._origin_deg)
-            known, first_id = store.load(), store.first_free_id()
-        except MapError as error:
-            self._failed("map_unusable", error)
-            return [], 1
-        self._store = store
-        self._reserved = first_id
-        self.flush(first_id)
-        return [self._older(o) for o in known], first_id
+            if self._writer.start(now_ns):
+                self._lag.begin(now_ns)
+            known = self._hear(self._writer, now_ns)
+            self._write(self._writer, now_ns, next_id)
+        except LinkEndedError as error:
+            self._open, self._sent = False, None
+            self._writer.lost(now_ns)
+            self._lag.failed(f"{self._name}: its process ended ({error})")
+            self._complain("map_process_lost", f"{self._name}: its process ended and is started again")
+        self._lag.look(now_ns)
+        return known
+
+    def close(self, next_id: int) -> None:
+        """Have all that is left written, and ids not used given back; a disk that stalls is not waited for."""
+        if self._writer is None:
+            return
+        given_back = next_id if self._open and next_id < PROVISIONAL_IDS else None
+        said = self._writer.finish([*self.pending.all(), Change([], [], given_back)], STOP_S)
+        if said is None and self.pending:
+            log.warning("%s: %d changes were not written when the tracker ended", self._name, len(self.pending))
+        for message in said or ():
+            if isinstance(message, Failed):
+                self._complain("map_write_failed", message.reason)
+
+    def _hear(self, writer: WriterProcess, now_ns: int) -> Known | None:
+        """Take what the map's process says. Raises LinkEndedError."""
+        objects: list[MapObject] = []
+        first_id = None
+        for _ in range(PACKETS_A_ROUND):
+            message = writer.receive()
+            if isinstance(message, Known):
+                objects += message.objects
+                first_id = message.first_id
+                if first_id is not None:
+                    writer.works()
+                    break
+            elif isinstance(message, Written):
+                self._written(now_ns)
+            elif isinstance(message, Failed):
+                self._sent = None
+                self._lag.failed(message.reason)
+                self._complain("map_write_failed" if message.opened else "map_unusable", message.reason)
+        return self._handed_out(objects, first_id, now_ns) if objects or first_id is not None else None
+
+    def _handed_out(self, objects: list[MapObject], first_id: int | None, now_ns: int) -> Known | None:
+        """Return what is news to the tracker: a process that was started again reads the file again."""
+        news = self.to_be_read
+        if first_id is not None:
+            self._open, self._due_ns = True, now_ns
+            self._reserved = max(self._reserved, first_id)
+            self._lag.done(now_ns)
+            self._lag.wanted = WRITTEN
+        return Known([self._older(o) for o in objects if not self.pending.removes(o.id)], first_id) if news else None
 
     def _older(self, known: MapObject) -> MapObject:
         """Return an object as far as it can be relied on in another mission, whose pose has other errors."""
         north, east = (math.hypot(s, self._settings.position_sigma_m) for s in known.sigma[:2])
         return msgspec.structs.replace(known, sigma=(north, east, known.sigma[2]))
 
-    def note(self, hibernated: Iterable[MapObject], gone: Iterable[int]) -> None:
-        """Take in what a step changed."""
-        for o in hibernated:
-            if not math.isfinite(sum((*o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.covariance_ne))):
-                self._complain("map_not_finite", f"object {o.id} is not finite and stays out of the map")
-            elif o.times_seen >= self._settings.minimum_times_seen:
-                self._put[o.id] = o
-                self._remove.discard(o.id)
-        for object_id in gone:
-            self._put.pop(object_id, None)
-            self._remove.add(object_id)
+    def _written(self, now_ns: int) -> None:
+        if self._sent is not None:
+            self.pending.written(self._sent)
+            self._reserved = max(self._reserved, self._sent.next_id or 0)
+        self._sent = None
+        self._lag.done(now_ns)
 
-    def flush(self, next_id: int) -> None:
-        """Write what was noted; keep ids reserved ahead of `next_id`."""
-        if self._store is None:
+    def _write(self, writer: WriterProcess, now_ns: int, next_id: int) -> None:
+        """Have the next changes written, if it is time. Raises LinkEndedError."""
+        if not self._open or self._sent is not None or now_ns < self._due_ns:
             return
-        try:
-            if next_id + ID_BLOCK // 2 > self._reserved:
-                self._store.reserve(next_id + ID_BLOCK)
-                self._reserved = next_id + ID_BLOCK
-            if self._put or self._remove:
-                self._store.change(self._put.values(), self._remove)
-        except MapError as error:
-            self._failed("map_write_failed", error)
+        change = self.pending.first()
+        if next_id < PROVISIONAL_IDS and next_id + ID_BLOCK // 2 > self._reserved:
+            change = msgspec.structs.replace(change, next_id=next_id + ID_BLOCK)
+        elif not self.pending:
             return
-        self._put, self._remove, self.problem = {}, set(), ""
-
-    def close(self, next_id: int) -> None:
-        """Write what is left, give back ids not used, and close the file."""
-        self.flush(next_id)
-        if self._store is None:
-            return
-        try:
-            self._store.reserve(next_id)
-        except MapError as error:
-            self._failed("map_write_failed", error)
-        self._store.close()
-
-    def _failed(self, counter: str, error: MapError) -> None:
-        self.problem = str(error)
-        self._complain(counter, self.problem)
+        if writer.send(change):
+            full = len(change.put) == OBJECTS_A_PACKET
+            self._sent, self._due_ns = change, now_ns + (0 if full else WRITE_PERIOD_NS)
+            self._lag.begin(now_ns)

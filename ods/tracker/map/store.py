@@ -12,16 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from ods.base.errors import OdsError
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
 from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
 
-ID_BLOCK = 1000
-"""Ids are reserved on disk by so many at a time."""
-LOCK_WAIT_S = 0.05
-"""Longest wait of a running tracker for another program that reads or writes the file."""
-OPEN_WAIT_S = 2.0
-"""The same when the file is opened."""
+LOCK_WAIT_S = 2.0
+"""Longest wait for another program that reads or writes the file."""
+RESERVE = "UPDATE mission SET next_id = ?"
 OBJECT_COLUMNS = (
     "id, north, east, down, sigma_north, sigma_east, sigma_down, radius, sigma_radius, existence, times_seen, "
     "first_seen_utc_ns, last_seen_utc_ns, hibernated_utc_ns, covariance_ne"
@@ -60,8 +57,8 @@ class MapStore:
         north, east, distance = area
         return [o for o in found if math.hypot(o.position[0] - north, o.position[1] - east) <= distance]
 
-    def change(self, put: Iterable[MapObject], remove: Iterable[int]) -> None:
-        """Insert or replace objects and remove others by id, all or nothing."""
+    def change(self, put: Iterable[MapObject], remove: Iterable[int], next_id: int | None = None) -> None:
+        """Insert or replace objects and remove others by id, and `reserve` ids if given: all or nothing."""
         rows = [
             (
                 *(o.id, *o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.times_seen),
@@ -75,18 +72,21 @@ class MapStore:
                 f"INSERT OR REPLACE INTO object ({OBJECT_COLUMNS}) VALUES ({','.join('?' * 15)})", rows
             )
             self._db.executemany("DELETE FROM object WHERE id = ?", [(i,) for i in remove])
+            if next_id is not None:
+                self._db.execute(RESERVE, (next_id,))
 
     def first_free_id(self) -> int:
         """Return an id from which on none was ever used."""
         with _told(self._path):
-            (highest,) = self._db.execute("SELECT coalesce(max(id), 0) FROM object").fetchone()
+            ordinary = "SELECT coalesce(max(id), 0) FROM object WHERE id < ?"
+            (highest,) = self._db.execute(ordinary, (PROVISIONAL_IDS,)).fetchone()
             (next_id,) = self._db.execute("SELECT next_id FROM mission").fetchone()
         return max(int(next_id), int(highest) + 1)
 
     def reserve(self, next_id: int) -> None:
         """Note that all ids below `next_id` may be in use."""
         with _told(self._path):
-            self._db.execute("UPDATE mission SET next_id = ?", (next_id,))
+            self._db.execute(RESERVE, (next_id,))
 
     def close(self) -> None:
         """Close the file."""
@@ -100,7 +100,7 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
     """
     with _told(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-        db = sqlite3.connect(path, timeout=OPEN_WAIT_S, isolation_level=None)
+        db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
     with _told(path, db):
         if version_of(db) < SCHEMA_VERSION:
             with db:
@@ -110,7 +110,6 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
                 db.execute(f"INSERT INTO mission SELECT ?, ?, 1 {unused}", (latitude_deg, longitude_deg))
         db.execute("PRAGMA journal_mode = WAL")
         db.execute("PRAGMA synchronous = NORMAL")
-        db.execute(f"PRAGMA busy_timeout = {round(1e3 * LOCK_WAIT_S)}")
         store = MapStore(path, db)
         latitude, longitude = store.origin_deg()
         if (latitude, longitude) != (latitude_deg, longitude_deg):
@@ -146,7 +145,7 @@ def _back_up(path: Path, db: sqlite3.Connection, in_use: bool) -> None:
     """Copy the file into `db`. One not in use is read without the files that SQLite would put beside it."""
     mode = "mode=ro" if in_use else "mode=ro&immutable=1"
     uri = f"{path.absolute().as_uri()}?{mode}"
-    file = sqlite3.connect(uri, uri=True, timeout=OPEN_WAIT_S, isolation_level=None)
+    file = sqlite3.connect(uri, uri=True, timeout=LOCK_WAIT_S, isolation_level=None)
     try:
         file.execute("BEGIN")
         file.execute("SELECT 1 FROM sqlite_master").fetchone()  # takes the lock, or gives up: `backup` never would

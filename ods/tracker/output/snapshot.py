@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import MotionSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks

@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
-from ods.tracker.map.hibernated import MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
