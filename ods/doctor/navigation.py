@@ -4,7 +4,7 @@ import select
 import time
 from collections import Counter
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,10 +16,8 @@ from ods.config import OnboardConfig
 from ods.doctor import pose_sense
 from ods.doctor.finding import Finding
 from ods.messages import Pose
-from ods.nav_bridge.can.frame import CanId
-from ods.nav_bridge.can.link import CanLink
 from ods.nav_bridge.dbc.source import DbcSource
-from ods.nav_bridge.registry import make_source
+from ods.nav_bridge.registry import make_link, make_source
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource
 from ods.runtime.counters import trouble_names
@@ -33,8 +31,8 @@ SLOW = 0.9
 class Heard(NamedTuple):
     """What came while listening."""
 
-    frames: Counter[CanId]
-    """How often each identifier came."""
+    items: Counter[str]
+    """How often each identifier or sentence came."""
     poses: list[Pose]
     problems: list[str]
     """Of interface and source at the end, in plain words."""
@@ -48,7 +46,7 @@ def files(settings: OnboardConfig) -> Iterator[Finding]:
     except OdsError as error:
         yield Finding("wrong", subject, str(error))
         return
-    expected = ", ".join(f"{_name(can_id)} ({what})" for can_id, what in sorted(source.expects().items()))
+    expected = ", ".join(f"{name} ({what})" for name, what in sorted(source.expects().items()))
     yield Finding("good", subject, f"waits for {expected}")
 
 
@@ -71,42 +69,40 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     if waiting:
         yield waiting
         return
-    if not any(heard.frames[can_id] for can_id in source.expects()):
+    if not any(heard.items[name] for name in source.expects()):
         yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
         return
-    yield from _rates(source, heard.frames, _own_rhythm(settings.nav), seconds)
+    yield from _rates(source, heard.items, _own_rhythm(settings.nav), seconds)
     if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
         heard = heard._replace(problems=[])
         counters["own_id_taken"] = 0
     yield from _judge(subject, heard, counters, seconds, settings.pose.max_extrapolation_s)
 
 
-def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource:
+def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource[Any]:
     frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
     return make_source(settings.nav, frame, lambda _id, _data: None, counters)
 
 
-def _hear(settings: OnboardConfig, source: PoseSource, counters: Counter[str], seconds: float) -> Heard:
+def _hear(settings: OnboardConfig, source: PoseSource[Any], counters: Counter[str], seconds: float) -> Heard:
     """Listen; what was counted before the first pose is the rest of an epoch under way, and forgotten."""
     opened: list[int | None] = [None]
-    link = CanLink(
-        settings.nav.can, source.ids, counters, lambda fd: opened.append(fd), lambda _fd: opened.append(None)
-    )
-    frames: Counter[CanId] = Counter()
+    link = make_link(settings.nav, source, counters, lambda fd: opened.append(fd), lambda _fd: opened.append(None))
+    items: Counter[str] = Counter()
     poses: list[Pose] = []
     stop_ns = clock.monotonic_ns() + round(seconds * clock.NS)
     try:
         while clock.monotonic_ns() < stop_ns:
             link.tick()
-            for frame in link.read(clock.monotonic_ns()):
-                frames[CanId(frame.can_id, frame.extended)] += 1
-                pose = source.take(frame)
+            for item in link.read(clock.monotonic_ns()):
+                items[source.name_of(item)] += 1
+                pose = source.take(item)
                 if pose is not None:
                     if not poses:
                         counters.clear()
                     poses.append(pose)
             _wait(opened[-1])
-        return Heard(frames, poses, link.problems() + source.problems(clock.monotonic_ns()))
+        return Heard(items, poses, link.problems() + source.problems(clock.monotonic_ns()))
     finally:
         link.close()
 
@@ -126,9 +122,9 @@ def _own_rhythm(nav: NavSettings) -> set[str]:
     return {*nav.dbc.held, *(item.signal.partition(".")[0] for item in nav.dbc.valid)}
 
 
-def _waiting(subject: str, nav: NavSettings, source: PoseSource, heard: Heard) -> Finding | None:
+def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Heard) -> Finding | None:
     """Judge an INS that says at most that it waits to be started; None when it says more, or nobody would start it."""
-    came = {what for can_id, what in source.expects().items() if heard.frames[can_id]}
+    came = {what for name, what in source.expects().items() if heard.items[name]}
     if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
         return None
     if nav.canopen is not None and nav.canopen.start_ins:
@@ -141,23 +137,23 @@ def _waiting(subject: str, nav: NavSettings, source: PoseSource, heard: Heard) -
 
 def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
     """Say that nothing came that a pose is made of, and what came instead."""
-    others = ", ".join(_name(can_id) for can_id in sorted(heard.frames))
+    others = ", ".join(sorted(heard.items))
     told = [*heard.problems, f"others came: {others}"] if others else heard.problems
     key = "nav.canopen.ins_node_id" if nav.source == "canopen" else "nav.dbc.file"
     asked = f"is the INS on, wired and told to send, and are bit rate and {key} right?"
     return f"nothing that it should send came within {seconds:g} s ({'; '.join(told)}): {asked}"
 
 
-def _rates(source: PoseSource, frames: Counter[CanId], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
+def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
     """Say how often each expected identifier came."""
     expected = sorted(source.expects().items())
     otherwise = ", or list it in nav.dbc.held" if isinstance(source, DbcSource) else ""
-    fastest = max(frames[can_id] for can_id, what in expected if what not in own_rhythm)
-    for can_id, what in expected:
-        subject, rate = f"CAN {_name(can_id)}", frames[can_id] / seconds
+    fastest = max(items[name] for name, what in expected if what not in own_rhythm)
+    for name, what in expected:
+        subject, rate = f"{source.kind} {name}", items[name] / seconds
         if not rate:
             yield Finding("wrong", subject, f"{what}: never came within {seconds:g} s: switch it on at the INS")
-        elif frames[can_id] < SLOW * fastest and what not in own_rhythm:
+        elif items[name] < SLOW * fastest and what not in own_rhythm:
             yield Finding("note", subject, f"{what}: {rate:.1f} Hz, others {fastest / seconds:.1f} Hz: a pose needs "
                           f"all of them, so give them one rate at the INS{otherwise}")  # fmt: skip
         else:
@@ -188,12 +184,8 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
 def _place(pose: Pose) -> str:
     """Return the pose in words, for signs to be checked by eye."""
     north, east, down = pose.position_ned
-    roll, pitch, yaw = np.degrees(euler_from_quat(pose.attitude))
+    roll, pitch, yaw = (np.degrees(euler_from_quat(pose.attitude)).round(1) + 0.0).tolist()  # no -0.0
     return (
         f"north {north:.1f}, east {east:.1f}, down {down:.1f} m, roll {roll:.1f}, pitch {pitch:.1f}, "
         f"yaw {yaw % 360.0:.1f} deg"
     )
-
-
-def _name(can_id: CanId) -> str:
-    return f"0x{can_id.number:08X}" if can_id.extended else f"0x{can_id.number:03X}"

@@ -12,9 +12,9 @@ from ods.config import OnboardConfig
 from ods.doctor import serial_device
 from ods.doctor.finding import Finding
 from ods.runtime.counters import COUNTERS
+from ods.runtime.port.address import TcpAddress, tcp_address
 from ods.runtime.run_dir import is_locked
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
-from ods.sonar_link.port.address import TcpAddress, tcp_address
 from ods.sonar_link.registry import make_protocol
 from ods.sonar_link.settings import SonarSettings
 

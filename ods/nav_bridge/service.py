@@ -1,12 +1,11 @@
-"""Wiring of the nav process: CAN bus and navigation source on one loop, `pose` out."""
+"""Wiring of the nav process: line and navigation source on one loop, `pose` out."""
 
 import logging
 import time
 
 from ods.base import clock
 from ods.base.geodesy import LocalFrame
-from ods.nav_bridge.can.link import CanLink
-from ods.nav_bridge.registry import make_source
+from ods.nav_bridge.registry import make_link, make_source
 from ods.nav_bridge.settings import NavConfig
 from ods.runtime.service import TICK_S, Service, Worker
 
@@ -17,7 +16,7 @@ LATE_S = 0.0005
 
 
 class NavWorker(Worker[NavConfig]):
-    """Reads the CAN bus in the work loop itself and publishes a pose an epoch."""
+    """Reads the line in the work loop itself and publishes each pose."""
 
     def __init__(self, service: Service, settings: NavConfig) -> None:
         super().__init__(service, settings)
@@ -27,10 +26,10 @@ class NavWorker(Worker[NavConfig]):
         self._gather_s = GATHER_S
         self._has_read = False
         self._tick_ns = 0
-        self._link = CanLink(nav.can, self._source.ids, counters, self._opened, self._closing)
+        self._link = make_link(nav, self._source, counters, self._opened, self._closing)
 
     def start(self) -> None:
-        """Try the interface once: bad settings end the process, a missing device does not."""
+        """Try the line once: bad settings end the process, a missing device does not."""
         for library in ("can", "canopen"):  # they tell every attempt; `CanLink` and `problems` tell what matters
             logging.getLogger(library).setLevel(logging.CRITICAL)
         self._link.tick()
@@ -44,7 +43,7 @@ class NavWorker(Worker[NavConfig]):
         self._has_read = True
 
     def tick(self) -> None:
-        """Read a bus that wakes nobody; keep bus and source going."""
+        """Read a line that wakes nobody; keep line and source going."""
         now_ns = clock.monotonic_ns()
         if not self._has_read:
             self._read(now_ns)
@@ -55,8 +54,8 @@ class NavWorker(Worker[NavConfig]):
             self._tick_ns = now_ns + round(self.wait_s() * clock.NS)
 
     def _read(self, woken_ns: int) -> None:
-        for frame in self._link.read(woken_ns):
-            pose = self._source.take(frame)
+        for item in self._link.read(woken_ns):
+            pose = self._source.take(item)
             if pose is not None:
                 self._gather_s = GATHER_S
                 self.service.publish("pose", pose)
@@ -68,15 +67,15 @@ class NavWorker(Worker[NavConfig]):
         return TICK_S if idle_ns is None else min(TICK_S, idle_ns / clock.NS)
 
     def ready(self) -> bool:
-        """Tell whether the bus is open."""
+        """Tell whether the line is open."""
         return self._link.is_open
 
     def problems(self) -> list[str]:
-        """Say what is wrong with bus, INS and pose."""
+        """Say what is wrong with line, INS and pose."""
         return self._link.problems() + self._source.problems(clock.monotonic_ns())
 
     def stop(self) -> None:
-        """Give the interface back."""
+        """Give the line back."""
         self._link.close()
 
     def _send(self, can_id: int, data: bytes) -> None:

@@ -1,14 +1,13 @@
-"""What every kind of navigation source is to the nav process. Without I/O: CAN frames in, poses and plain words out."""
+"""What every kind of navigation source is to the nav process. Without I/O: frames or lines in, poses and words out."""
 
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
 from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
-from ods.nav_bridge.can.frame import CanId, Frame
 
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
@@ -27,27 +26,40 @@ class SourceHost(NamedTuple):
     """UTC, ns, of an instant of CLOCK_MONOTONIC."""
 
 
-class PoseSource(ABC):
-    """One navigation system as its frames tell of it."""
+class Item(Protocol):
+    """What comes off a line: a CAN frame, a line of text."""
+
+    @property
+    def t_ns(self) -> int:
+        """Arrival, CLOCK_MONOTONIC."""
+
+
+ItemT = TypeVar("ItemT", bound=Item)
+
+
+class PoseSource(ABC, Generic[ItemT]):
+    """One navigation system as what it sends tells of it."""
+
+    kind: ClassVar[str]
+    """What it speaks: CAN, NMEA."""
 
     def __init__(self, stale_s: float, now_ns: int) -> None:
         self._stale_ns = round(stale_s * NS)
         self._pose_ns = now_ns
 
-    @property
     @abstractmethod
-    def ids(self) -> frozenset[CanId]:
-        """CAN identifiers that `take` wants."""
+    def expects(self) -> dict[str, str]:
+        """Return what must come for a pose, by the name that `name_of` gives it, with a word on what it carries."""
 
     @abstractmethod
-    def expects(self) -> dict[CanId, str]:
-        """Return what must come for a pose, by identifier, with a word on what it carries."""
+    def name_of(self, item: ItemT) -> str:
+        """Return what people call the item: its CAN identifier, its sentence."""
 
-    def take(self, frame: Frame) -> Pose | None:
-        """Take one frame; return the pose that it completes."""
-        pose = self._take(frame)
+    def take(self, item: ItemT) -> Pose | None:
+        """Take one item; return the pose that it completes."""
+        pose = self._take(item)
         if pose is not None:
-            self._pose_ns = frame.t_ns
+            self._pose_ns = item.t_ns
         return pose
 
     def problems(self, now_ns: int) -> list[str]:
@@ -61,11 +73,11 @@ class PoseSource(ABC):
         silent_ns = now_ns - self._pose_ns
         return silent_ns if silent_ns > self._stale_ns else 0
 
-    def opened(self) -> None:  # noqa: B027
-        """Take note that the bus has been opened."""
+    def opened(self) -> None:
+        """Take note that the line has been opened."""
 
-    def tick(self, now_ns: int) -> None:  # noqa: B027
-        """Send what is due; called often while the bus is open."""
+    def tick(self, now_ns: int) -> None:
+        """Send what is due; called often while the line is open."""
 
     def waits_for_start(self, now_ns: int) -> bool:
         """Tell whether the source is there, as far as one can hear, but will send nothing until it is started."""
@@ -76,7 +88,7 @@ class PoseSource(ABC):
         return None
 
     @abstractmethod
-    def _take(self, frame: Frame) -> Pose | None: ...
+    def _take(self, item: ItemT) -> Pose | None: ...
 
     @abstractmethod
     def _complaints(self, now_ns: int) -> list[str]: ...

@@ -3,11 +3,11 @@
 from collections import Counter
 
 from ods.messages import Ping
-from ods.sonar_link.port.address import tcp_address
-from ods.sonar_link.port.port import Port
-from ods.sonar_link.port.serial_port import SerialPort
-from ods.sonar_link.port.tcp_port import TcpPort
-from ods.sonar_link.port.udp_listener import UdpListener
+from ods.runtime.port.address import tcp_address
+from ods.runtime.port.port import Port
+from ods.runtime.port.serial_port import SerialPort
+from ods.runtime.port.tcp_port import TcpPort
+from ods.runtime.port.udp_listener import UdpListener
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
 

@@ -7,7 +7,7 @@ import importlib
 from collections import Counter
 from typing import TYPE_CHECKING, NamedTuple
 
-from ods.sonar_link.port.address import Transport
+from ods.runtime.port.address import Transport
 
 if TYPE_CHECKING:
     from ods.sonar_link.protocol import SonarProtocol

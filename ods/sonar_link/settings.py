@@ -7,8 +7,8 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
+from ods.runtime.port.address import transport_of
 from ods.sonar_link.oculus.settings import OculusSettings
-from ods.sonar_link.port.address import transport_of
 from ods.sonar_link.registry import PROTOCOLS
 from ods.sonar_link.s7k.settings import S7kSettings
 

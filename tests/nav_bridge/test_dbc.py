@@ -680,6 +680,7 @@ def test_nothing_is_sent_and_nothing_of_canopen_is_listened_to() -> None:
     sent: list[tuple[int, bytes]] = []
     nav = NavSettings(source="dbc", dbc=SBG)
     source = make_source(nav, SITE, lambda can_id, data: sent.append((can_id, data)), Counter())
+    assert isinstance(source, DbcSource)
     assert source.ids == {CanId(number, extended=False) for number in (STATUS, *IDS)}
     source.opened()
     for step in range(100):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ods.sonar_link.port.serial_port import SerialPort
+from ods.runtime.port.serial_port import SerialPort
 from tests.sonar_link.sonar_samples import Device
 
 MS = 1_000_000

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from ods.sonar_link.port.address import TcpAddress, tcp_address
-from ods.sonar_link.port.tcp_port import CONNECT_S, TcpPort
+from ods.runtime.port.address import TcpAddress, tcp_address
+from ods.runtime.port.tcp_port import CONNECT_S, TcpPort
 from ods.sonar_link.settings import SonarSettings
 
 MS = 1_000_000

@@ -26,6 +26,10 @@ class CanId(NamedTuple):
     number: int
     extended: bool
 
+    def __str__(self) -> str:
+        """As people write it: 0x185, or 0x18FEF000 with all its digits."""
+        return f"0x{self.number:08X}" if self.extended else f"0x{self.number:03X}"
+
 
 class Frame(NamedTuple):
     """A data frame as it came off the bus."""

@@ -3,7 +3,7 @@
 import contextlib
 import logging
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,7 @@ from ods.nav_bridge.can.python_can_bus import PythonCanBus
 from ods.nav_bridge.can.slcan_bus import SlcanBus
 from ods.nav_bridge.can.socketcan_bus import SocketcanBus
 from ods.nav_bridge.can.stamp_clock import StampClock
+from ods.nav_bridge.link import Descriptor, Link
 from ods.nav_bridge.settings import CanSettings
 
 log = logging.getLogger(__name__)
@@ -33,10 +34,9 @@ FailedBus = (can.CanError, OSError)
 AnyBus = SocketcanBus | SlcanBus | PythonCanBus
 
 
-class CanLink:
+class CanLink(Link[Frame]):
     """One CAN interface, kept open.
 
-    Without a thread: its owner calls `read` when the descriptor given to `opened` is readable, and `tick` often.
     `closing` comes before that descriptor is closed. Counts `can_opened`, `can_lost`, `can_silent`, `can_unsent`, and
     what `BusErrors`, `StampClock` and the buses count.
     """
@@ -46,8 +46,8 @@ class CanLink:
         settings: CanSettings,
         ids: Iterable[CanId],
         counters: Counter[str],
-        opened: Callable[[int | None], None],
-        closing: Callable[[int | None], None],
+        opened: Descriptor,
+        closing: Descriptor,
     ) -> None:
         self._settings = settings
         self._ids = sorted(ids)

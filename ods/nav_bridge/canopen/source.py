@@ -6,6 +6,7 @@ from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import EMCY, HEARTBEAT, SYNC, TIME, CanId, Frame
+from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.epoch import Epoch, EpochAssembler
 from ods.nav_bridge.canopen.ins_monitor import BOOT_UP, PRE_OPERATIONAL, InsMonitor
@@ -18,7 +19,7 @@ from ods.nav_bridge.canopen.pose import CanopenPose
 from ods.nav_bridge.canopen.recent_event import RecentEvent
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
-from ods.nav_bridge.source import PoseSource, SourceHost
+from ods.nav_bridge.source import SourceHost
 
 SYNC_AGE_NS = 20_000_000
 """A SYNC older than this when an epoch begins did not trigger it."""
@@ -26,7 +27,7 @@ START_PERIOD_NS = NS
 """Between two commands that start the INS."""
 
 
-class CanopenSource(PoseSource):
+class CanopenSource(CanSource):
     """One INS by its EDS, and the node that this process is. Counts `epoch_contested`: dropped while two INSs send."""
 
     def __init__(self, nav: NavSettings, settings: CanopenSettings, host: SourceHost) -> None:
@@ -67,12 +68,12 @@ class CanopenSource(PoseSource):
         """Those of the PDOs, of the INS's other services, and of our own node."""
         return frozenset(CanId(number, extended=False) for number in {*self._layouts, *self._handlers})
 
-    def expects(self) -> dict[CanId, str]:
+    def expects(self) -> dict[str, str]:
         """Return the PDOs, and the heartbeat if it is waited for."""
-        found = {CanId(layout.cob_id, extended=False): " ".join(layout.fields) for layout in self._layouts.values()}
+        found = {layout.cob_id: " ".join(layout.fields) for layout in self._layouts.values()}
         if self._settings.heartbeat_timeout_s:
-            found[CanId(HEARTBEAT + self._settings.ins_node_id, extended=False)] = "heartbeat"
-        return found
+            found[HEARTBEAT + self._settings.ins_node_id] = "heartbeat"
+        return {str(CanId(number, extended=False)): what for number, what in found.items()}
 
     def opened(self) -> None:
         """Announce our own node."""
@@ -95,17 +96,17 @@ class CanopenSource(PoseSource):
         """Return how long `tick` may wait: until the next SYNC, if we send it."""
         return self._node.idle_ns(now_ns)
 
-    def _take(self, frame: Frame) -> Pose | None:
-        if frame.extended:
+    def _take(self, item: Frame) -> Pose | None:
+        if item.extended:
             self._counters["can_extended"] += 1
             return None
-        layout = self._layouts.get(frame.can_id)
+        layout = self._layouts.get(item.can_id)
         if layout is None:
-            handler = self._handlers.get(frame.can_id)
+            handler = self._handlers.get(item.can_id)
             if handler is not None:
-                handler(frame)
+                handler(item)
             return None
-        epoch = self._assembler.take(layout, frame)
+        epoch = self._assembler.take(layout, item)
         return self._pose_of(epoch) if epoch else None
 
     def _pose_of(self, epoch: Epoch) -> Pose | None:

@@ -6,16 +6,17 @@ from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
+from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.held import HeldValues
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import DbcSettings, NavSettings
-from ods.nav_bridge.source import PoseSource, SourceHost
+from ods.nav_bridge.source import SourceHost
 
 
-class DbcSource(PoseSource):
+class DbcSource(CanSource):
     """One INS by its DBC file and a signal map.
 
     Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`,
@@ -46,28 +47,28 @@ class DbcSource(PoseSource):
         """Those of the mapped messages."""
         return frozenset(self._map.messages)
 
-    def expects(self) -> dict[CanId, str]:
+    def expects(self) -> dict[str, str]:
         """Return the mapped messages by name."""
-        return {can_id: message.layout.name for can_id, message in self._map.messages.items()}
+        return {str(can_id): message.layout.name for can_id, message in self._map.messages.items()}
 
-    def _take(self, frame: Frame) -> Pose | None:
-        can_id = CanId(frame.can_id, frame.extended)
+    def _take(self, item: Frame) -> Pose | None:
+        can_id = CanId(item.can_id, item.extended)
         message = self._map.messages.get(can_id)
         if message is None:
-            self._counters["frame_twin"] += CanId(frame.can_id, not frame.extended) in self._map.messages
+            self._counters["frame_twin"] += CanId(item.can_id, not item.extended) in self._map.messages
             return None
-        if len(frame.data) < message.layout.length:
+        if len(item.data) < message.layout.length:
             self._counters["frame_short"] += 1
             return None
-        counts = message.counts(frame.data)
+        counts = message.counts(item.data)
         if counts is None:
             self._counters["frame_not_finite"] += 1
             return None
-        self._heard_ns[can_id] = frame.t_ns
-        self._unmet[can_id] = [item.says for item in message.conditions if not item.met(counts[item.signal])]
+        self._heard_ns[can_id] = item.t_ns
+        self._unmet[can_id] = [told.says for told in message.conditions if not told.met(counts[told.signal])]
         if message.hold is not None:
-            self._held.take(message, counts, frame.t_ns)
-        return self._pose(message, counts, frame.t_ns) if message.in_epoch else None
+            self._held.take(message, counts, item.t_ns)
+        return self._pose(message, counts, item.t_ns) if message.in_epoch else None
 
     def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
         epoch = self._assembler.take(message, counts, t_ns)

@@ -6,6 +6,7 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.messages import Ping
+from ods.runtime.port.address import tcp_address
 from ods.sonar_link.device_clock import DeviceClock
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.control import FireControl
@@ -15,7 +16,6 @@ from ods.sonar_link.oculus.status import StatusBoard, model_of
 from ods.sonar_link.orders import Controls, Orders
 from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
-from ods.sonar_link.port.address import tcp_address
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
 

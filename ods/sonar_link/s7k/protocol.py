@@ -7,10 +7,10 @@ import msgspec
 
 from ods.base import clock
 from ods.messages import Ping
+from ods.runtime.port.address import transport_of
 from ods.sonar_link.device_clock import DeviceClock
 from ods.sonar_link.orders import configured_orders
 from ods.sonar_link.ping_builder import listening_ns
-from ods.sonar_link.port.address import transport_of
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.s7k import records, remote_control
 from ods.sonar_link.s7k.assembler import MAX_SONARS, Assembler

@@ -7,7 +7,7 @@ from typing import Any
 
 import serial
 
-from ods.sonar_link.port.port import PORT_READ_BYTES, Port, PortError
+from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
 
 
 class SerialPort(Port):

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from ods.sonar_link.port.udp_listener import MAX_DATAGRAMS, Datagram, UdpListener
+from ods.runtime.port.udp_listener import MAX_DATAGRAMS, Datagram, UdpListener
 
 S = 1_000_000_000
 

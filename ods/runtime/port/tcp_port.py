@@ -7,8 +7,8 @@ import socket
 from collections import Counter
 
 from ods.base.clock import NS
-from ods.sonar_link.port.address import TcpAddress
-from ods.sonar_link.port.port import PORT_READ_BYTES, Port, PortError
+from ods.runtime.port.address import TcpAddress
+from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
 
 CONNECT_S = 5.0
 """A connection that takes longer is given up."""

@@ -1,0 +1,21 @@
+"""What every kind of navigation source on CAN is: frames in, poses and plain words out."""
+
+from abc import abstractmethod
+
+from ods.nav_bridge.can.frame import CanId, Frame
+from ods.nav_bridge.source import PoseSource
+
+
+class CanSource(PoseSource[Frame]):
+    """One navigation system as its frames tell of it."""
+
+    kind = "CAN"
+
+    @property
+    @abstractmethod
+    def ids(self) -> frozenset[CanId]:
+        """Identifiers that `take` wants."""
+
+    def name_of(self, item: Frame) -> str:
+        """Return the frame's identifier."""
+        return str(CanId(item.can_id, item.extended))

@@ -1,0 +1,40 @@
+"""What every kind of line to a navigation system is to the nav process."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator
+from typing import Generic, TypeVar
+
+ItemT_co = TypeVar("ItemT_co", covariant=True)
+Descriptor = Callable[[int | None], None]
+"""Is told of a descriptor to poll; None: there is none, its owner reads often."""
+
+
+class Link(ABC, Generic[ItemT_co]):
+    """A line that is opened, read, and opened again when it fails.
+
+    Without a thread: its owner calls `read` when the descriptor that it was told of is readable, and `tick` often.
+    """
+
+    @property
+    @abstractmethod
+    def is_open(self) -> bool:
+        """Tell whether the line is open."""
+
+    @abstractmethod
+    def tick(self) -> None:
+        """Open the line when it is due, give it up when there is reason to. Raises OdsError for bad settings."""
+
+    @abstractmethod
+    def read(self, woken_ns: int) -> Iterator[ItemT_co]:
+        """Yield what has arrived; `woken_ns`: when the first of it came, if nothing stamps it."""
+
+    @abstractmethod
+    def problems(self) -> list[str]:
+        """Say in plain words what is wrong with the line."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give the line back."""
+
+    def send(self, can_id: int, data: bytes) -> None:
+        """Send a standard CAN data frame; other lines are only listened to."""
