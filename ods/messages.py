@@ -16,6 +16,8 @@ Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 Scale = Literal["linear", "db", "log8"]
 SampleType = Literal["u1", "u2", "f4"]
+UtcSource = Literal["clock", "ins", "unsure"]
+"""Whose UTC a message bears: this computer's clock, the INS's, or one that is not to be relied on."""
 Count = Annotated[int, msgspec.Meta(ge=0)]
 SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
 """What a sonar can be asked for, m."""
@@ -145,6 +147,8 @@ class Pose(msgspec.Struct, frozen=True):
     """Standard deviations, m."""
     sigma_attitude: Vector3
     """Standard deviations of roll, pitch, yaw, rad."""
+    utc_source: UtcSource = "unsure"
+    """Whose `utc_ns` it is: this computer's clock, the INS's, or one that is not to be relied on."""
 
 
 TrackState = Literal["active", "stand_by", "hibernated", "terminated"]
@@ -219,6 +223,9 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """False: do not rely on this list to be complete; `reasons` says why."""
     reasons: list[str]
     obstacles: list[Obstacle]
+    utc_source: UtcSource = "unsure"
+    """Whose UTC the list and its obstacles bear: this computer's clock, the INS's, or one that is not to be relied on.
+    The list's validity does not depend on it."""
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -1,5 +1,6 @@
 """The one module that reads the machine's clocks, and the units of time."""
 
+import ctypes
 import time
 
 NS = 1_000_000_000
@@ -8,6 +9,8 @@ MS = 1_000_000
 """Nanoseconds in a millisecond."""
 DAY_MS = 86_400_000
 """Milliseconds in a day."""
+NOT_SYNCHRONIZED = 5
+"""What adjtimex(2) returns, TIME_ERROR; below 0 it may not be asked."""
 
 
 def monotonic_ns() -> int:
@@ -27,3 +30,10 @@ def utc_offset_ns() -> int:
         before, utc, after = time.monotonic_ns(), time.time_ns(), time.monotonic_ns()
         readings.append((after - before, utc - (before + after) // 2))
     return min(readings)[1]
+
+
+def synchronized() -> bool:
+    """Tell whether the kernel knows of somebody who keeps UTC right: NTP, PTP."""
+    timex = ctypes.create_string_buffer(512)
+    state: int = ctypes.CDLL(None).adjtimex(timex)
+    return 0 <= state < NOT_SYNCHRONIZED

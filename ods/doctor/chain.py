@@ -8,7 +8,8 @@ from ods.messages import Pose
 from ods.pipeline.settings import PipelineSettings
 
 DR_M = 0.05
-AT_REST = Pose(0, 0, 0, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+ZEROS = (0.0, 0.0, 0.0)
+AT_REST = Pose(0, 0, 0, ZEROS, (1.0, *ZEROS), ZEROS, ZEROS, ZEROS)
 
 
 def examine(settings: PipelineSettings) -> Iterator[Finding]:

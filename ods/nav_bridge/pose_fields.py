@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from typing import NamedTuple
 
 from ods.base.clock import NS
@@ -11,6 +11,7 @@ from ods.base.geodesy import LocalFrame
 from ods.base.quaternion import conjugate, from_euler, product, rotated
 from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
+from ods.nav_bridge.utc import Utc
 
 PLACES = ("north", "east", "down"), ("latitude", "longitude", "altitude")
 """From the site's origin; or on WGS 84, and above the site's datum."""
@@ -58,12 +59,12 @@ class PoseMaker:
         frame: LocalFrame,
         limits: LimitSettings,
         sigmas: SigmaSettings,
-        utc_of: Callable[[int], int],
+        utc: Utc,
         counters: Counter[str],
     ) -> None:
         """Choose by the names that will come. Raises OdsError when they do not make a pose, or one is left over."""
         self._frame, self._limits, self._sigmas = frame, limits, sigmas
-        self._utc_of, self._counters = utc_of, counters
+        self._utc, self._counters = utc, counters
         self._poses = 0
         self._place = _needed(PLACES, fields)
         self._attitude = _needed(ATTITUDES, fields)
@@ -97,11 +98,12 @@ class PoseMaker:
             return None
         self.disbelief = ""
         place, attitude, velocity = found
+        utc_ns, utc_source = self._utc.at(t_ns)
         attitude = product(self._turn_at(values, place), attitude)
         pose = Pose(
             seq=self._poses,
             t_ns=t_ns,
-            utc_ns=self._utc_of(t_ns),
+            utc_ns=utc_ns,
             position_ned=self._carried(place, velocity, attitude, ages) if ages else place,
             attitude=attitude,
             velocity_body=velocity,
@@ -109,6 +111,7 @@ class PoseMaker:
             sigma_attitude=_grown(
                 _spread(values, self._attitude_sigmas, self._sigmas.attitude_rad), self._attitude, ages
             ),
+            utc_source=utc_source,
         )
         self._poses += 1
         return pose

@@ -12,11 +12,12 @@ from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.link import Descriptor, Link
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource, Send, SourceHost
+from ods.nav_bridge.utc import Utc, WallClock
 
 
 def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource[Any]:
     """Return the source that the settings choose. Raises OdsError when its files cannot be used."""
-    host = SourceHost(frame, send, counters, clock.monotonic_ns(), clock.utc_ns)
+    host = SourceHost(frame, send, counters, clock.monotonic_ns(), Utc(_wall_clock))
     if nav.source == "dbc":
         assert nav.dbc is not None  # `NavSettings` has seen to it
         return DbcSource(nav, nav.dbc, host)
@@ -30,3 +31,7 @@ def make_link(
     """Return the line to a source; `opened` and `closing` are told of its descriptor."""
     assert isinstance(source, CanSource)
     return CanLink(nav.can, source.ids, counters, opened, closing)
+
+
+def _wall_clock() -> WallClock:
+    return WallClock(clock.utc_offset_ns(), clock.synchronized())

@@ -8,6 +8,7 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
+from ods.nav_bridge.utc import Utc
 
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
@@ -22,8 +23,7 @@ class SourceHost(NamedTuple):
     counters: Counter[str]
     now_ns: int
     """When it was made, CLOCK_MONOTONIC."""
-    utc_of: Callable[[int], int]
-    """UTC, ns, of an instant of CLOCK_MONOTONIC."""
+    utc: Utc
 
 
 class Item(Protocol):

@@ -25,11 +25,12 @@ def warm_up(settings: PipelineSettings) -> None:
     dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
     phases = settings.attention.every if settings.attention.near_m > 0.0 else 1
     chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
+    zeros = (0.0, 0.0, 0.0)
     kinds = list(product(get_args(SampleType), get_args(Scale)))
     for range0_m in (settings.min_range_m - 0.5, settings.min_range_m + 0.5):
         for number, (dtype, scale) in enumerate(kinds):
             for phase in range(phases if number else max(phases, _PINGS)):
-                pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+                pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
                 chain.process(made_up_ping(dtype, scale, range0_m, dr_m), pose=pose)
 
 

@@ -105,7 +105,7 @@ def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, se
         while not stopped.is_set() and (seconds is None or now - begun < seconds * clock.NS):
             received, _ = subscriber.receive(STATUS_PERIOD_S)
             now = clock.monotonic_ns()
-            for topic, message in sorted(received, key=lambda item: item[1].utc_ns):
+            for topic, message in sorted(received, key=lambda item: item[1].t_ns):
                 heard[topic] = now
                 recorder.take(message)
             for subscription in subscriber.subscriptions:

@@ -19,6 +19,9 @@ RECORDED_DEVICES = (SONAR_DEVICE, *POSE_SENSORS)
 POSE_PERIOD_NS = NS // 20
 """Readers interpolate; at 100 Hz poses would be nine tenths of all records."""
 POSES_KEPT = 400
+YEAR_2100_NS = 4_102_444_800 * NS
+STEP_NS = NS
+"""A change of UTC by less is no step."""
 MAX_EXTRAPOLATION_S = 0.5
 
 
@@ -38,15 +41,31 @@ class Recorder:
         self._last_period: int | None = None
         self._last_seq: dict[str, int] = {}
         self._known: dict[int, tuple[str, int]] = {}
+        self._ahead_ns: int | None = None
+        self._told_ns: int | None = None
 
-    def take(self, message: msgspec.Struct) -> None:
+    def take(self, message: Ping | ObstacleList | Pose) -> None:
         """Write a message of any topic."""
+        utc_ns = self._own_utc(message)
         if isinstance(message, Ping):
-            self._take_ping(message)
+            self._take_ping(msgspec.structs.replace(message, utc_ns=utc_ns))
         elif isinstance(message, ObstacleList):
-            self._take_obstacles(message)
-        elif isinstance(message, Pose):
-            self._take_pose(message)
+            self._take_obstacles(message, utc_ns)
+        else:
+            self._take_pose(message, utc_ns)
+
+    def _own_utc(self, message: Ping | ObstacleList | Pose) -> int:
+        """Return UTC of a message by that of the first one: times in the file go on evenly, whatever clock steps."""
+        ahead_ns = message.utc_ns - message.t_ns
+        if self._ahead_ns is None:
+            if not 0 <= message.utc_ns < YEAR_2100_NS:
+                return message.utc_ns
+            self._ahead_ns = ahead_ns
+        if isinstance(message, Pose):  # pings bear another clock's UTC
+            if self._told_ns is not None and abs(ahead_ns - self._told_ns) > STEP_NS:
+                self.counters["utc_steps"] += 1
+            self._told_ns = ahead_ns
+        return message.t_ns + self._ahead_ns
 
     def _follow(self, what: str, seq: int) -> bool:
         """Count a gap in a sequence; tell whether it began anew, as its publisher did."""
@@ -65,7 +84,7 @@ class Recorder:
         else:
             self.counters["pings"] += 1
 
-    def _take_pose(self, pose: Pose) -> None:
+    def _take_pose(self, pose: Pose, utc_ns: int) -> None:
         self._follow("poses", pose.seq)
         self._poses.insert(pose)
         period = pose.t_ns // POSE_PERIOD_NS
@@ -79,14 +98,14 @@ class Recorder:
         try:
             if not np.isfinite(numbers).all():
                 raise ValueError("a pose is not a number")
-            frames = encode_pose(GeodeticPose(*map(float, numbers)), pose.utc_ns)
+            frames = encode_pose(GeodeticPose(*map(float, numbers)), utc_ns)
         except (ValueError, ArithmeticError):
             self.counters["unfit_poses"] += 1
             return
         self._writer.write(frames)
         self.counters["poses"] += 1
 
-    def _take_obstacles(self, picture: ObstacleList) -> None:
+    def _take_obstacles(self, picture: ObstacleList, utc_ns: int) -> None:
         if self._follow("lists", picture.seq):
             self._known.clear()  # another tracker, which may give the same ids anew
         changes = [
@@ -99,7 +118,9 @@ class Recorder:
             self.counters["contacts_without_pose"] += len(changes)
             return
         for obstacle, change in changes:
-            self._write_contact(obstacle, change, picture, vehicle)
+            seen_ns = obstacle.last_seen_utc_ns + utc_ns - picture.utc_ns
+            contact = self._contact(obstacle, change, vehicle, (picture.ping_number, seen_ns))
+            self._write_contact(obstacle, contact, utc_ns)
 
     def _change(self, obstacle: Obstacle) -> Change | None:
         """Say what is new since the last record of an obstacle; None: nothing."""
@@ -110,27 +131,28 @@ class Recorder:
             return Change.CREATED
         return Change.MODIFIED if known != (obstacle.state, obstacle.last_seen_utc_ns) else None
 
-    def _write_contact(self, obstacle: Obstacle, change: Change, picture: ObstacleList, vehicle: PoseEstimate) -> None:
+    def _write_contact(self, obstacle: Obstacle, contact: Contact, utc_ns: int) -> None:
         try:
-            frame = encode_contact(self._contact(obstacle, change, picture, vehicle), picture.utc_ns)
+            frame = encode_contact(contact, utc_ns)
         except (ValueError, ArithmeticError):
             self.counters["unfit_contacts"] += 1
             return
         self._writer.write(frame)
         self.counters["contacts"] += 1
-        if change is Change.DELETED:
+        if contact.change is Change.DELETED:
             del self._known[obstacle.id]
         else:
             self._known[obstacle.id] = obstacle.state, obstacle.last_seen_utc_ns
 
-    def _contact(self, obstacle: Obstacle, change: Change, picture: ObstacleList, vehicle: PoseEstimate) -> Contact:
+    def _contact(self, obstacle: Obstacle, change: Change, vehicle: PoseEstimate, seen: tuple[int, int]) -> Contact:
+        """`seen`: ping number and UTC, ns."""
         latitude, longitude, _ = self._frame.geodetic(obstacle.position_ned)
         body = global_to_body(obstacle.position_ned, vehicle.position_ned, vehicle.attitude)
         range_m, bearing_rad, _ = body_to_polar(body)
         return Contact(
             target_id=obstacle.id,
-            ping_number=picture.ping_number,
-            seen_utc_ns=obstacle.last_seen_utc_ns,
+            ping_number=seen[0],
+            seen_utc_ns=seen[1],
             change=change,
             range_m=float(range_m),
             bearing_rad=float(bearing_rad),

@@ -47,6 +47,8 @@ class Backlog(Generic[MessageT]):
 
     def slowness(self) -> str:
         """Say in plain words how work and messages go together."""
+        if not self.work_ns:
+            return "pings came while it started"
         return f"a ping takes {self.work_ns / 1e6:.1f} ms to process, they come every {self.interval_ns / 1e6:.1f} ms"
 
 

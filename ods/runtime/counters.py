@@ -110,6 +110,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("pings_without_pose", "pings without a pose at transmission: objects only carried on"),
         CounterRow("pings_without_reception_pose", "pings without a pose at reception, or without a sound speed: the "
                    "pose at transmission taken"),
+        CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start go with them", trouble=False),
         CounterRow("obstacle_not_finite", "obstacles left out of a list: a number that is not finite"),
         CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
         CounterRow("map_unusable", "attempts to open and read the map that failed", logged=True),
@@ -181,6 +182,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("unfit_pings", "pings that s7k cannot carry, such as samples of scale `db`"),
         CounterRow("unfit_contacts", "obstacles that s7k cannot carry"),
         CounterRow("unfit_poses", "poses that s7k cannot carry"),
+        CounterRow("utc_steps", "steps of UTC by more than 1 s: the recording goes on in the UTC that it began with"),
         CounterRow("contacts_without_pose", "changes not written yet, because the vehicle's pose was not known"),
         *(CounterRow(f"bad_{topic}", f"`{topic}` messages that are none; they are among the lost ones too")
           for topic in ("ping", "obstacles", "pose")),

@@ -4,7 +4,7 @@ import time
 from typing import Any
 
 from ods.base import clock
-from ods.messages import Detections, ObstacleList
+from ods.messages import Detections, ObstacleList, UtcSource
 from ods.runtime.backlog import Backlog
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
@@ -17,6 +17,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
+from ods.tracker.utc import VehicleUtc
 from ods.tracker.warm_up import warm_up
 
 FUTURE_NS = clock.NS
@@ -40,6 +41,9 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._vehicle: Vehicle | None = None
         self._seq = 0
+        started_ns = clock.monotonic_ns()
+        source: UtcSource = "clock" if clock.synchronized() else "unsure"
+        self._utc = VehicleUtc(started_ns, clock.utc_offset_ns(), source)
         self._listed_ns = 0
         self._tracker: Tracker
         self._inputs: InputMonitor
@@ -60,6 +64,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         if topic == "pose":
             self._poses.insert(message)
             self._inputs.pose(message.t_ns)
+            self._utc.hear(message)
         elif topic == "detections":
             self._backlog.add(message, message.seq, message.t_ns)
         else:
@@ -70,11 +75,12 @@ class TrackerWorker(Worker[TrackerConfig]):
 
         Look after the map.
         """
+        self._follow_utc()
         self._work_off()
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
-            self._list(now_ns, clock.utc_ns(now_ns), ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
+            self._list(now_ns, ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
@@ -84,8 +90,15 @@ class TrackerWorker(Worker[TrackerConfig]):
 
     def stop(self) -> None:
         """Put what rests in view into the map too: the mission ends."""
-        self._map.note(self._tracker.resting(clock.utc_ns()), ())
+        self._map.note(self._tracker.resting(self._utc.at(clock.monotonic_ns())), ())
         self._map.close(self._tracker.next_id)
+
+    def _follow_utc(self) -> None:
+        moved = self._utc.follow(clock.monotonic_ns())
+        if moved is not None:
+            step_s = moved.step_ns / clock.NS
+            self.service.complain_once("utc_steps", f"UTC steps by {step_s:+.1f} s: stamps since the start go with it")
+            self._map.note(self._tracker.restamp(moved), ())
 
     def _work_off(self) -> None:
         scans, skipped = self._backlog.take()
@@ -118,7 +131,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         self.service.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
-        self._list(message.t_ns, message.utc_ns, message.ping_number, message.t_rx_ns, pose)
+        self._list(message.t_ns, message.ping_number, message.t_rx_ns, pose)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
 
     def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
@@ -138,7 +151,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, seen_from.sigma_attitude)
         return Scan(
             message.t_ns,
-            message.utc_ns,
+            self._utc.at(message.t_ns),
             vehicle,
             message.sector,
             echoes,
@@ -153,13 +166,15 @@ class TrackerWorker(Worker[TrackerConfig]):
         last, self._ping_seq = self._ping_seq, seq
         return 0 if last is None else max(0, seq - last - 1)
 
-    def _list(self, t_ns: int, utc_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
+    def _list(self, t_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
         """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""
         now_ns = clock.monotonic_ns()
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         obstacles = self._lister.obstacles(self._snapshot(t_ns), course)
-        message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, not reasons, reasons, obstacles)
+        utc_ns, utc_source = self._utc.at(t_ns), self._utc.source
+        valid = not reasons
+        message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, valid, reasons, obstacles, utc_source)
         self.service.publish("obstacles", message)
         self._seq += 1
         self._listed_ns = now_ns

@@ -15,6 +15,7 @@ from ods.tracker.prediction import predict_scan
 from ods.tracker.settings import STATIC, TrackerSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
+from ods.tracker.utc import Restamp
 
 FIRST_SCANS = 2
 """In so many images after the start all objects are new: one that is there may be missed in the very first."""
@@ -81,6 +82,11 @@ class Tracker:
         live, sleepers = snapshot_of(self._tracks), self._manager.asleep
         asleep = sleepers.all() if within is None else sleepers.near(within[0][:2], within[1])
         return live.joined(snapshot_of_map(asleep)) if asleep else live
+
+    def restamp(self, moved: Restamp) -> list[MapObject]:
+        """Follow a step of UTC; return what the map has to be told."""
+        self._tracks.restamp(moved)
+        return self._manager.asleep.restamp(moved)
 
     def resting(self, utc_ns: int) -> list[MapObject]:
         """Return the live confirmed objects that do not move, as objects of the map: for the end of the mission."""

@@ -12,6 +12,7 @@ from ods.nav_bridge.can.frame import Frame
 from ods.nav_bridge.canopen.source import CanopenSource
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
+from ods.nav_bridge.utc import Utc, WallClock
 
 CONFIG = Path(__file__).parents[2] / "config"
 EDS = CONFIG / "ins.eds"
@@ -30,7 +31,9 @@ class Bench:
         settings = CanopenSettings(ins_eds=eds, node_eds=CONFIG / "ods_node.eds", **changes)
         nav = NavSettings(canopen=settings)
         self.sent: list[tuple[int, bytes]] = []
-        host = SourceHost(LocalFrame(57.0, 9.9), self._send, self.counters, 0, lambda t_ns: t_ns + UTC_OFFSET)
+        self.wall_clock = WallClock(UTC_OFFSET, synchronized=True)
+        utc = Utc(lambda: self.wall_clock)
+        host = SourceHost(LocalFrame(57.0, 9.9), self._send, self.counters, 0, utc)
         self.source = CanopenSource(nav, settings, host)
 
     def _send(self, can_id: int, data: bytes) -> None:

@@ -17,6 +17,7 @@ from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.object_map import object_map
 from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
 from ods.nav_bridge.settings import POSE_OBJECTS
+from ods.nav_bridge.utc import WallClock
 from ods.runtime.pose_buffer import PoseBuffer
 from tests.nav_bridge.canopen_samples import DAY_MS, EDS, IDS, MS, PERIOD, UTC_OFFSET, Bench, lost, pdos
 
@@ -272,15 +273,38 @@ def test_emergencies_are_said_bounded_and_reset() -> None:
     assert bench.source.problems(2 * MS) == []
 
 
-def test_utc_of_the_ins_is_compared_with_ours() -> None:
+@pytest.mark.parametrize(
+    ("ins_ahead_s", "status", "synchronized", "ahead_s", "source"),
+    [
+        (None, 15, True, 0.0, "clock"),
+        (None, 15, False, 0.0, "unsure"),
+        (0.3, 15, True, 0.0, "clock"),
+        (3600.0, 15, True, 0.0, "unsure"),
+        (3600.0, 15, False, 3600.0, "ins"),
+        (-1.2e9, 15, False, -1.2e9, "ins"),
+        (3600.0, 7, False, 0.0, "unsure"),  # the INS says that its time is not valid
+        (3600.0, 7, True, 0.0, "clock"),
+    ],
+)
+def test_utc_is_that_of_the_better_clock_and_no_problem(
+    ins_ahead_s: float | None, status: int, synchronized: bool, ahead_s: float, source: str
+) -> None:
     bench = Bench()
     bench.take(0x705, b"\x05", 0)
-    utc_ms = (UTC_OFFSET + 10 * MS) // MS
-    days, ms = divmod(utc_ms - 441_763_200_000, DAY_MS)  # CiA 301 counts from 1984-01-01
-    bench.take(0x100, struct.pack("<IH", ms, days), 10 * MS)
+    bench.wall_clock = WallClock(UTC_OFFSET, synchronized)
+    if ins_ahead_s is not None:
+        ms = (UTC_OFFSET + 10 * MS) // MS + round(1000 * ins_ahead_s)
+        days, ms = divmod(ms - 441_763_200_000, DAY_MS)  # CiA 301 counts from 1984-01-01
+        bench.take(0x100, struct.pack("<IH", ms, days), 10 * MS)
+    (pose,) = bench.epoch(2, status=status)
+    assert pose.utc_source == source
+    assert pose.utc_ns - pose.t_ns - UTC_OFFSET == pytest.approx(ahead_s * NS, abs=MS)
     assert bench.source.problems(20 * MS) == []
-    bench.take(0x100, struct.pack("<IH", ms + 12_300, days), 10 * MS)
-    assert bench.source.problems(20 * MS) == ["UTC of the INS is +12.3 s from this machine's"]
+
+
+def test_a_malformed_time_message_is_counted() -> None:
+    bench = Bench()
+    days = 14_000
     for data in (b"", bytes(5), struct.pack("<IH", DAY_MS, days)):
         bench.take(0x100, data, 10 * MS)
     assert bench.counters["time_bad"] == 3

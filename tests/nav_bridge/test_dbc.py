@@ -32,6 +32,7 @@ from ods.nav_bridge.registry import make_source
 from ods.nav_bridge.settings import DbcSettings, NavSettings, SignalSettings, TimeSettings, ValiditySettings
 from ods.nav_bridge.source import SourceHost
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from tests.nav_bridge.made_up_clock import utc_ahead
 
 CONFIG = Path(__file__).parents[2] / "config"
 DBC = CONFIG / "sbg.dbc"
@@ -61,7 +62,8 @@ class Bench:
     def __init__(self, dbc: DbcSettings = SBG, status: int | None = 0xF4) -> None:
         self.counters: Counter[str] = Counter()
         nav = NavSettings(source="dbc", dbc=dbc)
-        host = SourceHost(SITE, lambda *_: None, self.counters, 0, lambda t_ns: t_ns + UTC_OFFSET)
+        host = SourceHost(SITE, lambda *_: None, self.counters, 0, utc_ahead(UTC_OFFSET))
+
         self.source = DbcSource(nav, dbc, host)
         self.status = status
         self._knows_order = False

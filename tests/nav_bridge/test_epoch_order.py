@@ -16,6 +16,7 @@ from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import DbcSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 from tests.nav_bridge.handmade_ins import IDS, MS, NS, Manner, frames, number_of, settings
+from tests.nav_bridge.made_up_clock import utc_ahead
 
 ORDERS = list(itertools.permutations(IDS))
 CLOCK_FIRST = ("CLOCK", "PLACE", "DEPTH", "TURN", "SPEED")
@@ -36,7 +37,7 @@ class Run:
 
     def __init__(self, dbc: DbcSettings, manner: Manner, instants: int = 40, seed: int = 0) -> None:
         self.counters: Counter[str] = Counter()
-        host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, self.counters, 0, lambda t_ns: t_ns)
+        host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, self.counters, 0, utc_ahead(0))
         source = DbcSource(NavSettings(source="dbc", dbc=dbc, stale_s=0.1), dbc, host)
         self.numbers: list[int] = []
         arrived = sorted(frames(manner, instants, Random(seed)))
@@ -125,7 +126,7 @@ def test_messages_in_changing_order_or_rate_are_told_apart(told: DbcSettings) ->
 
 def test_an_ins_that_is_set_to_another_order_while_running_is_followed(told: DbcSettings) -> None:
     counters: Counter[str] = Counter()
-    host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, counters, 0, lambda t_ns: t_ns)
+    host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, counters, 0, utc_ahead(0))
     source = DbcSource(NavSettings(source="dbc", dbc=told), told, host)
     numbers = []
     for order, numbers_now in ((CLOCK_FIRST, range(30)), ((*CLOCK_FIRST[2:], *CLOCK_FIRST[:2]), range(30, 70))):

@@ -14,6 +14,7 @@ from ods.nav_bridge.dbc.signal_map import DbcError
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings, PartSettings, SignalSettings
 from ods.nav_bridge.source import SourceHost
+from tests.nav_bridge.made_up_clock import utc_ahead
 
 TEXT = """VERSION ""
 BU_: INS
@@ -60,7 +61,7 @@ class Vehicle:
 
     def __init__(self, settings: DbcSettings) -> None:
         self.counters: Counter[str] = Counter()
-        host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, self.counters, 0, lambda t_ns: t_ns)
+        host = SourceHost(LocalFrame(57.0, 9.9), lambda *_: None, self.counters, 0, utc_ahead(0))
         self.source = DbcSource(NavSettings(source="dbc", dbc=settings, stale_s=0.2), settings, host)
 
     def take(self, can_id: int, data: bytes, t_ns: int) -> Pose | None:

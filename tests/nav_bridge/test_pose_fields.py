@@ -26,6 +26,7 @@ from ods.nav_bridge.pose_fields import (
     PoseMaker,
 )
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
+from tests.nav_bridge.made_up_clock import utc_ahead
 
 LATITUDE, LONGITUDE = 57.048, 9.9187
 FRAME = LocalFrame(LATITUDE, LONGITUDE)
@@ -57,9 +58,7 @@ class Bench:
     def __init__(self, fields: Iterable[str], limits: LimitSettings | None = None) -> None:
         self.counters: Counter[str] = Counter()
         self.fields = list(fields)
-        self.maker = PoseMaker(
-            self.fields, FRAME, limits or LimitSettings(), SIGMAS, lambda t_ns: t_ns + 7, self.counters
-        )
+        self.maker = PoseMaker(self.fields, FRAME, limits or LimitSettings(), SIGMAS, utc_ahead(7), self.counters)
 
     def make(self, **changes: float) -> Pose | None:
         """Make a pose of VALUES and changes."""

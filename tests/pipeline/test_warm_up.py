@@ -62,9 +62,9 @@ def test_warm_up_covers_every_stage(name: str, attention: AttentionSettings) -> 
     intensity = np.ones((60, 2000))
     for range_m, bearing in ((15.0, -0.3), (40.0, 0.0), (41.5, 0.06), (80.0, 0.3)):
         intensity += 400.0 * body_echo("half", 1.5, range_m, bearing, fan_bearings(60), 2000)
-    rng = np.random.default_rng(4)
+    rng, zeros = np.random.default_rng(4), (0.0, 0.0, 0.0)
     for number in range(3):
         frame = np.minimum(10.0 * speckle(rng, intensity), 255.0).astype(np.uint8)
-        pose = Pose(number, number, number, (0.2 * number, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), *[(0.0, 0.0, 0.0)] * 3)
+        pose = Pose(number, number, number, (0.2 * number, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
         assert chain.process(make_ping(frame, t_ns=number * 10**8), pose=pose).detections
     assert compiled() == known

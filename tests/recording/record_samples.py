@@ -33,7 +33,7 @@ def simulated_pings(count: int, linear16: bool) -> list[Ping]:
     """Return the first pings of a scene by the SeaBat 6012: record 7042's samples, or with `linear16` record 7018's."""
     scene = load_scene(ROOT / "config" / "scenes" / "figure11.toml")
     images = ImageSimulator(find_sonar("seabat6012"), scene, 7)
-    pings = [images.ping(n * 0.15, n, n * PERIOD_NS, START_NS + n * PERIOD_NS) for n in range(count)]
+    pings = [images.ping(n * 0.15, n, START_NS + n * PERIOD_NS, START_NS + n * PERIOD_NS) for n in range(count)]
     return [as_linear16(ping) for ping in pings] if linear16 else pings
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
+from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import quat_from_euler
 from ods.cli import main
@@ -81,7 +82,7 @@ def test_what_does_not_fit_is_counted_and_the_rest_written(tmp_path: Path) -> No
         make_ping(0, scale="db", scale_factor=0.3),
         msgspec.structs.replace(make_ping(1), dr_m=0.0),
         msgspec.structs.replace(make_ping(2), sound_speed=1e300),
-        msgspec.structs.replace(make_ping(3), utc_ns=10**20),
+        msgspec.structs.replace(make_ping(3), t_ns=10**20, utc_ns=10**20),
         msgspec.structs.replace(make_ping(4), data=b"short"),
         msgspec.structs.replace(make_ping(5), bearing_rad=[0.0]),
         bad_pose,
@@ -93,6 +94,24 @@ def test_what_does_not_fit_is_counted_and_the_rest_written(tmp_path: Path) -> No
     assert recorder.counters == {
         "unfit_pings": 6, "unfit_poses": 1, "unfit_contacts": 1, "poses": 1, "contacts": 1, "pings": 1, "lost_pings": 3,
     }  # fmt: skip
+
+
+@pytest.mark.parametrize("step_s", [-3600, 3600])
+def test_a_step_of_utc_moves_no_time_in_the_file(tmp_path: Path, step_s: int) -> None:
+    """Ping, pose and list each 0.1 s; UTC steps after the fifth of them, an object is seen before and after."""
+    messages: list[Ping | Pose | ObstacleList] = []
+    for k in range(10):
+        t_ns, step_ns = T + k * 100_000_000, (step_s * NS if k >= 5 else 0)
+        picture = obstacles_at(t_ns, k, rock(t_ns + step_ns))
+        ping = msgspec.structs.replace(make_ping(k), t_ns=t_ns)
+        messages += [msgspec.structs.replace(m, utc_ns=t_ns + step_ns) for m in (pose_at(t_ns, k), ping, picture)]
+    records, recorder = recorded(tmp_path / "x.s7k", *messages)
+    times = [s7k_tables.instant(record.frame["time"]) for record in records]
+    assert times == sorted(times)
+    assert (times[-1] - times[0]).total_seconds() == pytest.approx(0.9, abs=1e-5)
+    seen = [s7k_tables.instant(record.head["time"]) for record in records if record.type == 3001]
+    assert [(s - seen[0]).total_seconds() for s in seen] == pytest.approx([0.1 * k for k in range(10)], abs=1e-5)
+    assert recorder.counters["utc_steps"] == 1
 
 
 def test_gaps_in_each_sequence_are_counted_whoever_dropped_what(tmp_path: Path) -> None:

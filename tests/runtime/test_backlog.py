@@ -36,6 +36,7 @@ def test_slow_work_gets_the_newest_and_before_the_first_nobody_knows() -> None:
     for number in range(5):
         unknown.add(number, number, number)
     assert unknown.take() == ([4], 4)
+    assert unknown.slowness() == "pings came while it started"
 
 
 def test_messages_that_were_lost_and_a_sender_that_starts_afresh_do_not_spoil_the_interval() -> None:

@@ -13,6 +13,8 @@ from in_vcan import links
 
 HERE = Path(__file__).parent
 REQUIRED = bool(os.environ.get("ODS_REQUIRE_VCAN"))
+collect_ignore = [] if b"guest.py" in Path("/proc/1/cmdline").read_bytes() else ["test_clock_step.py"]
+"""The clock of this computer is not a test's to set; that of a guest kernel is."""
 
 
 def fresh(name: str) -> Iterator[str]:

@@ -12,11 +12,10 @@ TIME_FRAME = struct.Struct("<IH")
 LATE_NS = NS // 2
 WINDOW = 16
 """TIME messages that the offset is taken from."""
-TOLERANCE_NS = NS
 
 
 class NetworkTime:
-    """Compares TIME with this machine's UTC; poses do not depend on it.
+    """What TIME says of UTC; poses do not depend on it.
 
     Counts `time`, `time_bad`, `time_wild` (late, or otherwise off by more than half a second) and `time_jumps` (four
     such in a row that agree).
@@ -41,12 +40,7 @@ class NetworkTime:
         self._counters["time"] += 1
         self._counters["time_wild"], self._counters["time_jumps"] = self._offset.wild, self._offset.jumps
 
-    def problems(self, now_ns: int, now_utc_ns: int) -> list[str]:
-        """Say whether this machine's clock and the network's differ."""
-        if self._told is None:
-            return []
-        t_ns, utc = self._told
-        ahead_ns = utc - (now_utc_ns - now_ns + t_ns)
-        if abs(ahead_ns) <= TOLERANCE_NS:
-            return []
-        return [f"UTC of the INS is {ahead_ns / NS:+.1f} s from this machine's"]
+    @property
+    def ahead_ns(self) -> int | None:
+        """How far the network's UTC is ahead of CLOCK_MONOTONIC; None: nobody has told."""
+        return None if self._told is None else self._told[1] - self._told[0]

@@ -29,6 +29,10 @@ class CanopenPose:
         self._counters = counters
         self._clock = InsClock(round(clock_jump_s * NS))
 
+    def knows_time(self, epoch: Epoch) -> bool:
+        """Tell whether the INS says that its time is valid; one without such a status does not say so."""
+        return bool(self._timed) and int(epoch.values.get(STATUS_FIELD, 0)) & self._timed == self._timed
+
     def decode(self, epoch: Epoch, instant_ns: int) -> Pose | None:
         """Return the pose, or None; `instant_ns` is taken when the INS tells no valid time."""
         status = int(epoch.values.get(STATUS_FIELD, -1))  # an INS without a status always is as it says

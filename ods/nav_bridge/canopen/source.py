@@ -39,7 +39,7 @@ class CanopenSource(CanSource):
         self._counters = counters
         pdo_set = load_pdo_set(settings.ins_eds, settings.ins_node_id, object_map(settings.objects))
         try:
-            maker = PoseMaker(pdo_set.fields, host.frame, nav.limits, nav.sigma, host.utc_of, counters)
+            maker = PoseMaker(pdo_set.fields, host.frame, nav.limits, nav.sigma, host.utc, counters)
         except OdsError as error:
             raise EdsError(f"{settings.ins_eds}: with nav.canopen.objects: {error}") from error
         self._node = OwnNode(nav, settings, host.send, self.monitor, counters)
@@ -58,7 +58,7 @@ class CanopenSource(CanSource):
         taken = sorted(self._layouts.keys() & self._handlers.keys())
         if taken:
             raise EdsError(f"{settings.ins_eds}: a PDO has COB-ID 0x{taken[0]:X}, which another CANopen service needs")
-        self._utc_of = host.utc_of
+        self._utc = host.utc
         self._commanded_ns = host.now_ns - START_PERIOD_NS
         self._pdo_short, self._recovered = RecentEvent("pdo_short", counters), RecentEvent("can_recovered", counters)
         self._opened = self._reopened = False
@@ -114,6 +114,7 @@ class CanopenSource(CanSource):
         if self._assembler.duplicate.now(epoch.t_ns):
             self._counters["epoch_contested"] += 1
             return None
+        self._utc.tell(self._time.ahead_ns if self._pose.knows_time(epoch) else None)
         pose = self._pose.decode(epoch, self._sampled_ns(epoch))
         self._reopened = self._reopened and pose is None
         return pose
@@ -138,7 +139,7 @@ class CanopenSource(CanSource):
             found.append(f"two nodes send as node {self._settings.ins_node_id}, the INS's id")
         if self._node.another.now(now_ns):
             found.append(f"another node sends as node {self._settings.node_id}, our own id")
-        return found + self.monitor.problems(now_ns) + self._time.problems(now_ns, self._utc_of(now_ns))
+        return found + self.monitor.problems(now_ns)
 
     def _is_twice(self, now_ns: int) -> bool:
         return self._assembler.duplicate.now(now_ns) or self.monitor.duplicate.now(now_ns)

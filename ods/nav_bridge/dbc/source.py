@@ -33,7 +33,7 @@ class DbcSource(CanSource):
         self._counters = counters
         self._map = load_dbc_map(settings)
         try:
-            self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc_of, counters)
+            self._maker = PoseMaker(settings.signals, host.frame, nav.limits, nav.sigma, host.utc, counters)
         except OdsError as error:
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
         kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler

@@ -13,6 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
+from ods.tracker.utc import Restamp
 
 SKIN_M = 20.0
 """The vehicle may move so far before the R-tree is asked again."""
@@ -62,6 +63,23 @@ class HibernatedObjects:
         """Put objects back that are awake, as they were known, with their present existence."""
         known = [self._awake.pop(i) for i in ids]
         self.put([msgspec.structs.replace(o, existence=p) for o, p in zip(known, existences, strict=True)])
+
+    def restamp(self, moved: Restamp) -> list[MapObject]:
+        """Follow a step of UTC; return the objects that it changed."""
+        changed = []
+        for objects in (self._objects, self._awake):
+            for o in objects.values():
+                stamps = o.first_seen_utc_ns, o.last_seen_utc_ns, o.hibernated_utc_ns
+                first, last, hibernated = map(moved.of, stamps)
+                if (first, last, hibernated) != stamps:
+                    changed.append(
+                        msgspec.structs.replace(
+                            o, first_seen_utc_ns=first, last_seen_utc_ns=last, hibernated_utc_ns=hibernated
+                        )
+                    )
+        for o in changed:
+            (self._objects if o.id in self._objects else self._awake)[o.id] = o
+        return changed
 
     def forget(self, ids: list[int]) -> None:
         """Objects that were awake are gone."""

@@ -12,6 +12,7 @@ from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
 from ods.tracker.track import existence, lifecycle
+from ods.tracker.utc import Restamp
 
 
 class History(NamedTuple):
@@ -100,6 +101,12 @@ class Tracks:
     def look_away(self, unwatched_ns: int) -> None:
         """Take note that for so long no image was looked at: no object was missed in that time."""
         self._history.rows.unwatched[:] += unwatched_ns
+
+    def restamp(self, moved: Restamp) -> None:
+        """Follow a step of UTC."""
+        history = self._history.rows
+        for stamps in (history.first_utc, history.last_utc):
+            stamps[(moved.since_ns <= stamps) & (stamps <= moved.until_ns)] += moved.step_ns
 
     def correct(self, rows: Indices, measured: PositionMeasurement, t_ns: int, utc_ns: int) -> None:
         """Correct the objects `rows`, each once, by one measurement each."""

@@ -1,0 +1,52 @@
+"""UTC as the tracker stamps with it: that of the poses, so that a list and the map have one.
+
+A step of UTC (a clock that is set, an INS that begins to tell it) changes no order in time and no age: what was stamped
+since the tracker started moves with it, what is of earlier missions does not.
+"""
+
+from typing import NamedTuple
+
+from ods.base.clock import NS
+from ods.messages import Pose, UtcSource
+
+STEP_NS = NS
+"""A change of less is followed without a word."""
+
+
+class Restamp(NamedTuple):
+    """A step of UTC, and the stamps that it moves."""
+
+    since_ns: int
+    until_ns: int
+    """By UTC as it was."""
+    step_ns: int
+
+    def of(self, utc_ns: int) -> int:
+        """Return a stamp after the step."""
+        return utc_ns + self.step_ns if self.since_ns <= utc_ns <= self.until_ns else utc_ns
+
+
+class VehicleUtc:
+    """UTC of instants of CLOCK_MONOTONIC."""
+
+    def __init__(self, started_ns: int, ahead_ns: int, source: UtcSource) -> None:
+        """Begin with this computer's clock, which is so far ahead of CLOCK_MONOTONIC."""
+        self.source = source
+        self._started_ns = started_ns
+        self._ahead_ns = self._told_ns = ahead_ns
+
+    def hear(self, pose: Pose) -> None:
+        """Take what the newest pose says of UTC."""
+        self._told_ns, self.source = pose.utc_ns - pose.t_ns, pose.utc_source
+
+    def at(self, t_ns: int) -> int:
+        """Return UTC of an instant, ns, as of the last `follow`."""
+        return t_ns + self._ahead_ns
+
+    def follow(self, now_ns: int) -> Restamp | None:
+        """Take over what the poses say; return what that moves, None when it is no step."""
+        before_ns, self._ahead_ns = self._ahead_ns, self._told_ns
+        step_ns = self._ahead_ns - before_ns
+        if abs(step_ns) < STEP_NS:
+            return None
+        return Restamp(self._started_ns + before_ns, now_ns + before_ns, step_ns)
