@@ -3,6 +3,7 @@
 from typing import TypeVar
 
 from ods.base.geodesy import SiteSettings
+from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
@@ -26,6 +27,11 @@ class OnboardConfig(Settings, frozen=True):
     tracker: TrackerSettings = TrackerSettings()
     pose: PoseSettings = PoseSettings()
     supervise: SuperviseSettings = SuperviseSettings()
+
+    @property
+    def mounting(self) -> MountingSettings:
+        """The sonar's, which pipeline and tracker read as well."""
+        return self.sonar.mounting
 
 
 def part_of(config: Settings, kind: type[PartT]) -> PartT:

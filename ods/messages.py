@@ -104,7 +104,7 @@ class Detection(msgspec.Struct, frozen=True):
 
 
 class Sector(msgspec.Struct, frozen=True):
-    """What a ping can show: the fan's borders in the body frame."""
+    """What a ping can show: the fan's borders in the frame of the sonar's head."""
 
     range_min_m: float
     range_max_m: float
@@ -133,7 +133,7 @@ class Detections(msgspec.Struct, frozen=True):
 
 
 class Pose(msgspec.Struct, frozen=True):
-    """The vehicle's pose as its own navigation filter reports it."""
+    """The pose of the vehicle's origin as its own navigation filter reports it."""
 
     seq: Count
     t_ns: int

@@ -6,6 +6,7 @@ from typing import Any
 
 import msgspec
 
+from ods.base.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
 from ods.bench import picture, report
 from ods.bench.metrics import summarize
@@ -27,7 +28,7 @@ def run(args: Namespace) -> int:
     summary = summarize(record, settings.limits, settings.settle_s)
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
-    picture.draw_run(record, settings.out / "scene.png")
+    picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
     report.show(summary, settings)
     return 1 if summary.broken else 0
 

@@ -9,21 +9,22 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from ods.base import geometry
+from ods.base.mounting import AT_ORIGIN, Mounting
 from ods.bench.collector import RunRecord
-from ods.messages import Detections, Obstacle, ObstacleList, Ping, Sector, Truth
+from ods.messages import Detections, Obstacle, ObstacleList, Ping, Quaternion, Sector, Vector3
 from ods.plots.fan import INK, PAPER, draw_detections, draw_fan, polar_image
 
 STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
 
 
-def draw_run(record: RunRecord, file: Path) -> None:
-    """Draw a run's last image and its plan into `file`."""
+def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> None:
+    """Draw a run's last image and its plan into `file`; `mounting`: the sonar's."""
     figure = Figure(figsize=(15, 7.5), layout="constrained", facecolor=PAPER)
     left, right = figure.subplots(1, 2)
     if record.image is not None:
         _image(left, *record.image)
     if record.truths:
-        _plan(right, record)
+        _plan(right, record, mounting)
     figure.savefig(file, dpi=110)
 
 
@@ -33,14 +34,14 @@ def _image(axes: Axes, ping: Ping, detections: Detections) -> None:
     axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections", color=INK)
 
 
-def _plan(axes: Axes, record: RunRecord) -> None:
+def _plan(axes: Axes, record: RunRecord, mounting: Mounting) -> None:
     truths = [record.truths[number] for number in sorted(record.truths)]
     path = np.array([truth.position_ned for truth in truths])
     axes.plot(path[:, 1], path[:, 0], color="black", lw=2, label="vehicle path")
     newest = record.lists[-1][1] if record.lists else None
     truth = record.truths.get(newest.ping_number, truths[-1]) if newest else truths[-1]
     if record.image is not None:
-        _sector(axes, truth, record.image[1].sector)
+        _sector(axes, record.image[1].sector, *mounting.head(truth.position_ned, truth.attitude)[:2])
     for index, target in enumerate(truth.objects):
         circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color="#cf222e", lw=1.5)
         circle.set_label("truth" if index == 0 else "")
@@ -64,11 +65,11 @@ def _plane(position_ned: tuple[float, float, float]) -> tuple[float, float]:
     return position_ned[1], position_ned[0]
 
 
-def _sector(axes: Axes, truth: Truth, sector: Sector) -> None:
+def _sector(axes: Axes, sector: Sector, place: Vector3, attitude: Quaternion) -> None:
     bearings = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 60)
     arc = geometry.polar_to_body(sector.range_max_m, bearings)
     edge = np.vstack([np.zeros((1, 3)), arc, np.zeros((1, 3))])
-    world = geometry.body_to_global(edge, truth.position_ned, truth.attitude)
+    world = geometry.body_to_global(edge, place, attitude)
     axes.fill(world[:, 1], world[:, 0], color="#54aeff", alpha=0.12, label="insonified sector")
 
 

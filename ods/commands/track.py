@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from ods.base.mounting import AT_ORIGIN, Mounting, mounting_in
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.tracker import scenario
@@ -18,4 +19,5 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the tracker over a scenario; without a configuration with its default settings. Raises OdsError."""
     settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
-    print(scenario.track_file(args.file, args.out, settings))
+    mounting = Mounting(mounting_in(args.config)) if args.config else AT_ORIGIN
+    print(scenario.track_file(args.file, args.out, settings, mounting))

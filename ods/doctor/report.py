@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import can_interface, chain, machine, map_file, navigation, running, sonar_port
+from ods.doctor import can_interface, chain, machine, map_file, mounting, navigation, running, sonar_port
 from ods.doctor.finding import Finding
 from ods.runtime.run_dir import is_locked
 
@@ -27,6 +27,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
     yield from sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar"))
     if listen_s:
         yield from sonar_port.listen(settings, listen_s)
+    yield from mounting.examine(settings.sonar.mounting, settings.nav.lever_arm_m)
     yield from can_interface.examine(settings.nav.can)
     source = list(navigation.files(settings))
     yield from source

@@ -7,6 +7,7 @@ import msgspec
 
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
+from ods.base.mounting import Lever
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
@@ -257,6 +258,9 @@ class NavSettings(Settings, frozen=True):
     dbc: DbcSettings | None = None
     """For source "dbc"."""
     can: CanSettings = CanSettings()
+    lever_arm_m: Lever = (0.0, 0.0, 0.0)
+    """The point on the vehicle of which the INS tells place and velocity: forward, starboard and down of the body's
+    origin, m."""
     stale_s: Seconds = 0.5
     """Time without a pose that is a problem, s."""
     clock_jump_s: Seconds = 0.1

@@ -8,6 +8,8 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
+from ods.nav_bridge.lever_arm import LeverArm
+from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.utc import Utc
 
 Send = Callable[[int, bytes], None]
@@ -43,9 +45,10 @@ class PoseSource(ABC, Generic[ItemT]):
     kind: ClassVar[str]
     """What it speaks: CAN, NMEA."""
 
-    def __init__(self, stale_s: float, now_ns: int) -> None:
-        self._stale_ns = round(stale_s * NS)
+    def __init__(self, nav: NavSettings, now_ns: int) -> None:
+        self._stale_ns = round(nav.stale_s * NS)
         self._pose_ns = now_ns
+        self._lever_arm = LeverArm(nav.lever_arm_m)
 
     @abstractmethod
     def expects(self) -> dict[str, str]:
@@ -56,11 +59,12 @@ class PoseSource(ABC, Generic[ItemT]):
         """Return what people call the item: its CAN identifier, its sentence."""
 
     def take(self, item: ItemT) -> Pose | None:
-        """Take one item; return the pose that it completes."""
+        """Take one item; return the pose, of the body's origin, that it completes."""
         pose = self._take(item)
-        if pose is not None:
-            self._pose_ns = item.t_ns
-        return pose
+        if pose is None:
+            return None
+        self._pose_ns = item.t_ns
+        return self._lever_arm.at_origin(pose)
 
     def problems(self, now_ns: int) -> list[str]:
         """Say in plain words what is wrong with pose and source."""

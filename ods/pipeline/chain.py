@@ -48,7 +48,7 @@ class Chain:
     ) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
 
-        pose: where the vehicle was at `ping.t_ns`, for the stages that compare pings.
+        pose: where the sonar's head was at `ping.t_ns`, for the stages that compare pings.
 
         Raises PingError for a ping that makes no sense, StageError for a stage that fails.
         """

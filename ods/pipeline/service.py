@@ -3,6 +3,7 @@
 from typing import Any
 
 from ods.base import clock
+from ods.base.mounting import Mounting
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
@@ -11,6 +12,7 @@ from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
 from ods.runtime import bus
 from ods.runtime.backlog import Backlog
+from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer
 from ods.runtime.service import Service, StartError, Worker
 
@@ -32,6 +34,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         poses = settings.pose
         self._poses = PoseBuffer(poses.capacity, poses.max_extrapolation_s)
         self._poses.counters = service.counters
+        self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Ping] = Backlog()
         self._failure = ""
 
@@ -60,7 +63,7 @@ class PipelineWorker(Worker[PipelineConfig]):
 
     def _process(self, message: Ping) -> None:
         began = clock.monotonic_ns()
-        pose = self._poses.at(message.t_ns) if self._chain.over_pings else None
+        pose = head_of(self._poses.at(message.t_ns), self._mounting) if self._chain.over_pings else None
         self.service.counters["pings_without_pose"] += self._chain.over_pings and pose is None
         try:
             result = self._chain.process(message, pose=pose)

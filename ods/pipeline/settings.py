@@ -7,6 +7,7 @@ from typing import Annotated, Any
 import msgspec
 
 from ods.base.choices import none_of
+from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings
 from ods.pipeline.stage.params import BUILT_IN, ENTRY_POINT_GROUP, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
@@ -83,3 +84,5 @@ class PipelineConfig(Settings, frozen=True):
 
     pose: PoseSettings
     pipeline: PipelineSettings
+    mounting: MountingSettings = MountingSettings()
+    """`[sonar.mounting]`."""

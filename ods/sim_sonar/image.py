@@ -41,7 +41,7 @@ class _Moment(NamedTuple):
 
     t_s: float
     pose: VehiclePose
-    """At transmission."""
+    """The sonar head's, at transmission."""
     heard: Bodies
     """The objects as they are heard, see `as_heard`."""
     area: Floats
@@ -88,8 +88,8 @@ class ImageSimulator:
         """Return what there is at scene time `t_s`; the newest is kept, as image and truth both need it."""
         if self._newest is None or self._newest.t_s != t_s:
             file, scene = self.scene.file, self.scene
-            pose = scene.pose_at(t_s)
-            heard = as_heard(scene.bodies_at(t_s), t_s, pose, self.sonar.sound_speed, scene.pose_at)
+            pose = scene.head_at(t_s)
+            heard = as_heard(scene.bodies_at(t_s), t_s, pose, self.sonar.sound_speed, scene.head_at)
             surroundings = Surroundings(heard, scene.sea_bed, file.shadows)
             area = mean_area(self._grid, surroundings, pose, file.image.max_error)
             self._newest = _Moment(t_s, pose, heard, area)

@@ -1,4 +1,4 @@
-"""Where the vehicle is, how it is turned, and the pings that it sends from there."""
+"""Where vehicle and sonar are, how they are turned, and the pings that are sent from there."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ Times = float | Floats
 
 
 class VehiclePose(NamedTuple):
-    """The vehicle at one time, or at times (...); the sonar sits at its origin and looks along its bow."""
+    """The vehicle, or its sonar's head, at one time or at times (...)."""
 
     position_ned: Floats
     """(..., 3) m."""

@@ -9,6 +9,7 @@ import can
 
 from ods.base import clock
 from ods.base.geodesy import LocalFrame, SiteSettings
+from ods.base.mounting import lever_arm_in, mounting_in
 from ods.base.settings_file import load_table
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
@@ -17,6 +18,7 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.can_bus import SLCAN_PORT, can_of
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.place import InsPlace
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.settings import SimConfig
@@ -38,7 +40,8 @@ class SimWorker(Worker[SimConfig]):
         """Load the scene, compile, make both lines appear, start the devices."""
         sys.setswitchinterval(THREAD_SWITCH_S)
         sim, run_dir = self.settings.sim, self.settings.bus.run_dir
-        scene, sonar_model = load_scene(sim.scene), load_sonar(sim.sonar)
+        scene = load_scene(sim.scene, mounting_in(self.settings.onboard))
+        sonar_model = load_sonar(sim.sonar)
         images = ImageSimulator(sonar_model, scene)
         images.render(0.0, 0)
         end, self._line = open_sonar(sim, run_dir, images)
@@ -47,7 +50,8 @@ class SimWorker(Worker[SimConfig]):
         self._sonar = LiveSonar(images, end, sim, mission, self._line)
         site = load_table(self.settings.onboard, "site", SiteSettings)
         frame = LocalFrame(site.latitude_deg, site.longitude_deg)
-        ins = LiveIns(scene, sim, mission, self._ins(frame), frame)
+        place = InsPlace(frame, lever_arm_in(self.settings.onboard))
+        ins = LiveIns(scene, sim, mission, self._ins(frame), place)
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:
             device.start()

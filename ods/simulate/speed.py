@@ -58,7 +58,7 @@ class Curve:
 def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
     """Return the CPU time, ms, of the parts of an image, under the names of table 1."""
     file, grid = scene.file, grid_of(sonar)
-    sent = Transmission(scene.pose_at(0.0))
+    sent = Transmission(scene.head_at(0.0))
     plain = ImageLevels(**{name: getattr(file.image, name) for name in NOISE_KEYS})
     imperfect, perfect = Receiver(sonar, file.image, file.seed), Receiver(sonar, plain, file.seed)
     whole = Surroundings(scene.bodies_at(0.0), scene.sea_bed, file.shadows)
@@ -97,7 +97,7 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     """Measure all model levels on the scene of that name. Raises ConfigError."""
     scene = find_scene(name)
     file, grid = scene.file, grid_of(sonar)
-    sent, receiver = Transmission(scene.pose_at(0.0)), Receiver(sonar, file.image, file.seed)
+    sent, receiver = Transmission(scene.head_at(0.0)), Receiver(sonar, file.image, file.seed)
     surroundings = Surroundings(scene.bodies_at(0.0), scene.sea_bed, file.shadows)
 
     def area_of(max_error: float) -> Floats:

@@ -5,6 +5,7 @@ from typing import Annotated
 import msgspec
 
 from ods.base.choices import none_of
+from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
@@ -46,6 +47,7 @@ class SonarSettings(Settings, frozen=True):
     """Time for a setting to show in the sonar's record 7000 before it is sent again, s."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
     """How often a setting is sent before it counts as not taken."""
+    mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()
 

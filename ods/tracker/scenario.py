@@ -17,6 +17,7 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.errors import OdsError, one_line
 from ods.base.geometry import quat_from_euler
+from ods.base.mounting import AT_ORIGIN, Mounting, spread_at
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
@@ -128,12 +129,14 @@ def _checked(arrays: dict[str, Any], text: str) -> Scenario:
     return Scenario(t, position, attitude, det, meta)
 
 
-def scans(scenario: Scenario) -> Iterator[Scan]:
-    """Yield the scenario's scans. A scan whose pose is not finite has no vehicle; echoes of no use are left out."""
+def scans(scenario: Scenario, mounting: Mounting = AT_ORIGIN) -> Iterator[Scan]:
+    """Yield the scenario's scans, seen by a sonar that is mounted like that.
+
+    A scan whose pose is not finite has no vehicle; echoes of no use are left out.
+    """
     meta = scenario.meta
     sector = Sector(0.0, meta.range_max, -meta.half_fov, meta.half_fov, meta.half_vert)
-    sigma_position = np.array([meta.pose_sigma_xy, meta.pose_sigma_xy, 0.0])
-    sigma_attitude = np.array([0.0, 0.0, meta.pose_sigma_yaw])
+    sigma_xy, sigma_yaw = meta.pose_sigma_xy, meta.pose_sigma_yaw
     order = np.argsort(scenario.det[:, 0], kind="stable")
     det = scenario.det[order]
     table = np.empty((len(det), 7))
@@ -141,9 +144,13 @@ def scans(scenario: Scenario) -> Iterator[Scan]:
     table[:, 4:] = meta.sigma_range, meta.sigma_bearing, meta.sigma_radius
     border = np.searchsorted(det[:, 0], np.arange(len(scenario.t) + 1))
     attitudes = quat_from_euler(*scenario.auv_rpy.T)
+    places, turns = mounting.heads(scenario.auv_pos, attitudes)
+    levers = (places - scenario.auv_pos).tolist()
     for k, t in enumerate(scenario.t.tolist()):
         t_ns = round(t * NS)
-        vehicle = vehicle_at(scenario.auv_pos[k], attitudes[k], sigma_position, sigma_attitude)
+        north, east, down = levers[k]
+        spread = np.array(spread_at((north, east, down), (sigma_xy, sigma_xy, 0.0), (0.0, 0.0, sigma_yaw)))
+        vehicle = vehicle_at(places[k], turns[k], spread, np.array([0.0, 0.0, sigma_yaw]))
         echoes, _ = echoes_of(table[border[k] : border[k + 1]])
         yield Scan(t_ns, t_ns, vehicle, sector, echoes)
 
@@ -157,11 +164,11 @@ def tracker_for(scenario: Scenario, settings: TrackerSettings) -> Tracker:
     return Tracker(msgspec.structs.replace(settings, echo=echo))
 
 
-def track_scenario(scenario: Scenario, settings: TrackerSettings) -> TrackedScenario:
-    """Track a scenario."""
+def track_scenario(scenario: Scenario, settings: TrackerSettings, mounting: Mounting = AT_ORIGIN) -> TrackedScenario:
+    """Track a scenario, seen by a sonar that is mounted like that."""
     tracker = tracker_for(scenario, settings)
     rows, wall_ms = [np.zeros((0, 8))], []
-    for k, scan in enumerate(scans(scenario)):
+    for k, scan in enumerate(scans(scenario, mounting)):
         start = time.perf_counter()
         tracker.step(scan)
         wall_ms.append(1e3 * (time.perf_counter() - start))
@@ -181,10 +188,10 @@ def rows_of(scan: int, snapshot: Snapshot) -> Floats:
     return np.column_stack([*columns, snapshot.state]).astype(np.float64)
 
 
-def track_file(source: Path, out: Path, settings: TrackerSettings) -> str:
+def track_file(source: Path, out: Path, settings: TrackerSettings, mounting: Mounting = AT_ORIGIN) -> str:
     """Track the scenario file `source`, write `out` (.npz) and return a line that sums it up. Raises ScenarioError."""
     scenario = load_scenario(source)
-    tracks = track_scenario(scenario, settings)
+    tracks = track_scenario(scenario, settings, mounting)
     try:
         with out.open("wb") as file:
             np.savez_compressed(file, trk=tracks.trk, wall_ms=tracks.wall_ms)

@@ -4,8 +4,10 @@ import time
 from typing import Any
 
 from ods.base import clock
+from ods.base.mounting import Mounting
 from ods.messages import Detections, ObstacleList, UtcSource
 from ods.runtime.backlog import Backlog
+from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
 from ods.tracker.map.keeper import MapKeeper, provisional_first_id
@@ -33,6 +35,7 @@ class TrackerWorker(Worker[TrackerConfig]):
     def __init__(self, service: Service, settings: TrackerConfig) -> None:
         super().__init__(service, settings)
         self._poses = PoseBuffer(settings.pose.capacity, settings.pose.max_extrapolation_s)
+        self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Detections] = Backlog()
         self._ping_seq: int | None = None
         self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
@@ -120,7 +123,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             return
         pose = self._poses.at(message.t_ns)
         echoes, dropped = echoes_of(echo_table_of(message.detections))
-        scan = self._scan(message, echoes, pose)
+        scan = self._scan(message, echoes, head_of(pose, self._mounting))
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
@@ -135,12 +138,12 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
 
     def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
-        """Return the scan of `echoes` as measured; `sent`: the pose at transmission."""
+        """Return the scan of `echoes` as measured; `sent`: the sonar head's pose at transmission."""
         vehicle, fan_turn = None, 0.0
         if sent is not None:
             seen_from = sent
             listening = motion_during_reception.poses_of(
-                sent, message.sector.range_max_m, message.sound_speed, self._poses.at
+                sent, message.sector.range_max_m, message.sound_speed, self._head_at
             )
             if listening is None:
                 self.service.counters["pings_without_reception_pose"] += 1
@@ -160,6 +163,9 @@ class TrackerWorker(Worker[TrackerConfig]):
             fan_turn,
             self._pings_between(message.seq),
         )
+
+    def _head_at(self, t_ns: int) -> PoseEstimate | None:
+        return head_of(self._poses.at(t_ns), self._mounting)
 
     def _pings_between(self, seq: int) -> int:
         """Return how many pings there were, since the last one tracked, whose images nobody looked at."""

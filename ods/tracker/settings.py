@@ -7,6 +7,7 @@ import msgspec
 
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
+from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
 from ods.runtime.pose_buffer import PoseSettings
 
@@ -144,3 +145,5 @@ class TrackerConfig(Settings, frozen=True):
     site: SiteSettings
     pose: PoseSettings
     tracker: TrackerSettings
+    mounting: MountingSettings = MountingSettings()
+    """`[sonar.mounting]`."""

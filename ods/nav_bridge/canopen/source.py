@@ -32,7 +32,7 @@ class CanopenSource(CanSource):
 
     def __init__(self, nav: NavSettings, settings: CanopenSettings, host: SourceHost) -> None:
         """Read both EDS files. Raises EdsError."""
-        super().__init__(nav.stale_s, host.now_ns)
+        super().__init__(nav, host.now_ns)
         counters = host.counters
         self.monitor = InsMonitor(settings.heartbeat_timeout_s, host.now_ns, counters)
         self._settings = settings

@@ -25,7 +25,7 @@ class DbcSource(CanSource):
 
     def __init__(self, nav: NavSettings, settings: DbcSettings, host: SourceHost) -> None:
         """Read the DBC file and resolve the map. Raises DbcError."""
-        super().__init__(nav.stale_s, host.now_ns)
+        super().__init__(nav, host.now_ns)
         counters = host.counters
         self._file = settings.file
         self._window_ns = round(settings.window_s * NS)

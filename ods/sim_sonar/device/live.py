@@ -6,14 +6,13 @@ import threading
 from collections.abc import Callable
 
 from ods.base import clock
-from ods.base.geodesy import LocalFrame
-from ods.base.quaternion import conjugate, product
 from ods.messages import Truth
 from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.place import InsPlace
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
 
@@ -160,7 +159,7 @@ class LiveSonar:
 
 
 class LiveIns:
-    """The simulated INS: one epoch every period. It knows its heading from true north where it is."""
+    """The simulated INS: one epoch every period."""
 
     def __init__(
         self,
@@ -168,10 +167,10 @@ class LiveIns:
         settings: SimSettings,
         mission: Mission,
         ins: SimulatedIns | SimulatedDbcIns,
-        frame: LocalFrame,
+        place: InsPlace,
     ) -> None:
         self._scene = scene
-        self._frame = frame
+        self._place = place
         self._mission = mission
         self._ins = ins
         self._offset_ns = round(settings.ins_clock_offset_s * clock.NS)
@@ -184,9 +183,7 @@ class LiveIns:
         if not self._mission.faulty("ins_silent", now):
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
-            vehicle = self._scene.vehicle_at(self._mission.seconds(now - beyond_ms))
-            place, (w, x, y, z) = vehicle.position_ned, vehicle.attitude.tolist()
-            attitude = product(conjugate(self._frame.turn_at(tuple(place.tolist()))), (w, x, y, z))
-            self._ins.send(device_utc_ns - beyond_ms, place, attitude, vehicle.velocity_body)
+            told = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
+            self._ins.send(device_utc_ns - beyond_ms, *told)
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns

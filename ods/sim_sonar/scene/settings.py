@@ -6,6 +6,7 @@ from typing import Annotated
 
 import msgspec
 
+from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegativeInt, Positive, Settings
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
@@ -56,7 +57,7 @@ class Oscillation(Settings, frozen=True, kw_only=True):
 
 
 class VehiclePath(Path, frozen=True, kw_only=True):
-    """The vehicle's path and attitude; the sonar sits at its origin and looks along its bow."""
+    """The vehicle's path and attitude, and where its sonar is."""
 
     heading_deg: float = 0.0
     """Mean heading, degrees from north to east."""
@@ -68,6 +69,9 @@ class VehiclePath(Path, frozen=True, kw_only=True):
     """Pitch about 0."""
     yaw: Oscillation = Oscillation()
     """Yaw about the heading."""
+    mounting: MountingSettings | None = None
+    """Where the sonar's head really is; none: on the bench as `[sonar.mounting]` says, else at the vehicle's origin,
+    and it looks along its bow."""
 
 
 class _Object(Path, frozen=True, kw_only=True, tag_field="shape"):

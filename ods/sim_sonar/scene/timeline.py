@@ -8,6 +8,7 @@ import numpy as np
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.mounting import Mounting, MountingSettings
 from ods.base.settings_file import ConfigError, load
 from ods.sim_sonar.echo.bodies import (
     BODY,
@@ -57,8 +58,10 @@ class ObjectStates:
 class Scene:
     """A checked scene. Raises ValueError, one line, for one that cannot be."""
 
-    def __init__(self, file: SceneFile) -> None:
+    def __init__(self, file: SceneFile, mounting: MountingSettings | None = None) -> None:
+        """`mounting`: the sonar's, where the scene tells none."""
         self.file = file
+        self._mounting = Mounting(file.vehicle.mounting or mounting or MountingSettings())
         self.sea_bed = sea_bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
         self._vehicle = VehicleMotion(file.vehicle)
         self._paths = [Motion(item) for item in file.objects]
@@ -72,6 +75,11 @@ class Scene:
     def pose_at(self, t_s: Times) -> VehiclePose:
         """Return the vehicle's poses at times (...)."""
         return VehiclePose(self._vehicle.position(t_s), self._vehicle.attitude(t_s))
+
+    def head_at(self, t_s: Times) -> VehiclePose:
+        """Return the poses of the sonar's head at times (...)."""
+        vehicle = self.pose_at(t_s)
+        return vehicle if self._mounting.is_none else VehiclePose(*self._mounting.heads(*vehicle))
 
     def vehicle_at(self, t_s: float) -> VehicleState:
         """Return the vehicle's state at scene time `t_s`."""
@@ -96,22 +104,22 @@ class Scene:
         return bodies
 
     def _check(self) -> None:
-        """Refuse a vehicle under the sea-bed or inside an object at any time of the mission."""
+        """Refuse a sonar under the sea-bed or inside an object at any time of the mission."""
         steps = min(MAX_CHECKS, math.ceil(self.file.duration_s / CHECK_STEP_S)) + 1
         for t_s in np.linspace(0.0, self.file.duration_s, steps):
-            place = self._vehicle.position(float(t_s))
+            place = self.head_at(float(t_s)).position_ned
             if self.sea_bed is not None and not self.sea_bed.is_above(place):
-                raise ValueError(f"sea_bed.depth_m: the vehicle is under the sea-bed at t = {t_s:.2f} s")
+                raise ValueError(f"sea_bed.depth_m: the sonar is under the sea-bed at t = {t_s:.2f} s")
             for body, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):
                 if contains(body, place):
-                    raise ValueError(f"objects: {item.name!r} is around the vehicle at t = {t_s:.2f} s")
+                    raise ValueError(f"objects: {item.name!r} is around the sonar at t = {t_s:.2f} s")
 
 
-def load_scene(path: Path) -> Scene:
-    """Read a scene file. Raises ConfigError."""
+def load_scene(path: Path, mounting: MountingSettings | None = None) -> Scene:
+    """Read a scene file; `mounting` is the sonar's where it tells none. Raises ConfigError."""
     file = load(path, SceneFile)
     try:
-        return Scene(file)
+        return Scene(file, mounting)
     except ValueError as error:
         raise ConfigError(f"{path}: {error}") from error
 

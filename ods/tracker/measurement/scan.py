@@ -14,7 +14,7 @@ from ods.tracker.named import Named
 
 
 class Vehicle(NamedTuple):
-    """The vehicle at the ping."""
+    """The sonar's head at the ping: what sees the echoes, wherever it sits on the vehicle."""
 
     position: Floats
     """(3,) NED, m."""

@@ -1,0 +1,37 @@
+"""The sonar's mounting and the INS's place in words, for whoever knows how they are mounted to read over."""
+
+from collections.abc import Iterator
+
+from ods.base.mounting import Lever, MountingSettings
+from ods.doctor.finding import Finding
+
+WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")
+"""Along forward, starboard and down, and against them."""
+
+
+def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:
+    """Say where the configuration puts sonar and INS."""
+    yield Finding("good", "mounting", f"the sonar is {words_of(mounting)}")
+    if any(lever_arm_m):
+        yield Finding("good", "mounting", f"the INS is {_way(lever_arm_m)} of the vehicle's origin")
+
+
+def words_of(mounting: MountingSettings) -> str:
+    """Return a mounting in words."""
+    way = _way(mounting.position_m)
+    turns = [
+        f"{abs(angle):g} deg {sides[angle < 0.0]}"
+        for angle, sides in (
+            (mounting.yaw_deg, ("to starboard", "to port")),
+            (mounting.pitch_deg, ("up", "down")),
+        )
+        if angle
+    ]
+    looks = f"looks {' and '.join(turns)}" if turns else "looks along the bow"
+    side = "starboard" if mounting.roll_deg > 0.0 else "port"
+    rolled = f", rolled {abs(mounting.roll_deg):g} deg to {side}" if mounting.roll_deg else ""
+    return f"{f'{way} of' if way else 'at'} the vehicle's origin and {looks}{rolled}"
+
+
+def _way(place_m: Lever) -> str:
+    return ", ".join(f"{abs(part):g} m {ways[part < 0.0]}" for part, ways in zip(place_m, WAYS, strict=True) if part)

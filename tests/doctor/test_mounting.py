@@ -1,0 +1,31 @@
+"""The mounting in words, so that whoever knows the vehicle sees a wrong sign."""
+
+import pytest
+
+from ods.base.mounting import MountingSettings
+from ods.doctor.mounting import examine, words_of
+
+
+@pytest.mark.parametrize(
+    ("mounting", "words"),
+    [
+        (MountingSettings(), "at the vehicle's origin and looks along the bow"),
+        (
+            MountingSettings(position_m=(3.7, 0.3, 0.9), pitch_deg=-15.0),
+            "3.7 m ahead, 0.3 m to starboard, 0.9 m down of the vehicle's origin and looks 15 deg down",
+        ),
+        (
+            MountingSettings(position_m=(-1.0, -0.5, -0.25), roll_deg=180.0, pitch_deg=2.5, yaw_deg=-90.0),
+            "1 m astern, 0.5 m to port, 0.25 m up of the vehicle's origin and looks 90 deg to port and 2.5 deg up, "
+            "rolled 180 deg to starboard",
+        ),
+    ],
+)
+def test_words(mounting: MountingSettings, words: str) -> None:
+    assert words_of(mounting) == words
+
+
+def test_the_ins_is_told_where_it_is_not_at_the_origin() -> None:
+    assert len(list(examine(MountingSettings(), (0.0, 0.0, 0.0)))) == 1
+    _, ins = examine(MountingSettings(), (-3.0, 0.0, 0.0))
+    assert (ins.level, ins.text) == ("good", "the INS is 3 m astern of the vehicle's origin")
