@@ -60,10 +60,14 @@ def pose_at(t_ns: int, body: Rotation) -> Pose:
 class Desk:
     """What the tracker's worker asks of its process; keeps what it publishes."""
 
-    def __init__(self, mounting: MountingSettings) -> None:
+    def __init__(self, mounting: MountingSettings, run_dir: Path) -> None:
         self.lists: list[ObstacleList] = []
         service = SimpleNamespace(
-            counters=Counter(), process=PROCESSES["tracker"], publish=self.publish, complain_once=print
+            counters=Counter(),
+            process=PROCESSES["tracker"],
+            run_dir=run_dir,
+            publish=self.publish,
+            complain_once=print,
         )
         site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
         config = TrackerConfig(site=site, pose=PoseSettings(), tracker=TrackerSettings(), mounting=mounting)
@@ -106,12 +110,12 @@ def images_of(mounting: MountingSettings, place: Place) -> list[Detections]:
     ids=["tilted", "tilted, not told", "ahead", "ahead, not told"],
 )
 def test_an_object_on_the_axis_from_image_to_obstacle_list(
-    mounted: MountingSettings, believed: MountingSettings, wrong_m: tuple[float, float]
+    mounted: MountingSettings, believed: MountingSettings, wrong_m: tuple[float, float], tmp_path: Path
 ) -> None:
     """Head 15 deg down, or 3 m ahead; the errors, ahead and down, are those found when it could not be told."""
     body = Rotation.from_euler("Z", HEADING_DEG, degrees=True)
     place = in_world(mounted, 50.0, 0.0, 0.0, body)
-    ahead, right, down = body.inv().apply(Desk(believed).place(images_of(mounted, place), body) - place)
+    ahead, right, down = body.inv().apply(Desk(believed, tmp_path).place(images_of(mounted, place), body) - place)
     assert ahead == pytest.approx(wrong_m[0], abs=RADIUS_M)
     assert right == pytest.approx(0.0, abs=0.4)  # a beam is 1.3 m wide there, and the axis lies between two
     assert down == pytest.approx(wrong_m[1], abs=0.05 if mounted == believed else 0.1)
