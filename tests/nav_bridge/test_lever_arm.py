@@ -70,7 +70,7 @@ def test_the_simulated_ins_on_its_lever_tells_what_leads_back_to_the_vehicle() -
     for k in range(400, 500):
         position, attitude, velocity = place.told(scene, 0.01 * k)
         told = Pose(
-            k, k * NS // 100, 0, tuple(position.tolist()), attitude, tuple(velocity.tolist()), *[(0.0,) * 3] * 2
+            k, k * NS // 100, 0, tuple(position.tolist()), attitude, tuple(velocity.tolist()), (0.0,) * 3, (0.0,) * 3
         )
         pose, vehicle = arm.at_origin(told), scene.vehicle_at(0.01 * k)
         np.testing.assert_allclose(pose.position_ned, vehicle.position_ned, atol=1e-4)  # 2e-6 rad from the site's north
