@@ -72,6 +72,9 @@ class Ping(msgspec.Struct, frozen=True):
     """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
     scale_factor: float = 1.0
     """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
+    no_data: list[tuple[int, int, int]] = []
+    """Samples that hold no data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: all
+    samples hold data, as far as the sonar tells."""
 
 
 class Detection(msgspec.Struct, frozen=True):

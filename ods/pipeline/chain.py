@@ -4,15 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from ods.base.arrays import AnyArray
+from ods.base.arrays import AnyArray, Mask
 from ods.compiled.kernel import kernel
 from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.image.amplitude import SampleScale
+from ods.pipeline.image.no_data import NoDataError, samples_without_data
 from ods.pipeline.image.recorded import RegionNumbers
 from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
-from ods.pipeline.prepared_chain import PreparedChain
+from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.speckle import LEARNT_CELLS
 from ods.pipeline.stage.configured import configured_stages
@@ -54,14 +55,16 @@ class Chain:
         """
         frame = _checked_frame(ping)
         self._prepare(ping)
-        usable = _shows_something(frame[:, self._plan.first :])
+        first = self._plan.first
+        usable = _shows_something(frame[:, first:])
         found: list[Detection] = []
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
+            whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq)
             for prepared in self._prepared:
                 if prepared.phase in (EVERY_PHASE, phase):
-                    found += prepared.detect(frame, self._scale, context, mask, len(found))
+                    found += prepared.detect(whole, context, mask, len(found))
             self._phase += 1
         return Detections(
             seq=ping.seq,
@@ -96,6 +99,13 @@ def _checked_frame(ping: Ping) -> AnyArray:
     if frame.dtype == SAMPLE_DTYPES["f4"] and not np.isfinite(frame).all():
         raise PingError("samples are not finite")
     return frame
+
+
+def _missing(ping: Ping, frame: AnyArray, first: int) -> Mask:
+    try:
+        return samples_without_data(ping, frame, first)
+    except NoDataError as error:
+        raise PingError(str(error)) from error
 
 
 @kernel

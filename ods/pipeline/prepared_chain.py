@@ -2,15 +2,18 @@
 
 from collections.abc import Sequence
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray
+from ods.base.arrays import AnyArray, Mask
 from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
+from ods.pipeline.image.fill import blank_gaps
+from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, paint
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image_layout import ImageLayout, RangeBand
@@ -18,6 +21,18 @@ from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.step import PingContext
+
+
+class Frame(NamedTuple):
+    """The recorded samples of a ping."""
+
+    samples: AnyArray
+    """(all beams, all samples)."""
+    scale: SampleScale
+    missing: Mask
+    """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
+    number: int
+    """Of the ping."""
 
 
 class PreparedChain:
@@ -36,16 +51,20 @@ class PreparedChain:
             self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), learnt_cells))
         self._filters = FilterChain(filters, fan, buffers)
 
-    def detect(
-        self, frame: AnyArray, scale: SampleScale, ping: PingContext, mask: RegionNumbers | None, before: int
-    ) -> list[Detection]:
+    def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> list[Detection]:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
 
-        frame, mask: (all beams, all samples). Raises StageError.
+        mask: (all beams, all samples). Raises StageError.
         """
         layout = self._layout
-        recorded = Recorded(frame[layout.rows], layout.origin, layout.stride)
-        image = self._filters.run(self._reader.read(recorded.samples, scale), ping)
+        recorded = Recorded(
+            frame.samples[layout.rows], layout.origin, layout.stride,
+            frame.missing[layout.rows] if frame.missing.size else frame.missing,
+        )  # fmt: skip
+        gaps = _cells_without_data(recorded)
+        image = self._filters.run(self._reader.read(recorded.samples, frame.scale, gaps, frame.number), ping)
+        if gaps.size:
+            blank_gaps(image, gaps)
         if layout.fan.seam is not None:
             image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
         try:
@@ -60,6 +79,16 @@ class PreparedChain:
                 paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask[layout.rows])
             found += [Detection(*echo) for echo in compress(echoes.tolist(), kept)]
         return found
+
+
+def _cells_without_data(recorded: Recorded) -> Mask:
+    """Return the cells of the image, (beams, columns), made of a sample without data; `ALL_DATA` if there are none."""
+    if not recorded.missing.size:
+        return ALL_DATA
+    cells: Mask = recorded.missing[:, recorded.origin]
+    for k in range(1, recorded.stride):
+        cells |= recorded.missing[:, recorded.origin + k]
+    return cells if cells.any() else ALL_DATA
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

@@ -3,9 +3,10 @@
 from itertools import product
 from typing import get_args
 
+import msgspec
 import numpy as np
 
-from ods.messages import SAMPLE_DTYPES, Ping, Pose, SampleType, Scale
+from ods.messages import SAMPLE_DTYPES, Ping, Pose, SampleType, Scale, frame_of
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 
@@ -29,9 +30,18 @@ def warm_up(settings: PipelineSettings) -> None:
     kinds = list(product(get_args(SampleType), get_args(Scale)))
     for range0_m in (settings.min_range_m - 0.5, settings.min_range_m + 0.5):
         for number, (dtype, scale) in enumerate(kinds):
-            for phase in range(phases if number else max(phases, _PINGS)):
+            for phase in range(2 * (phases if number else max(phases, _PINGS))):
                 pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
-                chain.process(made_up_ping(dtype, scale, range0_m, dr_m), pose=pose)
+                ping = made_up_ping(dtype, scale, range0_m, dr_m)
+                chain.process(lossy(ping) if phase // phases % 2 else ping, pose=pose)
+
+
+def lossy(ping: Ping) -> Ping:
+    """Return the ping a hundred times as quiet, with a beam that is dead and one that is cut short, which it tells."""
+    frame = frame_of(ping) // 100
+    frame[7], frame[9, _SAMPLES // 2 :] = 0, 0
+    no_data = [(7, 0, _SAMPLES), (9, _SAMPLES // 2, _SAMPLES)]
+    return msgspec.structs.replace(ping, data=frame.tobytes(), no_data=no_data)
 
 
 def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float) -> Ping:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ods.base.arrays import AnyArray, Floats, Indices
+from ods.base.arrays import AnyArray, Floats, Indices, Mask
 from ods.base.clock import NS
 from ods.messages import Ping, SampleType, Scale
 
@@ -111,8 +111,14 @@ class Stamp(NamedTuple):
     utc_ns: int = 0
 
 
-def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp) -> Ping:
+Runs = list[tuple[int, int, int]]
+"""See `Ping.no_data`."""
+
+
+def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, no_data: Runs | None = None) -> Ping:
     """Return the ping of a (beams, samples) frame of uint8, uint16 or float32, in any memory order.
+
+    no_data: runs of samples of the frame that hold none; None: all do.
 
     Raises ValueError when the frame does not fit the beam table or holds what is no amplitude.
     """
@@ -146,7 +152,21 @@ def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp) -> Ping:
         frequency_hz=geometry.frequency_hz,
         scale=geometry.scale,
         scale_factor=geometry.scale_factor,
+        no_data=no_data or [],
     )
+
+
+def runs_beyond(lengths: ArrayLike, samples: int) -> Runs:
+    """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of so many samples hold data."""
+    return [(beam, length, samples) for beam, length in enumerate(np.asarray(lengths).tolist()) if length < samples]
+
+
+def runs_where(mask: Mask) -> Runs:
+    """Return `Ping.no_data` of the samples marked in a mask (beams, samples)."""
+    steps = np.diff(np.pad(mask, ((0, 0), (1, 1))).astype(np.int8), axis=1)
+    beam, first = np.nonzero(steps == 1)
+    stop = np.nonzero(steps == -1)[1]
+    return list(zip(beam.tolist(), first.tolist(), stop.tolist(), strict=True))
 
 
 def listening_ns(ping: Ping) -> int:

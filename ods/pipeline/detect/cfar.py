@@ -21,6 +21,8 @@ from ods.pipeline.stage.step import PreparedDetector
 _METHODS = ("ca", "goca", "soca", "os")
 _HALVINGS = 12
 """Steps of the search for an order statistic: it is then known to about 0.1 % of the surroundings' mean."""
+_LEAST = np.float32(0.05)
+"""Least level, in units of the whole image's."""
 
 
 @detect_stage("detect.cfar", CfarParams)
@@ -36,7 +38,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
     work = _work(around, fan.samples)
 
     def divided(image: Image, middle: float) -> Image:
-        divide_by_surroundings(image, around, np.float32(0.05 * middle), work, ratio)
+        divide_by_surroundings(image, around, np.float32(middle), work, ratio)
         return ratio
 
     def learn(images: Iterable[Image]) -> None:
@@ -49,6 +51,8 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
             return group.nothing()
         divided(image, middle)
         background, noise = meter.background_and_noise(ratio)
+        if background <= 0.0:
+            return group.nothing()
         high = meter.level_of_rate(ratio, params.rate)
         low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, recorded, DetectionLevels(low, high, background))
@@ -74,66 +78,75 @@ class CfarWork(NamedTuple):
     """Work space; reach = guard + train."""
 
     sums: Floats
-    """(samples + 2 reach + 1,) running sums of the padded row."""
+    """(samples + 2 reach + 1,) running sums of the padded row,"""
+    held: Floats
+    """and of how many of its cells hold data: are above 0."""
     padded: Floats32
     """(samples + 2 reach,)."""
     rows: Image
-    """(3, samples)."""
+    """(4, samples)."""
 
 
 def _work(around: CfarWindow, samples: int) -> CfarWork:
     padded = samples + 2 * (around.guard + around.train)
-    return CfarWork(np.empty(padded + 1, np.float64), np.empty(padded, np.float32), np.empty((3, samples), np.float32))
+    sums = np.empty((2, padded + 1))
+    return CfarWork(sums[0], sums[1], np.empty(padded, np.float32), np.empty((4, samples), np.float32))
 
 
 @kernel
-def divide_by_surroundings(image: Image, around: CfarWindow, floor: np.float32, work: CfarWork, out: Image) -> None:
-    """Fill out with image (beams, samples) over the level of each cell's surroundings, at least `floor`."""
-    sums, padded = work.sums, work.padded
+def divide_by_surroundings(image: Image, around: CfarWindow, middle: np.float32, work: CfarWork, out: Image) -> None:
+    """Fill out with image (beams, samples) over the level of each cell's surroundings, at least 1/20 of `middle`.
+
+    Cells of 0 hold no data and do not count; where there are no others around, the level is `middle`.
+    """
+    sums, held, padded = work.sums, work.held, work.padded
     samples = image.shape[1]
     reach = around.guard + around.train
     for b in range(image.shape[0]):
         for i in range(samples + 2 * reach):
             padded[i] = image[b, mirrored(i - reach, samples)]
-        sums[0] = 0.0
+        sums[0], held[0] = 0.0, 0.0
         for i in range(samples + 2 * reach):
             sums[i + 1] = sums[i] + padded[i]
+            held[i + 1] = held[i] + (0.0 if padded[i] == np.float32(0.0) else 1.0)
         if around.method == 3:
-            _ordered(work, around, floor, out[b])
+            _ordered(work, around, middle, out[b])
         else:
-            _averaged(sums, around, floor, out[b])
+            _averaged(work, around, middle, out[b])
         for j in range(samples):
             out[b, j] = image[b, j] / out[b, j]
 
 
 @kernel
-def _averaged(sums: Floats, around: CfarWindow, floor: np.float32, out: Floats32) -> None:
-    method, guard, train = around.method, around.guard, around.train
+def _averaged(work: CfarWork, around: CfarWindow, middle: np.float32, out: Floats32) -> None:
+    method, guard, train, sums, held = around.method, around.guard, around.train, work.sums, work.held
     reach = guard + train
+    behind = reach + guard + 1
     for j in range(out.size):
-        near = np.float32((sums[j + train] - sums[j]) / train)
-        far = np.float32((sums[j + 2 * reach + 1] - sums[j + reach + guard + 1]) / train)
-        level = np.float32(0.5) * (near + far)
-        if method == 1:
-            level = max(near, far)
-        elif method == 2:
-            level = min(near, far)
-        out[j] = max(level, floor)
+        near_count, far_count = held[j + train] - held[j], held[j + behind + train] - held[j + behind]
+        near_sum, far_sum = sums[j + train] - sums[j], sums[j + behind + train] - sums[j + behind]
+        level = (near_sum + far_sum) / (near_count + far_count) if near_count + far_count > 0.0 else middle
+        if method != 0 and near_count > 0.0 and far_count > 0.0:
+            near, far = near_sum / near_count, far_sum / far_count
+            level = max(near, far) if method == 1 else min(near, far)
+        out[j] = max(np.float32(level), _LEAST * middle)
 
 
 @kernel
-def _ordered(work: CfarWork, around: CfarWindow, floor: np.float32, out: Floats32) -> None:
+def _ordered(work: CfarWork, around: CfarWindow, middle: np.float32, out: Floats32) -> None:
     """Fill out with the quantile `rank` of the cells around, by halving an interval for the whole row at once.
 
     At most total / most cells that are not negative can reach a level that `most` of them reach.
     """
-    guard, train, padded, sums = around.guard, around.train, work.padded, work.sums
-    low, high, count = work.rows[0], work.rows[1], work.rows[2]
+    guard, train, padded, sums, held = around.guard, around.train, work.padded, work.sums, work.held
+    low, high, count, most = work.rows[0], work.rows[1], work.rows[2], work.rows[3]
     behind = guard + train + guard + 1
-    most = np.float32(max(2.0 * train * (1.0 - around.rank), 1.0))
     for j in range(out.size):
-        low[j] = np.float32(0.0)
-        high[j] = np.float32(sums[j + train] - sums[j] + sums[j + behind + train] - sums[j + behind]) / most
+        cells = held[j + train] - held[j] + held[j + behind + train] - held[j + behind]
+        most[j] = np.float32(max(cells * (1.0 - around.rank), 1.0))
+        low[j] = np.float32(0.0) if cells > 0.0 else middle
+        total = np.float32(sums[j + train] - sums[j] + sums[j + behind + train] - sums[j + behind])
+        high[j] = total / most[j] if cells > 0.0 else middle
     for _ in range(_HALVINGS):
         for j in range(out.size):
             out[j], count[j] = np.float32(0.5) * (low[j] + high[j]), np.float32(0.0)
@@ -141,10 +154,10 @@ def _ordered(work: CfarWork, around: CfarWindow, floor: np.float32, out: Floats3
             _count_above(padded[k : k + out.size], out, count)
             _count_above(padded[behind + k : behind + k + out.size], out, count)
         for j in range(out.size):
-            above = count[j] >= most
+            above = count[j] >= most[j]
             low[j], high[j] = out[j] if above else low[j], high[j] if above else out[j]
     for j in range(out.size):
-        out[j] = max(np.float32(0.5) * (low[j] + high[j]), floor)
+        out[j] = max(np.float32(0.5) * (low[j] + high[j]), _LEAST * middle)
 
 
 @kernel

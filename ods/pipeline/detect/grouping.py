@@ -52,7 +52,7 @@ class Grouping:
             raised = np.float32(background + params.border * (high - background))
             runs, count = without_weak_at_border(image, runs, count, rule.high, raised)
         if params.strongest < 1.0 and count:
-            runs, count = without_weak(recorded, runs, count, level_of_strongest(recorded.samples, params.strongest))
+            runs, count = without_weak(recorded, runs, count, level_of_strongest(recorded, params.strongest))
         return Regions(runs, count, background)
 
 

@@ -11,16 +11,25 @@ _SAMPLES = 4096
 """Samples that the strongest share is measured on."""
 
 
-def level_of_strongest(samples: AnyArray, share: float) -> float:
-    """Return the level that this share of samples (beams, samples) reaches.
+def level_of_strongest(recorded: Recorded, share: float) -> float:
+    """Return the level that this share of the recorded samples that hold data reaches.
 
     Looked at are some of them, evenly spread, in steps that never fall in with the rows.
     """
-    cells = samples.reshape(-1) if samples.flags.c_contiguous else samples.ravel()
-    some = cells[:: max(1, cells.size // _SAMPLES) | 1].copy()
+    cells = _in_a_row(recorded.samples)
+    step = max(1, cells.size // _SAMPLES) | 1
+    some = cells[::step].copy()
+    if recorded.missing.size:
+        some = some[_in_a_row(recorded.missing)[::step] == 0]
+        if not some.size:
+            return 0.0
     rank = min(int((1.0 - share) * some.size), some.size - 1)
     some.partition(rank)
     return float(some[rank])
+
+
+def _in_a_row(samples: AnyArray) -> AnyArray:
+    return samples.reshape(-1) if samples.flags.c_contiguous else samples.ravel()
 
 
 @kernel

@@ -2,8 +2,9 @@
 
 from typing import NamedTuple
 
-from ods.base.arrays import AnyArray, Ints, Ints32
+from ods.base.arrays import AnyArray, Ints, Ints32, Mask
 from ods.compiled.kernel import kernel
+from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.regions import Regions, Run
 
 RegionNumbers = Ints32
@@ -18,6 +19,8 @@ class Recorded(NamedTuple):
     origin: Ints
     """(columns,)."""
     stride: int
+    missing: Mask = ALL_DATA
+    """(beams, samples) those that hold no data; `ALL_DATA` if all do."""
 
 
 @kernel

@@ -12,7 +12,7 @@ from ods.messages import Ping
 from ods.sonar_link.files.avi import AviFrames
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
-from ods.sonar_link.ping_builder import Geometry, make_beam_table
+from ods.sonar_link.ping_builder import Geometry, make_beam_table, runs_where
 
 
 class FanGeometry(Settings, frozen=True):
@@ -66,7 +66,8 @@ class FanClipDecoder(Decoder):
             raise PingFileError(f"{path}: a clip of images, whose fan geometry must be given (--fan)")
         frames = AviFrames(path)
         rows, columns = _places(self._fan)
-        if not _inside(rows, columns, frames.shape).any():
+        inside = _inside(rows, columns, frames.shape)
+        if not inside.any():
             height, width = frames.shape
             raise PingFileError(f"{path}: the fan lies outside of the image of {width} x {height} pixels")
         try:
@@ -74,9 +75,12 @@ class FanClipDecoder(Decoder):
         except ValueError as error:
             raise PingFileError(f"{path}: {error}") from error
 
+        no_data = runs_where(~inside)
+
         def ping(index: int) -> Ping:
             polar = sample_image(frames[index], rows, columns)
-            return recorded_ping(polar, geometry, index, frames.places[index] * frames.period_ns)
+            t_ns = frames.places[index] * frames.period_ns
+            return recorded_ping(polar, geometry, index, t_ns, no_data=no_data)
 
         return PingSequence(LazyPings(len(frames), ping), timed=frames.period_ns > 0, losses=frames.losses)
 

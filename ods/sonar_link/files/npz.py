@@ -2,6 +2,7 @@
 
 import math
 import zipfile
+from collections import defaultdict
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ from ods.messages import Ping, Scale
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.files.polar_npz import Arrays, translate
-from ods.sonar_link.ping_builder import BeamTable, Geometry, make_beam_table
+from ods.sonar_link.ping_builder import BeamTable, Geometry, Runs, make_beam_table
 
 LOG_FACTOR = 40.0
 """F of scale `log8` when the file does not tell it."""
@@ -53,8 +54,10 @@ def _sequence(arrays: Arrays) -> PingSequence:
     geometry = _geometry(arrays, table)
     times_ns = _times_ns(arrays, len(frames))
 
+    no_data = _no_data(arrays, frames.shape)
+
     def make(index: int) -> Ping:
-        return recorded_ping(frames[index], geometry, index, times_ns[index])
+        return recorded_ping(frames[index], geometry, index, times_ns[index], no_data=no_data.get(index))
 
     make(0)  # what is wrong with one is wrong with all
     position, attitude = _poses(arrays, len(frames))
@@ -99,6 +102,19 @@ def _frames(arrays: Arrays, table: BeamTable) -> AnyArray:
     if frames.dtype.kind == "f" and not np.isfinite(frames).all():
         raise ValueError("frames: a sample is not a finite number")
     return frames
+
+
+def _no_data(arrays: Arrays, shape: tuple[int, ...]) -> dict[int, Runs]:
+    """Return the runs without data of each ping that has any; shape: (pings, beams, samples)."""
+    if "no_data" not in arrays:
+        return {}
+    rows = _numbers(arrays, "no_data", 2)
+    if rows.shape[1] != 4 or not np.all((rows >= 0.0) & (rows <= [shape[0] - 1, shape[1] - 1, shape[2] - 1, shape[2]])):
+        raise ValueError("no_data: must be rows of ping, beam, first and stop that the frames have")
+    runs: defaultdict[int, Runs] = defaultdict(list)
+    for index, beam, first, stop in rows.astype(np.int64).tolist():
+        runs[index].append((beam, first, stop))
+    return dict(runs)
 
 
 def _scale(arrays: Arrays) -> tuple[Scale, float]:

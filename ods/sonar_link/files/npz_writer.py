@@ -34,6 +34,8 @@ def write_ping_file(
         raise ValueError("the pings differ in geometry: one .npz holds one geometry")
     arrays = _geometry_arrays(pings[0])
     arrays["frames"] = np.stack([frame_of(ping) for ping in pings])
+    if any(ping.no_data for ping in pings):
+        arrays["no_data"] = np.array([(index, *run) for index, ping in enumerate(pings) for run in ping.no_data])
     if len({ping.t_ns for ping in pings}) > 1:
         arrays["t"] = np.array([ping.t_ns for ping in pings]) / NS
     given = {"pos_ned": position_ned, "quat": attitude, "truth": truth}

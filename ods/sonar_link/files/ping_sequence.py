@@ -8,7 +8,7 @@ from typing import overload
 from ods.base.arrays import AnyArray, Floats
 from ods.base.errors import OdsError
 from ods.messages import Ping
-from ods.sonar_link.ping_builder import Geometry, Stamp, build_ping
+from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
 
 
 class PingFileError(OdsError):
@@ -39,14 +39,19 @@ class LazyPings(Sequence[Ping]):
 
 
 def recorded_ping(
-    frame: AnyArray, geometry: Geometry, index: int, t_ns: int = 0, ping_number: int | None = None
+    frame: AnyArray,
+    geometry: Geometry,
+    index: int,
+    t_ns: int = 0,
+    ping_number: int | None = None,
+    no_data: Runs | None = None,
 ) -> Ping:
     """Return one ping of a file that tells one time a ping, and perhaps the sonar's own number of it.
 
-    Raises ValueError when the (beams, samples) frame does not fit the geometry.
+    no_data: see `build_ping`. Raises ValueError when the (beams, samples) frame does not fit the geometry.
     """
     number = index if ping_number is None else ping_number
-    return build_ping(frame, geometry, Stamp(index, number, t_ns, t_ns, t_ns))
+    return build_ping(frame, geometry, Stamp(index, number, t_ns, t_ns, t_ns), no_data)
 
 
 @dataclass(frozen=True, eq=False)

@@ -80,7 +80,7 @@ class Assembler:
         sent_ns = record.time_ns or 0
         stamp = Stamp(self._seq, data.ping_number, sent_ns, record.last_ns, sent_ns)
         try:
-            ping = build_ping(data.frame, _geometry(settings, table, data), stamp)
+            ping = build_ping(data.frame, _geometry(settings, table, data), stamp, data.no_data)
         except ValueError:
             raise RecordError(Loss.BAD_PING) from None
         if record.time_ns is None:

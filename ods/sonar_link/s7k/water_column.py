@@ -7,13 +7,13 @@ and so does this module. Phase is left out.
 
 import math
 import struct
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ods.base.arrays import AnyArray, Indices
 from ods.messages import Ping, Scale, frame_of
-from ods.sonar_link.ping_builder import MAX_BEAMS, MAX_FRAME_BYTES, MAX_SAMPLES
+from ods.sonar_link.ping_builder import MAX_BEAMS, MAX_FRAME_BYTES, MAX_SAMPLES, Runs, runs_beyond
 from ods.sonar_link.s7k.loss import Loss, RecordError
 
 DEFAULT_LOG_FACTOR = 40.0
@@ -30,6 +30,8 @@ _DOWNSAMPLING = 0xF00
 
 _HEADER_7018 = struct.Struct("<QIHHI32x")
 _HEADER_7042 = struct.Struct("<QIHHIIIIff4x")
+_BEAM_HEAD = struct.Struct("<HI")
+"""Without segment number."""
 _AMPLITUDE_AND_PHASE = np.dtype([("magnitude", "<u2"), ("phase", "<i2")])
 
 
@@ -42,7 +44,9 @@ class WaterColumn:
     beam_numbers: Indices | None
     """(beams,) rows of the beam table; None: all of it."""
     frame: AnyArray
-    """(beams, samples) uint8, uint16 or float32, any memory order; beams cut short end in zeros."""
+    """(beams, samples) uint8, uint16 or float32, any memory order; beams cut short end in zeros,"""
+    no_data: Runs = field(default_factory=list)
+    """which are told here: see `Ping.no_data`."""
     scale: Scale = "linear"
     scale_factor: float = 1.0
     sample_rate_hz: float | None = None
@@ -73,7 +77,7 @@ def decode_7042(body: bytes) -> WaterColumn:
         raise RecordError(Loss.UNSUPPORTED_LAYOUT)
     if not math.isfinite(rate) or rate < 0.0:
         raise RecordError(Loss.BAD_WATER_COLUMN)
-    beam_numbers, frame = _read_beams(body, beams, _sample_dtype(flags), bool(flags & SEGMENTS_GIVEN))
+    beam_numbers, frame, no_data = _read_beams(body, beams, _sample_dtype(flags), bool(flags & SEGMENTS_GIVEN))
     if frame.dtype.kind == "f" and not np.isfinite(frame).all():
         raise RecordError(Loss.BAD_WATER_COLUMN)
     scale: Scale = "log8" if flags & EIGHT_BIT_LOG else "linear"
@@ -82,7 +86,7 @@ def decode_7042(body: bytes) -> WaterColumn:
     if scale == "log8" and not 1e-3 < factor < 1e6:  # false for NaN too
         raise RecordError(Loss.BAD_WATER_COLUMN)
     return WaterColumn(
-        ping_number, multi_ping, beam_numbers, frame, scale, factor if scale == "log8" else 1.0, rate or None,
+        ping_number, multi_ping, beam_numbers, frame, no_data, scale, factor if scale == "log8" else 1.0, rate or None,
         first + _window_middle(flags),
     )  # fmt: skip
 
@@ -95,7 +99,10 @@ def encode_7018(ping: Ping) -> bytes:
 
 
 def encode_7042(ping: Ping, first_sample: int, sample_rate_hz: float) -> bytes:
-    """Return the body of record 7042, magnitudes only: 8-bit logarithmic, 16-bit or float32 as the ping has them."""
+    """Return the body of record 7042, magnitudes only: 8-bit logarithmic, 16-bit or float32 as the ping has them.
+
+    A beam without data up to its end is cut short; other samples without data are written as they are.
+    """
     flags = MAGNITUDE_ONLY
     factor = 0.0
     if ping.scale == "log8":
@@ -104,15 +111,32 @@ def encode_7042(ping: Ping, first_sample: int, sample_rate_hz: float) -> bytes:
             flags, factor = flags | FACTOR_GIVEN, ping.scale_factor
     elif ping.dtype == "f4":
         flags |= FLOAT_MAGNITUDE
-    beams = np.zeros(ping.beams, _beam_dtype(_sample_dtype(flags), False, ping.samples))
-    beams["beam"] = np.arange(ping.beams)
-    beams["samples"] = ping.samples
-    beams["data"]["magnitude"] = frame_of(ping)
+    ends = {beam: first for beam, first, stop in ping.no_data if stop == ping.samples}
+    if len(ends) == ping.beams:  # samples that no beam has would be lost
+        ends = {}
     header = _HEADER_7042.pack(
         0, ping.ping_number % 2**32, 0, ping.beams,
         ping.samples, ping.samples, flags, first_sample, sample_rate_hz, factor,
     )  # fmt: skip
-    return header + beams.tobytes()
+    return header + (_uneven_beams(ping, flags, ends) if ends else _even_beams(ping, flags))
+
+
+def _even_beams(ping: Ping, flags: int) -> bytes:
+    beams = np.zeros(ping.beams, _beam_dtype(_sample_dtype(flags), False, ping.samples))
+    beams["beam"] = np.arange(ping.beams)
+    beams["samples"] = ping.samples
+    beams["data"]["magnitude"] = frame_of(ping)
+    return beams.tobytes()
+
+
+def _uneven_beams(ping: Ping, flags: int, ends: dict[int, int]) -> bytes:
+    """ends: samples of the beams that are cut short."""
+    magnitude = _sample_dtype(flags)["magnitude"]
+    parts = []
+    for beam, row in enumerate(frame_of(ping)):
+        count = ends.get(beam, ping.samples)
+        parts += [_BEAM_HEAD.pack(beam, count), row[:count].astype(magnitude).tobytes()]
+    return b"".join(parts)
 
 
 def _check_shape(beams: int, samples: int) -> None:
@@ -144,8 +168,8 @@ def _window_middle(flags: int) -> float:
     return 0.5 * (divisor - 1) / divisor
 
 
-def _read_beams(body: bytes, beams: int, sample: np.dtype[np.void], segments: bool) -> tuple[Indices, AnyArray]:
-    """Return the beam numbers and the (beams, samples) magnitudes behind the header of record 7042."""
+def _read_beams(body: bytes, beams: int, sample: np.dtype[np.void], segments: bool) -> tuple[Indices, AnyArray, Runs]:
+    """Return the beam numbers, the (beams, samples) magnitudes behind the header of record 7042, and where none is."""
     head = _beam_dtype(sample, segments, 0)
     if len(body) < _HEADER_7042.size + head.itemsize:
         raise RecordError(Loss.BAD_WATER_COLUMN)
@@ -155,13 +179,13 @@ def _read_beams(body: bytes, beams: int, sample: np.dtype[np.void], segments: bo
     if len(body) >= _HEADER_7042.size + beams * alike.itemsize:
         table = np.frombuffer(body, alike, beams, _HEADER_7042.size)
         if samples and np.all(table["samples"] == samples):
-            return table["beam"].astype(np.intp), table["data"]["magnitude"]
+            return table["beam"].astype(np.intp), table["data"]["magnitude"], []
     return _read_uneven_beams(body, beams, sample, head)
 
 
 def _read_uneven_beams(
     body: bytes, beams: int, sample: np.dtype[np.void], head: np.dtype[np.void]
-) -> tuple[Indices, AnyArray]:
+) -> tuple[Indices, AnyArray, Runs]:
     """Read beams that were cut at different ranges."""
     numbers = np.zeros(beams, np.intp)
     rows: list[AnyArray] = []
@@ -182,4 +206,4 @@ def _read_uneven_beams(
     frame = np.zeros((beams, longest), sample["magnitude"])
     for row, values in enumerate(rows):
         frame[row, : values.size] = values
-    return numbers, frame
+    return numbers, frame, runs_beyond([row.size for row in rows], longest)
