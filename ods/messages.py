@@ -229,6 +229,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     utc_source: UtcSource = "unsure"
     """Whose UTC the list and its obstacles bear: this computer's clock, the INS's, or one that is not to be relied on.
     The list's validity does not depend on it."""
+    left_out: Count = 0
+    """Objects that are not in the list, as `tracker.planner.most_listed` others are nearer."""
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -58,7 +58,8 @@ def _verdict(newest: ObstacleList | None, now_ns: int) -> Text:
         return Text(f"NOT VALID: no obstacle list for {age_s:.1f} s", style="bold red")
     if not newest.valid:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
-    return Text(f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles", style="bold green")
+    more = f", {newest.left_out} more farther away" if newest.left_out else ""
+    return Text(f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles{more}", style="bold green")
 
 
 def _obstacles(newest: ObstacleList | None) -> Table:

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import msgspec
+
 from ods.base import clock
 from ods.base.mounting import Mounting
 from ods.messages import Ping
@@ -31,8 +33,7 @@ class PipelineWorker(Worker[PipelineConfig]):
     def __init__(self, service: Service, settings: PipelineConfig) -> None:
         super().__init__(service, settings)
         self._chain: Chain
-        poses = settings.pose
-        self._poses = PoseBuffer(poses.capacity, poses.max_extrapolation_s)
+        self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = service.counters
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Ping] = Backlog()

@@ -36,6 +36,8 @@ REQUEST_QUEUE = 16
 UNDECODABLE = (msgspec.DecodeError, RecursionError)
 """What decoding may raise: too deep a nesting is no DecodeError."""
 HIGH_WATER_MARK = 256
+MOST_A_ROUND = 4096
+"""Messages of a topic read at a time: 10 ms."""
 FIRST_PART, LAST_PART = int(zmq.SNDMORE | zmq.DONTWAIT), int(zmq.DONTWAIT)
 """Plain integers: the sum of two flags is dear."""
 
@@ -256,9 +258,12 @@ class Subscription:
         self.socket.setsockopt(zmq.SUBSCRIBE, topic.encode())
 
     def receive(self) -> list[Any]:
-        """Read the socket empty; return the newest messages in order, at most the topic's queue length."""
+        """Read the socket empty; return the newest messages in order, at most the topic's queue length.
+
+        A flood that comes faster than it is read leaves the rest for the next round.
+        """
         arrived = 0
-        while True:
+        while arrived < MOST_A_ROUND:
             try:
                 parts = self.socket.recv_multipart(zmq.DONTWAIT)
             except zmq.Again:

@@ -33,6 +33,7 @@ _POSE_BUFFER = (
     CounterRow("pose_bad", "poses dropped: not finite, attitude no unit quaternion, negative sigma"),
     CounterRow("pose_duplicate", "poses dropped: of an instant that another one has"),
     CounterRow("pose_too_old", "poses dropped: older than all of a full buffer"),
+    CounterRow("pose_thinned", "poses of no use: they come faster than `pose.max_rate_hz`", trouble=False),
 )
 
 _OWN: dict[str, tuple[CounterRow, ...]] = {
@@ -112,6 +113,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "pose at transmission taken"),
         CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start go with them", trouble=False),
         CounterRow("obstacle_not_finite", "obstacles left out of a list: a number that is not finite"),
+        CounterRow("checkpoint_unusable", "what a former tracker left could not be used", logged=True),
+        CounterRow("checkpoint_failed", "times the tracker could not leave its objects in the run folder", logged=True),
         CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
         CounterRow("map_unusable", "attempts to open and read the map that failed", logged=True),
         CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),

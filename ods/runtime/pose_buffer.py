@@ -31,6 +31,9 @@ class PoseSettings(Settings, frozen=True):
     """Poses kept."""
     max_extrapolation_s: Positive = 0.3
     """Longest time a pose is carried on beyond the newest one, s."""
+    max_rate_hz: Positive = 250.0
+    """Of poses that come faster only so many a second are kept, and the newest: `capacity` of them must reach back to
+    the transmission of a ping."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +59,16 @@ class PoseBuffer:
     """The last `capacity` poses, in order of time whatever the order they came in.
 
     `counters`: `pose_bad` (not finite, attitude no unit quaternion, negative sigma), `pose_duplicate` (its instant is
-    known), `pose_too_old` (older than all of a full buffer).
+    known), `pose_too_old` (older than all of a full buffer), `pose_thinned` (others are so near in time that it is of
+    no use).
     """
 
-    def __init__(self, capacity: int, max_extrapolation_s: float) -> None:
+    def __init__(self, capacity: int, max_extrapolation_s: float, max_rate_hz: float = math.inf) -> None:
+        """See `PoseSettings`."""
         self.counters: Counter[str] = Counter()
         self._capacity = capacity
         self._limit_ns = round(max_extrapolation_s * NS)
+        self._spacing_ns = NS / max_rate_hz
         self._times: list[int] = []
         self._poses: list[Pose] = []
 
@@ -78,6 +84,9 @@ class PoseBuffer:
         if place < len(self._times) and self._times[place] == pose.t_ns:
             self.counters["pose_duplicate"] += 1
             return
+        if self._thins(place, pose):
+            self.counters["pose_thinned"] += 1
+            return
         if len(self._times) == self._capacity:
             if place == 0:
                 self.counters["pose_too_old"] += 1
@@ -86,6 +95,17 @@ class PoseBuffer:
             place -= 1
         self._times.insert(place, pose.t_ns)
         self._poses.insert(place, pose)
+
+    def _thins(self, place: int, pose: Pose) -> bool:
+        """Tell whether a pose is of no use at `place`; a newest one replaces the one before if that is of none."""
+        times = self._times
+        if place < len(times):
+            earlier_ns = times[place - 1] if place else pose.t_ns - self._spacing_ns
+            return times[place] - earlier_ns < self._spacing_ns
+        if len(times) < 2 or times[-1] - times[-2] >= self._spacing_ns:
+            return False
+        times[-1], self._poses[-1] = pose.t_ns, pose
+        return True
 
     def at(self, t_ns: int) -> PoseEstimate | None:
         """Return the pose at `t_ns`, or None when no pose is near enough.

@@ -46,6 +46,17 @@ class TrackManager:
         if first_id is not None:
             self.next_id = first_id if self.next_id >= PROVISIONAL_IDS else max(self.next_id, first_id)
 
+    def restore(self, known: list[MapObject], next_id: int, tracks: Tracks) -> None:
+        """See `Tracker.restore`. Live objects that came from the map and are not `known` any more are dropped."""
+        history = tracks.history
+        live, found = set(history.id.tolist()), {o.id for o in known}
+        self.asleep.put([o for o in known if o.id not in live])
+        self.asleep.remember([o for o in known if o.id in live])
+        lost = (history.state == HIBERNATED) & ~np.isin(history.id, list(found))
+        if lost.any():
+            tracks.keep(~lost)
+        self.next_id = max([next_id, *(number + 1 for number in live | found if number < PROVISIONAL_IDS)])
+
     def wake(self, tracks: Tracks, scan: Scan, vehicle: Vehicle) -> None:
         """Let the hibernated objects in and near the sector join the live ones."""
         ids, places = self.asleep.places(vehicle.position[:2], scan.sector.range_max_m + WAKE_MARGIN_M)

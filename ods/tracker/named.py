@@ -65,6 +65,11 @@ class TrackTable(Generic[RowNames]):
         self.table, self._rows = larger, None
         return self._record(*larger[..., old:])
 
+    def restore(self, stored: bytes) -> None:
+        """Replace all objects by those of another table of the same record, `table.tobytes()`. Raises ValueError."""
+        numbers: NDArray[Any] = np.frombuffer(stored, self.table.dtype)
+        self.table, self._rows = numbers.reshape(*self.table.shape[:-1], -1).copy(), None
+
     def keep(self, mask: Mask) -> None:
         """Remove the objects where (n,) `mask` is False; the others keep their order."""
         self.table, self._rows = self.table.compress(mask, axis=-1), None

@@ -1,7 +1,11 @@
 """The tracker process: detections and poses from the bus, obstacle lists to the planner, the map on disk."""
 
+import contextlib
+import logging
 import time
 from typing import Any
+
+import msgspec
 
 from ods.base import clock
 from ods.base.mounting import Mounting
@@ -10,6 +14,7 @@ from ods.runtime.backlog import Backlog
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
+from ods.tracker.checkpoint import Checkpoints, Mission
 from ods.tracker.map.keeper import MapKeeper, provisional_first_id
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, vehicle_at
@@ -21,6 +26,8 @@ from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.utc import VehicleUtc
 from ods.tracker.warm_up import warm_up
+
+log = logging.getLogger(__name__)
 
 FUTURE_NS = clock.NS
 """A ping stamped later than now by more than this has a wrong time."""
@@ -34,33 +41,83 @@ class TrackerWorker(Worker[TrackerConfig]):
 
     def __init__(self, service: Service, settings: TrackerConfig) -> None:
         super().__init__(service, settings)
-        self._poses = PoseBuffer(settings.pose.capacity, settings.pose.max_extrapolation_s)
+        self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Detections] = Backlog()
         self._ping_seq: int | None = None
         self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
+        self._checkpoints = Checkpoints(service.run_dir, settings, service.complain_once)
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._vehicle: Vehicle | None = None
         self._seq = 0
         started_ns = clock.monotonic_ns()
         source: UtcSource = "clock" if clock.synchronized() else "unsure"
         self._utc = VehicleUtc(started_ns, clock.utc_offset_ns(), source)
+        self._left_out = 0
+        self._least_id = self._left_id = 1
         self._listed_ns = 0
         self._tracker: Tracker
         self._inputs: InputMonitor
 
     def start(self) -> None:
-        """Make the tracker and compile it while the map is read."""
-        self._tracker = Tracker(self.settings.tracker, first_id=provisional_first_id() if self._map.to_be_read else 1)
+        """Go on where a tracker that was killed left off, and compile while the map is read."""
+        self._take_over()
         self._look_after_map(clock.monotonic_ns())
         warm_up(self.settings.tracker.observer, self.settings.tracker.association)
         deadline_ns = clock.monotonic_ns() + round(MAP_WAIT_S * clock.NS)
-        while self._map.to_be_read and not self.problems() and clock.monotonic_ns() < deadline_ns:
+        while self._map.to_be_read and (now_ns := clock.monotonic_ns()) < deadline_ns and not self._map.problem(now_ns):
             time.sleep(0.001)
-            self._look_after_map(clock.monotonic_ns())
-        self._inputs = InputMonitor(clock.monotonic_ns(), self.service.process.watches)
+            self._look_after_map(now_ns)
+
+    def _take_over(self) -> None:
+        """Make the tracker of what a former one left."""
+        settings, now_ns = self.settings.tracker, clock.monotonic_ns()
+        left = self._checkpoints.read(now_ns, settings.resume_within_s)
+        self._least_id = left.next_id or 1
+        unknown = left.lost or (self._map.to_be_read and not left.same)
+        first_id = provisional_first_id() if unknown else self._least_id
+        self._tracker = Tracker(settings, first_id=first_id)
+        self._inputs = InputMonitor(now_ns, self.service.process.watches)
+        mission = left.mission
+        if mission is None:
+            return
+        try:
+            self._tracker.restore(mission.tracker, left.known, first_id)
+        except ValueError as error:
+            self.service.complain_once("checkpoint_unusable", f"the tracker begins anew: {error}")
+            self._tracker = Tracker(settings, first_id=first_id)
+            return
+        unwritten = set(mission.unwritten)
+        self._map.note([o for o in left.known if o.id in unwritten], mission.undeleted)
+        self._lister.restore(mission.announced)
+        self._inputs = InputMonitor(now_ns, self.service.process.watches, mission.first_ping_ns)
+        self._ping_seq = mission.ping_seq
+        self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
+        log.warning("goes on with the %d objects of a tracker that was killed", len(self._tracker.snapshot()))
+
+    def _leave(self, now_ns: int) -> None:
+        """Leave to a next tracker what it needs to go on."""
+        tracker = self._tracker
+        try:
+            if self._checkpoints.base_due(tracker.map_changes()):
+                self._checkpoints.write_base(tracker.whole_map())
+            mission = Mission(
+                tracker=tracker.state(),
+                map_changes=tracker.map_changes(),
+                announced=self._lister.state(),
+                unwritten=self._map.pending.puts(),
+                undeleted=self._map.pending.removes(),
+                first_ping_ns=self._inputs.first_ping_ns,
+                ping_seq=self._ping_seq,
+                started_ns=self._utc.started_ns,
+                utc_ahead_ns=self._utc.ahead_ns,
+            )
+            self._checkpoints.write(now_ns, tracker.next_id, mission)
+        except OSError as error:
+            self.service.complain_once("checkpoint_failed", f"objects would not outlive a kill: {error}")
+        self._left_id = tracker.next_id
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
@@ -87,14 +144,18 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
-        """Say what is wrong with the map; all else is in the list's own reasons."""
-        problem = self._map.problem(clock.monotonic_ns())
-        return [problem] if problem else []
+        """Say what is wrong with the map, and that the list is not complete; all else is in the list's own reasons."""
+        map_problem = self._map.problem(clock.monotonic_ns())
+        most = self.settings.tracker.planner.most_listed
+        bounded = f"{self._left_out} objects are not listed: {most} others are nearer" if self._left_out else ""
+        return [problem for problem in (map_problem, bounded) if problem]
 
     def stop(self) -> None:
         """Put what rests in view into the map too: the mission ends."""
         self._map.note(self._tracker.resting(self._utc.at(clock.monotonic_ns())), ())
         self._map.close(self._tracker.next_id)
+        with contextlib.suppress(OSError):
+            self._checkpoints.write(clock.monotonic_ns(), self._tracker.next_id, mission=None)
 
     def _follow_utc(self) -> None:
         moved = self._utc.follow(clock.monotonic_ns())
@@ -115,7 +176,8 @@ class TrackerWorker(Worker[TrackerConfig]):
     def _look_after_map(self, now_ns: int) -> None:
         known = self._map.poll(now_ns, self._tracker.next_id)
         if known is not None:
-            self._tracker.join(known.objects, known.first_id)
+            first_id = None if known.first_id is None else max(known.first_id, self._least_id)
+            self._tracker.join(known.objects, first_id)
 
     def _track(self, message: Detections) -> None:
         if message.t_ns > clock.monotonic_ns() + FUTURE_NS:
@@ -134,8 +196,8 @@ class TrackerWorker(Worker[TrackerConfig]):
         self.service.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
-        self._list(message.t_ns, message.ping_number, message.t_rx_ns, pose)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
+        self._list(message.t_ns, message.ping_number, message.t_rx_ns, pose)
 
     def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
         """Return the scan of `echoes` as measured; `sent`: the sonar head's pose at transmission."""
@@ -177,11 +239,28 @@ class TrackerWorker(Worker[TrackerConfig]):
         now_ns = clock.monotonic_ns()
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        obstacles = self._lister.obstacles(self._snapshot(t_ns), course)
-        utc_ns, utc_source = self._utc.at(t_ns), self._utc.source
-        valid = not reasons
-        message = ObstacleList(self._seq, ping_number, t_ns, utc_ns, t_rx_ns, valid, reasons, obstacles, utc_source)
-        self.service.publish("obstacles", message)
+        everything = self._snapshot(t_ns)
+        centre = None if self._vehicle is None else self._vehicle.position
+        nearest = everything.nearest(self.settings.tracker.planner.most_listed, centre)
+        self._left_out = len(everything) - len(nearest)
+        message = ObstacleList(
+            seq=self._seq,
+            ping_number=ping_number,
+            t_ns=t_ns,
+            utc_ns=self._utc.at(t_ns),
+            t_rx_ns=t_rx_ns,
+            valid=not reasons,
+            reasons=reasons,
+            obstacles=self._lister.obstacles(nearest, course),
+            utc_source=self._utc.source,
+            left_out=self._left_out,
+        )
+        if self._tracker.next_id != self._left_id:
+            self._leave(now_ns)  # or an id might be heard of and then be given again
+            self.service.publish("obstacles", message)
+        else:
+            self.service.publish("obstacles", message)
+            self._leave(now_ns)
         self._seq += 1
         self._listed_ns = now_ns
 

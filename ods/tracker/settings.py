@@ -8,7 +8,7 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import MountingSettings
-from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Settings
+from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings
 from ods.runtime.pose_buffer import PoseSettings
 
 REST = 0.5
@@ -89,6 +89,8 @@ class PlannerSettings(Settings, frozen=True):
     """Time between lists while no detections come, s."""
     announce_ended: PositiveInt = 5
     """Consecutive lists that report an ended object as `terminated`."""
+    most_listed: PositiveInt = 1000
+    """The list has the nearest so many objects; how many more there are is its `left_out`."""
     shape_sigma: NonNegative = 0.2
     """Standard deviation of an object's horizontal place and radius that no number of echoes takes away, in units of
     its radius: a sonar sees the near side only, and the object's shape is not known."""
@@ -123,6 +125,8 @@ class TrackerSettings(Settings, frozen=True):
     life: LifeSettings = LifeSettings()
     planner: PlannerSettings = PlannerSettings()
     map: MapSettings = MapSettings()
+    resume_within_s: NonNegativeSeconds = 10.0
+    """A tracker that was killed goes on with its objects if it is up again within this time; 0: never."""
 
     def __post_init__(self) -> None:
         if self.observer not in OWN_OBSERVERS:  # the registers are slow to load

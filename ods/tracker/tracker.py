@@ -13,7 +13,9 @@ from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
 from ods.tracker.prediction import predict_scan
 from ods.tracker.settings import STATIC, TrackerSettings
+from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track import lifecycle
+from ods.tracker.track.plausibility import refuse_absurd
 from ods.tracker.track.tracks import Tracks
 from ods.tracker.utc import Restamp
 
@@ -47,6 +49,29 @@ class Tracker:
     def join(self, known: list[MapObject], first_id: int | None) -> None:
         """Take in those of the hibernated objects `known` that are not here yet; new ids are `first_id` or more."""
         self._manager.join(known, first_id, self._tracks)
+
+    def state(self) -> TrackerState:
+        """Return all that is known but the objects of the map (`map_changes`)."""
+        return TrackerState(self._t_ns, self._scans, self._tracks.state(), self._clutter.state())
+
+    def map_changes(self) -> MapChanges:
+        """Return how the objects that belong in the map differ from those at the last `whole_map`."""
+        return self._manager.asleep.changes()
+
+    def whole_map(self) -> list[MapObject]:
+        """Return all objects that belong in the map, those awake too."""
+        return self._manager.asleep.whole()
+
+    def restore(self, state: TrackerState, known: list[MapObject], next_id: int) -> None:
+        """Go on where another tracker was, of the same settings; `known`: its objects that belong in the map.
+
+        Raises ValueError when that makes no sense; this tracker is of no use then.
+        """
+        self._t_ns, self._scans = state.t_ns, state.scans
+        self._tracks.restore(state.tracks)
+        refuse_absurd(self._tracks, state.t_ns or 0)
+        self._clutter.restore(state.clutter)
+        self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
         """Take one ping in. Pings must come in order of time: an older one is left out."""

@@ -32,8 +32,8 @@ class VehicleUtc:
     def __init__(self, started_ns: int, ahead_ns: int, source: UtcSource) -> None:
         """Begin with this computer's clock, which is so far ahead of CLOCK_MONOTONIC."""
         self.source = source
-        self._started_ns = started_ns
-        self._ahead_ns = self._told_ns = ahead_ns
+        self.started_ns = started_ns
+        self.ahead_ns = self._told_ns = ahead_ns
 
     def hear(self, pose: Pose) -> None:
         """Take what the newest pose says of UTC."""
@@ -41,12 +41,12 @@ class VehicleUtc:
 
     def at(self, t_ns: int) -> int:
         """Return UTC of an instant, ns, as of the last `follow`."""
-        return t_ns + self._ahead_ns
+        return t_ns + self.ahead_ns
 
     def follow(self, now_ns: int) -> Restamp | None:
         """Take over what the poses say; return what that moves, None when it is no step."""
-        before_ns, self._ahead_ns = self._ahead_ns, self._told_ns
-        step_ns = self._ahead_ns - before_ns
+        before_ns, self.ahead_ns = self.ahead_ns, self._told_ns
+        step_ns = self.ahead_ns - before_ns
         if abs(step_ns) < STEP_NS:
             return None
-        return Restamp(self._started_ns + before_ns, now_ns + before_ns, step_ns)
+        return Restamp(self.started_ns + before_ns, now_ns + before_ns, step_ns)

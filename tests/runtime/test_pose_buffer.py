@@ -70,6 +70,34 @@ def test_interpolation_agrees_with_scipy(
     assert found.extrapolated_s == 0.0
 
 
+def test_a_flood_of_poses_is_thinned_out_and_the_newest_one_kept() -> None:
+    """At 95,000 a second 400 of them would reach back for 4 ms only; late ones are thinned out likewise."""
+    buffer = PoseBuffer(400, 0.3, max_rate_hz=250.0)
+    count = 100_000
+    still = pose_at(0.0)
+    for k in range(count):
+        t_s = k / 95_000.0
+        buffer.insert(msgspec.structs.replace(still, t_ns=round(t_s * NS), position_ned=(2.0 * t_s, 0.0, 0.0)))
+        assert buffer._times[-1] == round(t_s * NS)
+    found = buffer.at(round(0.5 * NS))
+    assert found is not None
+    assert found.extrapolated_s == 0.0
+    assert found.position_ned[0] == pytest.approx(1.0, abs=1e-6)
+    assert min(np.diff(buffer._times[:-1])) >= NS // 250
+    assert buffer.counters["pose_thinned"] + len(buffer) == count
+    buffer.insert(msgspec.structs.replace(still, t_ns=NS // 2 + 7))
+    assert buffer.counters["pose_thinned"] + len(buffer) == count + 1
+
+
+def test_poses_that_come_at_a_usual_rate_are_all_kept() -> None:
+    rng = np.random.default_rng(3)
+    buffer = PoseBuffer(400, 0.3, max_rate_hz=250.0)
+    for t_s in np.arange(200) / 100.0 + rng.uniform(-2e-3, 2e-3, 200):
+        buffer.insert(pose_at(float(t_s)))
+    assert len(buffer) == 200
+    assert not buffer.counters
+
+
 def test_yaw_across_180_degrees_takes_the_short_way() -> None:
     buffer = PoseBuffer(10, 0.5)
     for t_s, yaw_deg in ((0.0, 179.0), (0.01, -179.0)):

@@ -34,7 +34,7 @@ from ods.tracker.settings import TrackerConfig, TrackerSettings
 
 folder, tracker = Path(sys.argv[1]), json.loads(sys.argv[2])
 site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
-tracker = msgspec.convert(tracker, TrackerSettings, dec_hook=lambda _, path: folder / path)
+tracker = msgspec.convert(tracker, TrackerSettings, dec_hook=lambda kind, path: folder / path)
 config = TrackerConfig(site=site, pose=PoseSettings(), tracker=tracker)
 service.run_worker(TrackerWorker, PROCESSES["tracker"], folder, config)
 """

@@ -72,6 +72,18 @@ def test_what_ended_is_said_in_several_lists_unless_it_comes_back() -> None:
     ]
 
 
+def test_of_too_many_objects_the_nearest_are_taken() -> None:
+    many = snapshot(*range(1, 51))
+    rng = np.random.default_rng(5)
+    many = replace(many, position=rng.uniform(-100.0, 100.0, (3, 50)), radius=rng.uniform(0.0, 5.0, 50))
+    centre = np.array([10.0, -20.0, 4.0])
+    taken = many.nearest(7, centre)
+    edges = [float(np.hypot(*(p[:2] - centre[:2])) - r) for p, r in zip(many.position.T, many.radius, strict=True)]
+    assert taken.id.tolist() == sorted(sorted(many.id.tolist(), key=lambda i: edges[i - 1])[:7])
+    assert many.nearest(50, centre) is many
+    assert len(many.nearest(7, None)) == 7
+
+
 def test_no_number_that_is_not_finite_gets_out() -> None:
     bad = snapshot(1, 2, 3)
     bad.position[0, 1] = np.nan
@@ -133,7 +145,7 @@ def test_all_is_well() -> None:
 
 def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
     started = monitor()
-    started._first_ping_ns = round(9.2 * NS)
+    started.first_ping_ns = round(9.2 * NS)
     assert started.reasons(10 * NS, pose_known=True) == [
         "the tracker has just started: objects are still being confirmed"
     ]

@@ -1,7 +1,6 @@
 """The tracker process as a process: real ZeroMQ on both sides, played by this test."""
 
 import math
-import os
 import signal
 import time
 from collections.abc import Iterator
@@ -9,6 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from ods.base import clock
+from ods.messages import ObstacleList
 from ods.tracker.map.store import open_map
 from tests.tracker.played import Chain, good, played, says
 
@@ -97,10 +97,54 @@ def test_the_map_outlives_the_process_and_ids_are_not_used_again(chain: Chain) -
     back = chain.until(lambda m: m.valid and [o.state for o in m.obstacles] == ["active"] * 3)
     assert {o.id for o in back.obstacles} > ids
     (new,) = {o.id for o in back.obstacles} - ids
-    os.kill(chain.process.pid, signal.SIGKILL)
-    chain.process.wait()
-
+    chain.kill()
+    for left in chain.folder.glob("tracker.*-*"):
+        left.unlink()
+    (chain.folder / "tracker.checkpoint").unlink()  # as if the computer had been started again
     chain.start()
     again = chain.until(lambda m: m.valid and [o.state for o in m.obstacles] == ["active"] * 3)
     assert ids < {o.id for o in again.obstacles}
     assert max(o.id for o in again.obstacles) > new
+
+
+@pytest.mark.parametrize("map_file", ["map.sqlite", None, "unusable"])
+def test_a_killed_tracker_goes_on_with_the_same_objects(map_file: str | None) -> None:
+    """With a map, without, and with one that cannot be used; new objects get new ids."""
+    with played({"map": {"path": map_file}, "resume_within_s": 300.0}) as chain:
+        (chain.folder / "unusable").write_text("rubbish " * 1000)
+        before = chain.until(lambda m: good(m) and min(o.times_seen for o in m.obstacles) > 20)
+        chain.kill()
+        chain.start()
+        first = chain.until(lambda m: m.ping_number >= 0)
+        assert first.valid
+        assert _places(first) == pytest.approx(_places(before), abs=0.2)
+        assert min(o.times_seen for o in first.obstacles) > 20
+        chain.echoes.append((50.0, -0.4))
+        later = chain.until(lambda m: m.valid and len(m.obstacles) == 3)
+        chain.kill()
+        chain.start()
+        last = chain.until(lambda m: m.ping_number >= 0)
+        assert _places(last) == pytest.approx(_places(later), abs=0.2)
+        assert max(_places(last)) > max(_places(first))
+
+
+def _places(message: ObstacleList) -> dict[int, tuple[float, ...]]:
+    return {o.id: o.position_ned[:2] for o in message.obstacles}
+
+
+def test_what_a_killed_tracker_left_is_not_believed_blindly(chain: Chain) -> None:
+    """Damaged or too old: other ids than before, and it is counted."""
+    ids = {o.id for o in chain.until(good).obstacles}
+    chain.kill()
+    checkpoint = chain.folder / "tracker.checkpoint"
+    checkpoint.write_bytes(checkpoint.read_bytes()[:-7])
+    chain.start()
+    assert not {o.id for o in chain.until(good).obstacles} & ids
+    chain.until(lambda _: chain.health is not None)
+    assert chain.health is not None
+    assert chain.health.counters["checkpoint_unusable"] == 1
+    newer = {o.id for o in chain.until(good).obstacles}
+    chain.kill()
+    chain.settings["resume_within_s"] = 0.0
+    chain.start()
+    assert not {o.id for o in chain.until(good).obstacles} & (ids | newer)

@@ -150,7 +150,7 @@ def test_a_disk_that_stalls_or_is_full_costs_the_maps_freshness_only(disk: Disk)
 
 def test_a_disk_that_stalls_at_the_start(disk: Disk) -> None:
     """The tracker goes on without the map, and so does the next one while the first one's writer still waits."""
-    with played({"life": {"stand_by_s": 0.5}}, disk.environment) as chain:
+    with played({"life": {"stand_by_s": 0.5}, "resume_within_s": 300.0}, disk.environment) as chain:
         ids = {o.id for o in chain.until(good).obstacles}
         chain.process.send_signal(signal.SIGTERM)
         assert chain.process.wait(10) == 0
@@ -160,7 +160,8 @@ def test_a_disk_that_stalls_at_the_start(disk: Disk) -> None:
         assert not given & ids
         chain.kill()
         chain.start()
-        chain.until(lambda m: good(m) and "not read for" in _problems(chain))
+        again = chain.until(lambda m: good(m) and "not read for" in _problems(chain))
+        assert {o.id for o in again.obstacles} == given
         disk.stalls(False)
         everything = chain.until(lambda m: len(m.obstacles) == 4)
         known = {o.id for o in everything.obstacles}

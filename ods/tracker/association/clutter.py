@@ -9,6 +9,7 @@ from ods.base.arrays import Floats
 from ods.compiled.kernel import kernel
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes, echo_rows
+from ods.tracker.state import ClutterState
 
 RANGES = 10
 """Parts of the sonar's range that are counted apart."""
@@ -57,6 +58,18 @@ class Clutter:
         self._mean = per_scan
         self._by_range = np.full(RANGES, per_scan / RANGES)
         self._by_radius = np.full(RADII, per_scan / RADII)
+
+    def state(self) -> ClutterState:
+        """Return what was counted."""
+        return ClutterState(self._scans, float(self._mean), self._by_range.tolist(), self._by_radius.tolist())
+
+    def restore(self, state: ClutterState) -> None:
+        """Go on with what another one counted. Raises ValueError."""
+        counts = np.array([state.scans, state.mean, *state.by_range, *state.by_radius], np.float64)
+        if len(counts) != 2 + RANGES + RADII or not (np.isfinite(counts) & (counts >= 0.0)).all() or state.scans < 1:
+            raise ValueError("counts of false alarms that are none")
+        self._scans, self._mean = state.scans, state.mean
+        self._by_range, self._by_radius = counts[2 : 2 + RANGES], counts[2 + RANGES :]
 
     @property
     def per_scan(self) -> float:

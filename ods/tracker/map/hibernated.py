@@ -13,6 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
+from ods.tracker.state import MapChanges
 from ods.tracker.utc import Restamp
 
 SKIN_M = 20.0
@@ -27,6 +28,8 @@ class HibernatedObjects:
         self._awake: dict[int, MapObject] = {}
         self._tree = sqlite3.connect(":memory:", isolation_level=None, check_same_thread=False)
         self._tree.execute(PLACE_TABLE)
+        self._changed: dict[int, MapObject] = {}
+        self._gone: set[int] = set()
         self._near_ids = np.zeros(0, np.int64)
         self._near_places = np.zeros((2, 0))
         self._near_centre = np.full(2, np.nan)
@@ -46,18 +49,20 @@ class HibernatedObjects:
         self._tree.executemany("INSERT OR REPLACE INTO place VALUES (?, ?, ?, ?, ?)", rows)
         self._objects |= {o.id: o for o in objects}
         self._near_centre[:] = np.nan
+        self._note(objects)
 
     def wake(self, ids: list[int]) -> list[MapObject]:
         """Take objects out by id and return them; ids that are not here are passed over."""
         woken = [self._objects.pop(i) for i in ids if i in self._objects]
         self._tree.executemany("DELETE FROM place WHERE id = ?", [(o.id,) for o in woken])
         self._near_centre[:] = np.nan
-        self.remember(woken)
+        self._awake |= {o.id: o for o in woken}
         return woken
 
     def remember(self, awake: list[MapObject]) -> None:
         """Keep what is known of objects that are awake but belong in the map."""
         self._awake |= {o.id: o for o in awake}
+        self._note(awake)
 
     def sleep(self, ids: list[int], existences: list[float]) -> None:
         """Put objects back that are awake, as they were known, with their present existence."""
@@ -79,12 +84,28 @@ class HibernatedObjects:
                     )
         for o in changed:
             (self._objects if o.id in self._objects else self._awake)[o.id] = o
+        self._note(changed)
         return changed
 
     def forget(self, ids: list[int]) -> None:
         """Objects that were awake are gone."""
         for i in ids:
-            self._awake.pop(i, None)
+            if self._awake.pop(i, None) is not None:
+                self._changed.pop(i, None)
+                self._gone.add(i)
+
+    def changes(self) -> MapChanges:
+        """Return how the objects, asleep or awake, differ from the last `whole`."""
+        return MapChanges(list(self._changed.values()), list(self._gone))
+
+    def whole(self) -> list[MapObject]:
+        """Return all objects, asleep or awake; `changes` begin anew."""
+        self._changed, self._gone = {}, set()
+        return [*self._objects.values(), *self._awake.values()]
+
+    def _note(self, objects: list[MapObject]) -> None:
+        self._changed |= {o.id: o for o in objects}
+        self._gone.difference_update(o.id for o in objects)
 
     def places(self, centre: Floats, distance: float) -> tuple[Ints, Floats]:
         """Return ids (k,) and north-east positions (2, k) of the objects not farther than `distance` from (2,)."""

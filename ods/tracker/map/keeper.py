@@ -138,7 +138,8 @@ class MapKeeper:
             self._reserved = max(self._reserved, first_id)
             self._lag.done(now_ns)
             self._lag.wanted = WRITTEN
-        return Known([self._older(o) for o in objects if not self.pending.removes(o.id)], first_id) if news else None
+        gone = set(self.pending.removes())
+        return Known([self._older(o) for o in objects if o.id not in gone], first_id) if news else None
 
     def _older(self, known: MapObject) -> MapObject:
         """Return an object as far as it can be relied on in another mission, whose pose has other errors."""

@@ -30,13 +30,13 @@ class PendingChanges:
         self._put.pop(object_id, None)
         self._remove.add(object_id)
 
-    def removes(self, object_id: int) -> bool:
-        """Tell whether the file may still have an object that it shall not have."""
-        return object_id in self._remove
+    def puts(self) -> list[int]:
+        """Return the ids of objects that the file does not have yet, as they are."""
+        return list(self._put)
 
-    def ids(self) -> tuple[list[int], list[int]]:
-        """Return the ids to put and to remove."""
-        return list(self._put), list(self._remove)
+    def removes(self) -> list[int]:
+        """Return the ids of objects that the file may have and shall not."""
+        return list(self._remove)
 
     def first(self) -> Change:
         """Return as many changes as go into a packet."""

@@ -7,7 +7,7 @@ exchange their states before each measurement, as much as the time since the las
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -99,6 +99,10 @@ class InteractingModels:
         """Remove the objects where `mask` is False."""
         self._filters.keep(mask)
         self._share.keep(mask)
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects."""
+        return [self._filters, self._share]
 
 
 def _each(*rows: Floats) -> tuple[Floats, ...]:

@@ -1,7 +1,7 @@
 """The paper's observer: independent Kalman filters for north and east, in closed form (`axis_kalman`) [SSIE eq. 2]."""
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -93,6 +93,10 @@ class IndependentAxes:
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
         self._table.keep(mask)
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects."""
+        return [self._table]
 
 
 @kernel

@@ -6,7 +6,7 @@ their likelihoods says which to believe. How north and east are filtered is what
 """
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -80,6 +80,9 @@ class HorizontalFilter(Protocol):
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects."""
 
 
 class CommonState(NamedTuple):
@@ -222,6 +225,10 @@ class StaticOrMovingObserver:
         """Remove the objects where `mask` is False."""
         self._table.keep(mask)
         self._horizontal.keep(mask)
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects."""
+        return [self._table, *self._horizontal.tables()]
 
 
 @kernel

@@ -5,10 +5,11 @@ step. `OBSERVERS` maps the name in the configuration to a factory that takes the
 """
 
 from collections.abc import Callable
-from typing import Protocol
+from typing import Any, Protocol
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief
 from ods.tracker.observer.imm import InteractingModels, Model
 from ods.tracker.observer.independent import IndependentAxes
@@ -61,6 +62,9 @@ class Observer(Protocol):
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects: what a tracker leaves to its successor."""
 
 
 def _independent(settings: MotionSettings) -> Observer:

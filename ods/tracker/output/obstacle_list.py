@@ -12,6 +12,7 @@ from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings, PlannerSettings
+from ods.tracker.state import Announced
 from ods.tracker.track import lifecycle
 
 NAMES: dict[int, TrackState] = {
@@ -42,6 +43,14 @@ class ObstacleLister:
             ended = msgspec.structs.replace(obstacle, state="terminated")
             self._ended[obstacle.id] = (ended, self._settings.announce_ended)
 
+    def state(self) -> list[Announced]:
+        """Return what ended lately."""
+        return [Announced(obstacle, left) for obstacle, left in self._ended.values()]
+
+    def restore(self, state: list[Announced]) -> None:
+        """Go on announcing what another one began to."""
+        self._ended = {each.obstacle.id: (each.obstacle, each.left) for each in state}
+
     def obstacles(self, snapshot: Snapshot, course: Course | None = None) -> list[Obstacle]:
         """Return the next list: all objects of `snapshot`, then those that ended.
 
@@ -51,7 +60,7 @@ class ObstacleLister:
         present = _obstacles(snapshot, self._approaches(snapshot, course), self._predictions(snapshot))
         for obstacle in present:
             self._ended.pop(obstacle.id, None)
-        ended = [obstacle for obstacle, _ in self._ended.values()]
+        ended = [obstacle for obstacle, _ in self._ended.values()][-self._settings.most_listed :]
         self._ended = {i: (obstacle, left - 1) for i, (obstacle, left) in self._ended.items() if left > 1}
         return present + ended
 

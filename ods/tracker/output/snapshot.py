@@ -46,6 +46,15 @@ class Snapshot:
             *(np.concatenate([getattr(self, name), getattr(other, name)], axis=-1) for name in Snapshot.__slots__)
         )
 
+    def nearest(self, count: int, centre: Floats | None) -> "Snapshot":
+        """Return the `count` objects whose edges are nearest to `centre`, (3,) NED; without one, the first so many."""
+        if len(self) <= count:
+            return self
+        if centre is None:
+            return self.take(np.arange(count))
+        distance = np.hypot(*(self.position[:2] - centre[:2, None])) - self.radius
+        return self.take(np.sort(np.argpartition(distance, count)[:count]))
+
     def carried_on(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
         """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
 

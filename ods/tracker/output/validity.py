@@ -15,16 +15,18 @@ SETTLE_S = 1.0
 class InputMonitor:
     """When what was heard of last. All times are CLOCK_MONOTONIC ns."""
 
-    def __init__(self, started_ns: int, processes: Iterable[str]) -> None:
+    def __init__(self, started_ns: int, processes: Iterable[str], first_ping_ns: int | None = None) -> None:
+        """`first_ping_ns`: the first ping of the tracker that this one goes on for, if it does."""
         self._started_ns = started_ns
-        self._first_ping_ns: int | None = None
+        self.first_ping_ns = first_ping_ns
+        """Transmission of the first ping; None before it."""
         self._ping_ns: int | None = None
         self._pose_ns: int | None = None
         self._health: dict[str, Health | None] = dict.fromkeys(processes)
 
     def ping(self, t_ns: int) -> None:
         """Detections of the ping transmitted at `t_ns` came."""
-        self._first_ping_ns = t_ns if self._first_ping_ns is None else self._first_ping_ns
+        self.first_ping_ns = t_ns if self.first_ping_ns is None else self.first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
@@ -59,9 +61,9 @@ class InputMonitor:
         return found
 
     def _settling(self) -> bool:
-        if self._ping_ns is None or self._first_ping_ns is None:
+        if self._ping_ns is None or self.first_ping_ns is None:
             return True
-        return self._ping_ns - self._first_ping_ns < SETTLE_S * NS
+        return self._ping_ns - self.first_ping_ns < SETTLE_S * NS
 
     def _of_process(self, process: str, report: Health | None, now_ns: int) -> list[str]:
         newest_ns = self._started_ns if report is None else report.t_ns

@@ -1,6 +1,6 @@
 """The live objects: identity, state and existence beside the observer's filters, all kept in the same order."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
+from ods.tracker.state import TracksState
 from ods.tracker.track import existence, lifecycle
 from ods.tracker.utc import Restamp
 
@@ -153,6 +154,23 @@ class Tracks:
             np.array([o.sigma_radius for o in objects]) ** 2,
         )
         self._told = None
+
+    def state(self) -> TracksState:
+        """Return all that is known of the objects."""
+        return TracksState(self.unjudged_s, [each.table.tobytes() for each in self.tables()])
+
+    def restore(self, state: TracksState) -> None:
+        """Replace the objects by those of another `Tracks` with a like observer. Raises ValueError for other tables."""
+        tables = self.tables()
+        for table, stored in zip(tables, state.tables, strict=True):
+            table.restore(stored)
+        if len({len(table) for table in tables}) != 1:
+            raise ValueError("tables of different lengths")
+        self.unjudged_s, self._told = state.unjudged_s, None
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects: history, doubt, and the observer's."""
+        return [self._history, self._doubt, *self._observer.tables()]
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""

@@ -1,0 +1,46 @@
+"""What a tracker knows, as plain bytes and numbers: what one that was killed leaves to the next one."""
+
+import msgspec
+
+from ods.messages import Obstacle
+from ods.tracker.map.map_object import MapObject
+
+
+class TracksState(msgspec.Struct, frozen=True):
+    """The live objects."""
+
+    unjudged_s: float
+    tables: list[bytes]
+    """As they lie in memory, an object a column: history, doubt, and those of the observer."""
+
+
+class ClutterState(msgspec.Struct, frozen=True):
+    """The false alarms counted so far."""
+
+    scans: int
+    mean: float
+    by_range: list[float]
+    by_radius: list[float]
+
+
+class TrackerState(msgspec.Struct, frozen=True):
+    """All but the objects of the map."""
+
+    t_ns: int | None
+    scans: int
+    tracks: TracksState
+    clutter: ClutterState
+
+
+class MapChanges(msgspec.Struct, frozen=True):
+    """How the objects that belong in the map differ from a former whole."""
+
+    put: list[MapObject]
+    remove: list[int]
+
+
+class Announced(msgspec.Struct, frozen=True):
+    """An object that ended, to be told in so many lists more."""
+
+    obstacle: Obstacle
+    left: int

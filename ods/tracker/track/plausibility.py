@@ -1,0 +1,48 @@
+"""Can these be tracks? Asked of what a former tracker left: a wrong number would spoil all that follows."""
+
+import numpy as np
+
+from ods.tracker.track import lifecycle
+from ods.tracker.track.tracks import Tracks
+
+LONGEST_S, FARTHEST = 1e6, 1e9
+"""Largest time since existence was judged, s, and largest number of a filter, in any of their units."""
+SMALLEST_RADIUS_M = 10.0
+"""Filters know of no bounds: a radius may fall a little below 0."""
+ROUNDING = 1e-6
+
+
+def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
+    """Raise ValueError when a history, a probability or a filter cannot be, at the time `t_ns`."""
+    _refuse_absurd_histories(tracks, t_ns)
+    doubt = np.stack(tracks.doubt)
+    if not ((doubt >= 0.0) & (doubt <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
+        raise ValueError("probabilities that are none")
+    _refuse_absurd_filters(tracks)
+
+
+def _refuse_absurd_histories(tracks: Tracks, t_ns: int) -> None:
+    history = tracks.history
+    ids = history.id[history.id != 0]
+    named = (history.id > 0) == (history.state != lifecycle.TENTATIVE)
+    states = (history.state >= lifecycle.TENTATIVE) & (history.state <= lifecycle.HIBERNATED)
+    times = (history.born <= history.last) & (history.last <= t_ns) & (history.unwatched >= 0)
+    if not (named & states & times & (history.echoes >= 1)).all() or len(np.unique(ids)) != len(ids):
+        raise ValueError("histories that are none")
+
+
+def _refuse_absurd_filters(tracks: Tracks) -> None:
+    tables = [each.table for each in tracks.tables()[2:]]
+    if any(np.isnan(table).any() or (np.abs(table[np.isfinite(table)]) > FARTHEST).any() for table in tables):
+        raise ValueError("numbers that are none, or beyond all bounds")
+    with np.errstate(all="ignore"):  # infinite ones, which only the odds of rest may be, spoil the moments
+        (belief, estimate), (velocity, velocity_variance) = tracks.told(), tracks.velocity()
+        moments = [velocity, velocity_variance, *estimate[:2], np.stack(estimate[2:])]
+        limit = belief.variance[:, 0] * belief.variance[:, 1] * (1.0 + ROUNDING)
+    if not all(np.isfinite(array).all() for array in moments) or not (belief.radius > -SMALLEST_RADIUS_M).all():
+        raise ValueError("moments that are none")
+    positive = (belief.variance > 0.0).all() and (belief.radius_variance > 0.0).all()
+    positive &= (velocity_variance >= 0.0).all() and (belief.covariance_ne**2 <= limit).all()
+    whole = (belief.weight >= 0.0).all() and (np.abs(belief.weight.sum(axis=0) - 1.0) < ROUNDING).all()
+    if not positive or not whole:
+        raise ValueError("weights or variances that are none")
