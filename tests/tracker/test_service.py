@@ -128,8 +128,8 @@ def test_a_killed_tracker_goes_on_with_the_same_objects(map_file: str | None) ->
         assert max(_places(last)) > max(_places(first))
 
 
-def _places(message: ObstacleList) -> dict[int, tuple[float, ...]]:
-    return {o.id: o.position_ned[:2] for o in message.obstacles}
+def _places(message: ObstacleList) -> dict[int, complex]:
+    return {o.id: complex(*o.position_ned[:2]) for o in message.obstacles}
 
 
 def test_what_a_killed_tracker_left_is_not_believed_blindly(chain: Chain) -> None:
