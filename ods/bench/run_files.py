@@ -12,6 +12,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.sim_sonar.device.sonar_line import port_of
 from ods.sim_sonar.ins.can_bus import can_of
+from ods.sim_sonar.ins.nmea_ins import PORT
 
 
 def write_configs(settings: BenchConfig) -> tuple[Path, Path]:
@@ -25,6 +26,8 @@ def write_configs(settings: BenchConfig) -> tuple[Path, Path]:
     onboard["bus"]["run_dir"] = str(run_dir)
     onboard["sonar"] |= {"port": port_of(settings.sim, run_dir), "latency_ms": settings.sim.sonar_latency_ms}
     onboard["nav"]["can"] |= {"interface": interface, "channel": channel}
+    if settings.sim.ins == "nmea":
+        onboard["nav"]["nmea"]["port"] = str(run_dir / PORT)
     onboard["tracker"]["map"]["path"] = str(settings.out / "map.sqlite")
     files = settings.out / "onboard.toml", settings.out / "bench.toml"
     for file, content in zip(files, (onboard, _as_dict(settings)), strict=True):

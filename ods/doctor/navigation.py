@@ -53,10 +53,9 @@ def files(settings: OnboardConfig) -> Iterator[Finding]:
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     """Listen to the bus, without a word, and say what came."""
     subject = f"navigation by {settings.nav.source}"
-    can = settings.nav.can
     nav_runs = is_locked(settings.bus.run_dir, "nav")
-    if can.interface != "socketcan" and nav_runs:
-        yield Finding("note", subject, "not listened to: the nav process has the adapter")
+    if nav_runs and (settings.nav.source == "nmea" or settings.nav.can.interface != "socketcan"):
+        yield Finding("note", subject, "not listened to: the nav process has the line")
         return
     counters: Counter[str] = Counter()
     try:
@@ -72,7 +71,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
     if not any(heard.items[name] for name in source.expects()):
         yield Finding("wrong", subject, _nothing(settings.nav, heard, seconds))
         return
-    yield from _rates(source, heard.items, _own_rhythm(settings.nav), seconds)
+    yield from _rates(source, heard.items, _own_rhythm(settings.nav, source), seconds)
     if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
         heard = heard._replace(problems=[])
         counters["own_id_taken"] = 0
@@ -115,8 +114,10 @@ def _wait(fd: int | None) -> None:
         select.select([fd], [], [], PAUSE_S)
 
 
-def _own_rhythm(nav: NavSettings) -> set[str]:
+def _own_rhythm(nav: NavSettings, source: PoseSource[Any]) -> set[str]:
     """Return what need not come as often as poses: heartbeat, status, and what is held."""
+    if nav.source == "nmea":
+        return {what for what in source.expects().values() if "attitude" not in what}
     if nav.source != "dbc" or nav.dbc is None:
         return {"heartbeat"}
     return {*nav.dbc.held, *(item.signal.partition(".")[0] for item in nav.dbc.valid)}
@@ -139,8 +140,9 @@ def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
     """Say that nothing came that a pose is made of, and what came instead."""
     others = ", ".join(sorted(heard.items))
     told = [*heard.problems, f"others came: {others}"] if others else heard.problems
-    key = "nav.canopen.ins_node_id" if nav.source == "canopen" else "nav.dbc.file"
-    asked = f"is the INS on, wired and told to send, and are bit rate and {key} right?"
+    keys = {"canopen": "bit rate and nav.canopen.ins_node_id", "dbc": "bit rate and nav.dbc.file"}
+    right = keys.get(nav.source, "nav.nmea.port and nav.nmea.baud")
+    asked = f"is the INS on, wired and told to send, and are {right} right?"
     return f"nothing that it should send came within {seconds:g} s ({'; '.join(told)}): {asked}"
 
 

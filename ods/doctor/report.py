@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import can_interface, chain, machine, map_file, mounting, navigation, running, sonar_port
+from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, running, sonar_port
 from ods.doctor.finding import Finding
 from ods.runtime.run_dir import is_locked
 
@@ -28,7 +28,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
     if listen_s:
         yield from sonar_port.listen(settings, listen_s)
     yield from mounting.examine(settings.sonar.mounting, settings.nav.lever_arm_m)
-    yield from can_interface.examine(settings.nav.can)
+    yield from nav_line.examine(settings.nav)
     source = list(navigation.files(settings))
     yield from source
     if listen_s and source[-1].level == "good":

@@ -1,1 +1,1 @@
-"""CAN frames from the inertial navigation system to poses."""
+"""What the inertial navigation system sends, on CAN or as text, to poses."""

@@ -10,6 +10,8 @@ from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.canopen.source import CanopenSource
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.link import Descriptor, Link
+from ods.nav_bridge.nmea.link import NmeaLink
+from ods.nav_bridge.nmea.source import NmeaSource
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.source import PoseSource, Send, SourceHost
 from ods.nav_bridge.utc import Utc, WallClock
@@ -18,8 +20,11 @@ from ods.nav_bridge.utc import Utc, WallClock
 def make_source(nav: NavSettings, frame: LocalFrame, send: Send, counters: Counter[str]) -> PoseSource[Any]:
     """Return the source that the settings choose. Raises OdsError when its files cannot be used."""
     host = SourceHost(frame, send, counters, clock.monotonic_ns(), Utc(_wall_clock))
+    if nav.source == "nmea":
+        assert nav.nmea is not None  # `NavSettings` has seen to it
+        return NmeaSource(nav, nav.nmea, host)
     if nav.source == "dbc":
-        assert nav.dbc is not None  # `NavSettings` has seen to it
+        assert nav.dbc is not None
         return DbcSource(nav, nav.dbc, host)
     assert nav.canopen is not None
     return CanopenSource(nav, nav.canopen, host)
@@ -29,8 +34,10 @@ def make_link(
     nav: NavSettings, source: PoseSource[Any], counters: Counter[str], opened: Descriptor, closing: Descriptor
 ) -> Link[Any]:
     """Return the line to a source; `opened` and `closing` are told of its descriptor."""
-    assert isinstance(source, CanSource)
-    return CanLink(nav.can, source.ids, counters, opened, closing)
+    if isinstance(source, CanSource):
+        return CanLink(nav.can, source.ids, counters, opened, closing)
+    assert nav.nmea is not None
+    return NmeaLink(nav.nmea, counters, opened, closing)
 
 
 def _wall_clock() -> WallClock:

@@ -1,5 +1,6 @@
 """Settings of the `nav_bridge` package."""
 
+import re
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -9,6 +10,8 @@ from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import Lever
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
+from ods.runtime.port.address import tcp_address
+from ods.runtime.port.udp_port import udp_address
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool
@@ -248,15 +251,70 @@ class DbcSettings(Settings, frozen=True):
     """Status that must hold."""
 
 
+NMEA_CHOICES: dict[str, tuple[str, ...]] = {
+    "place": ("GGA", "RMC"),
+    "depth": ("GGA", "DPT", "DBT", "DBS", "TS"),
+    "attitude": ("PASHR", "SA"),
+    "heading": ("PASHR", "HDT", "SA"),
+    "velocity": ("VTG", "RMC", "BS", "BE"),
+    "accuracy": ("GST",),
+}
+"""Sentences that may tell each part of a pose: NMEA 0183, PASHR, and PD6's two letters."""
+TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
+
+
+class NmeaSettings(Settings, frozen=True):
+    """An INS, or sensors, that speak NMEA 0183 or PD6 on one line. Nothing is sent.
+
+    Each part of the pose names the sentence that it is taken from: GGA of any talker, or INGGA of one.
+    """
+
+    port: str
+    """Serial device; "udp://0.0.0.0:10110", where datagrams come in; "socket://192.168.0.5:4001", a serial server."""
+    baud: PositiveInt = 115200
+    """Of a serial device."""
+    sender: str | None = None
+    """IP address that datagrams must come from; none: any."""
+    place: str = "GGA"
+    """GGA or RMC."""
+    depth: str = "GGA"
+    """GGA: its altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
+    attitude: str = "PASHR"
+    """PASHR or SA: roll and pitch. There is a pose for each."""
+    heading: str = "PASHR"
+    """PASHR, HDT or SA."""
+    velocity: str = "VTG"
+    """VTG, RMC (nothing vertical), BS or BE (a Doppler log over ground)."""
+    accuracy: str | None = None
+    """GST; none: `nav.sigma.position_m` holds."""
+    held: dict[str, HeldSettings] = msgspec.field(
+        default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
+    )
+    """How long each sentence holds, by its name without talker; one left out: as its own defaults say."""
+
+    def __post_init__(self) -> None:
+        udp_address(self.port) or tcp_address(self.port)
+        for part, usable in NMEA_CHOICES.items():
+            told = getattr(self, part)
+            if told is not None and TALKER.sub("", told) not in usable:
+                raise ValueError(f"{part}: {none_of(told, usable)}")
+        known = {name for usable in NMEA_CHOICES.values() for name in usable}
+        unknown = self.held.keys() - known
+        if unknown:
+            raise ValueError(f"held: {none_of(min(unknown), sorted(known))}")
+
+
 class NavSettings(Settings, frozen=True):
     """Where the vehicle's pose comes from."""
 
-    source: Literal["canopen", "dbc"] = "canopen"
+    source: Literal["canopen", "dbc", "nmea"] = "canopen"
     """How the INS speaks; the table of that name says more."""
     canopen: CanopenSettings | None = None
     """For source "canopen"."""
     dbc: DbcSettings | None = None
     """For source "dbc"."""
+    nmea: NmeaSettings | None = None
+    """For source "nmea"."""
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
     """The point on the vehicle of which the INS tells place and velocity: forward, starboard and down of the body's

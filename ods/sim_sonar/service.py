@@ -2,6 +2,7 @@
 
 import queue
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,11 +14,13 @@ from ods.base.mounting import lever_arm_in, mounting_in
 from ods.base.settings_file import load_table
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission
+from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sim_sonar.device.sonar_line import open_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.can_bus import SLCAN_PORT, can_of
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.nmea_ins import PORT, SimulatedNmeaIns
 from ods.sim_sonar.ins.place import InsPlace
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.sim_sonar.scene.timeline import load_scene
@@ -26,6 +29,8 @@ from ods.sim_sonar.sonar.model import load_sonar
 
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
+NMEA_PATIENCE_S = 0.005
+"""What nobody reads by then is lost, as on a real line."""
 
 
 class SimWorker(Worker[SimConfig]):
@@ -35,6 +40,7 @@ class SimWorker(Worker[SimConfig]):
         super().__init__(service, settings)
         self._hub: SlcanHub | None = None
         self._devices: list[Device] = []
+        self._closing: list[Callable[[], object]] = []
 
     def start(self) -> None:
         """Load the scene, compile, make both lines appear, start the devices."""
@@ -45,24 +51,30 @@ class SimWorker(Worker[SimConfig]):
         images = ImageSimulator(sonar_model, scene)
         images.render(0.0, 0)
         end, self._line = open_sonar(sim, run_dir, images)
-        self._bus = self._open_can(run_dir)
-        mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
-        self._sonar = LiveSonar(images, end, sim, mission, self._line)
         site = load_table(self.settings.onboard, "site", SiteSettings)
         frame = LocalFrame(site.latitude_deg, site.longitude_deg)
-        place = InsPlace(frame, lever_arm_in(self.settings.onboard))
-        ins = LiveIns(scene, sim, mission, self._ins(frame), place)
+        ins_end = self._ins(run_dir, frame)
+        mission = Mission(clock.monotonic_ns() + round(sim.boot_s * clock.NS), sim.fault)
+        self._sonar = LiveSonar(images, end, sim, mission, self._line)
+        ins = LiveIns(scene, sim, mission, ins_end, InsPlace(frame, lever_arm_in(self.settings.onboard)))
         self._devices = [Device("simulated sonar", self._sonar.step), Device("simulated INS", ins.step)]
         for device in self._devices:
             device.start()
 
-    def _ins(self, frame: LocalFrame) -> SimulatedIns | SimulatedDbcIns:
+    def _ins(self, run_dir: Path, frame: LocalFrame) -> SimulatedIns | SimulatedDbcIns | SimulatedNmeaIns:
+        """Make the INS's line appear, with the INS at its far end."""
         sim = self.settings.sim
+        if sim.ins == "nmea":
+            line = SerialLine(run_dir / PORT)
+            self._closing.append(line.unplug)
+            return SimulatedNmeaIns(lambda sentences: line.write(sentences, NMEA_PATIENCE_S), frame)
+        bus = self._open_can(run_dir)
+        self._closing.append(bus.shutdown)
         if sim.ins == "canopen":
             assert sim.ins_eds is not None  # `SimSettings` has seen to it
-            return SimulatedIns(self._bus, sim.ins_eds)
+            return SimulatedIns(bus, sim.ins_eds)
         assert sim.ins_dbc is not None
-        return SimulatedDbcIns(self._bus, sim.ins_dbc, frame)
+        return SimulatedDbcIns(bus, sim.ins_dbc, frame)
 
     def _open_can(self, run_dir: Path) -> can.BusABC:
         interface, channel = can_of(self.settings.sim.can, run_dir)
@@ -88,7 +100,8 @@ class SimWorker(Worker[SimConfig]):
         """End the devices and take the lines away."""
         for device in self._devices:
             device.stop()
-        self._bus.shutdown()
+        for close in self._closing:
+            close()
         self._line.unplug()
         if self._hub is not None:
             self._hub.close()

@@ -26,7 +26,7 @@ class SimSettings(Settings, frozen=True):
     """TOML file of the scene, relative to the configuration."""
     sonar: Path
     """TOML file of the sonar."""
-    ins: Literal["canopen", "dbc"] = "canopen"
+    ins: Literal["canopen", "dbc", "nmea"] = "canopen"
     """How the simulated INS speaks; the on-board side's nav.source must be the same."""
     ins_eds: Path | None = None
     """For ins "canopen": its EDS file."""
@@ -53,7 +53,8 @@ class SimSettings(Settings, frozen=True):
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:
-        key, file = ("ins_eds", self.ins_eds) if self.ins == "canopen" else ("ins_dbc", self.ins_dbc)
+        files = {"canopen": ("ins_eds", self.ins_eds), "dbc": ("ins_dbc", self.ins_dbc)}
+        key, file = files.get(self.ins, ("", Path()))
         if file is None:
             raise ValueError(f"{key}: missing, as ins is {self.ins!r}")
 

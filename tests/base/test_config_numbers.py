@@ -52,7 +52,8 @@ def keys_of(config: type[Settings]) -> list[Key]:
 
 def onboard(folder: Path, source: str) -> dict[str, Any]:
     """Return a configuration that has one of everything."""
-    data = tomllib.loads((CONFIG / ("onboard-sbg.toml" if source == "dbc" else "onboard.toml")).read_text())
+    files = {"canopen": "onboard.toml", "dbc": "onboard-sbg.toml", "nmea": "onboard-nmea.toml"}
+    data = tomllib.loads((CONFIG / files[source]).read_text())
     data["bus"]["run_dir"] = str(folder)
     data["sonar"] = {"port": str(folder / "no-such-device"), "range_m": 50.0, "gain_db": 0.0, "power_db": 0.0}
     data["tracker"] = {"planner": {"lead_times_s": [5.0]}}
@@ -62,8 +63,10 @@ def onboard(folder: Path, source: str) -> dict[str, Any]:
         nav["dbc"]["file"] = str(CONFIG / "sbg.dbc")
         nav["dbc"]["time"] = {"signal": nav["dbc"]["time"]}
         nav["dbc"]["signals"] = {name: {"signal": signal} for name, signal in nav["dbc"]["signals"].items()}
+        nav["dbc"]["signals"]["latitude"]["plus"] = {"signal": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}
+        nav["dbc"]["held"] = {"SBG_ECAN_MSG_EKF_ALTITUDE": {}}
         nav["dbc"]["valid"][0]["accept"] = [0x30]
-    else:
+    elif source == "canopen":
         nav["canopen"] |= {name: str(CONFIG / nav["canopen"][name]) for name in ("ins_eds", "node_eds")}
         nav["canopen"]["objects"] = {name: {"field": field} for name, field in POSE_OBJECTS.items()}
         nav["canopen"]["status_bits"] = {"position": 0}
@@ -110,7 +113,11 @@ def complaint(file: Path, kind: type[Settings], key: Key) -> str:
 
 
 def config_of(key: Key, folder: Path, kind: type[Settings]) -> dict[str, Any]:
-    return bench(folder) if kind is BenchConfig else onboard(folder, "dbc" if "dbc" in key else "canopen")
+    return (
+        bench(folder)
+        if kind is BenchConfig
+        else onboard(folder, next((name for name in ("dbc", "nmea") if name in key), "canopen"))
+    )
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from ods.base.geodesy import SiteSettings
 from ods.base.geometry import quat_from_euler
 from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
-from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings
+from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings, NmeaSettings
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
@@ -93,12 +93,13 @@ class Vehicle(threading.Thread):
 
 @contextmanager
 def nav_process(
-    run_dir: Path, can_settings: CanSettings, dbc: DbcSettings | None = None
+    run_dir: Path, can_settings: CanSettings, dbc: DbcSettings | None = None, nmea: NmeaSettings | None = None
 ) -> Iterator[tuple[NavWorker, Client]]:
     """Run the worker in the real work loop, in a thread, with a real subscriber."""
     nav = NavSettings(
-        source="canopen" if dbc is None else "dbc",
+        source="nmea" if nmea else "dbc" if dbc else "canopen",
         dbc=dbc,
+        nmea=nmea,
         canopen=CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
         can=can_settings,
         stale_s=0.2,

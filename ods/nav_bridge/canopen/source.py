@@ -51,7 +51,7 @@ class CanopenSource(CanSource):
         self._handlers: dict[int, Callable[[Frame], object]] = {
             **dict.fromkeys(self._node.ids, self._node.take),
             SYNC: self.monitor.sync,
-            TIME: self._time.take,
+            TIME: self._time.take_frame,
             EMCY + settings.ins_node_id: self.monitor.emergency,
             HEARTBEAT + settings.ins_node_id: self.monitor.heartbeat,
         }

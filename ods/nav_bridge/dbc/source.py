@@ -8,11 +8,11 @@ from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
-from ods.nav_bridge.dbc.held import HeldValues
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
 from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
+from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.pose_fields import PoseMaker
-from ods.nav_bridge.settings import DbcSettings, NavSettings
+from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 
 
@@ -38,7 +38,12 @@ class DbcSource(CanSource):
             raise DbcError(f"{settings.file}: nav.dbc.signals: {error}") from error
         kind = SharedNumberAssembler if self._map.shares_number else DbcEpochAssembler
         self._assembler = kind(self._map, self._window_ns, round(nav.clock_jump_s * NS), counters)
-        self._held = HeldValues(self._map.messages.values())
+        self._slots = {
+            can_id: _slot(message, message.hold)
+            for can_id, message in self._map.messages.items()
+            if message.hold is not None
+        }
+        self._held = HeldValues(self._slots.values())
         self._heard_ns: dict[CanId, int] = {}
         self._unmet: dict[CanId, list[str]] = {}
 
@@ -67,7 +72,9 @@ class DbcSource(CanSource):
         self._heard_ns[can_id] = item.t_ns
         self._unmet[can_id] = [told.says for told in message.conditions if not told.met(counts[told.signal])]
         if message.hold is not None:
-            self._held.take(message, counts, item.t_ns)
+            values: dict[str, float] = {}
+            message.add_to(values, counts)
+            self._slots[can_id].take(values, item.t_ns)
         return self._pose(message, counts, item.t_ns) if message.in_epoch else None
 
     def _pose(self, message: DbcMessage, counts: dict[str, float], t_ns: int) -> Pose | None:
@@ -109,7 +116,7 @@ class DbcSource(CanSource):
         heard_ns = self._heard_ns.get(message.can_id)
         limit_ns = self._stale_ns
         if heard_ns is not None and message.hold is not None:
-            return False  # `HeldValues` tells
+            return False  # its slot tells
         if heard_ns is not None and not message.in_epoch:
             limit_ns = min(item.holds_ns for item in message.conditions)
         return now_ns - (self._start_ns if heard_ns is None else heard_ns) > limit_ns
@@ -127,3 +134,8 @@ class DbcSource(CanSource):
         if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:
             step_ms = 1e3 * self._assembler.step_ns / NS
             yield f"epochs come every {step_ms:.1f} ms: nav.dbc.window_s must be shorter"
+
+
+def _slot(message: DbcMessage, settings: HeldSettings) -> HeldSlot:
+    name = message.layout.name
+    return HeldSlot(message.label, f"nav.dbc.held.{name}", settings, {item.field for item in message.readings})

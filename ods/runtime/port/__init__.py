@@ -1,1 +1,1 @@
-"""Ports that may vanish and come back: serial lines and TCP connections."""
+"""Ports that may vanish and come back: serial lines, TCP connections, UDP ports."""

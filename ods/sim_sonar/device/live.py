@@ -12,6 +12,7 @@ from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
+from ods.sim_sonar.ins.nmea_ins import SimulatedNmeaIns
 from ods.sim_sonar.ins.place import InsPlace
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
@@ -166,7 +167,7 @@ class LiveIns:
         scene: Scene,
         settings: SimSettings,
         mission: Mission,
-        ins: SimulatedIns | SimulatedDbcIns,
+        ins: SimulatedIns | SimulatedDbcIns | SimulatedNmeaIns,
         place: InsPlace,
     ) -> None:
         self._scene = scene

@@ -1,1 +1,1 @@
-"""The simulated INS and the CAN bus that it sends on."""
+"""The simulated INS and the line that it sends on."""

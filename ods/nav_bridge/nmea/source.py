@@ -1,0 +1,177 @@
+"""A navigation system, or single sensors, whose sentences come on one line. It is only listened to."""
+
+from ods.base.clock import DAY_MS, MS, NS
+from ods.base.errors import OdsError
+from ods.messages import Pose
+from ods.nav_bridge.held import HeldSlot, HeldValues
+from ods.nav_bridge.ins_clock import InsClock
+from ods.nav_bridge.nmea import sentence
+from ods.nav_bridge.nmea.line import Line
+from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, Told
+from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, PLACE_SIGMAS, PoseMaker
+from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSettings, NmeaSettings
+from ods.nav_bridge.source import PoseSource, SourceHost
+from ods.nav_bridge.told_utc import ToldUtc
+
+DATE = "ZDA"
+"""Tells UTC, and nothing else is taken from it."""
+BODY, OVER_GROUND = ("u", "v", "w"), ("velocity_north", "velocity_east", "velocity_down")
+FIELDS: dict[str, tuple[str, ...]] = {
+    "place": ("latitude", "longitude"),
+    "depth": ("altitude",),
+    "attitude": ("roll", "pitch"),
+    "heading": ("yaw",),
+    "accuracy": PLACE_SIGMAS[0],
+}
+"""Pose fields of each part of the settings; a velocity's are those of its sentence."""
+
+
+class NmeaSource(PoseSource[Line]):
+    """Sentences to poses: one for each sentence with roll and pitch; all else is held, each with its age.
+
+    The clock of the sentence with roll and pitch, where it tells one, is mapped as any INS's; others that tell the time
+    are placed by it, those that do not by their arrival. Counts `nmea_sentences`, `nmea_other` (of no use),
+    `nmea_damaged` (checksum, or no sentence), `nmea_not_valid` (by its own word), `epoch_aged`, `epoch_untimed`,
+    `ins_clock_jumps`, `ins_clock_wild`, and what `ToldUtc` and `PoseMaker` do.
+    """
+
+    kind = "NMEA"
+
+    def __init__(self, nav: NavSettings, settings: NmeaSettings, host: SourceHost) -> None:
+        """Choose the sentences. Raises OdsError when they do not make a pose."""
+        super().__init__(nav, host.now_ns)
+        self._counters, self._utc = host.counters, host.utc
+        self._parts = _parts(settings)
+        self._talkers = {TALKER.sub("", told): told[:2] for told in self._parts.values() if TALKER.match(told)}
+        self._fields = _fields(self._parts)
+        self._pace = TALKER.sub("", settings.attitude)
+        self._slots = {
+            name: HeldSlot(name, f"nav.nmea.held.{name}", settings.held.get(name, HeldSettings()), fields)
+            for name, fields in self._fields.items()
+            if name != self._pace
+        }
+        self._held = HeldValues(self._slots.values())
+        self._usual_sigma = nav.sigma.attitude_rad
+        names = {name for fields in self._fields.values() for name in fields}
+        try:
+            self._maker = PoseMaker(names, host.frame, nav.limits, nav.sigma, host.utc, host.counters)
+        except OdsError as error:
+            raise OdsError(f"nav.nmea: {error}") from error
+        self._clock = InsClock(round(nav.clock_jump_s * NS))
+        self._newest: tuple[float, int] | None = None
+        self._told_utc = ToldUtc(host.counters)
+        self._heard: dict[str, set[str]] = {}
+        self._damaged_ns = self._good_ns = host.now_ns - NS
+        self._start_ns = host.now_ns
+
+    def expects(self) -> dict[str, str]:
+        """Return the chosen sentences and what is taken from each."""
+        return {
+            name: ", ".join(part for part, told in self._parts.items() if TALKER.sub("", told) == name)
+            for name in self._fields
+        }
+
+    def name_of(self, item: Line) -> str:
+        """Return the sentence's name without talker, "?" for a line that is none."""
+        return sentence.name_of(item.data)[1] or "?"
+
+    def _take(self, item: Line) -> Pose | None:
+        talker, name = sentence.name_of(item.data)
+        if name not in self._fields and name != DATE:
+            self._counters["nmea_other" if name else "nmea_damaged"] += 1
+            self._damaged_ns = self._damaged_ns if name else item.t_ns
+            return None
+        if self._talkers.get(name, talker) != talker:
+            self._counters["nmea_other"] += 1
+            return None
+        try:
+            return self._use(sentence.parse(item.data), item.t_ns)
+        except BadSentenceError:
+            self._counters["nmea_damaged"] += 1
+            self._damaged_ns = item.t_ns
+        except NotValidError:
+            self._counters["nmea_not_valid"] += 1
+            self._heard.setdefault(name, set()).add(talker)
+            if name == DATE:
+                self._utc.tell(None)
+            if name in self._slots:
+                self._slots[name].refused_ns = item.t_ns
+        return None
+
+    def _use(self, found: sentence.Sentence, t_ns: int) -> Pose | None:
+        if found.name == DATE:
+            self._told_utc.take(sentence.utc_of(found), t_ns)
+            self._utc.tell(self._told_utc.ahead_ns)
+            return None
+        told = sentence.read(found)
+        wanted = self._fields[found.name]
+        values = {name: value for name, value in told.values.items() if name in wanted}
+        for name in ATTITUDE_SIGMAS[0]:
+            if name in wanted:
+                values.setdefault(name, self._usual_sigma)
+        if len(values) < len(wanted):
+            raise NotValidError
+        self._counters["nmea_sentences"] += 1
+        self._good_ns = t_ns
+        self._heard.setdefault(found.name, set()).add(found.talker)
+        if found.name == self._pace:
+            return self._pose(values, self._instant(told, t_ns), t_ns)
+        self._slots[found.name].take(values, self._placed(told, t_ns))
+        return None
+
+    def _pose(self, values: dict[str, float], instant_ns: int, t_ns: int) -> Pose | None:
+        ages = self._held.add_to(values, instant_ns)
+        if ages is None:
+            self._counters["epoch_aged"] += 1
+            return None
+        return self._maker.make(values, instant_ns, t_ns, ages)
+
+    def _instant(self, told: Told, t_ns: int) -> int:
+        """Return the instant of the sentence that poses keep pace with."""
+        if told.day_ms is None:
+            self._counters["epoch_untimed"] += 1
+            return t_ns
+        instant_ns = self._clock.instant(told.day_ms, t_ns)
+        self._counters["ins_clock_jumps"] = self._clock.estimator.jumps
+        self._counters["ins_clock_wild"] = self._clock.estimator.wild
+        self._newest = told.day_ms, instant_ns
+        return instant_ns
+
+    def _placed(self, told: Told, t_ns: int) -> int:
+        """Return the instant of another sentence, by the clock of the newest with pace."""
+        if told.day_ms is None or self._newest is None:
+            return t_ns
+        day_ms, instant_ns = self._newest
+        step_ms = (told.day_ms - day_ms + DAY_MS / 2) % DAY_MS - DAY_MS / 2
+        return min(instant_ns + round(step_ms * MS), t_ns)
+
+    def _complaints(self, now_ns: int) -> list[str]:
+        found = [self._maker.disbelief] if self._maker.disbelief else []
+        if now_ns - self._start_ns > self._stale_ns:
+            never = [name for name in self._fields if name not in self._heard]
+            found += [f"{name} ({self.expects()[name]}) has never come" for name in never]
+        for name, talkers in self._heard.items():
+            if len(talkers) > 1:
+                told = " and ".join(sorted(talkers))
+                found.append(f"{name} comes of {told}: name one in nav.nmea, such as {min(talkers)}{name}")
+        if now_ns - self._damaged_ns < NS and now_ns - self._good_ns > NS:
+            found.append("what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?")
+        return [*found, *self._held.too_old(now_ns)]
+
+
+def _parts(settings: NmeaSettings) -> dict[str, str]:
+    """Return the sentence of each part of a pose."""
+    told = {part: getattr(settings, part) for part in NMEA_CHOICES}
+    return {part: name for part, name in told.items() if name is not None}
+
+
+def _fields(parts: dict[str, str]) -> dict[str, tuple[str, ...]]:
+    """Return the pose fields of each sentence by name; deviations of the angles where all are told by one."""
+    fields: dict[str, tuple[str, ...]] = {}
+    for part, told in parts.items():
+        name = TALKER.sub("", told)
+        velocity = BODY if name == "BS" else OVER_GROUND
+        fields[name] = fields.get(name, ()) + FIELDS.get(part, velocity)
+    if parts["attitude"] == parts["heading"] == sentence.MADE_BY:
+        fields[sentence.MADE_BY] += ATTITUDE_SIGMAS[0]
+    return fields

@@ -1,0 +1,83 @@
+"""Datagrams of lines at one UDP port, as a port: each is taken for whole lines."""
+
+import ipaddress
+import os
+import socket
+from collections import Counter
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
+
+EXAMPLE = 'such as "udp://0.0.0.0:10110"'
+
+
+class UdpAddress(NamedTuple):
+    """Where to listen."""
+
+    host: str
+    """IP address of this machine; 0.0.0.0: any."""
+    port: int
+
+
+def udp_address(port: str) -> UdpAddress | None:
+    """Return the address of a `port` setting, None when it is no udp:// one. Raises ValueError, one line."""
+    url = urlsplit(port)
+    if url.scheme != "udp":
+        return None
+    try:
+        host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
+    except ValueError:
+        raise ValueError(f"port: {port}: needs an IP address, {EXAMPLE}") from None
+    if not number:
+        raise ValueError(f"port: {port}: needs a port number, {EXAMPLE}")
+    return UdpAddress(host, number)
+
+
+class UdpPort(Port):
+    """Takes datagrams of anybody, or of one sender only. Counts `stranger_datagrams`, of others."""
+
+    def __init__(
+        self, address: UdpAddress, sender: str | None, pauses_s: tuple[float, float], counters: "Counter[str]"
+    ) -> None:
+        """Make a closed port; pauses_s: shortest and longest pause before it is tried again."""
+        super().__init__(f"UDP port {address.port}", pauses_s, counters)
+        self._address, self._sender = address, sender
+        self._socket: socket.socket | None = None
+
+    def _descriptor(self) -> int:
+        return self._bound().fileno()
+
+    def _begin_opening(self, _now_ns: int) -> None:
+        version = ipaddress.ip_address(self._address.host).version
+        family = socket.AF_INET6 if version == 6 else socket.AF_INET
+        self._socket = socket.socket(family, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self._socket.bind(self._address)
+
+    def _receive(self) -> bytes:
+        try:
+            data, (sender, *_) = self._bound().recvfrom(PORT_READ_BYTES)
+        except BlockingIOError:
+            return b""
+        if self._sender not in (None, sender):
+            self.counters["stranger_datagrams"] += 1
+            return b"\n"
+        return data + b"\n"
+
+    def _send(self, data: bytes) -> int:
+        raise PortError(f"nothing is sent here: {len(data)} bytes")
+
+    def _examine(self, now_ns: int) -> None:
+        """Raise what the socket has to tell."""
+        error = self._bound().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        if error:
+            raise OSError(error, os.strerror(error))
+
+    def _release(self) -> None:
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+    def _bound(self) -> socket.socket:
+        assert self._socket is not None
+        return self._socket

@@ -1,0 +1,142 @@
+"""An INS made by hand that speaks NMEA 0183 and PD6, on a real pseudo-terminal and by UDP: to nav, and to doctor."""
+
+import os
+import socket
+import threading
+import tty
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ods.base import clock
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
+from ods.doctor.navigation import listen
+from ods.doctor.report import findings
+from ods.messages import Pose
+from ods.nav_bridge.settings import CanSettings, HeldSettings, NmeaSettings
+from tests.nav_bridge.nav_chain import SITE, nav_process
+from tests.nav_bridge.test_nmea import SPEED, USUAL, Ins
+
+CONFIG = Path(__file__).parents[2] / "config"
+PERIOD_S = 0.02
+Write = Callable[[bytes], object]
+
+
+class Vehicle(threading.Thread):
+    """Sends attitude at 50 Hz, all else at 10 Hz, until closed; its clock is that of this machine."""
+
+    def __init__(self, write: Write) -> None:
+        super().__init__(daemon=True)
+        self.begun_ns = clock.monotonic_ns()
+        self.only: bytes | None = None
+        self._write, self._stopping = write, threading.Event()
+
+    def run(self) -> None:
+        ins, count = Ins(), 0
+        while not self._stopping.wait(PERIOD_S):
+            t_ns = clock.monotonic_ns() - self.begun_ns
+            sent = [ins.gga(t_ns), ins.gst(t_ns), ins.ts(t_ns), ins.bs()] if count % 5 == 0 else []
+            for line in [ins.pashr(t_ns), *sent]:
+                self._write((self.only or line) + b"\r\n")
+            count += 1
+
+    def close(self) -> None:
+        self._stopping.set()
+        self.join()
+
+
+@pytest.fixture(params=["pty", "udp"])
+def ends(request: pytest.FixtureRequest) -> Iterator[tuple[str, Write]]:
+    """`nav.nmea.port`, and what the INS writes with."""
+    if request.param == "pty":
+        master, slave = os.openpty()
+        tty.setraw(slave)
+        yield os.ttyname(slave), lambda data: os.write(master, data)
+        os.close(master)
+        os.close(slave)
+        return
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = probe.getsockname()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as far:
+        yield f"udp://127.0.0.1:{address[1]}", lambda data: far.sendto(data, address)
+
+
+def check(pose: Pose, vehicle: Vehicle) -> None:
+    """Assert that the pose is where the vehicle was at the pose's own instant."""
+    t_ns = pose.t_ns - vehicle.begun_ns
+    assert pose.velocity_body == pytest.approx((SPEED, 0.0, 0.0))
+    assert pose.position_ned == pytest.approx(Ins.place(t_ns), abs=SPEED * 0.02)  # the clocks are 20 ms apart at most
+
+
+def test_sentences_become_poses_and_what_is_wrong_is_said(ends: tuple[str, Write], tmp_path: Path) -> None:
+    port, write = ends
+    nmea = msgspec.structs.replace(USUAL, port=port, held={"BS": HeldSettings(max_age_s=0.3)})
+    with nav_process(tmp_path, CanSettings(), nmea=nmea) as (worker, client):
+        client.until(lambda: client.says("no pose"))
+        vehicle = Vehicle(write)
+        vehicle.start()
+        client.until(lambda: len(client.poses) > 50)
+        for pose in client.poses:
+            check(pose, vehicle)
+        client.until(lambda: not client.says(""))
+        assert worker.ready()
+        vehicle.only = b"$INGGA,garbled*00"
+        client.until(lambda: client.says("BS: last came "))
+        client.until(lambda: client.says("what comes is no NMEA"))
+        vehicle.only = None
+        seen = len(client.poses)
+        client.until(lambda: len(client.poses) > seen + 20)
+        client.until(lambda: not client.says(""))
+        vehicle.close()
+        assert worker.service.counters["nmea_damaged"] > 10
+
+
+def test_datagrams_of_another_sender_are_not_taken(tmp_path: Path) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        address = probe.getsockname()
+    nmea = NmeaSettings(port=f"udp://127.0.0.1:{address[1]}", sender="127.0.0.2")
+    with (
+        nav_process(tmp_path, CanSettings(), nmea=nmea) as (worker, client),
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as far,
+    ):
+        client.until(lambda: client.says("no pose"))
+        for _ in range(5):
+            far.sendto(Ins().gga(0) + b"\r\n", address)
+        client.until(lambda: worker.service.counters["stranger_datagrams"] == 5)
+        assert worker.service.counters["nmea_sentences"] == 0
+
+
+def onboard(tmp_path: Path, port: str) -> OnboardConfig:
+    text = (CONFIG / "onboard-nmea.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}"')
+    text = text.replace("57.0480", str(SITE.latitude_deg)).replace("9.9187", str(SITE.longitude_deg))
+    file = tmp_path / "onboard.toml"
+    file.write_text(text.replace("/dev/ttyUSB1", port))
+    return load(file, OnboardConfig)
+
+
+def test_doctor_looks_at_the_line_and_what_comes_on_it(ends: tuple[str, Write], tmp_path: Path) -> None:
+    port, write = ends
+    settings = onboard(tmp_path, port)
+    found = {item.subject: item for item in findings(tmp_path / "onboard.toml")}
+    assert found[f"NMEA {port}"].level == ("note" if "://" in port else "good")
+    assert found["navigation by nmea"].text == (
+        "waits for BS (velocity), GGA (place), GST (accuracy), PASHR (attitude, heading), TS (depth)"
+    )
+    vehicle = Vehicle(write)
+    vehicle.start()
+    heard = {item.subject: item for item in listen(settings, 1.5)}
+    vehicle.only = Ins().pashr(0)
+    missing = {item.subject: item for item in listen(settings, 1.0)}
+    vehicle.close()
+    silent = list(listen(settings, 0.3))
+    assert {item.level for item in heard.values()} == {"good"}
+    assert "poses/s, the newest north" in heard["navigation by nmea"].text
+    assert missing["NMEA GGA"].text == "place: never came within 1 s: switch it on at the INS"
+    assert missing["navigation by nmea"].level == "wrong"
+    assert [item.level for item in silent] == ["wrong"]
+    assert "are nav.nmea.port and nav.nmea.baud right?" in silent[0].text
