@@ -13,8 +13,8 @@ import pytest
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
+from ods.doctor import nav_line, navigation
 from ods.doctor.navigation import listen
-from ods.doctor.report import findings
 from ods.messages import Pose
 from ods.nav_bridge.settings import CanSettings, HeldSettings, NmeaSettings
 from tests.nav_bridge.nav_chain import SITE, nav_process
@@ -122,7 +122,7 @@ def onboard(tmp_path: Path, port: str) -> OnboardConfig:
 def test_doctor_looks_at_the_line_and_what_comes_on_it(ends: tuple[str, Write], tmp_path: Path) -> None:
     port, write = ends
     settings = onboard(tmp_path, port)
-    found = {item.subject: item for item in findings(tmp_path / "onboard.toml")}
+    found = {item.subject: item for item in (*nav_line.examine(settings.nav), *navigation.files(settings))}
     assert found[f"NMEA {port}"].level == ("note" if "://" in port else "good")
     assert found["navigation by nmea"].text == (
         "waits for BS (velocity), GGA (place), GST (accuracy), PASHR (attitude, heading), TS (depth)"
