@@ -130,6 +130,7 @@ class Publisher:
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, process: str) -> None:
         self._lock = Lock(run_dir, process)
+        self._lock.write(b"")  # whatever ended a former process
         self._encoder = msgspec.msgpack.Encoder()
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)

@@ -118,6 +118,11 @@ class Lock:
         os.close(stale)
         return True
 
+    def write(self, content: bytes) -> None:
+        """Let its file have this content. Raises OSError."""
+        os.ftruncate(self._fd, 0)
+        os.pwrite(self._fd, content, 0)
+
     def close(self) -> None:
         """Give it back."""
         os.close(self._fd)

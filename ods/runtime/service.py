@@ -26,8 +26,9 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.messages import Health
-from ods.runtime import bus, counters
+from ods.runtime import bus, counters, last_words
 from ods.runtime.processes import SUPERVISOR, Process
+from ods.runtime.run_dir import default_run_dir
 
 log = logging.getLogger(__name__)
 
@@ -35,10 +36,6 @@ SettingsT = TypeVar("SettingsT", bound=Settings)
 
 TICK_S = 0.05
 """Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
-
-
-LONGEST_WORDS = 500
-"""Characters of the reason that a process gives when it ends."""
 
 
 class StartError(OdsError):
@@ -207,15 +204,26 @@ def notify(text: str) -> None:
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
 
 
+class Home:
+    """Where a process leaves its last words: the default run folder until the configuration has been read."""
+
+    def __init__(self) -> None:
+        self.run_dir = default_run_dir()
+
+
 @contextlib.contextmanager
-def last_words() -> Iterator[None]:
-    """Tell the supervisor or systemd why the process ends, if an error ends it."""
+def words_at_the_end(process: str) -> Iterator[Home]:
+    """Tell the supervisor or systemd, and the tracker, why the process ends, if an error ends it."""
+    home, words = Home(), ""
     try:
-        yield
+        yield home
     except Exception as error:
         text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
-        notify("STOPPING=1\nSTATUS=" + " ".join(text.split())[:LONGEST_WORDS])
+        words = " ".join(text.split())[: last_words.LONGEST_WORDS]
+        notify("STOPPING=1\nSTATUS=" + words)
         raise
+    finally:
+        last_words.leave(home.run_dir, process, words)
 
 
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:

@@ -3,6 +3,7 @@
 import contextlib
 import logging
 import time
+from functools import partial
 from typing import Any
 
 import msgspec
@@ -10,6 +11,7 @@ import msgspec
 from ods.base import clock
 from ods.base.mounting import Mounting
 from ods.messages import Detections, ObstacleList, UtcSource
+from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
@@ -74,12 +76,13 @@ class TrackerWorker(Worker[TrackerConfig]):
     def _take_over(self) -> None:
         """Make the tracker of what a former one left."""
         settings, now_ns = self.settings.tracker, clock.monotonic_ns()
+        watches, why_ended = self.service.process.watches, partial(last_words.left, self.service.run_dir)
         left = self._checkpoints.read(now_ns, settings.resume_within_s)
         self._least_id = left.next_id or 1
         unknown = left.lost or (self._map.to_be_read and not left.same)
         first_id = provisional_first_id() if unknown else self._least_id
         self._tracker = Tracker(settings, first_id=first_id)
-        self._inputs = InputMonitor(now_ns, self.service.process.watches)
+        self._inputs = InputMonitor(now_ns, watches, why_ended)
         mission = left.mission
         if mission is None:
             return
@@ -92,7 +95,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         unwritten = set(mission.unwritten)
         self._map.note([o for o in left.known if o.id in unwritten], mission.undeleted)
         self._lister.restore(mission.announced)
-        self._inputs = InputMonitor(now_ns, self.service.process.watches, mission.first_ping_ns)
+        self._inputs = InputMonitor(now_ns, watches, why_ended, mission.first_ping_ns)
         self._ping_seq = mission.ping_seq
         self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
         log.warning("goes on with the %d objects of a tracker that was killed", len(self._tracker.snapshot()))

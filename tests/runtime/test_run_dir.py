@@ -160,14 +160,19 @@ def test_a_lock_that_is_none_is_refused_and_nothing_is_emptied(place: Path, kind
     assert victim.read_text() == "precious"
 
 
-@pytest.mark.parametrize("option", [["-P"], []], ids=["safe path", "control"])
-def test_children_import_nothing_from_the_current_folder(tmp_path: Path, option: list[str]) -> None:
-    (tmp_path / "msgspec.py").write_text("open('taken', 'w').close()\nraise SystemExit(9)\n")
+@pytest.mark.parametrize("module", ["msgspec", "heapq"])
+@pytest.mark.parametrize("option", ["-P", "-m ods", "control"])
+def test_nothing_is_imported_from_the_current_folder(tmp_path: Path, option: str, module: str) -> None:
+    """By the children of `ods run`, nor by `python -m ods run` itself; the control is a program that does not care."""
+    (tmp_path / f"{module}.py").write_text("open('taken', 'w').close()\nraise SystemExit(9)\n")
     command = supervisor._command(PROCESSES["nav"], Path("none.toml"), "info")
     assert command[:3] == [sys.executable, "-P", "-m"]
-    command[1:2] = option
+    if option == "-m ods":
+        command = [sys.executable, "-m", "ods", "run", "--config", "none.toml"]
+    elif option == "control":
+        command = [sys.executable, "-c", "from ods.cli import main; main(['run', '--config', 'none.toml'])"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
-    assert (done.returncode, (tmp_path / "taken").exists()) == ((2, False) if option else (9, True))
+    assert (done.returncode, (tmp_path / "taken").exists()) == ((9, True) if option == "control" else (2, False))
 
 
 def test_a_running_process_makes_anew_what_is_removed(place: Path) -> None:

@@ -128,8 +128,12 @@ def health(process: str, t_s: float, *problems: str, ready: bool = True) -> Heal
     return Health(process, 1, 0, round(t_s * NS), 0, ready, list(problems), {}, {}, {}, {}, 0.0, 0.0)
 
 
+def why_ended(process: str) -> str:
+    return "pipeline.stage: no such stage" if process == "pipeline" else ""
+
+
 def monitor() -> InputMonitor:
-    made = InputMonitor(0, ("sonar", "pipeline", "nav"))
+    made = InputMonitor(0, ("sonar", "pipeline", "nav"), why_ended)
     for process in ("sonar", "pipeline", "nav"):
         made.health(health(process, 9.5))
     made.ping(round(8.0 * NS))
@@ -163,7 +167,9 @@ def test_an_empty_list_just_after_the_start_is_not_relied_on() -> None:
             11.6,
             [
                 *("no ping for 1.8 s", "no pose for 1.6 s"),
-                *(f"{process}: no sign of life for 2.1 s" for process in ("sonar", "pipeline", "nav")),
+                "sonar: no sign of life for 2.1 s",
+                "pipeline: no sign of life for 2.1 s; it ended: pipeline.stage: no such stage",
+                "nav: no sign of life for 2.1 s",
             ],
         ),
     ],
@@ -184,13 +190,13 @@ def test_a_ping_without_a_pose() -> None:
 
 
 def test_before_anything_came() -> None:
-    fresh = InputMonitor(10 * NS, ("sonar",))
+    fresh = InputMonitor(10 * NS, ("sonar",), why_ended)
     assert fresh.reasons(10 * NS, pose_known=True) == ["no ping yet", "no pose yet"]
     assert fresh.reasons(13 * NS, pose_known=True)[2:] == ["sonar: no sign of life for 3.0 s"]
 
 
 def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
-    fresh = InputMonitor(0, ())
+    fresh = InputMonitor(0, (), why_ended)
     told = []
     for t_s in (1.0, 1.9, 2.1):
         fresh.ping(round(t_s * NS))

@@ -1,6 +1,6 @@
 """May the planner rely on the obstacle list? The reasons why not, in plain words."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 from ods.base.clock import NS
 from ods.messages import Health
@@ -15,8 +15,18 @@ SETTLE_S = 1.0
 class InputMonitor:
     """When what was heard of last. All times are CLOCK_MONOTONIC ns."""
 
-    def __init__(self, started_ns: int, processes: Iterable[str], first_ping_ns: int | None = None) -> None:
-        """`first_ping_ns`: the first ping of the tracker that this one goes on for, if it does."""
+    def __init__(
+        self,
+        started_ns: int,
+        processes: Iterable[str],
+        why_ended: Callable[[str], str],
+        first_ping_ns: int | None = None,
+    ) -> None:
+        """`why_ended`: what a process that is gone said last, "" for nothing.
+
+        `first_ping_ns`: the first ping of the tracker that this one goes on for, if it does.
+        """
+        self._why_ended = why_ended
         self._started_ns = started_ns
         self.first_ping_ns = first_ping_ns
         """Transmission of the first ping; None before it."""
@@ -69,7 +79,8 @@ class InputMonitor:
         newest_ns = self._started_ns if report is None else report.t_ns
         age_s = (now_ns - newest_ns) / NS
         if age_s > bus.HEALTH_STALE_S:
-            return [f"{process}: no sign of life for {age_s:.1f} s"]
+            why = self._why_ended(process)
+            return [f"{process}: no sign of life for {age_s:.1f} s" + (f"; it ended: {why}" if why else "")]
         if report is None:
             return []
         if not report.ready and not report.problems:

@@ -1,0 +1,55 @@
+"""Why a process ended, for a tracker that no supervisor tells: by the real commands, as units start them."""
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+import zmq
+
+from ods.runtime import last_words
+from ods.runtime.bus import Publisher
+
+BROKEN_CHAIN = '\n[pipeline]\nplugins = ["stage.py"]\n'
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="ods-") as name:
+        yield Path(name)
+
+
+def run(folder: Path, text: str) -> "subprocess.CompletedProcess[str]":
+    config = folder / "onboard.toml"
+    config.write_text(f'[bus]\nrun_dir = "{folder}"\n{text}')
+    command = [sys.executable, "-m", "ods", "pipeline", "--config", str(config)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def test_a_process_that_cannot_start_leaves_the_reason_and_the_next_one_takes_it_away(folder: Path) -> None:
+    assert last_words.left(folder, "pipeline") == ""
+    done = run(folder, (Path(__file__).parents[2] / "config/onboard.toml").read_text().partition("\n[site]")[2].join(
+        ["[site]", ""]).replace("[pipeline]", BROKEN_CHAIN.strip()))  # fmt: skip
+    assert done.returncode == 2
+    words = last_words.left(folder, "pipeline")
+    assert words
+    assert words in done.stderr
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = Publisher(context, folder, "pipeline")
+    last_words.leave(folder, "pipeline", "a second one that may not start")
+    assert last_words.left(folder, "pipeline") == ""
+    publisher.close()
+    context.term()
+    assert last_words.left(folder, "pipeline") == ""
+
+
+def test_words_are_bounded_and_plain(folder: Path) -> None:
+    last_words.leave(folder, "nav", "line\n\x1b[31m" + 10_000 * "x")
+    assert last_words.left(folder, "nav").startswith("line  [31mxxx")
+    assert len(last_words.left(folder, "nav")) == last_words.LONGEST_WORDS
+    (folder / "sonar.lock").symlink_to(folder / "nav.lock")
+    assert last_words.left(folder, "sonar") == ""
+    last_words.leave(folder / "nowhere", "nav", "words")
+    assert not (folder / "nowhere").exists()
