@@ -86,6 +86,7 @@ class Sonar:
     def __init__(self, run_dir: str | Path, timeout_s: float = 6.0) -> None:
         """`timeout_s`: how long each request may take; the sonar process itself gives up after 4 s by default."""
         self._timeout_s = timeout_s
+        self._run_dir = Path(run_dir)
         self._decoder = msgspec.msgpack.Decoder(SonarAnswer)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket = self._context.socket(zmq.REQ)
@@ -95,7 +96,7 @@ class Sonar:
         self._socket.setsockopt(zmq.REQ_CORRELATE, 1)
         self._socket.setsockopt(zmq.SNDTIMEO, round(timeout_s * 1000))
         self._socket.setsockopt(zmq.RCVTIMEO, round(timeout_s * 1000))
-        self._socket.connect(bus.endpoint(Path(run_dir), "sonar-requests"))
+        self._socket.connect(bus.endpoint(self._run_dir, "sonar-requests"))
 
     def set_range(self, range_m: float) -> SonarAnswer:
         """Set the range, m; return when the sonar works with it. Raises SonarError."""
@@ -107,7 +108,8 @@ class Sonar:
             self._socket.send(msgspec.msgpack.encode(request))
             answer = self._decoder.decode(self._socket.recv())
         except zmq.Again:
-            raise SonarError(f"no answer from the sonar process within {self._timeout_s:g} s: does it run?") from None
+            why = bus.hindrance(self._run_dir, "sonar-requests") or ": does it run?"
+            raise SonarError(f"no answer from the sonar process within {self._timeout_s:g} s{why}") from None
         except msgspec.DecodeError as error:
             raise SonarError(f"bad answer from the sonar process: {error}") from None
         if not answer.ok:

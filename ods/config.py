@@ -10,6 +10,7 @@ from ods.pipeline.settings import PipelineSettings
 from ods.runtime.bus import BusSettings
 from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.supervisor import SuperviseSettings
+from ods.sonar_link.files.settings import RecordingsSettings
 from ods.sonar_link.settings import SonarSettings
 from ods.tracker.settings import TrackerSettings
 
@@ -27,6 +28,7 @@ class OnboardConfig(Settings, frozen=True):
     tracker: TrackerSettings = TrackerSettings()
     pose: PoseSettings = PoseSettings()
     supervise: SuperviseSettings = SuperviseSettings()
+    recordings: RecordingsSettings = RecordingsSettings()
 
     @property
     def mounting(self) -> MountingSettings:

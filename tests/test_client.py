@@ -1,11 +1,16 @@
 """The planner's client over real ZeroMQ: newest list, and a word of its own when the tracker is silent."""
 
+import os
 import time
+from io import StringIO
 from pathlib import Path
 
+import pytest
 import zmq
+from rich.console import Console
 
 from ods.client import Obstacles
+from ods.commands.watch import screen
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
@@ -34,6 +39,24 @@ def test_silence_is_said_and_ends(tmp_path: Path) -> None:
     assert got.valid
     silent = client.next()
     assert (silent.valid, silent.ping_number) == (False, got.ping_number)
+    publisher.close()
+    client.close()
+    context.term()
+
+
+def test_a_missing_right_is_said_with_what_to_do(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = bus.Publisher(context, tmp_path, "tracker")
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # as for a user who is not of the group
+    socket = tmp_path / "tracker.sock"
+    way_out = f"join the group {socket.group()} (and log in anew), or run as {socket.owner()}"
+    wanted = f": no right to open {socket}: {way_out}"
+    assert bus.hindrance(tmp_path, "tracker") == wanted
+    client = Obstacles(tmp_path, stale_s=0.1)
+    assert client.next().reasons[0].endswith(wanted)
+    text = Console(width=300, file=StringIO(), record=True)
+    text.print(screen(None, {}, 0, wanted))
+    assert f"no obstacle list yet{wanted}" in text.export_text()
     publisher.close()
     client.close()
     context.term()

@@ -1,6 +1,54 @@
 """Types of arguments that several commands take."""
 
 import argparse
+import re
+from typing import NamedTuple
+
+_PART = re.compile(r"(?P<one>-?\d+)|(?P<first>-?\d*):(?P<stop>-?\d*)(:(?P<step>-?\d*))?")
+
+
+class Choice(NamedTuple):
+    """Which of many things that are counted from 0, as Python's slices say it."""
+
+    text: str
+    parts: tuple[int | slice, ...]
+
+    def of(self, count: int) -> list[int]:
+        """Return the places of those chosen among `count`, each once, in rising order.
+
+        Raises ValueError, one line, when there are none, or not the one that is named.
+        """
+        places = range(count)
+        chosen: set[int] = set()
+        for part in self.parts:
+            if isinstance(part, slice):
+                chosen.update(places[part])
+            elif -count <= part < count:
+                chosen.add(places[part])
+            else:
+                raise ValueError(f"{self.text}: there is no {part}, {_those(count)}")
+        if not chosen:
+            raise ValueError(f"{self.text} chooses nothing, {_those(count)}")
+        return sorted(chosen)
+
+
+def _those(count: int) -> str:
+    return f"there are {count}, 0 to {count - 1}" if count else "there are none"
+
+
+def choice(text: str) -> Choice:
+    """Return what `10:20`, `::5`, `7`, or several of these with commas choose."""
+    parts: list[int | slice] = []
+    for part in text.split(","):
+        found = _PART.fullmatch(part.strip())
+        if found is None or (found["step"] or "1").lstrip("-").strip("0") == "":
+            raise argparse.ArgumentTypeError(f"{text!r}: {part!r} is no number and no range such as 10:20 or ::5")
+        if found["one"]:
+            parts.append(int(found["one"]))
+        else:
+            first, stop, step = (int(found[name]) if found[name] else None for name in ("first", "stop", "step"))
+            parts.append(slice(first, stop, step))
+    return Choice(text, tuple(parts))
 
 
 def positive_int(text: str) -> int:

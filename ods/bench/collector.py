@@ -9,7 +9,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Detections, Health, ObstacleList, Ping, Truth
 from ods.runtime import bus
-from ods.runtime.processes import PROCESSES
+from ods.runtime.processes import PROCESSES, SUPERVISOR
 
 
 @dataclass
@@ -36,7 +36,7 @@ class Collector:
         self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         topics = ["obstacles", "truth", "detections", "ping"]
-        self._subscriber = bus.Subscriber(self._context, run_dir, topics, PROCESSES)
+        self._subscriber = bus.Subscriber(self._context, run_dir, topics, [*PROCESSES, SUPERVISOR])
 
     def listen(self, timeout_s: float) -> None:
         """Take what comes within `timeout_s`."""
@@ -65,6 +65,16 @@ class Collector:
         """Tell whether `process` has reported that it is ready."""
         reports = self.record.health[process]
         return bool(reports) and reports[-1].ready
+
+    def down(self) -> str:
+        """Return which process ended and why, as `ods run` told last; '' when none did."""
+        newest = [reports[-1] for reports in self.record.health.values() if reports]
+        return next((f"{each.process} {'; '.join(each.problems)}" for each in newest if not each.pid), "")
+
+    def busy(self, process: str) -> str:
+        """Return what keeps `process` from being ready, as far as it has been told."""
+        reports = self.record.health[process]
+        return "; ".join(reports[-1].problems) if reports else ""
 
     def close(self) -> None:
         """Give the sockets back."""

@@ -12,7 +12,7 @@ from ods.bench.run_files import write_configs
 from ods.bench.settings import BenchConfig
 
 START_S = 180.0
-"""The first start compiles the pipeline's and the simulator's kernels."""
+"""For the next sign of progress: the first start compiles the pipeline's and the simulator's kernels."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
@@ -38,11 +38,16 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
 
 
 def _wait_ready(collector: Collector, names: list[str], program: Program, line: report.ProgressLine) -> None:
-    deadline_s = time.monotonic() + START_S
+    deadline_s, was_busy = time.monotonic() + START_S, [""]
     while waiting := [name for name in names if not collector.ready(name)]:
-        line.show(f"waiting for {', '.join(waiting)}")
+        busy = [collector.busy(name) for name in waiting]
+        if busy != was_busy:  # it compiles
+            deadline_s, was_busy = time.monotonic() + START_S, busy
+        line.show(f"waiting for {', '.join(waiting)}: {', '.join(filter(None, busy))}".removesuffix(": "))
         collector.listen(0.1)
         program.check()
+        if down := collector.down():
+            raise BenchError(f"{down} (see {program.log_file})")
         if time.monotonic() > deadline_s:
             raise BenchError(f"not ready after {START_S:.0f} s: {', '.join(waiting)}; see {program.log_file}")
 

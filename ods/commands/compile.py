@@ -17,6 +17,8 @@ from ods.compiled import cache_folder, kernel, machine_code
 from ods.config import OnboardConfig
 
 _PACKAGE = Path(ods.__file__).parent
+NOT_COMPILED = 1
+"""Exit code of `--check` when a process would need numba."""
 
 
 class CompileError(OdsError):
@@ -29,7 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Compile what is not compiled yet; with `--check` return 1 if there is such a thing. Raises OdsError."""
+    """Compile what is not compiled yet; with `--check` return NOT_COMPILED if there is anything. Raises OdsError."""
     settings = load(args.config, OnboardConfig)
     if args.check:
         return _check(settings)
@@ -43,7 +45,7 @@ def run(args: Namespace) -> int:
     print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
     begun = time.monotonic()
     _compile(settings)
-    _keep(folder, job, known, args.config)
+    _keep(folder, job, known, args.config, may_need_numba=bool(_plugins(settings)))
     count = sum(len(dispatcher.overloads) for dispatcher in kernel.DISPATCHERS.values())
     print(f"compiled {count} variants of kernels in {time.monotonic() - begun:.0f} s, kept in {folder}")
     return 0
@@ -52,28 +54,22 @@ def run(args: Namespace) -> int:
 def _job(settings: OnboardConfig) -> str:
     """Return a digest of what decides which kernels are called, and with which types."""
     tracker = settings.tracker
-    what = msgspec.json.encode((settings.pipeline, tracker.observer, tracker.association))
-    return hashlib.sha256(what).hexdigest()
+    named = settings.pipeline, tracker.plugins, tracker.observer, tracker.association
+    digest = hashlib.sha256(msgspec.json.encode(named, enc_hook=str))
+    for file in filter(Path.is_file, _plugins(settings)):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
+
+
+def _plugins(settings: OnboardConfig) -> tuple[Path, ...]:
+    return settings.pipeline.plugins + settings.tracker.plugins
 
 
 def _compile(settings: OnboardConfig) -> None:
     """Let pipeline and tracker meet all that they may meet, and show which kernel is compiled."""
-    from numba.core import event
-
     status = StatusLine()
-    done = 0
-
-    class Shown(event.Listener):
-        def on_start(self, begun: event.Event) -> None:
-            nonlocal done
-            done += 1
-            status.show(f"{done}: {begun.data['dispatcher'].py_func.__qualname__}")
-
-        def on_end(self, _ended: event.Event) -> None:
-            pass
-
-    with event.install_listener("numba:compile", Shown()):
-        warm_up(settings)
+    kernel.tell_compiling(lambda count, name: status.show(f"{count}: {name}"))
+    warm_up(settings)
     status.clear()
 
 
@@ -83,11 +79,16 @@ def warm_up(settings: OnboardConfig) -> None:
     from ods.tracker import warm_up as tracker
 
     pipeline.warm_up(settings.pipeline)
-    tracker.warm_up(settings.tracker.observer, settings.tracker.association)
+    tracker.warm_up(settings.tracker)
 
 
-def _keep(folder: Path, job: str, known: machine_code.MachineCode | None, config: Path) -> None:
-    """Write the machine code and try it in a process of its own; what fails there is not left."""
+def _keep(
+    folder: Path, job: str, known: machine_code.MachineCode | None, config: Path, *, may_need_numba: bool
+) -> None:
+    """Write the machine code and try it in a process of its own; what fails there is not left.
+
+    may_need_numba: for kernels of plug-ins, of which no machine code is kept.
+    """
     from ods.compiled.object_code import keep
 
     try:
@@ -100,7 +101,7 @@ def _keep(folder: Path, job: str, known: machine_code.MachineCode | None, config
         text=True,
         check=False,
     )
-    if tried.returncode:
+    if tried.returncode and not (tried.returncode == NOT_COMPILED and may_need_numba):
         file.unlink()
         said = (tried.stdout + tried.stderr).strip().splitlines() or [f"exit code {tried.returncode}"]
         raise CompileError(f"the machine code does not work, so processes go on using numba's cache: {said[-1]}")
@@ -112,6 +113,6 @@ def _check(settings: OnboardConfig) -> int:
     warm_up(settings)
     if "numba" in sys.modules:
         print(f"not compiled: {', '.join(kernel.DISPATCHERS) or 'numba was imported'}")
-        return 1
+        return NOT_COMPILED
     print(f"all kernels are compiled; pipeline and tracker warm up in {time.monotonic() - begun:.1f} s")
     return 0

@@ -2,57 +2,108 @@
 
 import importlib
 from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
+from ods.base.arguments import Choice, choice
 from ods.base.errors import OdsError
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.watch import StageImage
+from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
+from ods.sonar_link.files.settings import RecordingsSettings
+
+MOST_ON_A_SHEET = 48
+"""Pings; with more, none is large enough to be read."""
 
 
 class DetectError(OdsError):
-    """A file cannot be written; the text is one line."""
+    """What was asked for cannot be done; the text is one line."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Recording, and what is made of it."""
+    """Recording, which pings of it, and what is made of them."""
     parser.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris, Oculus .raw, .avi")
     parser.add_argument("--fan", type=Path, metavar="FAN.toml", help="geometry of the fan images of an .avi clip")
+    parser.add_argument(
+        "--pings", type=choice, metavar="WHICH", help="only these, counted from 0: 10:20, ::5, 7, or 0,3,20:30"
+    )
     parser.add_argument("--out", type=Path, metavar="DET.npz", help="write the detections as .npz")
     parser.add_argument("--mask", action="store_true", help="with --out: label images too")
-    parser.add_argument("--json", action="store_true", help="print one JSON line a ping")
+    said = parser.add_mutually_exclusive_group()
+    said.add_argument("--json", action="store_true", help="print one JSON line a ping")
+    said.add_argument("--quiet", action="store_true", help="print no line a ping")
     parser.add_argument("--plot", type=Path, metavar="PICTURE.png", help="draw the images with their detections")
+    parser.add_argument("--sheet", type=Path, metavar="SHEET.png", help="the same, all pings on one picture")
+    parser.add_argument(
+        "--plot-stages", type=Path, metavar="PICTURE.png", help="draw what each stage makes of them, with the levels"
+    )
 
 
 def run(args: Namespace) -> None:
     """Run the pipeline over a recording; without a configuration with its default chain. Raises OdsError."""
-    settings = PipelineSettings()
-    if args.config:
-        settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
+    settings = _settings(args.config)
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
-    if args.plot is not None:
+    draws = args.plot or args.sheet or args.plot_stages
+    if draws:
         importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work
     recording = open_pings(args.file, load(args.fan, FanGeometry) if args.fan else None)
-    results = list(offline.detect_pings(recording.pings, settings, masks=args.mask))
-    for result in results:
-        print(offline.json_line(result) if args.json else _line(result))
+    places = _places(args, len(recording.pings))
+    stages: list[StageImage] = []
+    results = []
+    for result in offline.detect_pings(
+        (recording.pings[place] for place in places),
+        settings,
+        places=places,
+        masks=args.mask,
+        watch=stages.append if args.plot_stages else None,
+    ):
+        results.append(result)
+        _tell(result, args)
+        if args.plot_stages:
+            _draw_stages(_name(args.plot_stages, result, places), result, stages)
+            stages.clear()
     for what, count in sorted(recording.losses.items()):
         if not args.json:
             print(f"{what}: {count}")
+    if args.out is not None:
+        _written(args.out, partial(offline.save_npz, args.out, results))
+    if draws:
+        _draw(args, results, places)
+
+
+def _settings(config: Path | None) -> PipelineSettings:
+    if config is None:
+        return PipelineSettings()
+    PLUGINS.load(load_table(config, "recordings", RecordingsSettings, OnboardConfig).plugins)
+    return load_table(config, "pipeline", PipelineSettings, OnboardConfig)
+
+
+def _places(args: Namespace, count: int) -> Sequence[int]:
+    """Return where in the recording the pings stand that were chosen."""
+    chosen: Choice | None = args.pings
     try:
-        if args.out is not None:
-            offline.save_npz(args.out, results)
-        if args.plot is not None:
-            _draw(args.plot, results)
-    except (OSError, ValueError) as error:
-        raise DetectError(f"{args.out if args.plot is None else args.plot}: {error}") from error
+        places = range(count) if chosen is None else chosen.of(count)
+    except ValueError as error:
+        raise DetectError(f"--pings {error}") from error
+    if args.sheet and len(places) > MOST_ON_A_SHEET:
+        raise DetectError(f"--sheet: {len(places)} pings, and {MOST_ON_A_SHEET} fit: choose some by --pings")
+    return places
+
+
+def _tell(result: offline.PingResult, args: Namespace) -> None:
+    if args.json:
+        print(offline.json_line(result))
+    elif not args.quiet:
+        print(_line(result))
 
 
 def _line(result: offline.PingResult) -> str:
@@ -64,12 +115,42 @@ def _line(result: offline.PingResult) -> str:
     return f"ping {result.place}: {len(detections)} detections" + (f"; brightest: {text}" if text else "")
 
 
-def _draw(plot: Path, results: Sequence[offline.PingResult]) -> None:
-    """Draw one picture a ping: PLOT for a single one, PLOT with the ping's index before the suffix for more."""
+def _written(file: Path, write: Callable[[], object]) -> None:
+    """Write a file. Raises DetectError."""
+    try:
+        write()
+    except (OSError, ValueError) as error:
+        raise DetectError(f"{file}: {error}") from error
+
+
+def _name(plot: Path, result: offline.PingResult, places: Sequence[int]) -> Path:
+    """Return the name of one ping's picture: `plot` for a single one, else with the ping's place before the suffix."""
+    return plot if len(places) == 1 else plot.with_stem(f"{plot.stem}-{result.place}")
+
+
+def _draw(args: Namespace, results: Sequence[offline.PingResult], places: Sequence[int]) -> None:
+    """Draw one picture a ping, or all on one."""
     from rich.progress import track as progress
 
     from ods.plots.fan import ping_figure
+    from ods.plots.sheet import SheetItem, sheet_figure
 
-    for result in progress(results, description="drawing", transient=True):
-        name = plot if len(results) == 1 else plot.with_stem(f"{plot.stem}-{result.place}")
-        ping_figure(result.ping, result.detections).savefig(name)
+    if args.plot:
+        for result in progress(results, description="drawing", transient=True):
+            name = _name(args.plot, result, places)
+            _written(name, partial(ping_figure(result.ping, result.detections).savefig, name))
+    if args.sheet and results:
+        items = [SheetItem(_title(result), result.ping, result.detections) for result in results]
+        _written(args.sheet, partial(sheet_figure(items).savefig, args.sheet))
+
+
+def _draw_stages(file: Path, result: offline.PingResult, stages: Sequence[StageImage]) -> None:
+    from ods.commands.stage_picture import stages_figure
+
+    if stages:
+        _written(file, partial(stages_figure(_title(result), stages, result.detections).savefig, file))
+
+
+def _title(result: offline.PingResult) -> str:
+    count = len(result.detections.detections)
+    return f"ping {result.place}: {count} detection{'' if count == 1 else 's'}"

@@ -42,20 +42,22 @@ def watch(run_dir: Path) -> None:
                     health[message.process] = message
                 else:
                     newest = message
-            live.update(screen(newest, health, clock.monotonic_ns()))
+            now_ns = clock.monotonic_ns()
+            silent = newest is None or now_ns - newest.t_ns > bus.TOPICS["obstacles"].stale_s * clock.NS
+            live.update(screen(newest, health, now_ns, bus.hindrance(run_dir, "tracker") if silent else ""))
 
 
-def screen(newest: ObstacleList | None, health: dict[str, Health], now_ns: int) -> Group:
-    """Return what the terminal shows at `now_ns`."""
-    return Group(_verdict(newest, now_ns), _obstacles(newest), _processes(health, now_ns))
+def screen(newest: ObstacleList | None, health: dict[str, Health], now_ns: int, hindrance: str = "") -> Group:
+    """Return what the terminal shows at `now_ns`; `hindrance`: what keeps the list away, after a colon."""
+    return Group(_verdict(newest, now_ns, hindrance), _obstacles(newest), _processes(health, now_ns))
 
 
-def _verdict(newest: ObstacleList | None, now_ns: int) -> Text:
+def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
     if newest is None:
-        return Text("no obstacle list yet", style="bold red")
+        return Text(f"no obstacle list yet{hindrance}", style="bold red")
     age_s = (now_ns - newest.t_ns) / clock.NS
     if age_s > bus.TOPICS["obstacles"].stale_s:
-        return Text(f"NOT VALID: no obstacle list for {age_s:.1f} s", style="bold red")
+        return Text(f"NOT VALID: no obstacle list for {age_s:.1f} s{hindrance}", style="bold red")
     if not newest.valid:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
     more = f", {newest.left_out} more farther away" if newest.left_out else ""

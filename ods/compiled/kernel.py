@@ -21,7 +21,10 @@ _FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 DISPATCHERS: dict[str, Any] = {}
 """Every kernel that numba compiles in this process, by module and name."""
 
+Tell = Callable[[int, str], None]
+
 _without_numba = False
+_tell: Tell | None = None
 
 
 def kernel(function: F) -> F:
@@ -43,6 +46,32 @@ def do_without_numba() -> None:
     _without_numba = True
 
 
+def tell_compiling(tell: Tell) -> None:
+    """Call `tell` with number and name of each kernel that numba is about to compile, from now on."""
+    global _tell
+    _tell = tell
+
+
+@cache
+def _listen() -> None:
+    """Hear what numba compiles."""
+    from numba.core import event
+
+    class Listener(event.Listener):
+        count = 0
+
+        def on_start(self, begun: event.Event) -> None:
+            self.count += 1
+            if _tell:
+                _tell(self.count, begun.data["dispatcher"].py_func.__qualname__)
+
+        def on_end(self, _ended: event.Event) -> None:
+            pass
+
+    register: Callable[[str, event.Listener], None] = event.register
+    register("numba:compile", Listener())
+
+
 @cache
 def _linked(package: Path) -> LinkedCode | None:
     code = load(package)
@@ -54,6 +83,7 @@ def _linked(package: Path) -> LinkedCode | None:
 def _by_numba(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     from numba import config, njit
 
+    _listen()
     folder = cache_folder.writable_folder(cache_folder.package_of(_source_of(function)))
     if folder is None:
         _say_that_nothing_is_kept()

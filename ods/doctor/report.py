@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, running, sonar_port
+from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, plugins, running, sonar_port
 from ods.doctor.finding import Finding
 from ods.runtime.run_dir import is_locked
 
@@ -23,6 +23,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
         return
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
     yield from chain.examine(settings.pipeline)
+    yield from plugins.examine(settings)
     yield from map_file.examine(settings.tracker.map.path, settings.site)
     yield from sonar_port.examine(settings.sonar.port, in_use=is_locked(settings.bus.run_dir, "sonar"))
     if listen_s:

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 import msgspec
 
 from ods.base import clock
+from ods.base.plugins import PluginError
 from ods.config import OnboardConfig
 from ods.doctor import serial_device
 from ods.doctor.finding import Finding
@@ -44,7 +45,11 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
         yield Finding("note", subject, "not listened to: the sonar process has the line; `ods watch` shows its rates")
         return
     counters: Counter[str] = Counter()
-    protocol = make_protocol(sonar, counters)
+    try:
+        protocol = make_protocol(sonar, counters)
+    except PluginError as error:
+        yield Finding("wrong", subject, str(error))
+        return
     link = SonarLink(sonar, protocol, counters)
     _hear(link, seconds)
     pings, traffic = counters["pings"], protocol.traffic(seconds)

@@ -17,8 +17,9 @@ from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.speckle import LEARNT_CELLS
 from ods.pipeline.stage.configured import configured_stages
-from ods.pipeline.stage.registry import load_plugins
+from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.watch import Watch
 from ods.runtime.pose_buffer import PoseEstimate
 
 
@@ -26,14 +27,18 @@ class Chain:
     """Turns pings into detections by the configured stages. Keeps buffers and prepared stages for the geometry of the
     last ping, so that a stream of like pings costs no more than the work on their samples."""
 
-    def __init__(self, settings: PipelineSettings, *, learnt_cells: int = LEARNT_CELLS) -> None:
-        """Find the stages and check their parameters. Raises StageError.
+    def __init__(
+        self, settings: PipelineSettings, *, learnt_cells: int = LEARNT_CELLS, watch: Watch | None = None
+    ) -> None:
+        """Find the stages and check their parameters. Raises PluginError, StageError.
 
         learnt_cells: of speckle, from which detectors learn, at the first ping of a geometry, what rate a level has.
+        watch: is shown what each stage makes of each ping; that costs time.
         """
-        load_plugins(settings.plugins)
+        STAGES.load(settings.plugins)
         self._settings = settings
         self._learnt_cells = learnt_cells
+        self._watch = watch
         self._stages = configured_stages(settings)
         self.over_pings = any(entry.stage.kind == "ping" for entry in self._stages)
         """A stage compares pings, so the pose is of use."""
@@ -87,7 +92,7 @@ class Chain:
         geometry = geometry_key(ping)
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
-            prepared = [PreparedChain(image, self._stages, self._learnt_cells) for image in plan.images]
+            prepared = [PreparedChain(image, self._stages, self._learnt_cells, self._watch) for image in plan.images]
             self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
 
 

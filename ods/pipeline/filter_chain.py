@@ -2,28 +2,43 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from ods.base.arrays import Image
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.gained_image import GainedImage
+from ods.pipeline.image.gained_image import GainedImage, write_image
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.watch import RECORDED, StageImage, Watch
 
 
 class FilterChain:
     """All stages but the one that detects. They may remember images."""
 
-    def __init__(self, stages: Sequence[ConfiguredStage], fan: Fan, buffers: DoubleBuffer) -> None:
-        """Prepare the stages. Raises StageError."""
+    def __init__(
+        self, stages: Sequence[ConfiguredStage], fan: Fan, buffers: DoubleBuffer, watch: Watch | None = None
+    ) -> None:
+        """Prepare the stages. watch: is shown what each makes. Raises StageError."""
         self.buffers = buffers
-        self._steps = [(stage.label, stage.step(fan)) for stage in stages]
+        self._fan = fan
+        self._watch = watch
+        self._steps = [(stage, stage.step(fan)) for stage in stages]
 
     def run(self, image: GainedImage, ping: PingContext) -> Image:
         """Return what the stages make of an image, (beams, samples); the next call reuses it. Raises StageError."""
-        for label, step in self._steps:
+        self._show(RECORDED, image)
+        for stage, step in self._steps:
             try:
                 image = step(image, ping, self.buffers)
             except Exception as error:
-                raise blamed(label, error) from error
+                raise blamed(stage.label, error) from error
+            self._show(stage.name, image)
         self.buffers.apply(image)
         return self.buffers.front
+
+    def _show(self, label: str, image: GainedImage) -> None:
+        if self._watch:
+            shown = np.empty(self._fan.shape, np.float32)
+            write_image(image, shown)
+            self._watch(StageImage(label, shown, self._fan))

@@ -1,5 +1,6 @@
 """The pipeline on recorded pings: detections as .npz, JSON lines and masks."""
 
+import itertools
 import logging
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
@@ -14,6 +15,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.image.recorded import RegionNumbers
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.watch import Watch
 
 log = logging.getLogger(__name__)
 
@@ -32,13 +34,22 @@ class PingResult(NamedTuple):
     """(beams, samples) int32, k the k-th detection, when asked for."""
 
 
-def detect_pings(pings: Iterable[Ping], settings: PipelineSettings, *, masks: bool = False) -> Iterator[PingResult]:
-    """Yield the detections of each ping, in order. Raises StageError.
+def detect_pings(
+    pings: Iterable[Ping],
+    settings: PipelineSettings,
+    *,
+    places: Iterable[int] | None = None,
+    masks: bool = False,
+    watch: Watch | None = None,
+) -> Iterator[PingResult]:
+    """Yield the detections of each ping, in order. Raises PluginError, StageError.
 
     A ping that makes no sense is left out, with a warning that says why; the others keep their index.
+
+    places: where in the file the pings stand, if not one after the other from 0 on; watch: see `Chain`.
     """
-    chain = Chain(settings)
-    for index, ping in enumerate(pings):
+    chain = Chain(settings, watch=watch)
+    for index, ping in zip(itertools.count() if places is None else places, pings, strict=False):
         mask = np.zeros((ping.beams, ping.samples), np.int32) if masks else None
         try:
             yield PingResult(index, ping, chain.process(ping, mask), mask)

@@ -21,6 +21,7 @@ from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.step import PingContext
+from ods.pipeline.stage.watch import StageImage, Watch
 
 
 class Frame(NamedTuple):
@@ -38,18 +39,25 @@ class Frame(NamedTuple):
 class PreparedChain:
     """Frame to image, image through the filters, regions in it, echoes of the regions."""
 
-    def __init__(self, layout: ImageLayout, stages: Sequence[ConfiguredStage], learnt_cells: int) -> None:
-        """Prepare the stages, of which the last one detects. Raises StageError."""
+    def __init__(
+        self,
+        layout: ImageLayout,
+        stages: Sequence[ConfiguredStage],
+        learnt_cells: int,
+        watch: Watch | None = None,
+    ) -> None:
+        """Prepare the stages, of which the last one detects. watch: is shown what each makes. Raises StageError."""
         *filters, last = stages
         fan, buffers = layout.fan, DoubleBuffer(layout.fan.shape)
         self.phase = layout.phase
         self._layout = layout
         self._reader = FrameReader(layout, buffers)
-        self._label = last.label
+        self._last = last
+        self._watch = watch
         self._detector = last.detector(fan)
         if self._detector.learn:
             self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), learnt_cells))
-        self._filters = FilterChain(filters, fan, buffers)
+        self._filters = FilterChain(filters, fan, buffers, watch)
 
     def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> list[Detection]:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
@@ -70,7 +78,10 @@ class PreparedChain:
         try:
             regions = self._detector.find(image, recorded)
         except Exception as error:
-            raise blamed(self._label, error) from error
+            raise blamed(self._last.label, error) from error
+        if self._watch and regions.judged:
+            judged, low, high = regions.judged
+            self._watch(StageImage(self._last.name, judged.copy(), layout.fan, (low, high)))
         found: list[Detection] = []
         for band, inside in _by_band(regions, layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)

@@ -6,6 +6,7 @@ import msgspec
 
 from ods.base import clock
 from ods.base.mounting import Mounting
+from ods.base.plugins import PluginError
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
@@ -44,7 +45,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         try:
             self._chain = Chain(self.settings.pipeline)
             warm_up(self.settings.pipeline)
-        except StageError as error:
+        except (PluginError, StageError) as error:
             raise StartError(str(error)) from error
 
     def handle(self, topic: str, message: Any) -> None:

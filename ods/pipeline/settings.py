@@ -1,6 +1,5 @@
 """Settings of the `pipeline` package."""
 
-import importlib.metadata
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -9,7 +8,7 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings
-from ods.pipeline.stage.params import BUILT_IN, ENTRY_POINT_GROUP, StageError, read_params, stage_label
+from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
 
 StageTable = dict[str, Any]
@@ -40,7 +39,7 @@ class PipelineSettings(Settings, frozen=True):
     """How pings become detections."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files that register stages of the user's own."""
+    """Python files, or modules by name, that register stages of the user's own."""
     stage: tuple[StageTable, ...] = ()
     """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, which docs/pipeline.md
     shows."""
@@ -68,7 +67,7 @@ class PipelineSettings(Settings, frozen=True):
 
     def _may_be_a_plug_ins(self, stage: str) -> bool:
         """Tell whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
-        if self.plugins or importlib.metadata.entry_points(group=ENTRY_POINT_GROUP):
+        if STAGES.may_add(self.plugins):
             return True
         from ods.pipeline.stage.registry import stage_names  # slow, and of use only where somebody has registered one
 

@@ -9,7 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 from matplotlib.patheffects import AbstractPathEffect, withStroke
 
@@ -22,6 +24,8 @@ INK = "#c9d1d9"
 """Text, ticks and rings."""
 MARK = "#39d0ff"
 """Detections."""
+OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=3.0, foreground=PAPER)]
+"""Keeps marks readable on any image."""
 COLOUR_MAP = "inferno"
 PIXELS = 900
 """Of the longer side of a fan."""
@@ -142,16 +146,27 @@ def _keep_highest(raster: Floats32, image: PolarImage, grid: tuple[float, float,
 
 def new_figure(title: str, bearing_rad: Floats) -> tuple[Figure, Axes]:
     """Return a dark figure with one pair of axes, of a shape that suits a fan of these bearings."""
-    borders = _borders(bearing_rad)
-    arc = np.linspace(borders[0], borders[-1], 181)
-    across = max(0.0, np.sin(arc).max()) - min(0.0, np.sin(arc).min())
-    ahead = max(0.0, np.cos(arc).max()) - min(0.0, np.cos(arc).min())
+    across, ahead = _size(bearing_rad)
     scale = min(8.0 / ahead, 11.0 / across)
     size = (max(2.4, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
     figure = Figure(figsize=size, dpi=120, facecolor=PAPER, layout="constrained")
     axes = figure.add_subplot()
     axes.set_title(title, color=INK, fontsize=12)
     return figure, axes
+
+
+def aspect_of(bearing_rad: Floats) -> float:
+    """Return how many times as wide as high a fan of these bearings is."""
+    across, ahead = _size(bearing_rad)
+    return across / ahead
+
+
+def _size(bearing_rad: Floats) -> tuple[float, float]:
+    """Return width and height of a fan of radius 1 with its apex."""
+    borders = _borders(bearing_rad)
+    arc = np.linspace(borders[0], borders[-1], 181)
+    across = max(0.0, float(np.sin(arc).max())) - min(0.0, float(np.sin(arc).min()))
+    return across, max(0.0, float(np.cos(arc).max())) - min(0.0, float(np.cos(arc).min()))
 
 
 def draw_fan(
@@ -164,11 +179,23 @@ def draw_fan(
 ) -> None:
     """Draw an image as the fan it is, with range rings and a colour scale.
 
-    limits_db: ends of the colour scale; without them the 5 % and 99.9 % quantiles of the image.
+    limits_db: ends of the colour scale; without them those of `limits_of`.
     """
+    picture = draw_bare_fan(axes, image, limits_db or limits_of(image, pixels), pixels)
+    dress_bar(axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02), label)
+
+
+def limits_of(image: PolarImage, pixels: int = PIXELS) -> tuple[float, float]:
+    """Return the 5 % and 99.9 % quantiles of a fan's pixels, dB."""
+    raster = rasterize(image, pixels).level
+    shown = raster[np.isfinite(raster)]
+    return float(np.quantile(shown, 0.05)), float(np.quantile(shown, 0.999))
+
+
+def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float], pixels: int = PIXELS) -> AxesImage:
+    """Draw an image as the fan it is, with range rings; return what a colour scale is made of."""
     raster = rasterize(image, pixels)
-    shown = raster.level[np.isfinite(raster.level)]
-    low, high = limits_db or (float(np.quantile(shown, 0.05)), float(np.quantile(shown, 0.999)))
+    low, high = limits_db
     picture = axes.imshow(
         raster.level,
         extent=raster.extent,
@@ -179,12 +206,16 @@ def draw_fan(
         interpolation="nearest",
         aspect="equal",
     )
-    bar = axes.figure.colorbar(picture, ax=axes, shrink=0.75, pad=0.02)
+    _draw_rings(axes, _borders(image.bearing_rad), image.range0_m + image.dr_m * image.level.shape[1])
+    _dress(axes)
+    return picture
+
+
+def dress_bar(bar: Colorbar, label: str) -> None:
+    """Give a colour scale its label, and the colours of the picture."""
     bar.set_label(label, color=INK)
     bar.ax.tick_params(colors=INK)
     bar.outline.set_visible(False)
-    _draw_rings(axes, _borders(image.bearing_rad), image.range0_m + image.dr_m * image.level.shape[1])
-    _dress(axes)
 
 
 def _draw_rings(axes: Axes, borders: Floats, far_m: float) -> None:
@@ -222,19 +253,18 @@ def _dress(axes: Axes) -> None:
 
 def draw_detections(axes: Axes, detections: Sequence[Detection], *, colour: str = MARK, numbers: bool = True) -> None:
     """Draw the circles that stand for the detections, numbered from 1 in their order, with dots for centres."""
-    outline: list[AbstractPathEffect] = [withStroke(linewidth=3.0, foreground=PAPER)]
     for number, detection in enumerate(detections, 1):
         x = detection.range_m * np.sin(detection.bearing_rad)
         y = detection.range_m * np.cos(detection.bearing_rad)
         circle = Circle((x, y), detection.radius_m, fill=False, ec=colour, lw=1.4)
-        circle.set_path_effects(outline)
+        circle.set_path_effects(OUTLINE)
         axes.add_patch(circle)
         axes.plot([x], [y], ".", color=colour, ms=2.5)
         if numbers:
             offset = 0.71 * detection.radius_m
             axes.annotate(
                 str(number), (x + offset, y + offset), xytext=(2, 2), textcoords="offset points", color=colour,
-                fontsize=8, path_effects=outline,
+                fontsize=8, path_effects=OUTLINE,
             )  # fmt: skip
 
 

@@ -115,14 +115,23 @@ def endpoint(run_dir: Path, process: str) -> str:
 
 def hindrance(run_dir: Path, process: str) -> str:
     """Say, after a colon, why nobody can hear `process`; "" when nothing stands in the way but its own silence."""
+    file = run_dir / f"{process}.sock"
     try:
-        (run_dir / f"{process}.sock").stat()
-        usable = os.access(run_dir / f"{process}.sock", os.W_OK)
+        file.stat()
+        usable, asked = os.access(file, os.W_OK), file
     except PermissionError:
-        usable = False
+        usable, asked = False, run_dir
     except OSError:
         return f": {run_dir} has no socket of the {process}: does it run, and with this run_dir?"
-    return "" if usable else f": this user may not use {run_dir / process}.sock: be in the group of its owner"
+    return "" if usable else f": no right to open {file}: {_who_may(asked)}"
+
+
+def _who_may(place: Path) -> str:
+    """Say as whom one may use a file."""
+    try:
+        return f"join the group {place.group()} (and log in anew), or run as {place.owner()}"
+    except (OSError, KeyError):  # out of reach, or of a group or user without a name
+        return "join the group of its owner, or run as its owner"
 
 
 class Publisher:

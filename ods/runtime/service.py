@@ -38,6 +38,10 @@ TICK_S = 0.05
 """Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
 
 
+COMPILING_S = 120.0
+"""Time for one kernel to be compiled, at most."""
+
+
 class StartError(OdsError):
     """A process cannot do its work as it is configured; the text says why in one line."""
 
@@ -202,6 +206,11 @@ def notify(text: str) -> None:
         return
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
+
+
+def tell_compiling(count: int, name: str) -> None:
+    """Tell the supervisor or systemd that the process lives and compiles, so that it is not taken for hung."""
+    notify(f"EXTEND_TIMEOUT_USEC={round(COMPILING_S * 1e6)}\nSTATUS=compiling its kernels, {count} so far: {name}")
 
 
 class Home:

@@ -6,6 +6,7 @@ started again with a growing delay, without end: what is wrong may be mended mea
 is down its health is told here, so that the obstacle list can say why.
 """
 
+import contextlib
 import logging
 import os
 import signal
@@ -42,7 +43,7 @@ class SuperviseSettings(Settings, frozen=True):
     settled_s: Positive = 60.0
     """Time up after which a process counts as working: its next restart waits `first_delay_s` again."""
     start_s: Positive = 120.0
-    """Time for a first sign of life; the first start compiles."""
+    """Time for a first sign of life. A process that compiles says so at each kernel, and gets 120 s more."""
     watchdog_s: Positive = 3.0
     """Silence of a work loop that counts as hung."""
     stop_s: Positive = 1.5
@@ -57,6 +58,8 @@ class Child:
         self.ready = False
         self.down = ""
         """Why its work loop does not run, once it has ended; '' while it does."""
+        self.busy = ""
+        """What it does before its work loop runs, when that takes long."""
         self._command = list(command)
         self._settings = settings
         self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
@@ -114,16 +117,33 @@ class Child:
                 return
             if "READY=1" in text:
                 self.ready = True
+            if "EXTEND_TIMEOUT_USEC=" in text:
+                self._extend(text, now_s)
             if "WATCHDOG=1" in text:
                 self._alive_until = now_s + self._settings.watchdog_s
-                self.down = ""
+                self.down = self.busy = ""
             if "STOPPING=1" in text:
                 self._last_words = text.partition("STATUS=")[2]
+
+    def _extend(self, text: str, now_s: float) -> None:
+        """Wait longer for the next sign of life, as it asks."""
+        with contextlib.suppress(ValueError):
+            more_s = int(text.partition("EXTEND_TIMEOUT_USEC=")[2].partition("\n")[0]) / 1e6
+            self._alive_until = max(self._alive_until, now_s + more_s)
+        if not self.busy:
+            log.info("%s compiles its kernels, which takes a while; `ods compile` does it beforehand", self.name)
+        self.busy = text.partition("STATUS=")[2] or "busy"
+
+    @property
+    def pid(self) -> int:
+        """Of the process; 0 when there is none."""
+        return self._popen.pid if self._popen else 0
 
     def _ended(self, code: int, now_s: float) -> None:
         self._listen(now_s)
         self._popen = None
         self.ready = False
+        self.busy = ""
         if now_s - self._started_at >= self._settings.settled_s:
             self._backoff.worked()
         self._start_at = now_s + self._backoff.failed()
@@ -152,7 +172,7 @@ class Child:
 
 
 class _Reporter:
-    """Tells the health of the children that are down, in their place."""
+    """Tells the health of the children that are down, or busy before they can tell it, in their place."""
 
     def __init__(self, run_dir: Path) -> None:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
@@ -168,7 +188,7 @@ class _Reporter:
         if self._publisher.restore():
             log.warning("lock or socket of `ods run` had been removed and were made anew")
         for child in children:
-            if child.down:
+            if child.down or child.busy:
                 self._publisher.publish(bus.HEALTH, _health(child, self._seq))
                 self._seq += 1
 
@@ -182,12 +202,12 @@ def _health(child: Child, seq: int) -> Health:
     now = clock.monotonic_ns()
     return Health(
         process=child.name,
-        pid=0,
+        pid=child.pid,
         seq=seq,
         t_ns=now,
         utc_ns=clock.utc_ns(now),
         ready=False,
-        problems=[child.down],
+        problems=[child.busy or child.down],
         counters={},
         rates_hz={},
         ages_s={},

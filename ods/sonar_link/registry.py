@@ -1,32 +1,51 @@
 """The table of protocols: `sonar.protocol` to the object that speaks with the sonar. One row each.
 
-A row needs no import of the protocol, so that a process loads the one that it speaks.
+A row needs no import of the protocol, so that a process loads the one that it speaks. A plug-in adds a row:
+
+    @sonar_protocol("sketch", transports={"serial", "tcp"}, sonars="the Sketch")
+    class SketchProtocol(SonarProtocol):
+        ...
 """
 
 import importlib
 from collections import Counter
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Set
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ods.runtime.port.address import Transport
+from ods.base.choices import none_of
+from ods.base.plugins import PluginError, PluginGroup, add
+from ods.runtime.port.address import Transport, transport_of
 
 if TYPE_CHECKING:
     from ods.sonar_link.protocol import SonarProtocol
     from ods.sonar_link.settings import SonarSettings
 
+PLUGINS = PluginGroup("sonar.plugins", "ods.sonar")
+"""Where protocols of the user's own are named."""
+
 
 class ProtocolRow(NamedTuple):
     """One protocol. Its own settings are the field of its name in `SonarSettings`, if it has any."""
 
-    factory: str
-    """`module:class` of the `SonarProtocol`; called with `SonarSettings` and the counters of the process."""
+    factory: "str | type[SonarProtocol]"
+    """`module:class` of the `SonarProtocol`, or a plug-in's class itself; called with `SonarSettings` and the counters
+    of the process."""
     transports: frozenset[Transport]
     """What it is spoken over; `sonar.port` must name one of these."""
     sonars: str
     """Who speaks it, in a few words."""
     page: str
-    """In docs/."""
+    """In docs/; "": the plug-in's author knows."""
     knobs: frozenset[str] = frozenset()
     """Those of `range_m`, `power_db` and `gain_db` in `SonarSettings` that are sent to the sonar."""
+
+    @property
+    def made_by(self) -> Any:
+        """The class."""
+        if not isinstance(self.factory, str):
+            return self.factory
+        module, _, name = self.factory.partition(":")
+        return getattr(importlib.import_module(module), name)
 
 
 PROTOCOLS: dict[str, ProtocolRow] = {
@@ -43,8 +62,39 @@ PROTOCOLS: dict[str, ProtocolRow] = {
 """By the names that `sonar.protocol` may have."""
 
 
+Register = Callable[["type[SonarProtocol]"], "type[SonarProtocol]"]
+
+
+def sonar_protocol(name: str, *, transports: Set[Transport], sonars: str, knobs: Set[str] = frozenset()) -> Register:
+    """Register the decorated class; the arguments are those of `ProtocolRow`. Raises PluginError: the name is taken."""
+
+    def register(factory: "type[SonarProtocol]") -> "type[SonarProtocol]":
+        row = ProtocolRow(factory, frozenset(transports), sonars, "", frozenset(knobs))
+        add(PROTOCOLS, "sonar protocol", name, row)
+        return factory
+
+    return register
+
+
+def objection(settings: "SonarSettings") -> str:
+    """Say which of the settings its protocol, or none, can do: "port: ..."; "" when it can all."""
+    row = PROTOCOLS.get(settings.protocol)
+    if row is None:
+        return f"protocol: {none_of(settings.protocol, PROTOCOLS)}"
+    if transport_of(settings.port) not in row.transports:
+        spoken = ", ".join(sorted(row.transports))
+        return f"port: {settings.port}: {settings.protocol} is spoken over {spoken} only"
+    for name in ("range_m", "power_db", "gain_db"):
+        if getattr(settings, name) is not None and name not in row.knobs:
+            where = f", see docs/{row.page}" if row.page else ""
+            return f"{name}: {settings.protocol} has its own settings{where}"
+    return ""
+
+
 def make_protocol(settings: "SonarSettings", counters: "Counter[str]") -> "SonarProtocol":
-    """Return the protocol that the settings choose."""
-    module, _, name = PROTOCOLS[settings.protocol].factory.partition(":")
-    protocol: SonarProtocol = getattr(importlib.import_module(module), name)(settings, counters)
+    """Return the protocol that the settings choose. Raises PluginError."""
+    PLUGINS.load(settings.plugins)
+    if wrong := objection(settings):
+        raise PluginError(f"sonar.{wrong}")
+    protocol: SonarProtocol = PROTOCOLS[settings.protocol].made_by(settings, counters)
     return protocol

@@ -1,16 +1,16 @@
 """Settings of the `sonar_link` package."""
 
+from pathlib import Path
 from typing import Annotated
 
 import msgspec
 
-from ods.base.choices import none_of
 from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings
 from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
 from ods.sonar_link.oculus.settings import OculusSettings
-from ods.sonar_link.registry import PROTOCOLS
+from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
 
 
@@ -21,7 +21,9 @@ class SonarSettings(Settings, frozen=True):
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
     network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
     protocol: str = "s7k"
-    """What the sonar speaks: a name of the table in docs/sonar-link.md."""
+    """What the sonar speaks: a name of the table in docs/sonar-link.md, or of a plug-in."""
+    plugins: tuple[Path, ...] = ()
+    """Python files, or modules by name, that register protocols of the user's own."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bits a second of the serial line."""
     latency_ms: Annotated[float, msgspec.Meta(ge=0.0, le=60_000.0)] = 0.0
@@ -59,16 +61,10 @@ class SonarSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if not self.port:
             raise ValueError("port: must name a device")
-        if self.protocol not in PROTOCOLS:
-            raise ValueError(f"protocol: {none_of(self.protocol, PROTOCOLS)}")
-        transport, spoken = transport_of(self.port), PROTOCOLS[self.protocol].transports
-        if transport not in spoken:
-            raise ValueError(f"port: {self.port}: {self.protocol} is spoken over {', '.join(sorted(spoken))} only")
-        for name in ("range_m", "power_db", "gain_db"):
-            if getattr(self, name) is not None and name not in PROTOCOLS[self.protocol].knobs:
-                raise ValueError(
-                    f"{name}: {self.protocol} has its own settings, see docs/{PROTOCOLS[self.protocol].page}"
-                )
+        if self.protocol not in PROTOCOLS and PLUGINS.may_add(self.plugins):
+            transport_of(self.port)  # the rest is checked when they are loaded
+        elif wrong := objection(self):
+            raise ValueError(wrong)
         if self.reopen_max_s < self.reopen_min_s:
             raise ValueError(f"reopen_max_s: {self.reopen_max_s:g} is less than reopen_min_s {self.reopen_min_s:g}")
 

@@ -67,7 +67,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         """Go on where a tracker that was killed left off, and compile while the map is read."""
         self._take_over()
         self._look_after_map(clock.monotonic_ns())
-        warm_up(self.settings.tracker.observer, self.settings.tracker.association)
+        warm_up(self.settings.tracker)
         deadline_ns = clock.monotonic_ns() + round(MAP_WAIT_S * clock.NS)
         while self._map.to_be_read and (now_ns := clock.monotonic_ns()) < deadline_ns and not self._map.problem(now_ns):
             time.sleep(0.001)

@@ -8,6 +8,7 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import MountingSettings
+from ods.base.plugins import PluginGroup
 from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings
 from ods.runtime.pose_buffer import PoseSettings
 
@@ -19,6 +20,8 @@ STATIC = 0.95
 OWN_OBSERVERS = frozenset({"independent", "coupled", "manoeuvring"})
 OWN_ASSOCIATIONS = frozenset({"nearest", "probabilistic"})
 """Known without loading the registers, which may have more."""
+PLUGINS = PluginGroup("tracker.plugins", "ods.tracker")
+"""Where observers and associations of the user's own are named."""
 
 Probability = Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)]
 
@@ -116,6 +119,8 @@ class MapSettings(Settings, frozen=True):
 class TrackerSettings(Settings, frozen=True):
     """Detections and pose to obstacles."""
 
+    plugins: tuple[Path, ...] = ()
+    """Python files, or modules by name, that register observers and associations of the user's own."""
     observer: str = "independent"
     """Name of the observer (the filters of an object's state)."""
     association: str = "probabilistic"
@@ -129,12 +134,12 @@ class TrackerSettings(Settings, frozen=True):
     """A tracker that was killed goes on with its objects if it is up again within this time; 0: never."""
 
     def __post_init__(self) -> None:
-        if self.observer not in OWN_OBSERVERS:  # the registers are slow to load
-            from ods.tracker.observer.registry import OBSERVERS
+        if self.observer not in OWN_OBSERVERS and not PLUGINS.may_add(self.plugins):
+            from ods.tracker.observer.registry import OBSERVERS  # slow, and of use only where somebody has added one
 
             if self.observer not in OBSERVERS:
                 raise ValueError(f"observer: {none_of(self.observer, OBSERVERS)}")
-        if self.association not in OWN_ASSOCIATIONS:
+        if self.association not in OWN_ASSOCIATIONS and not PLUGINS.may_add(self.plugins):
             from ods.tracker.association.registry import ASSOCIATIONS
 
             if self.association not in ASSOCIATIONS:

@@ -12,7 +12,7 @@ from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
 from ods.tracker.prediction import predict_scan
-from ods.tracker.settings import STATIC, TrackerSettings
+from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track import lifecycle
 from ods.tracker.track.plausibility import refuse_absurd
@@ -27,7 +27,8 @@ class Tracker:
     """The state of the tracker between pings. No I/O, no clock, no randomness."""
 
     def __init__(self, settings: TrackerSettings, known: list[MapObject] | None = None, first_id: int = 1) -> None:
-        """Start with the hibernated objects `known`; new ids count up from `first_id`."""
+        """Start with the hibernated objects `known`; new ids count up from `first_id`. Raises PluginError."""
+        PLUGINS.load(settings.plugins)
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)

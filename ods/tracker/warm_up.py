@@ -15,13 +15,15 @@ from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 
 
-def warm_up(observer: str, association: str) -> None:
+def warm_up(settings: TrackerSettings) -> None:
     """Track a made-up mission: two objects that contend for their echoes, a large one and one of the map; then none.
 
-    `observer`, `association`: names of those to be used; the other settings make no difference to what is compiled.
+    `settings`: of plug-ins, observer and association; the others make no difference to what is compiled. Raises
+    PluginError.
     """
+    chosen = TrackerSettings(plugins=settings.plugins, observer=settings.observer, association=settings.association)
     rock = MapObject(1, (60.0, 20.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 9, 0, 0, 0)
-    tracker = Tracker(TrackerSettings(observer=observer, association=association), [rock], first_id=2)
+    tracker = Tracker(chosen, [rock], first_id=2)
     whole = np.array([_echo(40.0, 0.0, 0.5), _echo(40.5, 0.01, 0.5), _echo(70.0, -0.3, 6.0)])
     part = np.array([_echo(73.0, -0.3, 1.0)])
     for k in range(9):
@@ -29,7 +31,7 @@ def warm_up(observer: str, association: str) -> None:
     tracker.step(_scan(9, part, looks_back=False))
     tracker.step(_scan(10, part[:0], looks_back=True))
     tracker.snapshot()
-    _find_again(observer)
+    _find_again(settings.observer)
     _receive(whole)
 
 

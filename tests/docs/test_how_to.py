@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -17,7 +18,7 @@ BLOCK = re.compile(r"(?:^`(?P<path>\S+)`:\n\n)?^```(?P<kind>\w+)\n(?P<text>.*?)^
 @pytest.fixture
 def copy(tmp_path: Path) -> Path:
     ignored = shutil.ignore_patterns("__pycache__")
-    for folder in ("ods", "config"):
+    for folder in ("ods", "config", "docs/examples"):
         shutil.copytree(PROJECT / folder, tmp_path / folder, symlinks=True, ignore=ignored)
     return tmp_path
 
@@ -52,9 +53,12 @@ def test_a_page_can_be_followed(page: Path, copy: Path) -> None:
                 compared += 1
             case "python", None:
                 printed = output_of(text, copy)
+            case "toml", None:
+                tomllib.loads(text)
             case _:
                 (copy / path).parent.mkdir(exist_ok=True)
                 (copy / path).write_text(text)
+                assert not path.startswith("docs/examples/") or text == (PROJECT / path).read_text()
     assert compared
 
 

@@ -16,7 +16,7 @@ from ods.base import clock
 from ods.base.settings_file import load
 from ods.cli import main
 from ods.config import OnboardConfig
-from ods.doctor import chain, serial_device, sonar_port
+from ods.doctor import chain, plugins, serial_device, sonar_port
 from ods.doctor.can_interface import controller
 from ods.doctor.finding import Finding
 from ods.doctor.navigation import listen
@@ -112,6 +112,30 @@ def test_a_stage_that_raises_at_its_first_image_is_wrong(tmp_path: Path) -> None
     assert found.level == "wrong"
     assert "doctor.raises" in found.text
     assert "at the first image" in found.text
+
+
+@pytest.mark.usefixtures("registers")
+def test_parts_of_ones_own_are_tried(tmp_path: Path) -> None:
+    file = config(tmp_path, "/dev/none")
+    (tmp_path / "mine.py").write_text(
+        "from ods.tracker.association.registry import association\n"
+        "@association('doctor.raises')\n"
+        "def raises(question): raise ArithmeticError('at the first echo')\n"
+    )
+    example = Path(__file__).parents[2] / "docs" / "examples" / "user_sonar.py"
+    (tmp_path / "sonar.py").write_text(example.read_text().replace('"sketch"', '"doctor.sketch"'))
+    text = file.read_text()
+    text = text.replace("[sonar]", '[sonar]\nplugins = ["sonar.py"]\nprotocol = "doctor.sketch"')
+    text = text.replace(
+        "[tracker.map]", '[tracker]\nplugins = ["mine.py"]\nassociation = "doctor.raises"\n[tracker.map]'
+    )
+    file.write_text(f'{text}\n[recordings]\nplugins = ["none.py"]\n')
+    found = {item.subject: (item.level, item.text) for item in plugins.examine(load(file, OnboardConfig))}
+    assert found["tracker"] == ("wrong", "ArithmeticError: at the first echo")
+    assert found["sonar protocol"] == ("good", "doctor.sketch is known and gets through noise")
+    level, said = found["recordings"]
+    assert level == "wrong"
+    assert said.startswith(f"recordings.plugins[0] ({tmp_path / 'none.py'}): FileNotFoundError")
 
 
 def test_a_dbc_error_is_said_once(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Image
+from ods.base.plugins import PluginError
 from ods.base.settings import Positive, Settings
 from ods.base.settings_file import ConfigError, load
 from ods.config import OnboardConfig
@@ -17,7 +18,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage import registry
-from ods.pipeline.stage.params import BUILT_IN, StageError
+from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError
 from ods.pipeline.stage.registry import image_stage
 from ods.pipeline.stage.step import ImageStep
 from tests.pipeline.pings import make_ping
@@ -120,7 +121,7 @@ def test_users_file_is_named_relative_to_the_configuration(tmp_path: Path) -> No
 
 
 def test_users_stage_does_what_it_says() -> None:
-    registry.load_plugins([EXAMPLE])
+    STAGES.load([EXAMPLE])
     stage = registry.find_stage("my.beam_gain")
     source = np.array([[1.0, 2.0, 3.0], [10.0, 20.0, 30.0]], np.float32)
     out = np.empty_like(source)
@@ -170,7 +171,7 @@ def test_plugin_of_another_package_is_found_by_its_entry_point(
 def test_broken_plugin_is_one_line(tmp_path: Path, code: str, complaint: str) -> None:
     file = tmp_path / "plugin.py"
     file.write_text(code)
-    with pytest.raises(StageError) as caught:
+    with pytest.raises(PluginError) as caught:
         chain(DETECT, plugins=(file,))
     assert str(caught.value).startswith(f"pipeline.plugins[0] ({file}): ")
     assert complaint in str(caught.value)
@@ -179,7 +180,7 @@ def test_broken_plugin_is_one_line(tmp_path: Path, code: str, complaint: str) ->
 
 def test_missing_plugin_is_one_line(tmp_path: Path) -> None:
     for file in (tmp_path / "none.py", tmp_path / "none.txt"):
-        with pytest.raises(StageError, match="none"):
+        with pytest.raises(PluginError, match="none"):
             chain(DETECT, plugins=(file,))
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 import zmq
 
-from ods.runtime import bus
+from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES, SUPERVISOR, on_board
 from ods.runtime.supervisor import Child, SuperviseSettings
 
@@ -84,6 +84,26 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     supervisor.terminate()
     assert supervisor.stderr is not None
     assert "nav shows no sign of life: killed" in supervisor.stderr.read()
+
+
+def test_a_child_that_compiles_is_waited_for_as_long_as_it_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("INFO")
+    child = Child(PROCESSES["nav"], ["sleep", "1000"], tmp_path, SuperviseSettings(start_s=10.0))
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nav.notify"))
+    child.step(0.0)
+    first = child.pid
+    for number in range(1, 5):
+        service.tell_compiling(number, "kernel")
+        child.step(100.0 * number - 91.0)  # 9, 109, 209, 309: each within 120 s of the one before
+        assert child.busy == f"compiling its kernels, {number} so far: kernel"
+    assert child.pid == first
+    assert caplog.text.count("nav compiles its kernels") == 1
+    child.step(309.0 + 121.0)
+    assert child.pid == 0
+    assert "nav shows no sign of life" in caplog.text
+    child.reap(0.0)
 
 
 def test_a_child_lives_on_when_the_run_folder_is_emptied(tmp_path: Path) -> None:

@@ -244,7 +244,7 @@ def test_the_command_line_sets_and_shows(
 def test_without_a_sonar_process_a_planner_is_told_so_and_nothing_stays_behind(folder: Path) -> None:
     client = Sonar(folder, timeout_s=0.2)
     for _ in range(2):
-        with pytest.raises(SonarError, match=r"no answer from the sonar process within 0.2 s: does it run\?"):
+        with pytest.raises(SonarError, match=r"no answer from the sonar process within 0.2 s: .* has no socket"):
             client.set_range(50.0)
     client.close()
 

@@ -37,7 +37,7 @@ def compiled() -> set[tuple[str, str, str]]:
 def test_no_real_scan_compiles_anything_more(observer: str, association: str) -> None:
     """A mission with all there is: clutter, silence, large and moving objects, leaving, the map, and coming back."""
     settings = TrackerSettings(observer=observer, association=association, life=LifeSettings(stand_by_s=2.0))
-    warm_up(observer, association)
+    warm_up(TrackerSettings(observer=observer, association=association))
     before = compiled()
     rng = np.random.default_rng(12)
     starts = np.column_stack([rng.uniform(15.0, 90.0, 40), rng.uniform(-50.0, 50.0, 40), rng.uniform(2.0, 6.0, 40)])

@@ -12,7 +12,7 @@ from ods.pipeline.detect.split import split_regions
 from ods.pipeline.detect.strongest import level_of_strongest, without_weak
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Regions, Runs
+from ods.pipeline.image.regions import Judged, Regions, Runs
 from ods.pipeline.stage.params import GroupParams
 
 
@@ -53,7 +53,7 @@ class Grouping:
             runs, count = without_weak_at_border(image, runs, count, rule.high, raised)
         if params.strongest < 1.0 and count:
             runs, count = without_weak(recorded, runs, count, level_of_strongest(recorded, params.strongest))
-        return Regions(runs, count, background)
+        return Regions(runs, count, background, Judged(image, low, high))
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ods.base.arrays import Mask
+from ods.base.arrays import Image, Mask
 from ods.compiled.kernel import kernel
 
 RUN = np.dtype([("beam", np.int32), ("first", np.int32), ("stop", np.int32), ("region", np.int32)], align=True)
@@ -16,6 +16,15 @@ Runs = NDArray[np.void]
 """(runs,) of RUN; sorted by region, then beam, then column."""
 
 
+class Judged(NamedTuple):
+    """What a detector compared with its levels."""
+
+    image: Image
+    """(beams, samples): the image that it got, or what it made of it; the next call reuses it."""
+    low: float
+    high: float
+
+
 class Regions(NamedTuple):
     """The echoes of one image."""
 
@@ -24,6 +33,8 @@ class Regions(NamedTuple):
     """Number of regions; they are numbered 1..total without a gap."""
     background: float
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""
+    judged: Judged | None = None
+    """For pictures only; None: by no levels."""
 
 
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:

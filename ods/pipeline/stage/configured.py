@@ -2,11 +2,12 @@
 
 from typing import Any, NamedTuple
 
+from ods.base.plugins import reason
 from ods.base.settings import Settings
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.params import StageError, read_params, stage_label
-from ods.pipeline.stage.registry import Stage, find_stage, reason
+from ods.pipeline.stage.registry import Stage, find_stage
 from ods.pipeline.stage.step import AS_STEP, PreparedDetector, Step
 
 
@@ -17,6 +18,11 @@ class ConfiguredStage(NamedTuple):
     """How complaints name it."""
     stage: Stage
     params: Settings
+
+    @property
+    def name(self) -> str:
+        """The stage's own."""
+        return self.stage.name
 
     def step(self, fan: Fan) -> Step:
         """Prepare a stage that makes images. Raises StageError."""

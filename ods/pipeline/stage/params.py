@@ -6,6 +6,7 @@ from typing import Annotated, Any, Literal
 import msgspec
 
 from ods.base.errors import OdsError
+from ods.base.plugins import PluginGroup
 from ods.base.settings import (
     Fraction,
     NonNegative,
@@ -247,8 +248,8 @@ BUILT_IN: Mapping[str, type[Settings]] = {
 """Parameters of every stage that comes with ODS."""
 
 
-ENTRY_POINT_GROUP = "ods.stages"
-"""Modules of installed packages that register stages of their own."""
+STAGES = PluginGroup("pipeline.plugins", "ods.stages")
+"""Where stages of the user's own are named."""
 
 
 class StageError(OdsError, ValueError):

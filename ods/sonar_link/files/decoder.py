@@ -1,11 +1,20 @@
-"""What a format of recordings is: how a file of it is known, and how it is read."""
+"""What a format of recordings is: how a file of it is known, and how it is read. A plug-in adds one:
+
+@decoder
+class SketchDecoder(Decoder):
+    ...
+"""
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeVar
 
+from ods.base.plugins import PluginGroup, add
 from ods.sonar_link.files.ping_sequence import PingSequence
 
+PLUGINS = PluginGroup("recordings.plugins", "ods.recordings")
+"""Where decoders of the user's own are named."""
 START_BYTES = 16
 """How much of a file's beginning tells its format."""
 
@@ -27,3 +36,16 @@ class Decoder(ABC):
     @abstractmethod
     def read(self, path: Path) -> PingSequence:
         """Read a recording; what it holds and the pings do not is counted in `losses`. Raises PingFileError."""
+
+
+PLUGGED_IN: dict[str, Callable[[], Decoder]] = {}
+"""Decoders of the user's own, by name."""
+
+DecoderT = TypeVar("DecoderT", bound=Decoder)
+
+
+def decoder(kind: type[DecoderT]) -> type[DecoderT]:
+    """Register the decorated class, which is made without arguments. Raises PluginError when its name is taken."""
+    make: Callable[[], Decoder] = kind
+    add(PLUGGED_IN, "decoder", kind.name, make)
+    return kind

@@ -1,11 +1,16 @@
-"""Opens any recording of pings: the decoder is chosen by what the file holds, its suffix only decides in doubt."""
+"""Opens any recording of pings: the decoder is chosen by what the file holds, its suffix only decides in doubt.
+
+Those of the user's own, as far as their plug-ins are loaded, go before those that come with ODS.
+"""
 
 from collections.abc import Sequence
 from itertools import chain
 from pathlib import Path
 
+from ods.base.errors import OdsError
+from ods.base.plugins import reason
 from ods.sonar_link.files.aris import ArisDecoder
-from ods.sonar_link.files.decoder import START_BYTES, Decoder
+from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
 from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
 from ods.sonar_link.files.npz import NpzDecoder
 from ods.sonar_link.files.oculus import OculusDecoder
@@ -15,7 +20,7 @@ from ods.sonar_link.files.s7k.decoder import S7kDecoder
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
 DECODERS: tuple[Decoder, ...] = (NpzDecoder(), S7kDecoder(), ArisDecoder(), OculusDecoder(), FanClipDecoder())
-"""Every format, in any order."""
+"""Every format that comes with ODS, in any order."""
 
 
 def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
@@ -23,8 +28,16 @@ def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
 
     Raises PingFileError, whose text is one line.
     """
-    decoders = (FanClipDecoder(fan), *DECODERS) if fan else DECODERS
-    return _decoder_of(path, decoders).read(path)
+    own = [make() for make in PLUGGED_IN.values()]
+    decoder = _decoder_of(path, [*own, *([FanClipDecoder(fan)] if fan else []), *DECODERS])
+    try:
+        return decoder.read(path)
+    except OdsError:
+        raise
+    except Exception as error:
+        if decoder not in own:
+            raise
+        raise PingFileError(f"{path}: {decoder.name}: {reason(error)}") from error
 
 
 def _decoder_of(path: Path, decoders: Sequence[Decoder]) -> Decoder:
@@ -34,7 +47,7 @@ def _decoder_of(path: Path, decoders: Sequence[Decoder]) -> Decoder:
     by_suffix = [decoder for decoder in decoders if decoder.suffix == path.suffix.lower()]
     chosen = next(chain(by_content, by_suffix), None)
     if chosen is None:
-        names = ", ".join(decoder.name for decoder in DECODERS)
+        names = ", ".join(dict.fromkeys(decoder.name for decoder in decoders))
         raise PingFileError(f"{path}: none of the known formats: {names}")
     return chosen
 

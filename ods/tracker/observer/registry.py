@@ -1,13 +1,19 @@
 """The library of observers: filters for the states of all objects at once, chosen by name [SSIE].
 
 An observer keeps one column an object, in the order in which they were started; `Tracker` keeps its own columns in
-step. `OBSERVERS` maps the name in the configuration to a factory that takes the motion settings.
+step. `OBSERVERS` maps the name in the configuration to a factory that takes the motion settings; a plug-in adds to it:
+
+    @observer("brisk")
+    def brisk(settings: MotionSettings) -> Observer:
+        return StaticOrMovingObserver(settings, ...)
 """
 
 from collections.abc import Callable
 from typing import Any, Protocol
 
 from ods.base.arrays import Floats, Indices, Mask
+from ods.base.choices import none_of
+from ods.base.plugins import PluginError, add
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
 from ods.tracker.observer.belief import Belief
@@ -83,13 +89,27 @@ def _manoeuvring(settings: MotionSettings) -> Observer:
     return StaticOrMovingObserver(settings, InteractingModels(settings, models, CHANGE_RATE))
 
 
-OBSERVERS: dict[str, Callable[[MotionSettings], Observer]] = {
+MakeObserver = Callable[[MotionSettings], Observer]
+
+OBSERVERS: dict[str, MakeObserver] = {
     "independent": _independent,
     "coupled": _coupled,
     "manoeuvring": _manoeuvring,
 }
 
 
+def observer(name: str) -> Callable[[MakeObserver], MakeObserver]:
+    """Register the decorated function, or class, that makes an observer. Raises PluginError when the name is taken."""
+
+    def register(make: MakeObserver) -> MakeObserver:
+        add(OBSERVERS, "observer", name, make)
+        return make
+
+    return register
+
+
 def make_observer(name: str, settings: MotionSettings) -> Observer:
-    """Return a new observer; `TrackerSettings` takes no name but one of OBSERVERS."""
+    """Return a new observer. Raises PluginError for a name that no plug-in has registered."""
+    if name not in OBSERVERS:
+        raise PluginError(f"tracker.observer: {none_of(name, OBSERVERS)}")
     return OBSERVERS[name](settings)

@@ -1,0 +1,12 @@
+"""Settings of recorded sonar images: what `[recordings]` may say."""
+
+from pathlib import Path
+
+from ods.base.settings import Settings
+
+
+class RecordingsSettings(Settings, frozen=True):
+    """Files of recorded sonar images."""
+
+    plugins: tuple[Path, ...] = ()
+    """Python files, or modules by name, that register decoders of the user's own."""

@@ -1,0 +1,36 @@
+"""`ods bench` where a process cannot start."""
+
+import shutil
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from ods.bench import runner
+from ods.cli import main
+
+CONFIG = Path(__file__).parents[2] / "config"
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    with tempfile.TemporaryDirectory(prefix="ods-") as name:  # a socket path must be short
+        yield Path(name)
+
+
+def test_a_process_that_cannot_start_ends_it_at_once_with_its_reason(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(CONFIG, folder / "config")
+    onboard, bench = folder / "config" / "onboard.toml", folder / "config" / "bench.toml"
+    onboard.write_text(onboard.read_text().replace("[pipeline]", '[pipeline]\nplugins = ["none.py"]'))
+    bench.write_text(bench.read_text().replace("/tmp/ods-bench", f"{folder}/run"))
+    begun = time.monotonic()
+    assert main(["bench", "--config", str(bench), "--out", str(folder / "out")]) == 2
+    assert time.monotonic() - begun < runner.START_S / 2
+    said = capsys.readouterr().err
+    assert said.startswith("ods bench: pipeline ended with code 2: pipeline.plugins[0]")
+    assert "none.py): FileNotFoundError" in said
+    assert said.count("\n") == 1
