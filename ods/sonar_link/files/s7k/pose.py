@@ -20,7 +20,9 @@ POSE_SENSORS = POSITION_SENSOR, HEADING_SENSOR, ATTITUDE_SENSOR
 INERTIAL = 6
 """Positioning method: inertial, of unknown aiding."""
 
-_POSITION = struct.Struct("<IfdddBBBBB")
+POSITION = struct.Struct("<IfdddBBBBB")
+ROLL_PITCH_HEAVE = struct.Struct("<fff")
+"""Their bodies."""
 
 
 class GeodeticPose(NamedTuple):
@@ -38,8 +40,8 @@ class GeodeticPose(NamedTuple):
 
 def encode_pose(pose: GeodeticPose, utc_ns: int) -> bytes:
     """Return records 1003, 1012 and 1013, framed; heave is always 0. Raises ValueError for a time without a 7KTIME."""
-    position = _POSITION.pack(0, 0.0, pose.latitude_rad, pose.longitude_rad, pose.height_m, 0, 0, 0, INERTIAL, 0)
-    attitude = struct.pack("<fff", pose.roll_rad, pose.pitch_rad, 0.0)
+    position = POSITION.pack(0, 0.0, pose.latitude_rad, pose.longitude_rad, pose.height_m, 0, 0, 0, INERTIAL, 0)
+    attitude = ROLL_PITCH_HEAVE.pack(pose.roll_rad, pose.pitch_rad, 0.0)
     heading = struct.pack("<f", pose.heading_rad % math.tau)
     return b"".join(
         drf.encode_record(record_type, body, utc_ns, device, recorded=True)

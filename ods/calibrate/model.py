@@ -1,0 +1,86 @@
+"""What the sonar should measure of a fixed object: by its place, the mounting and the latency."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ods.base.arrays import Floats, Indices
+from ods.base.geometry import wrap_angle
+from ods.base.mounting import MountingSettings
+from ods.calibrate.pose_history import PoseHistory
+
+
+class Echoes(NamedTuple):
+    """Detections of a recording: (n,) each."""
+
+    ping: Indices
+    t_s: Floats
+    """When their pings are said to have been sent, s."""
+    range_m: Floats
+    bearing: Floats
+    """rad."""
+    elevation: Floats
+    """Of the plane they were seen in, rad."""
+    snr_db: Floats
+    sigma_range: Floats
+    sigma_bearing: Floats
+    sound_speed: Floats
+
+    def take(self, which: Indices) -> "Echoes":
+        """Return some of them."""
+        ping, *others = self
+        return Echoes(ping[which], *(column[which] for column in others))
+
+
+class Unknowns(NamedTuple):
+    """What is estimated, in this order."""
+
+    north: float
+    east: float
+    down: float
+    """The object, m."""
+    yaw: float
+    pitch: float
+    """The head's, rad."""
+    latency: float
+    """By how much pings are said to be sent too late, s."""
+    nearer: float
+    """By how much the object's echo is nearer than its middle, m."""
+
+
+class Rig(NamedTuple):
+    """What is known: poses, and where the head sits."""
+
+    history: PoseHistory
+    mounting: MountingSettings
+
+    def head(self, t_s: Floats, yaw: float, pitch: float) -> tuple[Floats, Rotation]:
+        """Return the head's (k, 3) places and k attitudes at times (k,)."""
+        place, body = self.history.at(t_s)
+        turn = Rotation.from_euler("ZYX", [yaw, pitch, np.radians(self.mounting.roll_deg)])
+        return place + body.apply(self.mounting.position_m), body * turn
+
+
+def misses(echoes: Echoes, rig: Rig, unknowns: Unknowns) -> tuple[Floats, Floats]:
+    """Return (n,) measured less expected range, m, and bearing, rad.
+
+    The range is half the way from the head at transmission to the object and on to the head at reception; the bearing
+    is that in the head's frame at reception.
+    """
+    sent_s = echoes.t_s - unknowns.latency
+    there, _ = rig.head(sent_s, unknowns.yaw, unknowns.pitch)
+    back, turn = rig.head(sent_s + 2.0 * echoes.range_m / echoes.sound_speed, unknowns.yaw, unknowns.pitch)
+    place = np.array(unknowns[:3])
+    seen = turn.inv().apply(place - back)
+    way = 0.5 * (np.linalg.norm(place - there, axis=1) + np.linalg.norm(seen, axis=1))
+    bearing = wrap_angle(echoes.bearing - np.arctan2(seen[:, 1], seen[:, 0]))
+    return np.asarray(echoes.range_m - way + unknowns.nearer), bearing
+
+
+def places(echoes: Echoes, rig: Rig, yaw: float, pitch: float) -> Floats:
+    """Return the (n, 3) places where the echoes are, if heads look like that and nothing is late; level ones."""
+    place, turn = rig.head(echoes.t_s + 2.0 * echoes.range_m / echoes.sound_speed, yaw, pitch)
+    level = echoes.range_m * np.cos(echoes.elevation)
+    seen = [level * np.cos(echoes.bearing), level * np.sin(echoes.bearing), -echoes.range_m * np.sin(echoes.elevation)]
+    return np.asarray(place + turn.apply(np.column_stack(seen)))

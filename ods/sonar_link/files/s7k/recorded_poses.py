@@ -1,0 +1,53 @@
+"""The vehicle's poses in a .s7k recording, as `ods record` writes them: 1003, 1012 and 1013 of one time."""
+
+import struct
+from collections import Counter
+from pathlib import Path
+
+from ods.sonar_link.files.s7k.pose import (
+    HEADING_RECORD,
+    POSITION,
+    POSITION_RECORD,
+    ROLL_PITCH_HEAVE,
+    ROLL_PITCH_HEAVE_RECORD,
+    GeodeticPose,
+)
+from ods.sonar_link.s7k.drf import S7kRecord
+from ods.sonar_link.s7k.framer import RecordFramer
+
+CHUNK_BYTES = 1024 * 1024
+LONGEST_RECORD_BYTES = 64 * 1024 * 1024
+_PARTS = {POSITION_RECORD, ROLL_PITCH_HEAVE_RECORD, HEADING_RECORD}
+
+
+def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
+    """Return the poses of a recording with their UTC, ns, in order of time. Raises OSError.
+
+    What has no time, is cut short, or lacks one of the three records of its time is left out.
+    """
+    framer = RecordFramer(LONGEST_RECORD_BYTES, Counter())
+    parts: dict[int, dict[int, bytes]] = {}
+    with path.open("rb") as file:
+        while chunk := file.read(CHUNK_BYTES):
+            for record in framer.feed(chunk):
+                _keep(record, parts)
+    whole = {t_ns: found for t_ns, found in parts.items() if found.keys() == _PARTS}
+    poses = []
+    for t_ns in sorted(whole):
+        try:
+            poses.append((t_ns, _pose(whole[t_ns])))
+        except struct.error:
+            continue
+    return poses
+
+
+def _keep(record: S7kRecord, parts: dict[int, dict[int, bytes]]) -> None:
+    if record.record_type in _PARTS and record.time_ns is not None:
+        parts.setdefault(record.time_ns, {})[record.record_type] = record.body
+
+
+def _pose(found: dict[int, bytes]) -> GeodeticPose:
+    _, _, latitude, longitude, height, *_ = POSITION.unpack_from(found[POSITION_RECORD])
+    roll, pitch, _ = ROLL_PITCH_HEAVE.unpack_from(found[ROLL_PITCH_HEAVE_RECORD])
+    (heading,) = struct.unpack_from("<f", found[HEADING_RECORD])
+    return GeodeticPose(latitude, longitude, height, roll, pitch, heading)
