@@ -1,5 +1,6 @@
 """The vehicle's poses in a .s7k recording, as `ods record` writes them: 1003, 1012 and 1013 of one time."""
 
+import math
 import struct
 from collections import Counter
 from pathlib import Path
@@ -23,7 +24,7 @@ _PARTS = {POSITION_RECORD, ROLL_PITCH_HEAVE_RECORD, HEADING_RECORD}
 def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
     """Return the poses of a recording with their UTC, ns, in order of time. Raises OSError.
 
-    What has no time, is cut short, or lacks one of the three records of its time is left out.
+    What has no time, is cut short or no number, or lacks one of the three records of its time is left out.
     """
     framer = RecordFramer(LONGEST_RECORD_BYTES, Counter())
     parts: dict[int, dict[int, bytes]] = {}
@@ -32,13 +33,8 @@ def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
             for record in framer.feed(chunk):
                 _keep(record, parts)
     whole = {t_ns: found for t_ns, found in parts.items() if found.keys() == _PARTS}
-    poses = []
-    for t_ns in sorted(whole):
-        try:
-            poses.append((t_ns, _pose(whole[t_ns])))
-        except struct.error:
-            continue
-    return poses
+    poses = ((t_ns, _pose(whole[t_ns])) for t_ns in sorted(whole))
+    return [(t_ns, pose) for t_ns, pose in poses if pose is not None]
 
 
 def _keep(record: S7kRecord, parts: dict[int, dict[int, bytes]]) -> None:
@@ -46,8 +42,12 @@ def _keep(record: S7kRecord, parts: dict[int, dict[int, bytes]]) -> None:
         parts.setdefault(record.time_ns, {})[record.record_type] = record.body
 
 
-def _pose(found: dict[int, bytes]) -> GeodeticPose:
-    _, _, latitude, longitude, height, *_ = POSITION.unpack_from(found[POSITION_RECORD])
-    roll, pitch, _ = ROLL_PITCH_HEAVE.unpack_from(found[ROLL_PITCH_HEAVE_RECORD])
-    (heading,) = struct.unpack_from("<f", found[HEADING_RECORD])
-    return GeodeticPose(latitude, longitude, height, roll, pitch, heading)
+def _pose(found: dict[int, bytes]) -> GeodeticPose | None:
+    try:
+        _, _, latitude, longitude, height, *_ = POSITION.unpack_from(found[POSITION_RECORD])
+        roll, pitch, _ = ROLL_PITCH_HEAVE.unpack_from(found[ROLL_PITCH_HEAVE_RECORD])
+        (heading,) = struct.unpack_from("<f", found[HEADING_RECORD])
+    except struct.error:
+        return None
+    pose = GeodeticPose(latitude, longitude, height, roll, pitch, heading)
+    return pose if all(map(math.isfinite, pose)) else None
