@@ -26,7 +26,7 @@ test: compile lint
 
 # 125: no vcan to be had, and the reason was said; the tests are then reported as skipped, or failed for ODS_REQUIRE_VCAN
 test-vcan: $(VENV)/.ready
-	$(BIN)/python -m in_vcan --timeout 600 $(BIN)/pytest tests/vcan || { [ $$? -eq 125 ] && $(BIN)/pytest tests/vcan; }
+	$(BIN)/python -m in_vcan --timeout 900 $(BIN)/pytest tests/vcan || { [ $$? -eq 125 ] && $(BIN)/pytest tests/vcan; }
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check

@@ -58,7 +58,7 @@ let heard = Buffer.alloc(0), greeted = false, parts = [], told = 0;
 
 function tell(picture) {
   const positions = picture.obstacles.map((o) => o.position_ned);
-  console.log(JSON.stringify({ valid: picture.valid, positions }));
+  console.log(JSON.stringify({ valid: picture.valid, reasons: picture.reasons, positions }));
   if (++told === lists) process.exit(0);
 }
 

@@ -34,11 +34,12 @@ def main(run_dir: str, lists: int, range_m: float | None) -> None:
             try:
                 _, body = socket.recv_multipart()
             except zmq.Again:
-                print(json.dumps({"valid": False, "positions": []}), flush=True)  # silence is an answer, too
+                print(json.dumps({"valid": False, "reasons": ["silence"], "positions": []}), flush=True)
                 continue
             picture = msgpack.unpackb(body)
             positions = [o["position_ned"] for o in picture["obstacles"]]
-            print(json.dumps({"valid": picture["valid"], "positions": positions}), flush=True)
+            told = {"valid": picture["valid"], "reasons": picture["reasons"], "positions": positions}
+            print(json.dumps(told), flush=True)
 
 
 if __name__ == "__main__":
