@@ -7,6 +7,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.geodesy import SiteSettings
 from ods.doctor.finding import Finding
+from ods.tracker.map.rights import hindrance
 from ods.tracker.map.store import copy_of_map
 
 
@@ -19,14 +20,8 @@ def examine(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
     if not os.path.exists(path):  # noqa: PTH110  which never raises
         yield _to_be_made(subject, path)
         return
-    if not os.access(path, os.R_OK | os.W_OK):
-        yield Finding("wrong", subject, f"may not be written by this user: it belongs to {_owner(path)}")
-    elif not os.access(path.parent, os.W_OK | os.X_OK):  # SQLite puts its log beside it
-        yield Finding(
-            "wrong", subject, f"{path.parent} may not be written by this user: it belongs to {_owner(path.parent)}"
-        )
-    else:
-        yield _usable(subject, path, site)
+    reason = hindrance(path)
+    yield Finding("wrong", subject, reason) if reason else _usable(subject, path, site)
 
 
 def _to_be_made(subject: str, path: Path) -> Finding:

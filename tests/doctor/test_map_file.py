@@ -1,13 +1,15 @@
 """A map of obstacles that the tracker could not write is wrong before it starts."""
 
 import os
+import pwd
+import re
 from pathlib import Path
 
 import pytest
 
 from ods.base.geodesy import SiteSettings
 from ods.doctor.map_file import examine
-from ods.tracker.map.store import open_map
+from ods.tracker.map.store import MapError, open_map
 
 SITE = SiteSettings(latitude_deg=57.0, longitude_deg=9.9)
 
@@ -46,5 +48,9 @@ def test_a_file_and_a_folder_of_another_user_are_told_with_their_owner(
     owner = tmp_path.owner()
     (file,), (folder,) = examine(there, SITE), examine(tmp_path / "deep" / "new.sqlite", SITE)
     assert (file.level, folder.level) == ("wrong", "wrong")
-    assert file.text == f"may not be written by this user: it belongs to {owner}"
+    me = pwd.getpwuid(os.geteuid()).pw_name
+    told = f"{there} may not be written by user {me}, as it belongs to {owner}: as root, `chown {me} {there}*`"
+    assert file.text == told
+    with pytest.raises(MapError, match=re.escape(f"map {there}: {told}")):  # what the tracker says
+        open_map(there, 57.0, 9.9)
     assert folder.text.startswith(f"cannot be made: {tmp_path} belongs to {owner}, and may not be written")

@@ -13,6 +13,7 @@ from typing import Any
 
 from ods.base.errors import OdsError
 from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
+from ods.tracker.map.rights import hindrance
 from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
 
@@ -96,10 +97,12 @@ class MapStore:
 def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
     """Open or create the map of a tracker, and bring it up to date.
 
-    Raises MapError when the file is damaged, foreign, of a newer program or of another origin.
+    Raises MapError when the file is another user's, damaged, foreign, of a newer program or of another origin.
     """
     with _told(path):
         path.parent.mkdir(parents=True, exist_ok=True)
+        if reason := hindrance(path):
+            raise ValueError(reason)
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
     with _told(path, db):
         if version_of(db) < SCHEMA_VERSION:
