@@ -73,11 +73,16 @@ def load(package: Path) -> MachineCode | None:
 
 @cache
 def this_computer() -> tuple[str, ...]:
-    """Return what machine code depends on besides its sources: versions, and the processor."""
+    """Return what machine code depends on besides its sources: versions, and the processor.
+
+    Python's is that of its binary interface, without the date of its build: a security update of the distribution makes
+    nothing compile on board.
+    """
     from llvmlite import binding
 
     versions = [f"{name} {version(name)}" for name in ("numba", "llvmlite", "numpy")]
-    return sys.version, *versions, binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
+    python = f"{sys.implementation.cache_tag}{sys.abiflags} {sys.hexversion:x}"
+    return python, *versions, binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten()
 
 
 class LinkedCode:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from ods.compiled import machine_code
+
 INNER = """
     from typing import NamedTuple
     import numpy as np
@@ -120,3 +122,10 @@ def test_machine_code_that_others_can_write_is_not_opened(package: Path) -> None
     lines = python(package, RUN)
     assert lines[:1] == [RESULT]
     assert any("no machine code" in line for line in lines)
+
+
+def test_a_rebuilt_python_of_the_same_version_takes_the_same_machine_code(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = machine_code.this_computer()
+    monkeypatch.setattr(sys, "version", sys.version.replace("(", "(rebuilt the day before, "))
+    machine_code.this_computer.cache_clear()
+    assert machine_code.this_computer() == before
