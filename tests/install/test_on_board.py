@@ -83,38 +83,27 @@ def test_all_kernels_are_there(venv: Path) -> None:
     assert len(text.splitlines()) == 1
 
 
-@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")
-def test_a_user_without_a_home_takes_what_root_compiled(venv: Path) -> None:
-    reduced = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
-    version = [*reduced, str(venv / "python"), "-c", "import sys; print(sys.version)"]
-    if subprocess.run(version, capture_output=True, text=True, check=False).stdout.strip() != sys.version:
-        pytest.skip("other users cannot run this interpreter")
-    done = subprocess.run(
-        [*reduced, str(venv / "ods"), "compile", "--check", "--config", str(ONBOARD)],
-        env=bare(HOME="/nonexistent"),
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd="/",
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-
-
-@pytest.mark.parametrize("process", [process.name for process in on_board()])
-def test_each_process_starts(venv: Path, tmp_path: Path, process: str) -> None:
-    """Its loop runs and tells the watchdog so, though neither sonar nor CAN bus is there."""
+@pytest.fixture
+def config(tmp_path: Path) -> Path:
+    """Return a configuration whose run folder and map lie below the test's folder, and whose CAN bus is no device."""
     text = ONBOARD.read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}/run"').replace("~/", f"{tmp_path}/")
     for file in ONBOARD.parent.glob("*.eds"):
         shutil.copy(file, tmp_path)
-    config = tmp_path / "onboard.toml"
-    config.write_text(text.replace('"socketcan"', '"virtual"'))
+    (tmp_path / "onboard.toml").write_text(text.replace('"socketcan"', '"virtual"'))
+    return tmp_path / "onboard.toml"
+
+
+def until_it_says_that_it_works(command: list[str], config: Path, environment: dict[str, str]) -> tuple[str, str]:
+    """Start a process, wait until its loop tells the watchdog so, end it; return its memory map and what it said."""
+    notify = config.parent / "notify"
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as supervisor:
-        supervisor.bind(str(tmp_path / "notify"))
+        supervisor.bind(str(notify))
+        notify.chmod(0o666)
         supervisor.settimeout(30.0)
         begun = time.monotonic()
         started = subprocess.Popen(
-            [str(venv / "ods"), process, "--config", str(config)],
-            env=bare(NOTIFY_SOCKET=str(tmp_path / "notify")),
+            [*command, "--config", str(config)],
+            env=environment | {"NOTIFY_SOCKET": str(notify)},
             stderr=subprocess.PIPE,
             text=True,
         )
@@ -126,7 +115,35 @@ def test_each_process_starts(venv: Path, tmp_path: Path, process: str) -> None:
         finally:
             started.terminate()
             errors = started.communicate()[1]
+    return maps, errors
+
+
+@pytest.mark.parametrize("process", [process.name for process in on_board()])
+def test_each_process_starts(venv: Path, config: Path, process: str) -> None:
+    """Its loop runs and tells the watchdog so, though neither sonar nor CAN bus is there."""
+    maps, errors = until_it_says_that_it_works([str(venv / "ods"), process], config, bare())
     assert "_typeconv" not in maps  # of numba's compiler
+    assert "compiled" not in errors
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody else")
+@pytest.mark.parametrize("process", ["pipeline", "tracker"])
+def test_a_user_without_a_home_takes_what_root_compiled(venv: Path, config: Path, process: str) -> None:
+    nobody = ["setpriv", "--reuid=65534", "--regid=65534", "--clear-groups"]
+    version = [*nobody, str(venv / "python"), "-c", "import sys; print(sys.version)"]
+    if subprocess.run(version, capture_output=True, text=True, check=False).stdout.strip() != sys.version:
+        pytest.skip("other users cannot run this interpreter")
+    with tempfile.TemporaryDirectory(prefix="ods-nobody-") as name:  # pytest's own folders are for its user only
+        theirs = Path(name)
+        for file in config.parent.iterdir():
+            text = file.read_text().replace(str(config.parent), name)
+            (theirs / file.name).write_text(text)
+        os.chown(theirs, 65534, 65534)
+        environment = {"HOME": "/nonexistent", "PATH": os.defpath}
+        command = [*nobody, str(venv / "ods"), process]
+        maps, errors = until_it_says_that_it_works(command, theirs / "onboard.toml", environment)
+    assert "_typeconv" not in maps
+    assert "Traceback" not in errors
     assert "compiled" not in errors
 
 
