@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 
-.PHONY: bench bench-vcan test test-vcan lint hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-vcan test test-vcan test-systemd lint hooks docs site benchmark compile wheel install install-program uninstall clean
 
 bench: compile
 	$(BIN)/ods bench --config config/bench.toml
@@ -27,6 +27,10 @@ test: compile lint
 # 125: no vcan to be had, and the reason was said; the tests are then reported as skipped, or failed for ODS_REQUIRE_VCAN
 test-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 900 $(BIN)/pytest tests/vcan || { [ $$? -eq 125 ] && $(BIN)/pytest tests/vcan; }
+
+# `make install` on a real Debian with a real systemd: as root, on Debian, x86-64; CONTRIBUTING.md says when
+test-systemd: $(VENV)/.ready
+	$(BIN)/pytest tests/systemd
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check

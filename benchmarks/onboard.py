@@ -35,7 +35,7 @@ _BARE = {name: value for name, value in os.environ.items() if name != "PYTHONPAT
 
 
 def main() -> None:
-    """Print the table of docs/hardware.md."""
+    """Print the table of docs/installation.md."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seconds", type=float, default=10.0, help="of work, before memory is read")
     parser.add_argument("--compiled", action="store_true", help="only the last of the three")

@@ -60,8 +60,11 @@ as() { # USER COMMAND...: as a user with nothing of root's environment
 }
 
 install_program() { # the wheel is built of a copy, so that nothing of root's is left in the source tree
-    say "virtual environment in $PREFIX"
-    "$PYTHON" -m venv "$PREFIX"
+    version='import sys; print(sys.version)'
+    if [ "$("$PREFIX/bin/python" -c "$version" 2>/dev/null)" != "$("$PYTHON" -c "$version")" ]; then
+        say "virtual environment in $PREFIX"
+        "$PYTHON" -m venv "$PREFIX"
+    fi
     say "installing ODS and what it needs"
     cp -r pyproject.toml README.md LICENSE config ods "$scratch"
     pip="$PREFIX/bin/python -m pip --quiet --disable-pip-version-check"

@@ -18,7 +18,8 @@ fi
 rm -rf /run/ods /var/cache/ods
 if [ "${PURGE:-}" = 1 ]; then
     rm -rf /etc/ods /var/lib/ods
-    userdel ods
+    ! getent passwd ods >/dev/null || userdel ods 2>/dev/null # it says that the group has other members
+    ! getent group ods >/dev/null || groupdel ods
     echo "make uninstall: nothing of ODS is left"
 else
     echo "make uninstall: left are /etc/ods, /var/lib/ods and the user and group ods; without them: make uninstall PURGE=1"

@@ -17,7 +17,7 @@ NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
 STATIONS = re.findall(NAMED, PAGE)
 GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
 WORDS = re.findall(r"^\| (.+) \| .+ \| " + NAMED + r" \|$", GLOSSARY, re.MULTILINE)
-NOT_OF_A_PACKAGE = {"data", "docs", "in_vcan", "install", "vcan", "whole_chain"}
+NOT_OF_A_PACKAGE = {"data", "docs", "in_vcan", "install", "systemd", "vcan", "whole_chain"}
 """Folders of tests that are not named after a folder of `ods`."""
 
 
