@@ -13,6 +13,24 @@ import numpy as np
 from ods.base.arrays import AnyArray
 
 Vector3 = tuple[float, float, float]
+Instant = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
+"""ns."""
+Angle = Annotated[float, msgspec.Meta(ge=-6.3, le=6.3)]
+"""rad: a turn, either way."""
+Metres = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
+"""Of a sonar."""
+Coordinate = Annotated[float, msgspec.Meta(ge=-1e7, le=1e7)]
+"""m; the earth is no larger."""
+SoundSpeed = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
+"""m/s; 0: not told."""
+Coordinates = tuple[Coordinate, Coordinate, Coordinate]
+Speed = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
+"""m/s."""
+Velocity = tuple[Speed, Speed, Speed]
+Uncertainty = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
+"""rad; what is below 0 is a bad pose."""
+Part = Annotated[float, msgspec.Meta(ge=-2.0, le=2.0)]
+"""Of a unit quaternion."""
 Quaternion = tuple[float, float, float, float]
 Scale = Literal["linear", "db", "log8"]
 SampleType = Literal["u1", "u2", "f4"]
@@ -41,11 +59,11 @@ class Ping(msgspec.Struct, frozen=True):
     """Pings published by this sonar process, from 0."""
     ping_number: Count
     """The sonar's own ping counter."""
-    t_ns: int
+    t_ns: Instant
     """Transmit time."""
-    t_rx_ns: int
+    t_rx_ns: Instant
     """When the last byte of this ping was read."""
-    utc_ns: int
+    utc_ns: Instant
     """Transmit time, UTC."""
     beams: Annotated[int, msgspec.Meta(ge=1, le=4096)]
     samples: Annotated[int, msgspec.Meta(ge=1, le=65536)]
@@ -53,24 +71,24 @@ class Ping(msgspec.Struct, frozen=True):
     """Sample type of `data`, little endian: u1 uint8, u2 uint16, f4 float32."""
     data: bytes
     """Amplitudes, C order (beams, samples)."""
-    bearing_rad: list[float]
+    bearing_rad: list[Angle]
     """(beams,) true bearing of each beam, strictly increasing within a plane."""
-    range0_m: float
+    range0_m: Metres
     """Slant range of the first sample's centre."""
-    dr_m: float
+    dr_m: Annotated[float, msgspec.Meta(ge=1e-6, le=100.0)]
     """Sample spacing in slant range."""
-    sound_speed: float
+    sound_speed: SoundSpeed
     """m/s."""
-    elevation_rad: list[float] = []
+    elevation_rad: list[Angle] = []
     """(beams,) elevation of each beam; empty when all are 0."""
-    beam_width_rad: list[float] = []
+    beam_width_rad: list[Angle] = []
     """(beams,) horizontal -3 dB width of each beam; empty when not told."""
     planes: Annotated[int, msgspec.Meta(ge=1, le=64)] = 1
-    frequency_hz: float = 0.0
+    frequency_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1e9)] = 0.0
     """0 when not told."""
     scale: Scale = "linear"
     """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
-    scale_factor: float = 1.0
+    scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
     """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
     no_data: list[tuple[int, int, int]] = []
     """Samples that hold no data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: all
@@ -109,11 +127,11 @@ class Detection(msgspec.Struct, frozen=True):
 class Sector(msgspec.Struct, frozen=True):
     """What a ping can show: the fan's borders in the frame of the sonar's head."""
 
-    range_min_m: float
-    range_max_m: float
-    bearing_min_rad: float
-    bearing_max_rad: float
-    half_vertical_rad: float
+    range_min_m: Metres
+    range_max_m: Metres
+    bearing_min_rad: Angle
+    bearing_max_rad: Angle
+    half_vertical_rad: Angle
     """Half the vertical opening."""
 
 
@@ -123,15 +141,15 @@ class Detections(msgspec.Struct, frozen=True):
     seq: Count
     """`Ping.seq`."""
     ping_number: Count
-    t_ns: int
-    t_rx_ns: int
-    utc_ns: int
-    sound_speed: float
+    t_ns: Instant
+    t_rx_ns: Instant
+    utc_ns: Instant
+    sound_speed: SoundSpeed
     sector: Sector
     detections: list[Detection]
     usable: bool = True
     """False when the image as a whole shows nothing (drop-out): then a missing echo says nothing."""
-    processed_ranges_m: list[tuple[float, float]] = []
+    processed_ranges_m: list[tuple[Metres, Metres]] = []
     """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
 
 
@@ -139,16 +157,16 @@ class Pose(msgspec.Struct, frozen=True):
     """The pose of the vehicle's origin as its own navigation filter reports it."""
 
     seq: Count
-    t_ns: int
-    utc_ns: int
-    position_ned: Vector3
-    attitude: Quaternion
+    t_ns: Instant
+    utc_ns: Instant
+    position_ned: Coordinates
+    attitude: tuple[Part, Part, Part, Part]
     """w, x, y, z; body to global."""
-    velocity_body: Vector3
+    velocity_body: Velocity
     """FRD, m/s."""
-    sigma_position_ned: Vector3
+    sigma_position_ned: Coordinates
     """Standard deviations, m."""
-    sigma_attitude: Vector3
+    sigma_attitude: tuple[Uncertainty, Uncertainty, Uncertainty]
     """Standard deviations of roll, pitch, yaw, rad."""
     utc_source: UtcSource = "unsure"
     """Whose `utc_ns` it is: this computer's clock, the INS's, or one that is not to be relied on."""

@@ -148,7 +148,8 @@ def _decode_geometry(body: bytes) -> BeamTable:
     if not 1 <= beams <= MAX_BEAMS or len(body) < _GEOMETRY.size + 4 * beams * 4:
         raise RecordError(Loss.BAD_BEAM_TABLE)
     rows = np.frombuffer(body, "<f4", 4 * beams, _GEOMETRY.size).reshape(4, beams)
-    vertical, horizontal, _, horizontal_width = rows.astype(np.float64)
+    with np.errstate(invalid="ignore"):  # a signalling NaN, which `make_beam_table` refuses like any other
+        vertical, horizontal, _, horizontal_width = rows.astype(np.float64)
     try:
         return make_beam_table(horizontal, vertical, horizontal_width)
     except ValueError:
