@@ -107,6 +107,13 @@ def test_nan_and_absurd_beam_tables(vertical: list[float], horizontal: list[floa
     expect(with_beam_rows(vertical, horizontal), bad_beam_table=1, data_without_geometry=1)
 
 
+def test_a_signalling_nan_in_a_beam_table_is_no_warning() -> None:
+    """numpy warns where it converts one; tests take warnings as errors."""
+    frames = records_of(records.encode_ping(GOOD))
+    beams = with_body(frames[1], lambda body: struct.pack_into("<I", body, 12 + 4 * GOOD.beams, 0x7F800001))
+    expect(frames[0] + beams + frames[2], bad_beam_table=1, data_without_geometry=1)
+
+
 def test_a_beam_table_of_another_number_of_beams() -> None:
     expect(with_beam_rows([0.0] * 5, [-0.2, -0.1, 0.0, 0.1, 0.2]), bad_ping=1)
 
