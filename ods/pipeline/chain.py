@@ -22,6 +22,11 @@ from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
 from ods.runtime.pose_buffer import PoseEstimate
 
+LASTING_PINGS = 10
+"""After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
+HURRY = 10
+"""detectors learn from so many times fewer cells, until it has."""
+
 
 class Chain:
     """Turns pings into detections by the configured stages. Keeps buffers and prepared stages for the geometry of the
@@ -42,7 +47,11 @@ class Chain:
         self._stages = configured_stages(settings)
         self.over_pings = any(entry.stage.kind == "ping" for entry in self._stages)
         """A stage compares pings, so the pose is of use."""
+        self.geometry_changes = 0
+        """Since the first ping."""
         self._geometry: tuple[Any, ...] = ()
+        self._lasted = LASTING_PINGS
+        self._hurried = False
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
@@ -92,8 +101,19 @@ class Chain:
         geometry = geometry_key(ping)
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
-            prepared = [PreparedChain(image, self._stages, self._learnt_cells, self._watch) for image in plan.images]
+            hurried = self._lasted < LASTING_PINGS
+            prepared = self._prepared_for(plan, hurried)
+            self.geometry_changes += bool(self._geometry)
             self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
+            self._hurried = hurried and any(each.learns for each in prepared)
+            self._lasted = 0
+        elif self._hurried and self._lasted >= LASTING_PINGS:
+            self._prepared, self._hurried = self._prepared_for(self._plan, hurried=False), False
+        self._lasted += 1
+
+    def _prepared_for(self, plan: Plan, hurried: bool) -> list[PreparedChain]:
+        cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
+        return [PreparedChain(image, self._stages, cells, self._watch) for image in plan.images]
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

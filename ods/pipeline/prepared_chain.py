@@ -55,6 +55,8 @@ class PreparedChain:
         self._last = last
         self._watch = watch
         self._detector = last.detector(fan)
+        self.learns = self._detector.learn is not None
+        """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
             self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), learnt_cells))
         self._filters = FilterChain(filters, fan, buffers, watch)

@@ -78,6 +78,7 @@ class PipelineWorker(Worker[PipelineConfig]):
             return
         self.service.publish("detections", result)
         self._failure = ""
+        self.service.counters["geometry_changes"] = self._chain.geometry_changes
         self.service.counters["detections"] += len(result.detections)
         self.service.counters["drop_out_image"] += not result.usable
         self._keep_time(clock.monotonic_ns() - began)

@@ -1,14 +1,18 @@
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ods.base.arrays import Floats
+from ods.base.arrays import Floats, Image
 from ods.messages import Ping
-from ods.pipeline.chain import Chain
+from ods.pipeline import prepared_chain
+from ods.pipeline.chain import LASTING_PINGS, Chain
+from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.speckle import filtered_speckle
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
 RANGE_M, BEARING = 40.0, 0.21
@@ -164,3 +168,25 @@ def test_degenerate_shapes_do_no_harm(shape: tuple[int, int]) -> None:
     result = Chain(PipelineSettings(min_range_m=0.0)).process(make_ping(frame))
     for detection in result.detections:
         assert np.isfinite([detection.range_m, detection.bearing_rad, detection.radius_m, detection.snr_db]).all()
+
+
+def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the cells as long as they change at each ping, all of them once one has lasted."""
+    learnt: list[int] = []
+
+    def speckle_of(filters: FilterChain, cells: int) -> Iterator[Image]:
+        learnt.append(cells)
+        return filtered_speckle(filters, 2000)
+
+    monkeypatch.setattr(prepared_chain, "filtered_speckle", speckle_of)
+    chain = Chain(PipelineSettings(stage=({"use": "detect.two_level", "levels": "false_alarm"},)), learnt_cells=1000)
+    frame = np.random.default_rng(0).integers(0, 255, (20, 60)).astype(np.uint8)
+    for k in range(4):
+        chain.process(make_ping(frame, dr_m=0.05 + 0.01 * k))
+    assert learnt == [1000, 100, 100, 100]
+    for _ in range(3 * LASTING_PINGS):
+        chain.process(make_ping(frame, dr_m=0.08))
+    assert learnt == [1000, 100, 100, 100, 1000]
+    chain.process(make_ping(frame, dr_m=0.09))
+    assert learnt[5:] == [1000]
+    assert chain.geometry_changes == 4
