@@ -96,7 +96,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
-        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages are prepared anew",
+        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
                    trouble=False),
         CounterRow("drop_out_image", "images that show nothing"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
