@@ -55,8 +55,9 @@ COMMANDS = (
     Command("map export", "ods.map.commands.export", "the objects as geographic data", ONBOARD),
     Command("map prune", "ods.map.commands.prune", "remove objects; any one criterion is enough", ONBOARD),
     Command("map merge", "ods.map.commands.merge", "two missions' maps as one", BUILT_IN_SETTINGS),
-    Command("assess detect", "ods.assess.detection.command", "the pipeline's filters, detectors, attention", NO_CONFIG),
-    Command("assess track", "ods.assess.track.command", "observers of the tracker", NO_CONFIG),
+    Command("assess detect", "ods.assess.detection.command", "the pipeline's filters, detectors, attention",
+            BUILT_IN_SETTINGS),
+    Command("assess track", "ods.assess.track.command", "observers of the tracker", BUILT_IN_SETTINGS),
 )  # fmt: skip
 
 

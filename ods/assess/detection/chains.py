@@ -7,6 +7,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
 
+from msgspec.structs import replace
+
 from ods.pipeline import chain  # noqa: F401  it registers the stages
 from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings, StageTable
 from ods.pipeline.stage.params import StageError, read_params
@@ -85,7 +87,7 @@ class Setting:
 def all_settings() -> list[Setting]:
     """Return every combination whose stages are known, the default chain first."""
     steps = DETECTORS["two-level"].sweep if DEFAULT_STAGES[-1]["use"] == "detect.two_level" else ({},)
-    default = _setting(DEFAULT, DEFAULT_STAGES[:-1], Detector(DEFAULT_STAGES[-1], steps), AttentionSettings())
+    default = setting_of(DEFAULT, DEFAULT_STAGES[:-1], Detector(DEFAULT_STAGES[-1], steps), AttentionSettings())
     return [default, *_combinations()]
 
 
@@ -96,7 +98,7 @@ def _combinations() -> Iterator[Setting]:
         stages = (*EQUALIZERS, *filters, {**detector.stage, **detector.sweep[0]})
         if all(map(_is_known, stages)):
             label = f"{filter_name}, {name}" + (f", {attention_name}" if attention_name else "")
-            yield _setting(label, (*EQUALIZERS, *filters), detector, attention)
+            yield setting_of(label, (*EQUALIZERS, *filters), detector, attention)
 
 
 def _is_known(stage: StageTable) -> bool:
@@ -107,8 +109,15 @@ def _is_known(stage: StageTable) -> bool:
     return True
 
 
-def _setting(name: str, filters: tuple[StageTable, ...], detector: Detector, attention: AttentionSettings) -> Setting:
+def setting_of(
+    name: str,
+    filters: tuple[StageTable, ...],
+    detector: Detector,
+    attention: AttentionSettings,
+    others: PipelineSettings = PipelineSettings(),  # noqa: B008  it is immutable
+) -> Setting:
+    """Return a row of the table; `others`: all that is not swept."""
     chains = tuple(
-        PipelineSettings(stage=(*filters, {**detector.stage, **step}), attention=attention) for step in detector.sweep
+        replace(others, stage=(*filters, {**detector.stage, **step}), attention=attention) for step in detector.sweep
     )
     return Setting(name, chains, filters)

@@ -12,11 +12,19 @@ from ods.assess.detection.chains import DEFAULT, Setting, all_settings
 from ods.assess.detection.checks import check_look_alikes, check_recording
 from ods.assess.detection.measure import SettingRow, accuracy_of, filter_figures, milliseconds
 from ods.assess.detection.metrics import pareto_front
+from ods.assess.detection.own import configured, measure_own, own_images, own_table, whole_image_settings
 from ods.assess.detection.table import attention_costs, setting_table
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.assess.images.tank import tank_images
+from ods.base.errors import OdsError
+from ods.base.settings_file import load_table
+from ods.base.shipped import shipped_file
+from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
+from ods.sim_sonar.sonar.model import SonarModel, load_sonar
+from ods.sonar_link.files.decoder import PLUGINS
+from ods.sonar_link.files.settings import RecordingsSettings
 
 
 @dataclass(frozen=True)
@@ -53,12 +61,33 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--real", type=Path, nargs=2, action="append", default=[], metavar=("RECORDING", "LABELS"),
         help="check the default chain on labelled frames, too; may be given again",
     )  # fmt: skip
+    parser.add_argument(
+        "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
+        help="with --own: images of a scene, or of all in a folder; may be given again",
+    )  # fmt: skip
+    parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that --scene is seen by, or a path")
+    parser.add_argument("--own", action="store_true", help="judge all settings on --real and --scene, and nothing else")
     parser.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
 
 
 def run(args: Namespace) -> None:
     """Measure, print and draw. Raises OdsError."""
+    settings = None
+    if args.config:
+        PLUGINS.load(load_table(args.config, "recordings", RecordingsSettings, OnboardConfig).plugins)
+        settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
+    if args.own:
+        images = own_images([(recording, labels) for recording, labels in args.real], args.scene, _sonar(args.sonar))
+        assess_own(images, settings, QUICK_EFFORT if args.quick else FULL_EFFORT)
+        return
+    if args.scene or settings:
+        raise OdsError("--scene, --config: only with --own")
     assess_detection(args.out, [(recording, labels) for recording, labels in args.real], quick=args.quick)
+
+
+def _sonar(name: str) -> SonarModel:
+    """Return the sonar of a name, or of a path that ends in .toml. Raises OdsError."""
+    return load_sonar(Path(name) if name.endswith(".toml") else shipped_file(f"sonars/{name}.toml"))
 
 
 def assess_detection(out: Path | None, real: Sequence[tuple[Path, Path]] = (), *, quick: bool) -> None:
@@ -78,6 +107,15 @@ def assess_detection(out: Path | None, real: Sequence[tuple[Path, Path]] = (), *
 
         save_chart(out, rows, front)
         console.print(f"drawn: {out}")
+
+
+def assess_own(images: Sequence[LabelledImage], configured_chain: PipelineSettings | None, effort: Effort) -> None:
+    """Judge settings on the user's images, the chain of his configuration among them. Raises OdsError."""
+    settings = whole_image_settings()[: effort.settings]
+    chosen = [_in_service(each) for each in settings]
+    if configured_chain is not None:
+        settings, chosen = [configured(configured_chain), *settings], [configured_chain, *chosen]
+    Console(width=150).print(own_table(measure_own(settings, chosen, images, effort.rounds), images))
 
 
 def _checks(count: int, real: Sequence[tuple[Path, Path]]) -> Iterator[str]:

@@ -42,12 +42,20 @@ def sea_images(count: int, seed: int) -> list[LabelledImage]:
 
 
 def _sea_image(sonar: SonarModel, rng: np.random.Generator, index: int) -> LabelledImage:
-    scene = Scene(_scene_file(rng))
-    images = ImageSimulator(sonar, scene)
-    truth = images.truth(0.0, index)
-    vehicle = scene.vehicle_at(0.0)
-    targets = [_target(sonar, vehicle, item) for item in truth if item.in_sector]
-    return LabelledImage(images.ping(0.0, index, 0, 0), targets, images.mean_image(0.0, index))
+    return labelled_image(ImageSimulator(sonar, Scene(_scene_file(rng))), 0.0, index)
+
+
+def labelled_image(
+    images: ImageSimulator, t_s: float, number: int, counts_db: tuple[float, float] = SNR_DB
+) -> LabelledImage:
+    """Return image `number` of a scene, taken at `t_s`, with the truth and without speckle, too.
+
+    counts_db: signal to noise ratios of the objects that count as targets.
+    """
+    vehicle = images.scene.vehicle_at(t_s)
+    seen = [item for item in images.truth(t_s, number) if item.in_sector]
+    targets = [_target(images.sonar, vehicle, item, counts_db) for item in seen]
+    return LabelledImage(images.ping(t_s, number, 0, 0), targets, images.mean_image(t_s, number))
 
 
 def snr_db(peak_db: float, background_db: float) -> float:
@@ -55,12 +63,12 @@ def snr_db(peak_db: float, background_db: float) -> float:
     return 10.0 * math.log10(max(10.0 ** ((peak_db - background_db) / 10.0) - 1.0, 1e-9))
 
 
-def _target(sonar: SonarModel, vehicle: VehicleState, item: TruthObject) -> Target:
+def _target(sonar: SonarModel, vehicle: VehicleState, item: TruthObject, counts_db: tuple[float, float]) -> Target:
     place = np.array([item.position_ned])
     distance, bearing, _ = geometry.body_to_polar(
         geometry.global_to_body(place, vehicle.position_ned, vehicle.attitude)
     )
-    counts = SNR_DB[0] <= snr_db(item.peak_db, item.background_db) <= SNR_DB[1]
+    counts = counts_db[0] <= snr_db(item.peak_db, item.background_db) <= counts_db[1]
     margin = MARGIN_BEAMS * sonar.beam_width_rad
     return circle_target(float(distance[0]), float(bearing[0]), item.radius_m, MARGIN_M, margin, counts=counts)
 

@@ -1,18 +1,24 @@
 """`ods assess track`: the table and charts of all observers, the paper's figures 6 and 7, scenario files."""
 
 from argparse import ArgumentParser, Namespace
+from collections.abc import Mapping
 from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track as progress
 
+from ods.assess.scene_files import scene_files
 from ods.assess.track import peers
 from ods.assess.track.case import save_case
 from ods.assess.track.measure import rows
-from ods.assess.track.scenarios import KINDS, make
+from ods.assess.track.scenarios import KINDS, Kind, make
+from ods.assess.track.scene_world import scene_kind
 from ods.assess.track.table import table_of
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
+from ods.base.settings_file import load_table
+from ods.config import OnboardConfig
+from ods.tracker.settings import PLUGINS, TrackerSettings
 
 QUICK = ("paper", "static 10", "50 false alarms")
 SEEDS = 5
@@ -23,6 +29,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
     parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
+    parser.add_argument(
+        "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
+        help="objects and vehicle of this scene, or of all in a folder, instead of the scenarios; may be given again",
+    )  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="a few scenarios, to see that it works")
     parser.add_argument("--figures", type=Path, metavar="OUT.png", help="draw figures 6 and 7 of [SSIE] instead")
     parser.add_argument("--save", type=Path, metavar="FOLDER", help="write the scenarios for `ods track` instead")
@@ -35,16 +45,34 @@ def run(args: Namespace) -> None:
     if args.save:
         save_scenarios(args.save)
     if not (args.figures or args.save):
-        assess(args.out, seeds=args.seeds, with_peers=args.peers, quick=args.quick)
+        configured = None
+        if args.config:
+            configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
+            PLUGINS.load(configured.plugins)
+        count = args.seeds or (1 if args.quick else SEEDS)
+        assess(args.out, _kinds(args), count=count, with_peers=args.peers, configured=configured)
 
 
-def assess(out: Path | None, *, seeds: int | None, with_peers: bool, quick: bool) -> None:
-    """Run the scenarios, print the table, draw the chart. Raises OdsError."""
+def _kinds(args: Namespace) -> dict[str, Kind]:
+    """Return the scenarios to run: the user's own scenes, where he gives some. Raises OdsError."""
+    if args.scene:
+        return {file.stem: scene_kind(file) for file in scene_files(args.scene)}
+    return {name: KINDS[name] for name in (QUICK if args.quick else KINDS)}
+
+
+def assess(
+    out: Path | None,
+    kinds: Mapping[str, Kind],
+    *,
+    count: int,
+    with_peers: bool,
+    configured: TrackerSettings | None = None,
+) -> None:
+    """Run the scenarios with `count` seeds each, print the table, draw the chart. Raises OdsError."""
     if with_peers and not peers.available():
         raise OdsError("--peers: the library is not installed: pip install stonesoup")
-    count = seeds or (1 if quick else SEEDS)
-    names = progress(QUICK if quick else tuple(KINDS), description="assessing", transient=True)
-    found = [row for name in names for row in rows([name], count, with_peers)]
+    names = progress(tuple(kinds), description="assessing", transient=True)
+    found = [row for name in names for row in rows({name: kinds[name]}, count, with_peers, configured)]
     console = Console(width=200)
     console.print(table_of(found, count))
     if out is not None:

@@ -1,7 +1,8 @@
 """Runs every observer with every association, the reference and the library's trackers over the scenarios, in turns."""
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.stats import chi2
@@ -9,13 +10,15 @@ from scipy.stats import chi2
 from ods.assess.track import peers, record, reference
 from ods.assess.track.case import Case
 from ods.assess.track.record import Record
-from ods.assess.track.scenarios import KINDS, Limits, make
+from ods.assess.track.scenarios import Kind, Limits, make
 from ods.assess.track.scores import Scores, score
 from ods.base.arrays import Floats
 from ods.tracker.association.registry import ASSOCIATIONS
 from ods.tracker.observer.registry import OBSERVERS
 from ods.tracker.settings import TrackerSettings
 
+CONFIGURED = "configured"
+"""Name of the tracker of `--config`."""
 RELATIVE_LIMIT = 0.01
 """Of the range, for position errors."""
 LATENCY_LIMIT_S = 0.35
@@ -69,33 +72,45 @@ class Row:
         return [name for name, is_broken in broken.items() if is_broken]
 
 
-def rows(names: Sequence[str], seeds: int, with_peers: bool) -> Iterator[Row]:
-    """Yield the rows scenario by scenario; the library runs with the first seed only."""
-    for name in names:
-        cases = [make(name, seed) for seed in range(seeds)]
+def rows(
+    kinds: Mapping[str, Kind], seeds: int, with_peers: bool, configured: TrackerSettings | None = None
+) -> Iterator[Row]:
+    """Yield the rows scenario by scenario; the library runs with the first seed only.
+
+    configured: the user's tracker, beside all.
+    """
+    for name, kind in kinds.items():
+        cases = [make(name, seed, kinds) for seed in range(seeds)]
         truth = [score(case, reference.follow_reference(case)) for case in cases]
         trackers = {f"{observer}, {way}": _ours(observer, way) for observer in OBSERVERS for way in ASSOCIATIONS}
+        if configured is not None:
+            trackers[CONFIGURED] = partial(_follow, configured)
         found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:
             for tracker, follow in trackers.items():
                 found[tracker].append(score(case, follow(case)))
         for tracker, scores in found.items():
-            yield row_of(name, tracker, scores, truth, ours=True)
-        for peer in KINDS[name].peers if with_peers else ():
-            yield row_of(name, peer, [score(cases[0], peers.PEERS[peer](cases[0]))], truth[:1], ours=False)
+            yield replace(_row_of(tracker, scores, truth), scenario=name, limits=kind.limits)
+        for peer in kind.peers if with_peers else ():
+            told = [score(cases[0], peers.PEERS[peer](cases[0]))]
+            yield replace(_row_of(peer, told, truth[:1]), scenario=name, limits=kind.limits, ours=False)
+
+
+def _follow(settings: TrackerSettings, case: Case) -> Record:
+    return record.follow_ours(case.scenario, settings)
 
 
 def _ours(observer: str, association: str) -> Callable[[Case], Record]:
-    return lambda case: record.follow_ours(case.scenario, TrackerSettings(observer=observer, association=association))
+    return partial(_follow, TrackerSettings(observer=observer, association=association))
 
 
-def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Scores], *, ours: bool) -> Row:
-    """Return the figures of some seeds, and of the reference with the same seeds."""
+def _row_of(tracker: str, scores: Sequence[Scores], truth: Sequence[Scores]) -> Row:
+    """Return the figures of some seeds, and of the reference with the same seeds, of a scenario without limits."""
     nees = np.concatenate([one.nees for one in scores])
     return Row(
-        scenario=name,
+        scenario="",
         tracker=tracker,
-        ours=ours,
+        ours=True,
         gospa=_mean([one.in_view for one in scores]),
         reference=_mean([one.in_view for one in truth]),
         memory=_mean([one.memory for one in scores]) / _mean([one.memory for one in truth]),
@@ -110,7 +125,7 @@ def row_of(name: str, tracker: str, scores: Sequence[Scores], truth: Sequence[Sc
         nees_reference=_mean(np.concatenate([one.nees for one in truth])),
         nees_band=nees_band(len(nees)),
         ms=float(np.median([one.ms for one in scores])),
-        limits=KINDS[name].limits,
+        limits=Limits(),
     )
 
 

@@ -6,7 +6,7 @@ metre of the vehicle's depth, and there is one false alarm a scan.
 
 import math
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -259,9 +259,9 @@ KINDS: dict[str, Kind] = {
 }
 
 
-def make(name: str, seed: int) -> Case:
-    """Return a scenario of the set. Raises OdsError for a name that there is not."""
-    if name not in KINDS:
-        raise OdsError(f"scenario: {none_of(name, KINDS)}")
+def make(name: str, seed: int, kinds: Mapping[str, Kind] = KINDS) -> Case:
+    """Return a scenario of a set. Raises OdsError for a name that there is not."""
+    if name not in kinds:
+        raise OdsError(f"scenario: {none_of(name, kinds)}")
     rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-    return observe(name, KINDS[name].make(rng), rng)
+    return observe(name, kinds[name].make(rng), rng)
