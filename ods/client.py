@@ -20,13 +20,13 @@ import zmq
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest
+from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest, UnseenPart
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
 
 __all__ = [
     "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Sonar", "SonarAnswer", "SonarError",
-    "SonarRequest",
+    "SonarRequest", "UnseenPart",
 ]  # fmt: skip
 
 

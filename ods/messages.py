@@ -90,6 +90,8 @@ class Ping(msgspec.Struct, frozen=True):
     """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
     scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
     """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
+    setting: str = ""
+    """What else the sonar is set to, such as power and gain: levels of pings of different settings are not alike."""
     no_data: list[tuple[int, int, int]] = []
     """Samples that hold no data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: all
     samples hold data, as far as the sonar tells."""
@@ -135,6 +137,21 @@ class Sector(msgspec.Struct, frozen=True):
     """Half the vertical opening."""
 
 
+UnseenWhy = Literal["no data", "saturated", "level fallen"]
+
+
+class UnseenPart(msgspec.Struct, frozen=True):
+    """A part of the sector that a ping could not show, in the frame of the sonar's head."""
+
+    bearing_min_rad: Angle
+    bearing_max_rad: Angle
+    range_min_m: Metres
+    range_max_m: Metres
+    why: UnseenWhy
+    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: all samples are at
+    full scale; level fallen: far below what it was (a head that is blocked or out of the water)."""
+
+
 class Detections(msgspec.Struct, frozen=True):
     """All detections of one ping; an empty list is information too."""
 
@@ -151,6 +168,12 @@ class Detections(msgspec.Struct, frozen=True):
     """False when the image as a whole shows nothing (drop-out): then a missing echo says nothing."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
     """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
+    unseen: list[UnseenPart] = []
+    """Parts of the sector that this ping could not show: there a missing echo says nothing."""
+    unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Their share of the image."""
+    unseen_why: str = ""
+    """Why, in plain words; empty when all was seen."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -226,6 +249,9 @@ class Obstacle(msgspec.Struct, frozen=True):
     """Closest point of approach; none when the vehicle's pose is not known at `t_ns`, and for terminated objects."""
     predicted: list[Prediction] = []
     """At each of `tracker.planner.lead_times_s`; empty for terminated objects."""
+    unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
+    """Of the time since it was last seen, for so long nobody could look at its place: it is not missed, it is carried
+    on."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
@@ -249,6 +275,12 @@ class ObstacleList(msgspec.Struct, frozen=True):
     The list's validity does not depend on it."""
     left_out: Count = 0
     """Objects that are not in the list, as `tracker.planner.most_listed` others are nearer."""
+    unseen: list[UnseenPart] = []
+    """Parts of the sector that the ping could not show: for these the list cannot vouch."""
+    unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Their share of the image; the list is not valid when most of it was unseen for longer than a moment."""
+    unseen_why: str = ""
+    """Why, in plain words; empty when all was seen."""
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -1,5 +1,6 @@
 """`ods watch`: a live table of obstacles and health in the terminal."""
 
+import math
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -12,11 +13,12 @@ from rich.text import Text
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.messages import Health, ObstacleList
+from ods.messages import Health, ObstacleList, UnseenPart
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR, on_board
 
 REFRESH_S = 0.25
+UNSEEN_SHOWN_S = 1.0
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -61,7 +63,18 @@ def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
     if not newest.valid:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
     more = f", {newest.left_out} more farther away" if newest.left_out else ""
-    return Text(f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles{more}", style="bold green")
+    said = f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles{more}"
+    if newest.unseen:
+        return Text(f"{said}; not seen: {newest.unseen_why} ({where(newest.unseen)})", style="bold yellow")
+    return Text(said, style="bold green")
+
+
+def where(unseen: list[UnseenPart]) -> str:
+    """Return what the unseen parts span: bearings and ranges."""
+    left = math.degrees(min(part.bearing_min_rad for part in unseen))
+    right = math.degrees(max(part.bearing_max_rad for part in unseen))
+    near, far = min(part.range_min_m for part in unseen), max(part.range_max_m for part in unseen)
+    return f"within {left:.0f} to {right:.0f} deg, {near:.0f} to {far:.0f} m"
 
 
 def _obstacles(newest: ObstacleList | None) -> Table:
@@ -76,7 +89,7 @@ def _obstacles(newest: ObstacleList | None) -> Table:
         speed = (item.velocity_ned[0] ** 2 + item.velocity_ned[1] ** 2) ** 0.5
         table.add_row(
             str(item.id),
-            item.state,
+            item.state if item.unseen_s < UNSEEN_SHOWN_S else f"{item.state}, unseen {item.unseen_s:.0f} s",
             f"{north:.1f} ±{sigma[0]:.1f}",
             f"{east:.1f} ±{sigma[1]:.1f}",
             f"{down:.1f} ±{sigma[2]:.1f}",

@@ -15,6 +15,7 @@ from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.sight import ALL_SEEN, Sight, nothing_sent
 from ods.pipeline.speckle import LEARNT_CELLS
 from ods.pipeline.stage.configured import configured_stages
 from ods.pipeline.stage.params import STAGES
@@ -57,6 +58,7 @@ class Chain:
         self._plan: Plan
         self._prepared: list[PreparedChain] = []
         self._phase = 0
+        self._sight = Sight()
 
     def process(
         self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
@@ -72,14 +74,18 @@ class Chain:
         first = self._plan.first
         usable = _shows_something(frame[:, first:])
         found: list[Detection] = []
+        unseen = ALL_SEEN
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
             whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq)
+            unseen = self._sight.judge(ping, frame, first, whole.missing)
             for prepared in self._prepared:
                 if prepared.phase in (EVERY_PHASE, phase):
                     found += prepared.detect(whole, context, mask, len(found))
             self._phase += 1
+        else:
+            unseen = nothing_sent(ping, frame, first)
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -91,6 +97,9 @@ class Chain:
             detections=found,
             usable=usable,
             processed_ranges_m=self._plan.processed_ranges_m[phase],
+            unseen=unseen.parts,
+            unseen_share=unseen.share,
+            unseen_why=unseen.why,
         )
 
     def _prepare(self, ping: Ping) -> None:

@@ -12,7 +12,7 @@ from ods.pipeline.image_layout import ImageLayout
 
 _QUIET = 0.25
 """From this share of zero counts on, a count is no small part of the noise."""
-_LOOKED_AT = 1024
+_LOOKED_AT = 512
 """Samples that the share is measured on."""
 
 

@@ -1,12 +1,14 @@
 """The chain of stages prepared for one image: a plane of beams, or some of its ranges."""
 
+import math
 from collections.abc import Sequence
+from functools import partial
 from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Mask
+from ods.base.arrays import AnyArray, Image, Mask
 from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
@@ -20,6 +22,7 @@ from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
+from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import StageImage, Watch
 
@@ -59,7 +62,8 @@ class PreparedChain:
         """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
             self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), learnt_cells))
-        self._filters = FilterChain(filters, fan, buffers, watch)
+        self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
+        self._filters = self._new_filters()
 
     def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> list[Detection]:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
@@ -77,21 +81,43 @@ class PreparedChain:
             blank_gaps(image, gaps)
         if layout.fan.seam is not None:
             image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
+        found: list[Detection] = []
+        try:
+            for band, inside in _by_band(self._regions(image, recorded), layout.bands):
+                echoes = measure_echoes(image, inside, recorded, band.fan).tolist()
+                if not math.isfinite(sum(map(sum, echoes))):
+                    raise NotANumberError
+                kept = [band.from_m <= echo[0] < band.to_m for echo in echoes]
+                if mask is not None:
+                    paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask[layout.rows])
+                found += [Detection(*echo) for echo in compress(echoes, kept)]
+        except NotANumberError as error:
+            raise self._culprit(recorded, frame, gaps, ping) from error
+        return found
+
+    def _regions(self, image: Image, recorded: Recorded) -> Regions:
+        """Raises NotANumberError, and StageError for what else goes wrong."""
+        if not self._detector.refuses_nan and not np.isfinite(image).all():
+            raise NotANumberError
         try:
             regions = self._detector.find(image, recorded)
+        except NotANumberError:
+            raise
         except Exception as error:
             raise blamed(self._last.label, error) from error
         if self._watch and regions.judged:
             judged, low, high = regions.judged
-            self._watch(StageImage(self._last.name, judged.copy(), layout.fan, (low, high)))
-        found: list[Detection] = []
-        for band, inside in _by_band(regions, layout.bands):
-            echoes = measure_echoes(image, inside, recorded, band.fan)
-            kept = [band.from_m <= range_m < band.to_m for range_m in echoes["range_m"].tolist()]
-            if mask is not None:
-                paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask[layout.rows])
-            found += [Detection(*echo) for echo in compress(echoes.tolist(), kept)]
-        return found
+            self._watch(StageImage(self._last.name, judged.copy(), self._layout.fan, (low, high)))
+        return regions
+
+    def _culprit(self, recorded: Recorded, frame: Frame, gaps: Mask, ping: PingContext) -> StageError:
+        """Return the complaint about the stage whose image is not finite; all forget what they remember of images."""
+        filters, self._filters = self._filters, self._new_filters()
+        try:
+            filters.run(self._reader.read(recorded.samples, frame.scale, gaps, frame.number), ping, check=True)
+        except StageError as error:
+            return error
+        return blamed(self._last.label, NotANumberError())
 
 
 def _cells_without_data(recorded: Recorded) -> Mask:

@@ -19,6 +19,8 @@ from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer
 from ods.runtime.service import Service, StartError, Worker
 
+FAILURE_SAID_NS = clock.NS
+"""A stage that fails now and then is said all the time."""
 LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
 """A ping that waits for another one and takes so long itself is stale before it is tracked."""
 
@@ -27,8 +29,9 @@ class PipelineWorker(Worker[PipelineConfig]):
     """Publishes `detections` for each `ping`; reads `pose` for the stages that compare pings.
 
     A chain that is too slow for every ping gets the newest each time. Counters: skipped_pings (the others), bad_ping,
-    failed_stage, drop_out_image, detections, process_mean_us, process_max_us and, where a stage compares pings,
-    pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there (dropped_ping).
+    failed_stage, drop_out_image, unseen_images, detections, process_mean_us, process_max_us and, where a stage compares
+    pings, pings_without_pose and those of the pose buffer; what a lagging subscription drops is counted there
+    (dropped_ping).
     """
 
     def __init__(self, service: Service, settings: PipelineConfig) -> None:
@@ -38,7 +41,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._poses.counters = service.counters
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Ping] = Backlog()
-        self._failure = ""
+        self._failure, self._failed_ns = "", 0
 
     def start(self) -> None:
         """Build the chain and compile it."""
@@ -73,12 +76,13 @@ class PipelineWorker(Worker[PipelineConfig]):
             self.service.complain_once("bad_ping", f"dropped ping {message.ping_number}: {error}")
             return
         except StageError as error:
-            self._failure = str(error)
+            self._failure, self._failed_ns = str(error), began
             self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
             return
         self.service.publish("detections", result)
-        self._failure = ""
+        self._failure = self._failure if began - self._failed_ns < FAILURE_SAID_NS else ""
         self.service.counters["geometry_changes"] = self._chain.geometry_changes
+        self.service.counters["unseen_images"] += bool(result.unseen)
         self.service.counters["detections"] += len(result.detections)
         self.service.counters["drop_out_image"] += not result.usable
         self._keep_time(clock.monotonic_ns() - began)

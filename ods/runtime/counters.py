@@ -92,13 +92,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "pipeline": (
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
-        CounterRow("failed_stage", "pings dropped: a stage failed", logged=True),
+        CounterRow("failed_stage", "pings dropped: a stage failed, or made values that are no finite numbers",
+                   logged=True),
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
                    trouble=False),
         CounterRow("drop_out_image", "images that show nothing"),
+        CounterRow("unseen_images", "images of which parts show nothing: no data, saturated, level fallen",
+                   advice="parts of the sector are blind: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),
         CounterRow("process_max_us", "longest time a ping has taken, us", trouble=False),

@@ -1,5 +1,6 @@
 """One call renders one image: a scene, or arrays, seen by a sonar at one time."""
 
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from ods.base.arrays import Floats, Image
@@ -73,6 +74,8 @@ class ImageSimulator:
         levels = scene.file.image
         chosen = scene.file.seed if seed is None else seed
         self.receiver = Receiver(sonar, levels, chosen, power_db=power_db, gain_db=gain_db)
+        self.blindness: Sequence[Callable[[Image], None]] = ()
+        """What is wrong with the sonar just now: each changes the image that it sends."""
         self._make_ping = PingMaker(sonar, levels)
         self._grid = grid_of(sonar)
         self._newest: _Moment | None = None
@@ -103,7 +106,10 @@ class ImageSimulator:
     def render(self, t_s: float, ping_number: int) -> Image:
         """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts."""
         moment = self._moment(t_s)
-        return self.receiver.receive(moment.area, moment.sent(ping_number))
+        image = self.receiver.receive(moment.area, moment.sent(ping_number))
+        for spoil in self.blindness:
+            spoil(image)
+        return image
 
     def ping(self, t_s: float, ping_number: int, t_ns: int, utc_ns: int) -> Ping:
         """Return the image at scene time `t_s` as the sonar sends it, transmitted at `t_ns`."""

@@ -29,6 +29,10 @@ class Controls:
     """dB re 1 uPa at 1 m."""
     gain_db: float = math.nan
 
+    def levels(self) -> str:
+        """Return `Ping.setting`."""
+        return f"power {self.power_db:g} dB, gain {self.gain_db:g} dB"
+
 
 @dataclass(frozen=True)
 class Knob:

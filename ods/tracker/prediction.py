@@ -6,7 +6,15 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
-from ods.tracker.measurement.field_of_view import Coverage, FieldOfView, coverage_of, field_of_view, occluded
+from ods.tracker.measurement.field_of_view import (
+    Coverage,
+    FieldOfView,
+    coverage_of,
+    field_of_view,
+    occluded,
+    share_unseen,
+    without_unseen,
+)
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
@@ -52,6 +60,8 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
     measurement = predicted_measurement(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
     fan = coverage_of(scan.sector, scan.fan_turn)
     seen = field_of_view(measurement, fan, scan.processed_ranges_m, settings.life.edge_sigmas)
+    if len(scan.unseen):
+        seen = without_unseen(seen, share_unseen(measurement, np.maximum(estimate.radius, 0.0), fan, scan.unseen))
     reported = history.state != lifecycle.TENTATIVE
     silent = reported & ((scan.t_ns - history.last) / NS > UNSEEN_S)
     seen.watched[silent & occluded(measurement, estimate.radius, history.state == lifecycle.ACTIVE)] = 0.0

@@ -19,7 +19,7 @@ from ods.runtime.service import Service, Worker
 from ods.tracker.checkpoint import Checkpoints, Mission
 from ods.tracker.map.keeper import MapKeeper, provisional_first_id
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, vehicle_at
+from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, unseen_of, vehicle_at
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
@@ -143,7 +143,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         now_ns = clock.monotonic_ns()
         period_ns = self.settings.tracker.planner.period_s * clock.NS
         if self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns:
-            self._list(now_ns, ping_number=-1, t_rx_ns=0, pose=self._poses.at(now_ns))
+            self._list(now_ns, None, self._poses.at(now_ns))
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
@@ -195,12 +195,13 @@ class TrackerWorker(Worker[TrackerConfig]):
             return
         self._vehicle = scan.vehicle or self._vehicle
         self._inputs.ping(message.t_ns)
+        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why)
         self.service.counters["echoes_bad"] += dropped
         self.service.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
-        self._list(message.t_ns, message.ping_number, message.t_rx_ns, pose)
+        self._list(message.t_ns, message, pose)
 
     def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
         """Return the scan of `echoes` as measured; `sent`: the sonar head's pose at transmission."""
@@ -226,6 +227,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             message.usable,
             message.processed_ranges_m,
             fan_turn,
+            unseen_of(message.unseen),
             self._pings_between(message.seq),
         )
 
@@ -237,10 +239,10 @@ class TrackerWorker(Worker[TrackerConfig]):
         last, self._ping_seq = self._ping_seq, seq
         return 0 if last is None else max(0, seq - last - 1)
 
-    def _list(self, t_ns: int, ping_number: int, t_rx_ns: int, pose: PoseEstimate | None) -> None:
-        """Publish the obstacle list for the instant `t_ns`; `pose` is the vehicle's then. `ping_number` -1: no ping."""
+    def _list(self, t_ns: int, shown: Detections | None, pose: PoseEstimate | None) -> None:
+        """Publish the list for the instant `t_ns`; `pose`: the vehicle's then; `shown`: what the ping did, if any."""
         now_ns = clock.monotonic_ns()
-        reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or ping_number < 0)
+        reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         everything = self._snapshot(t_ns)
         centre = None if self._vehicle is None else self._vehicle.position
@@ -248,15 +250,18 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._left_out = len(everything) - len(nearest)
         message = ObstacleList(
             seq=self._seq,
-            ping_number=ping_number,
+            ping_number=-1 if shown is None else shown.ping_number,
             t_ns=t_ns,
             utc_ns=self._utc.at(t_ns),
-            t_rx_ns=t_rx_ns,
+            t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
             obstacles=self._lister.obstacles(nearest, course),
             utc_source=self._utc.source,
             left_out=self._left_out,
+            unseen=[] if shown is None else shown.unseen,
+            unseen_share=0.0 if shown is None else shown.unseen_share,
+            unseen_why="" if shown is None else shown.unseen_why,
         )
         if self._tracker.next_id != self._left_id:
             self._leave(now_ns)  # or an id might be heard of and then be given again

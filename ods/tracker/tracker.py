@@ -89,6 +89,7 @@ class Tracker:
         self._scans += 1
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
+        tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, scan.t_ns, settings)

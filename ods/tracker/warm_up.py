@@ -61,4 +61,5 @@ def _scan(k: int, table: Floats, looks_back: bool) -> Scan:
     t_ns = k * NS // 7
     attitude = quat_from_euler(0.0, 0.0, np.pi if looks_back else 0.0)
     vehicle = vehicle_at(np.zeros(3), attitude, np.zeros(3), np.zeros(3))
-    return Scan(t_ns, t_ns, vehicle, Sector(0.0, 100.0, -0.8, 0.8, 0.2), echoes_of(table)[0])
+    blind = np.array([[-0.8, -0.7, 0.0, 100.0]])
+    return Scan(t_ns, t_ns, vehicle, Sector(0.0, 100.0, -0.8, 0.8, 0.2), echoes_of(table)[0], unseen=blind)

@@ -2,11 +2,12 @@
 
 from io import StringIO
 
+import msgspec
 from rich.console import Console
 
 from ods.base.clock import NS
 from ods.commands.watch import screen
-from ods.messages import ClosestApproach, Health, Obstacle, ObstacleList
+from ods.messages import ClosestApproach, Health, Obstacle, ObstacleList, UnseenPart
 
 NOW = 100 * NS
 SEEN = Obstacle(
@@ -57,3 +58,14 @@ def test_what_is_not_right_is_said() -> None:
     assert "no ping for 2.0 s" in text
     assert "silent for 9 s" in text
     assert text.count("not seen") == 2
+
+
+def test_what_the_sonar_could_not_show_is_shown() -> None:
+    part = UnseenPart(-0.785, 0.0, 0.0, 100.0, "no data")
+    hidden = msgspec.structs.replace(SEEN, state="active", unseen_s=12.3)
+    seen = msgspec.structs.replace(
+        picture(0.1), unseen=[part], unseen_share=0.5, unseen_why="no data in 50% of the image", obstacles=[hidden]
+    )
+    text = shown(seen, {})
+    assert "not seen: no data in 50% of the image (within -45 to 0 deg, 0 to 100 m)" in text
+    assert "active, unseen 12 s" in text

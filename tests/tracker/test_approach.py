@@ -41,6 +41,7 @@ def objects(position: list[list[float]], velocity: list[list[float]], radius: fl
         times_seen=ids,
         first_seen_utc_ns=ids,
         last_seen_utc_ns=ids,
+        unseen_s=np.zeros(n),
     )
 
 

@@ -48,17 +48,17 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
     def find(image: Image, recorded: Recorded) -> Regions:
         middle, _ = meter.background_and_noise(image)
         if middle <= 0.0:
-            return group.nothing()
+            return group.nothing(image)
         divided(image, middle)
         background, noise = meter.background_and_noise(ratio)
         if background <= 0.0:
-            return group.nothing()
+            return group.nothing(ratio)
         high = meter.level_of_rate(ratio, params.rate)
         low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, recorded, DetectionLevels(low, high, background))
         return found._replace(background=middle)
 
-    return PreparedDetector(find, learn)
+    return PreparedDetector(find, learn, refuses_nan=True)
 
 
 class CfarWindow(NamedTuple):

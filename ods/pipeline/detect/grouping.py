@@ -7,13 +7,13 @@ import numpy as np
 
 from ods.base.arrays import Image
 from ods.pipeline.detect.edge_of_image import without_weak_at_border
-from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.region_growing import NOT_A_NUMBER, GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.split import split_regions
 from ods.pipeline.detect.strongest import level_of_strongest, without_weak
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Judged, Regions, Runs
-from ods.pipeline.stage.params import GroupParams
+from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 
 class DetectionLevels(NamedTuple):
@@ -34,16 +34,20 @@ class Grouping:
         self._visited = np.zeros(fan.shape, np.bool_)
         self._wanted = _size_test(params, fan)
 
-    def nothing(self) -> Regions:
-        """Return the regions of an image that shows nothing."""
+    def nothing(self, image: Image) -> Regions:
+        """Return the regions of image (beams, samples), which shows nothing. Raises NotANumberError."""
+        if not np.isfinite(image).all():
+            raise NotANumberError
         return Regions(self._runs[:0], 0, 1.0)
 
     def regions(self, image: Image, recorded: Recorded, levels: DetectionLevels) -> Regions:
-        """Return the regions of image (beams, samples) between the levels."""
+        """Return the regions of image (beams, samples) between the levels. Raises NotANumberError."""
         params, (low, high, background) = self._params, levels
         corner, largest = int(params.connectivity == 8), params.max_cells or image.size
         rule = GrowingRule(np.float32(low), np.float32(high), corner, params.min_cells, largest)
         runs, count = find_regions(image, rule, self._runs, self._visited)
+        if count == NOT_A_NUMBER:
+            raise NotANumberError
         if params.split_db > 0.0 and count:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:

@@ -34,14 +34,14 @@ def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = meter.background_and_noise(image)
         if background <= 0.0:
-            return group.nothing()
+            return group.nothing(image)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(meter.level_of_rate(image, params.rate), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
         return group.regions(image, recorded, DetectionLevels(below, above, background))
 
-    return PreparedDetector(find, meter.learn if params.levels == "false_alarm" else None)
+    return PreparedDetector(find, meter.learn if params.levels == "false_alarm" else None, refuses_nan=True)
 
 
 def levels_between(unit: str, low: float, high: float, background: float, noise: float) -> tuple[float, float]:

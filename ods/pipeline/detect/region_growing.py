@@ -8,6 +8,8 @@ from ods.base.arrays import Floats32, Image, Mask
 from ods.compiled.kernel import kernel
 from ods.pipeline.image.regions import RUN, Run, Runs, sorted_runs
 
+NOT_A_NUMBER = -1
+"""Instead of a number of regions: the image has cells that are no finite numbers."""
 _BLOCK = 64
 """Cells that are looked at together for one above the high level, in a row that has one."""
 
@@ -37,20 +39,23 @@ def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> 
     """Return the runs of all regions, sorted, and the number of regions.
 
     A region is grown, run by run, from a cell of image (beams, samples) above `high`; so the time goes with what is
-    found, not with the many cells of speckle above `low`. Cells that are NaN belong to no region. work: as
-    `room_for_runs` makes it; visited, (beams, samples), must be all False and is so again at the end.
+    found, not with the many cells of speckle above `low`. NaN or infinity anywhere: no runs, and `NOT_A_NUMBER`.
+    work: as `room_for_runs` makes it; visited, (beams, samples), must be all False and is so again at the end.
     """
     high = rule.high
     count, end = 0, 0
     for beam in range(image.shape[0]):
         row = image[beam]
-        if not _any_above(row, high):
+        if _all_up_to(row, high):
             continue
         for begin in range(0, row.size, _BLOCK):
             end_of_block = min(begin + _BLOCK, row.size)
-            if not _any_above(row[begin:end_of_block], high):
+            if _all_up_to(row[begin:end_of_block], high):
                 continue
             for column in range(begin, end_of_block):
+                if not np.isfinite(row[column]):
+                    _forget(work[:end], visited)
+                    return work[:0], NOT_A_NUMBER
                 if row[column] > high and not visited[beam, column]:
                     stop = end + _grow(image, rule, (beam, column), work[end:], visited)
                     if rule.smallest <= _cells(work[end:stop]) <= rule.largest:
@@ -62,11 +67,12 @@ def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> 
 
 
 @kernel
-def _any_above(row: Floats32, level: np.float32) -> bool:
+def _all_up_to(row: Floats32, level: np.float32) -> bool:
+    """Tell whether no cell is above the level, nor NaN."""
     count = np.float32(0.0)  # a float, as counting in integers does not vectorise as well
     for j in range(row.size):
-        count += np.float32(1.0) if row[j] > level else np.float32(0.0)
-    return bool(count > np.float32(0.0))
+        count += np.float32(0.0) if row[j] <= level else np.float32(1.0)
+    return bool(count == np.float32(0.0))
 
 
 @kernel

@@ -18,6 +18,8 @@ from ods.pipeline.equalize.by_range import limit_levels
 
 _NEIGHBOURS = 4
 """Samples to either side whose mean fills a gap."""
+LONGEST_BRIDGED = 2 * _NEIGHBOURS
+"""Gap, samples, that its neighbours fill from both sides."""
 _PRIOR = np.float32(2.0)
 """The level around weighs as much as so many of them: one crest beside a gap must not be repeated in it."""
 _BEAMS = np.float32(4.0)
@@ -158,6 +160,6 @@ def blank_gaps(image: Image, missing: Mask) -> None:
             stop = j
             while stop < row.size and gaps[stop]:
                 stop += 1
-            if stop - j > 2 * _NEIGHBOURS or j == 0 or stop == row.size:
+            if stop - j > LONGEST_BRIDGED or j == 0 or stop == row.size:
                 row[j:stop] = np.float32(0.0)
             j = stop + 1

@@ -58,6 +58,13 @@ def of_gain_1(image: Image) -> GainedImage:
     return GainedImage(image, 0, np.float32(0.0), gain, np.zeros(beams, np.int64), np.zeros(beams, np.float32))
 
 
+def applied(image: GainedImage) -> Image:
+    """Return a new image (beams, samples) of the amplitudes."""
+    out = np.empty((image.above.size, image.gain.shape[1]), np.float32)
+    write_image(image, out)
+    return out
+
+
 @kernel
 def write_image(image: GainedImage, out: Image) -> None:
     """Fill out (beams, samples) with the amplitudes."""

@@ -25,7 +25,7 @@ _LOUD = 0.5
 """A block of a beam is loud where no more than this share of it is zero."""
 _BEFORE = 8
 """Blocks before a run of zeros of which three in four have to be loud."""
-_STREWN_PROBE = 2048
+_STREWN_PROBE = 1024
 """Samples looked at for zeros in their midst,"""
 _STREWN = 0.03
 """and the share of them from which on the image is looked at as a whole."""

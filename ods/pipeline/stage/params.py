@@ -256,6 +256,13 @@ class StageError(OdsError, ValueError):
     """The chain cannot be built, or a stage failed; the text is one line that names the key and what is wrong."""
 
 
+class NotANumberError(StageError):
+    """An image has cells that are not finite."""
+
+    def __init__(self) -> None:
+        super().__init__("its image has values that are no finite numbers")
+
+
 def stage_label(index: int, stage: Mapping[str, Any]) -> str:
     """Return how complaints name entry `index` of `[[pipeline.stage]]`."""
     return f"stage[{index}] ({stage.get('use')})"

@@ -49,6 +49,8 @@ class PreparedDetector(NamedTuple):
     find: DetectStep
     learn: Callable[[Iterable[Image]], None] | None = None
     """Is shown images of speckle, as the stages before leave them, before the first real one."""
+    refuses_nan: bool = False
+    """`find` raises NotANumberError for an image with NaN; if it does not, the chain looks for them itself."""
 
 
 Step = Callable[[GainedImage, PingContext, DoubleBuffer], GainedImage]

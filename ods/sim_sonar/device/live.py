@@ -14,6 +14,7 @@ from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.ins.nmea_ins import SimulatedNmeaIns
 from ods.sim_sonar.ins.place import InsPlace
+from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
 
@@ -134,6 +135,8 @@ class LiveSonar:
 
     def _render(self) -> None:
         seconds, utc_ns = self._mission.seconds(self._transmit_ns), self._device_utc_ns(self._transmit_ns)
+        now_ns = self._transmit_ns
+        self._images.blindness = [spoil for kind, spoil in BLINDNESS.items() if self._mission.faulty(kind, now_ns)]
         self._telegram = self._end.telegram(self._images, seconds, self._ping_number, self._transmit_ns, utc_ns)
 
     def _truth(self, sent_ns: int) -> Truth:

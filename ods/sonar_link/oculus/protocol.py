@@ -170,7 +170,10 @@ class OculusProtocol(SonarProtocol):
         self._control.hear(result.fire, message.last_ns)
         self.orders.hear(Controls(range_m=result.fire.range_m), message.last_ns)
         self.counters["pings"] += 1
-        return msgspec.structs.replace(ping, t_ns=self._sent_ns(result.start_s, message.first_ns, listening_ns(ping)))
+        sent_ns = self._sent_ns(result.start_s, message.first_ns, listening_ns(ping))
+        fire = result.fire
+        setting = f"mode {fire.mode}, gain {fire.gain_percent:g} %, gamma {fire.gamma}"
+        return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting)
 
     def _sent_ns(self, start_s: float | None, first_ns: int, listening: int) -> int:
         """Return the time of transmission: the result left the sonar so long after it at the earliest."""

@@ -81,6 +81,7 @@ class Assembler:
         stamp = Stamp(self._seq, data.ping_number, sent_ns, record.last_ns, sent_ns)
         try:
             ping = build_ping(data.frame, _geometry(settings, table, data), stamp, data.no_data)
+            ping = msgspec.structs.replace(ping, setting=settings.controls.levels())
         except ValueError:
             raise RecordError(Loss.BAD_PING) from None
         if record.time_ns is None:

@@ -15,6 +15,10 @@ from ods.tracker.named import Named
 
 ROOT2 = 2.0**0.5
 ROOT3 = 3.0**0.5
+HIDDEN_SHARE = 0.25
+"""An object of which more than this is hidden by blind beams may be missed."""
+LEAST_CHANCE = 0.05
+"""That an object in a blind part gives an echo beside it: its place is not known so well."""
 LEAST_SIGMA = 1e-6
 """Keeps the distance to the edge, in standard deviations, finite."""
 
@@ -27,11 +31,13 @@ class FieldOfView(NamedTuple):
     probability: Floats
     """That the object is inside the sector, at a range that was processed."""
     skipped: Mask
-    """The predicted place is inside the sector, at a range that was more likely left out than processed."""
+    """The predicted place is inside the sector, where the image was more likely left out or blind than looked at."""
+    unseen: Mask
+    """The predicted place is inside the sector, in a part that the ping could not show."""
     watched: Floats
-    """Probability that the sonar looks at the object: 0 unless it is so far inside that a missing echo says something,
-    then the share of its vertical interval that the fan covers, times the probability that its range was
-    processed."""
+    """Probability that the sonar looks at the object: 0 where it was blind, and unless the object is so far inside that
+    a missing echo says something, then the share of its vertical interval that the fan covers, times the probability
+    that its range was processed."""
 
 
 class Coverage(NamedTuple):
@@ -69,7 +75,7 @@ def field_of_view(
     """
     processed_m = np.array(processed_ranges_m, np.float64).reshape(-1, 2)
     (inside, skipped), (probability, watched) = _field_of_view(predicted.table, fan, processed_m, edge_sigmas)
-    return FieldOfView(inside, probability, skipped, watched)
+    return FieldOfView(inside, probability, skipped, np.zeros(len(inside), np.bool_), watched)
 
 
 @kernel
@@ -122,6 +128,41 @@ def _covered(distance: float, elevation: float, variance: float, half_vertical: 
     middle = distance * math.sin(elevation)
     shared = min(half_fan, middle + half_object) - max(-half_fan, middle - half_object)
     return max(shared, 0.0) / (2.0 * half_object)
+
+
+def without_unseen(seen: FieldOfView, covered: Floats) -> FieldOfView:
+    """Return what the sonar sees of objects whose shares `covered`, (n,), lie in parts that the ping did not show."""
+    unseen = seen.inside & (covered > HIDDEN_SHARE)
+    return seen._replace(
+        probability=seen.probability * np.maximum(1.0 - covered, LEAST_CHANCE),
+        skipped=seen.skipped | unseen,
+        unseen=unseen,
+        watched=np.where(unseen, 0.0, seen.watched),
+    )
+
+
+def share_unseen(predicted: Named[PredictedMeasurement], radius: Floats, fan: Coverage, unseen: Floats) -> Floats:
+    """Return (n,) the share of each object's bearings that lies in parts the ping did not show.
+
+    `radius`: (n,) m; `unseen`: see `Scan`.
+    """
+    return _share_unseen(predicted.table, radius, fan.turn, unseen)
+
+
+@kernel
+def _share_unseen(table: Floats, radius: Floats, turn: float, unseen: Floats) -> Floats:
+    predicted, covered = predicted_rows(table), np.zeros(len(radius))
+    for i in range(len(radius)):
+        distance = predicted.range_m[i]
+        middle = predicted.bearing[i] - turn * distance
+        sigma = math.sqrt(predicted.across[i])
+        half = max(radius[i], sigma, LEAST_SIGMA) / predicted.horizontal[i]
+        for low, high, near, far in unseen:
+            if near - radius[i] <= distance <= far + radius[i]:
+                shared = min(high, middle + half) - max(low, middle - half)
+                covered[i] += max(shared, 0.0) / (2.0 * half)
+        covered[i] = min(covered[i], 1.0)
+    return covered
 
 
 def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:

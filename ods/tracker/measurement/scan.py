@@ -1,7 +1,7 @@
 """What one ping gives the tracker: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
 from ods.compiled.kernel import kernel
-from ods.messages import Detection, Sector
+from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.named import Named
 
 
@@ -108,6 +108,18 @@ def echo_table_of(detections: list[Detection]) -> Floats:
     return np.array(rows, np.float64).reshape(-1, 7)
 
 
+def nothing_unseen() -> Floats:
+    """Return no parts."""
+    return np.empty((0, 4))
+
+
+def unseen_of(parts: Sequence[UnseenPart]) -> Floats:
+    """Return the (k, 4) `unseen` of `Scan`; what is no part of a sector is left out."""
+    rows = [(p.bearing_min_rad, p.bearing_max_rad, p.range_min_m, p.range_max_m) for p in parts]
+    table = np.array(rows, np.float64).reshape(-1, 4)
+    return np.ascontiguousarray(table[(np.abs(table) <= LARGEST).all(axis=1)])
+
+
 @dataclass(frozen=True, slots=True)
 class Scan:
     """One ping."""
@@ -126,5 +138,7 @@ class Scan:
     """Ranges (from, to) that were processed; empty: all. Elsewhere a missing echo says nothing."""
     fan_turn: float = 0.0
     """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""
+    unseen: Floats = field(default_factory=nothing_unseen)
+    """(k, 4) parts of the sector that the ping could not show: least and largest bearing, rad, and range, m."""
     skipped_pings: int = 0
     """Pings since the scan before whose images were not looked at: they missed nothing."""

@@ -120,6 +120,7 @@ def _obstacles(
             snapshot.covariance_ne.tolist(),
             approaches,
             predictions,
+            snapshot.unseen_s.tolist(),
         )
     )
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.clock import NS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import MotionSettings
 from ods.tracker.track import lifecycle
@@ -32,6 +33,8 @@ class Snapshot:
     times_seen: Ints
     first_seen_utc_ns: Ints
     last_seen_utc_ns: Ints
+    unseen_s: Floats
+    """(n,) of the time since then, for so long nobody could look."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -86,6 +89,7 @@ def snapshot_of(tracks: Tracks) -> Snapshot:
         history.echoes,
         history.first_utc,
         history.last_utc,
+        history.unwatched / NS,
     )
     return whole.take(history.state != lifecycle.TENTATIVE)
 
@@ -107,6 +111,7 @@ def snapshot_of_map(objects: list[MapObject]) -> Snapshot:
         np.array([o.times_seen for o in objects], np.int64),
         np.array([o.first_seen_utc_ns for o in objects], np.int64),
         np.array([o.last_seen_utc_ns for o in objects], np.int64),
+        np.zeros(len(objects)),
     )
 
 

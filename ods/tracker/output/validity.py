@@ -8,6 +8,10 @@ from ods.runtime import bus
 
 PING_STALE_S = bus.TOPICS["detections"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
+BLIND_S = 0.5
+"""Most of the image may be unseen for so long: a drop-out, a ping or two."""
+MOST = 0.5
+"""Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed."""
 
@@ -31,6 +35,8 @@ class InputMonitor:
         self.first_ping_ns = first_ping_ns
         """Transmission of the first ping; None before it."""
         self._ping_ns: int | None = None
+        self._seen_ns: int | None = None
+        self._unseen_why = ""
         self._pose_ns: int | None = None
         self._health: dict[str, Health | None] = dict.fromkeys(processes)
 
@@ -38,6 +44,12 @@ class InputMonitor:
         """Detections of the ping transmitted at `t_ns` came."""
         self.first_ping_ns = t_ns if self.first_ping_ns is None else self.first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
+
+    def sight(self, t_ns: int, unseen_share: float, why: str) -> None:
+        """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
+        self._unseen_why = why
+        if not unseen_share > MOST or self._seen_ns is None:  # the first ping may be a drop-out
+            self._seen_ns = t_ns if self._seen_ns is None else max(self._seen_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
         """A pose of the instant `t_ns` came."""
@@ -62,6 +74,8 @@ class InputMonitor:
             found.append(_silence("ping", self._ping_ns, now_ns))
         elif self._settling():
             found.append("the tracker has just started: objects are still being confirmed")
+        if not self.silent(now_ns) and self._blind_s() > BLIND_S:
+            found.append(f"{self._unseen_why}, for {self._blind_s():.1f} s")
         if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
             found.append(_silence("pose", self._pose_ns, now_ns))
         elif not pose_known:
@@ -69,6 +83,10 @@ class InputMonitor:
         for process, report in self._health.items():
             found += self._of_process(process, report, now_ns)
         return found
+
+    def _blind_s(self) -> float:
+        """Return how long most of the image has been unseen, from ping to ping."""
+        return 0.0 if self._seen_ns is None or self._ping_ns is None else (self._ping_ns - self._seen_ns) / NS
 
     def _settling(self) -> bool:
         if self._ping_ns is None or self.first_ping_ns is None:

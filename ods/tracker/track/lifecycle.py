@@ -2,7 +2,7 @@
 
 TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not hear of it)
 TENTATIVE -> TERMINATED             not proved
-ACTIVE    -> STAND_BY               out of view, or silent: time updates only
+ACTIVE    -> STAND_BY               out of view, or silent, or unseen until its place is not known: time updates only
 STAND_BY  -> ACTIVE                 seen again
 STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
 STAND_BY  -> TERMINATED             out of view too long, moving; or gone
@@ -43,7 +43,7 @@ class Evidence(NamedTuple):
     inside: Mask
     """The predicted place is in the sonar's view,"""
     skipped: Mask
-    """but at a range that was not processed in this image."""
+    """but where this image was not looked at, or blind."""
     echoes: Ints
     """Echoes so far."""
     unseen_s: Floats
@@ -91,7 +91,9 @@ def _next_states(state: Ints, e: Evidence, limits: LifeLimits) -> Ints:
         if state[i] == TENTATIVE:
             after[i] = _proved_or_not(e, i, limits)
         elif state[i] == ACTIVE:
-            if not e.hit[i] and (not e.inside[i] or doubted or (e.missed_s[i] > limits.silent_s and not e.skipped[i])):
+            missed = e.missed_s[i] > limits.silent_s and not e.skipped[i]
+            lost = e.skipped[i] and e.sigma[i] > limits.lost_sigma_m
+            if not e.hit[i] and (not e.inside[i] or doubted or missed or lost):
                 after[i] = STAND_BY
         elif state[i] == STAND_BY or state[i] == HIBERNATED:
             overdue = (not e.inside[i] and e.unseen_s[i] > limits.stand_by_s) or e.sigma[i] > limits.lost_sigma_m

@@ -34,7 +34,7 @@ class History(NamedTuple):
     last: Ints
     """Ping time of the last echo (of waking, for objects of the map), ns."""
     unwatched: Ints
-    """Time since then in which no image was looked at, ns."""
+    """Time since then in which no image was looked at where it is, ns."""
 
 
 class Doubt(NamedTuple):
@@ -99,9 +99,9 @@ class Tracks:
         self.unjudged_s += dt
         self._told = None
 
-    def look_away(self, unwatched_ns: int) -> None:
-        """Take note that for so long no image was looked at: no object was missed in that time."""
-        self._history.rows.unwatched[:] += unwatched_ns
+    def look_away(self, unwatched_ns: int, rows: Mask | slice = slice(None)) -> None:
+        """Take note that for so long no image showed `rows`: they were not missed in that time."""
+        self._history.rows.unwatched[rows] += unwatched_ns
 
     def restamp(self, moved: Restamp) -> None:
         """Follow a step of UTC."""

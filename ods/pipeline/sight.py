@@ -1,0 +1,244 @@
+"""What a ping could not show: blindness is not emptiness.
+
+A part of the sector is unseen where there are no data, where samples are saturated, and where the level of all ranges
+of some beams has fallen far below what it was: a head that is blocked, or out of the water. What the level was is
+learnt from the images, slowly, so that it follows what changes slowly: the depth, the bottom, the water.
+"""
+
+import math
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import AnyArray, Floats, Ints, Mask
+from ods.base.clock import NS
+from ods.compiled.kernel import kernel
+from ods.messages import Ping, SampleType, UnseenPart, UnseenWhy
+from ods.pipeline.image.fan import beam_borders
+from ods.pipeline.image.fill import LONGEST_BRIDGED
+
+GROUPS, RINGS = 8, 16
+"""Parts of the beams and of the range whose levels are compared with what they were."""
+LOOKED_AT = 4
+"""Samples of each that are looked at."""
+FALLEN_DB, RISEN_DB = 12.0, 9.0
+"""A level is fallen when it is so far below what it was, until it is less than so far below it,"""
+HEADROOM_DB = 15.0
+"""Over the lowest level that counts can tell: what is nearer to it cannot fall far enough."""
+FALLEN_SHARE = 0.75
+"""and a group of beams is blind when so many of its ranges are fallen."""
+LEARNING_S, FORGETTING_S = 10.0, 600.0
+"""Time constants of what the level was: while the beams see, and while they are blind."""
+GAP_RINGS = 64
+"""Rings that are told as unseen for want of data."""
+GAP_SHARE = 0.2
+"""of whose samples so many are missing."""
+SATURATED_SHARE = 0.5
+WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen")
+"""Codes 1, 2, 3 of a cell; 0 is seen."""
+_FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
+_LEAST_DB = -26.0
+"""Stands for the level of no count at all, dB over one count."""
+
+
+class Unseen(NamedTuple):
+    """What one ping could not show; see `Detections`."""
+
+    parts: list[UnseenPart]
+    share: float
+    why: str
+
+
+ALL_SEEN = Unseen([], 0.0, "")
+
+
+class _Levels(NamedTuple):
+    """(GROUPS, RINGS) each."""
+
+    now_db: Floats
+    """NaN where nothing holds data."""
+    was_db: Floats
+    """NaN where not known."""
+    saturated: Floats
+    """Share of the samples."""
+
+
+class Sight:
+    """Judges ping after ping."""
+
+    def __init__(self) -> None:
+        empty = np.full((GROUPS, RINGS), np.nan)
+        self._levels = _Levels(empty.copy(), empty.copy(), np.zeros((GROUPS, RINGS)))
+        self._fallen = np.zeros(GROUPS, np.bool_)
+        self._setting: tuple[object, ...] = ()
+        self._range_m: tuple[float, float] = (0.0, 0.0)
+        self._t_ns = 0
+
+    def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask) -> Unseen:
+        """Return what a ping did not show; frame (beams, samples) from column `first` on, missing as by `no_data`."""
+        self._keep_reference(ping, first)
+        since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
+        top = _FULL_SCALE[ping.dtype]
+        _measure(frame, first, missing, top, _db_a_count(ping), self._levels)
+        blind = _follow(self._levels, _lowest_db(ping) + HEADROOM_DB, since_s, self._fallen)
+        if not blind and not missing.size:
+            return ALL_SEEN
+        codes = self._codes(ping, first, missing)
+        if not codes.any():
+            return ALL_SEEN
+        return Unseen(_parts(codes, ping, first), float(np.count_nonzero(codes) / codes.size), self._why(codes))
+
+    def _keep_reference(self, ping: Ping, first: int) -> None:
+        """Begin afresh where levels cannot be compared; carry them over where only the range is another."""
+        setting = (ping.beams, ping.planes, ping.dtype, ping.scale, ping.scale_factor, ping.frequency_hz, ping.setting)
+        span = ping.range0_m + first * ping.dr_m, ping.range0_m + ping.samples * ping.dr_m
+        if setting != self._setting:
+            self._levels.was_db[:] = np.nan
+            self._fallen[:] = False
+        elif span != self._range_m:
+            share = (np.arange(RINGS) + 0.5) / RINGS
+            old, new = (begin + share * (end - begin) for begin, end in (self._range_m, span))
+            for row in self._levels.was_db:
+                row[:] = np.interp(new, old, row)
+        self._setting, self._range_m = setting, span
+
+    def _codes(self, ping: Ping, first: int, missing: Mask) -> Ints:
+        """Return (beams of a plane, GAP_RINGS) the codes of `WHYS`; what any plane sees is seen."""
+        codes = np.zeros((ping.beams, GAP_RINGS), np.int64)
+        group = np.arange(ping.beams) * GROUPS // ping.beams
+        ring = np.arange(GAP_RINGS) * RINGS // GAP_RINGS
+        codes[self._fallen[group]] = 3
+        codes[(self._levels.saturated > SATURATED_SHARE)[np.ix_(group, ring)]] = 2
+        if missing.size:
+            shares = np.zeros(codes.shape)
+            _shares_of_gaps(missing, first, shares)
+            codes[shares > GAP_SHARE] = 1
+        planes: Ints = codes.reshape(ping.planes, -1, GAP_RINGS)
+        return np.where(planes.all(axis=0), planes.max(axis=0), 0)
+
+    def _why(self, codes: Ints) -> str:
+        """Return in plain words what most of it is."""
+        counts = np.bincount(codes.reshape(-1), minlength=4)[1:]
+        code, share = int(np.argmax(counts)) + 1, f"{np.count_nonzero(codes) / codes.size:.0%} of the image"
+        if code == 1:
+            return f"no data in {share}"
+        if code == 2:
+            return f"{share} saturated"
+        fall = np.nanmedian((self._levels.was_db - self._levels.now_db)[self._fallen])
+        return f"levels {fall:.0f} dB below what they were in {share}: head blocked or out of the water?"
+
+
+def nothing_sent(ping: Ping, frame: AnyArray, first: int) -> Unseen:
+    """Return what is unseen where all samples are alike: all."""
+    value = frame[0, first]
+    code = 2 if value == _FULL_SCALE[ping.dtype] else 1
+    codes = np.full((ping.beams // ping.planes, GAP_RINGS), code)
+    silent = "the sonar sends nothing (all samples are 0)"
+    return Unseen(_parts(codes, ping, first), 1.0, silent if value == 0 else f"all samples are alike ({value})")
+
+
+def _db_a_count(ping: Ping) -> float:
+    """Return what a count is worth where counts are logarithms, dB; 0 where they are not."""
+    return {"linear": 0.0, "log8": 20.0 / ping.scale_factor, "db": ping.scale_factor}[ping.scale]
+
+
+def _lowest_db(ping: Ping) -> float:
+    """Return the lowest level that the samples' mean can tell."""
+    if ping.dtype == "f4":
+        return -math.inf
+    return _LEAST_DB if ping.scale == "linear" else 0.0
+
+
+def _parts(codes: Ints, ping: Ping, first: int) -> list[UnseenPart]:
+    """Return the unseen parts, neighbouring beams alike put together. codes: (beams of a plane, GAP_RINGS)."""
+    beams = len(codes)
+    width = ping.beam_width_rad[0] if ping.beam_width_rad else np.radians(1.0)
+    borders = beam_borders(np.array(ping.bearing_rad[:beams]), width)
+    begin_m = ping.range0_m + (first - 0.5) * ping.dr_m
+    ring_m = (ping.samples - first) * ping.dr_m / GAP_RINGS
+    changes = np.flatnonzero((codes[1:] != codes[:-1]).any(axis=1)) + 1
+    parts = []
+    for low, high in zip([0, *changes.tolist()], [*changes.tolist(), beams], strict=True):
+        row = codes[low]
+        steps = [0, *(np.flatnonzero(np.diff(row)) + 1).tolist(), GAP_RINGS]
+        for start, stop in pairwise(steps):
+            if row[start]:
+                near_m, far_m = max(begin_m + start * ring_m, 0.0), begin_m + stop * ring_m
+                why = WHYS[row[start] - 1]
+                parts.append(UnseenPart(float(borders[low]), float(borders[high]), near_m, far_m, why))
+    return parts
+
+
+@kernel
+def _measure(frame: AnyArray, first: int, missing: Mask, top: float, db_a_count: float, levels: _Levels) -> None:
+    """Fill now_db and saturated of the levels from some samples of each part."""
+    beams, samples = frame.shape[0], frame.shape[1] - first
+    for g in range(GROUPS):
+        low, high = g * beams // GROUPS, max((g + 1) * beams // GROUPS, g * beams // GROUPS + 1)
+        for r in range(RINGS):
+            begin, stop = first + r * samples // RINGS, first + (r + 1) * samples // RINGS
+            total, count, saturated = 0.0, 0, 0
+            for k in range(LOOKED_AT):
+                b = min(low + k * (high - low) // LOOKED_AT, beams - 1)
+                j = min(begin + (2 * k + 1) * (stop - begin) // (2 * LOOKED_AT), frame.shape[1] - 1)
+                if missing.size > 0 and missing[b, j]:
+                    continue
+                value = float(frame[b, j])
+                total += value
+                count += 1
+                saturated += 1 if value >= top else 0
+            levels.saturated[g, r] = saturated / LOOKED_AT
+            if count == 0:
+                levels.now_db[g, r] = np.nan
+            elif db_a_count > 0.0:
+                levels.now_db[g, r] = total / count * db_a_count
+            else:
+                levels.now_db[g, r] = 20.0 * np.log10(max(total / count, 10.0 ** (_LEAST_DB / 20.0)))
+
+
+@kernel
+def _follow(levels: _Levels, least_db: float, since_s: float, fallen: Mask) -> bool:
+    """Judge the groups' levels, fallen (GROUPS,), and let what they were follow; tell whether anything is unseen.
+
+    least_db: levels that were lower are not judged.
+    """
+    blind = False
+    for g in range(GROUPS):
+        limit = RISEN_DB if fallen[g] else FALLEN_DB
+        known, low = 0, 0
+        for r in range(RINGS):
+            if np.isfinite(levels.now_db[g, r]) and levels.was_db[g, r] >= least_db:
+                known += 1
+                low += 1 if levels.was_db[g, r] - levels.now_db[g, r] >= limit else 0
+            blind = blind or levels.saturated[g, r] > SATURATED_SHARE
+        if known >= RINGS // 4:
+            fallen[g] = low >= FALLEN_SHARE * known
+        blind = blind or fallen[g]
+        weight = -np.expm1(-since_s / (FORGETTING_S if fallen[g] else LEARNING_S))
+        for r in range(RINGS):
+            now, was = levels.now_db[g, r], levels.was_db[g, r]
+            if np.isfinite(now):
+                levels.was_db[g, r] = was + weight * (now - was) if np.isfinite(was) else now
+    return blind
+
+
+@kernel
+def _shares_of_gaps(missing: Mask, first: int, shares: Floats) -> None:
+    """Fill shares (beams, rings) with what is missing of each, but for gaps that are bridged."""
+    rings, samples = shares.shape[1], missing.shape[1] - first
+    for b in range(missing.shape[0]):
+        row = missing[b]
+        j = first
+        while j < row.size:
+            stop = j
+            while stop < row.size and row[stop]:
+                stop += 1
+            if stop - j > LONGEST_BRIDGED:
+                for i in range(j, stop):
+                    ring = (i - first) * rings // samples
+                    shares[b, ring] += 1.0
+            j = stop + 1
+        for r in range(rings):
+            size = (r + 1) * samples // rings - r * samples // rings
+            shares[b, r] /= max(size, 1)
