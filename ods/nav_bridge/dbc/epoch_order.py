@@ -7,6 +7,8 @@ from ods.nav_bridge.dbc.burst import CYCLES, Burst, Step, find_burst
 from ods.nav_bridge.dbc.signal_map import DbcMessage
 
 MS = 1e6
+REST = 7
+"""Looks left out after one that changed nothing, as all goes well."""
 
 
 class EpochOrder:
@@ -27,11 +29,15 @@ class EpochOrder:
         self._told = tuple(self._labels) if told else ()
         self._steps: list[Step] = []
         self._last: tuple[CanId, int] | None = None
+        self._resting = 0
         if len(messages) == 1:
             self._adopt(tuple(self._labels))
 
     def note(self, can_id: CanId, t_ns: int) -> bool:
         """Take note of a message; tell whether the order is another one now."""
+        if self._resting:
+            self._resting -= 1
+            return False
         if len(self._labels) == 1:
             return False
         last, self._last = self._last, (can_id, t_ns)
@@ -40,8 +46,14 @@ class EpochOrder:
         self._steps.append(Step(last[0], can_id, t_ns - last[1]))
         if len(self._steps) < CYCLES * len(self._labels):
             return False
-        burst, self._steps = find_burst(self._steps, self._labels), []
-        return self._judge(burst)
+        burst, self._steps, self._last = find_burst(self._steps, self._labels), [], None
+        changed = self._judge(burst)
+        self._resting = 0 if changed or not self.places else REST * CYCLES * len(self._labels)
+        return changed
+
+    def look_again(self) -> None:
+        """Rest no longer: something is not as it was."""
+        self._resting = 0
 
     def _judge(self, burst: Burst) -> bool:
         order, self.doubt = burst.order, ""
