@@ -168,7 +168,9 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
     if not heard.poses:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
         others = [problem for problem in heard.problems if problem not in stale]
-        yield Finding("wrong", subject, "; ".join(stale + others + trouble))
+        yield Finding("wrong", subject, "; ".join(stale + (others or trouble)))
+        if others and trouble:
+            yield _counted(subject, trouble)
         return
     rate = len(heard.poses) / seconds
     if rate * bridged_s < 1.0:
@@ -180,7 +182,11 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
         yield Finding("wrong", subject, problem)
     yield from pose_sense.examine(subject, heard.poses)
     if trouble:
-        yield Finding("note", subject, f"{', '.join(trouble)}: docs/counters.md tells what they count")
+        yield _counted(subject, trouble)
+
+
+def _counted(subject: str, trouble: list[str]) -> Finding:
+    return Finding("note", subject, f"{', '.join(trouble)}: docs/counters.md tells what they count")
 
 
 def _place(pose: Pose) -> str:
