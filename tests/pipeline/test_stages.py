@@ -204,7 +204,7 @@ def fails(params, fan):
         built.process(make_ping(frame))
 
 
-def test_stage_that_gives_nan_gives_no_detection(tmp_path: Path, frame: np.ndarray) -> None:
+def test_stage_that_gives_nan_is_named(tmp_path: Path, frame: np.ndarray) -> None:
     file = tmp_path / "nan.py"
     file.write_text(
         """
@@ -216,4 +216,6 @@ def nan(params, fan):
     return lambda source, out: out.fill(np.nan)
 """
     )
-    assert chain({"use": "gives.nan"}, DETECT, plugins=(file,)).process(make_ping(frame)).detections == []
+    built = chain({"use": "gives.nan"}, DETECT, plugins=(file,))
+    with pytest.raises(StageError, match=r"stage\[0\] \(gives.nan\): its image has values that are no finite numbers"):
+        built.process(make_ping(frame))
