@@ -25,7 +25,7 @@ from ods.runtime.pose_buffer import PoseBuffer
 from ods.tracker import scenario
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.measurement.scan import Scan, echoes_of
 from ods.tracker.observer.registry import OBSERVERS, make_observer
 from ods.tracker.scenario import Scenario
@@ -102,7 +102,12 @@ def run(all_of_them: list[Contestant]) -> None:
 def time_updates() -> dict[str, float]:
     """Return the median time, ms, that each observer takes to carry 10,000 objects on."""
     ones = np.ones(HIBERNATED)
-    measured = PositionMeasurement(np.ones((3, HIBERNATED)), ones, ones, np.zeros(HIBERNATED), ones, ones, ones)
+    measured = PositionMeasurement(
+        np.ones((3, HIBERNATED)),
+        *(ones, ones, np.zeros(HIBERNATED), ones, ones, ones, ones),
+        np.zeros((UNSEEN, 2, HIBERNATED)),
+        np.zeros(2),
+    )
     observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
     spent: dict[str, list[float]] = {name: [] for name in observers}
     for observer in observers.values():

@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import TrackTable
-from ods.tracker.observer.motion_hypotheses import HorizontalState, StaticOrMovingObserver
+from ods.tracker.observer.motion_hypotheses import HorizontalState, Learned, NewPlaces, StaticOrMovingObserver
 from ods.tracker.observer.registry import Observer, observer
+from ods.tracker.observer.sensitivity import STATE, Heights
 from ods.tracker.settings import MotionSettings
 
 
@@ -55,23 +56,27 @@ class PlainAxes:
         s.place_variance[:] += self._settings.static_noise * dt
 
     def state(self) -> HorizontalState:
-        """Return where objects are: at rest first, then moving, of which there is one kind."""
+        """Return where objects are: at rest first, then moving, of which there is one kind.
+
+        That all depends on heights, too, is left aside: no derivatives.
+        """
         s, n = self._table.rows, len(self._table)
         position, variance = np.stack([s.place, s.position]), np.stack([s.place_variance, s.variance])
-        return HorizontalState(np.ones((1, n)), position, variance, np.zeros((2, n)))
+        unseen = np.zeros((2, UNSEEN, STATE, n))
+        return HorizontalState(np.ones((1, n)), position, variance, np.zeros((2, n)), unseen)
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance if objects move."""
         return self._table.rows.velocity, self._table.rows.velocity_variance
 
-    def append(self, position: Floats, north: Floats, east: Floats, covariance_ne: Floats) -> None:
+    def append(self, new: NewPlaces) -> None:
         """Append objects of these places and variances; the velocity is unknown."""
-        new = self._table.grow(len(north))
-        new.place[:] = new.position[:] = position[:2]
-        new.place_variance[:] = new.variance[:] = north, east
-        new.velocity_variance[:] = self._settings.velocity_sigma**2
+        s = self._table.grow(new.position.shape[1])
+        s.place[:] = s.position[:] = new.position
+        s.place_variance[:] = s.variance[:] = new.variance
+        s.velocity_variance[:] = self._settings.velocity_sigma**2
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> Floats:
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
         """Take one measurement a row; return the log of how much likelier it is if the object rests."""
         s, seen = self._table.rows, measured.position[:2]
         noise = np.stack([measured.variance_north, measured.variance_east])
@@ -87,7 +92,7 @@ class PlainAxes:
         s.covariance[:, rows] *= 1.0 - gain
         s.variance[:, rows] *= 1.0 - gain
         unlikely = np.log(at_rest / if_moving) + off_rest**2 / at_rest - off**2 / if_moving
-        return np.asarray(-0.5 * unlikely.sum(axis=0))
+        return Learned(-0.5 * unlikely.sum(axis=0), np.zeros_like(heights.step), heights.variance)
 
     def rest_there(self, rows: Indices) -> None:
         """Let objects rest, if they do, where they are if they move."""

@@ -73,3 +73,8 @@ class TrackTable(Generic[RowNames]):
     def keep(self, mask: Mask) -> None:
         """Remove the objects where (n,) `mask` is False; the others keep their order."""
         self.table, self._rows = self.table.compress(mask, axis=-1), None
+
+
+def each(*rows: Floats) -> tuple[Floats, ...]:
+    """Return a table's rows, which have no names: a record for `TrackTable`."""
+    return rows

@@ -56,8 +56,12 @@ class ScanPrediction(NamedTuple):
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:
     """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are carried on to it."""
     history, (belief, estimate) = tracks.history, tracks.told()
-    by_hypothesis = predicted_measurement(belief.position, belief.variance, belief.covariance_ne, vehicle)
-    measurement = predicted_measurement(estimate.position, estimate.variance, estimate.covariance_ne, vehicle)
+    by_hypothesis = predicted_measurement(
+        belief.position, belief.variance, belief.covariance_ne, vehicle, belief.by_height
+    )
+    measurement = predicted_measurement(
+        estimate.position, estimate.variance, estimate.covariance_ne, vehicle, estimate.by_height
+    )
     fan = coverage_of(scan.sector, scan.fan_turn)
     seen = field_of_view(measurement, fan, scan.processed_ranges_m, settings.life.edge_sigmas)
     if len(scan.unseen):

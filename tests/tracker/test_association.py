@@ -31,7 +31,18 @@ def belief(positions: Floats, variances: Floats, weights: Floats, radius: Floats
     position, variance = np.zeros(shape), np.full(shape, 1e-9)
     position[:, :2], variance[:, :2] = np.swapaxes(positions, 1, 2), np.swapaxes(variances, 1, 2)
     static = weights[0]
-    return Belief(weights, position, variance, np.zeros(weights.shape), radius, np.full(len(radius), 0.04), static)
+    by_height, shared = np.zeros_like(position[:, :2]), np.zeros_like(position)
+    return Belief(
+        weights,
+        position,
+        variance,
+        np.zeros(weights.shape),
+        by_height,
+        shared,
+        radius,
+        np.full(len(radius), 0.04),
+        static,
+    )
 
 
 def test_hypotheses_are_those_of_the_plain_formula() -> None:
@@ -61,8 +72,9 @@ def test_hypotheses_are_those_of_the_plain_formula() -> None:
             horizontal, bearing = math.hypot(north, east), math.atan2(east, north)
             turn = np.array([[math.cos(bearing), math.sin(bearing)], [-math.sin(bearing), math.cos(bearing)]])
             s = turn @ np.diag(believed.variance[h, :2, i]) @ turn.T
+            away = math.hypot(horizontal, math.sqrt(s[1, 1]))  # what is uncertain aside makes it farther
             s += np.diag([seen.rows.sigma_range[j] ** 2, (horizontal * seen.rows.sigma_bearing[j]) ** 2])
-            innovation = np.array([seen.rows.range_m[j] - horizontal, (seen.rows.bearing[j] - bearing) * horizontal])
+            innovation = np.array([seen.rows.range_m[j] - away, (seen.rows.bearing[j] - bearing) * horizontal])
             distances.append(innovation @ np.linalg.inv(s) @ innovation)
             density += believed.weight[h, i] * multivariate_normal.pdf(innovation, cov=s)
         if min(distances) <= 16.0:

@@ -8,7 +8,7 @@ import pytest
 from ods.base.arrays import Floats
 from ods.base.geometry import euler_from_quat, quat_from_euler
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view, near_coverage
-from ods.tracker.measurement.model import position_measurement, predicted_measurement
+from ods.tracker.measurement.model import BEND, HEIGHT, position_measurement, predicted_measurement
 from ods.tracker.measurement.scan import Echoes, Vehicle, echo_table_of, echoes_of, vehicle_at
 from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
 
@@ -21,8 +21,8 @@ def vehicle(
     return made
 
 
-def one_echo(distance: float, bearing: float, elevation: float = 0.0) -> Echoes:
-    return echoes_of(np.array([[distance, bearing, elevation, 1.0, 0.1, 0.01, 0.3]]))[0]
+def one_echo(distance: float, bearing: float, elevation: float = 0.0, sigma_bearing: float = 1e-4) -> Echoes:
+    return echoes_of(np.array([[distance, bearing, elevation, 1.0, 0.1, sigma_bearing, 0.3]]))[0]
 
 
 RIGHT = math.radians(90.0)
@@ -62,13 +62,89 @@ def test_the_fan_tells_an_interval_of_height() -> None:
     np.testing.assert_allclose(measured.half_height, 50.0 * math.sin(math.radians(10.0)))
 
 
-def test_a_known_height_shortens_the_horizontal_distance() -> None:
-    """An object known to be 5 m below at 13 m slant range is 12 m away; a narrower fan ends above it."""
-    echo, where, known = one_echo(13.0, 0.0), vehicle([0, 0, 0], [0, 0, 0]), np.array([-math.asin(5 / 13)])
-    measured = position_measurement(echo, where, math.radians(30.0), known)
-    np.testing.assert_allclose(measured.position[:2, 0], [12.0, 0.0], atol=1e-9)
-    at_edge = position_measurement(echo, where, HALF_VERTICAL, known)
-    np.testing.assert_allclose(at_edge.position[:2, 0], [13.0 * math.cos(HALF_VERTICAL), 0.0], atol=1e-9)
+def test_the_place_at_every_height_of_the_fan() -> None:
+    """Points on the arc of one range and bearing, by rotations of their own, against the parabola in the height."""
+    distance, bearing = 50.0, math.radians(25.0)
+    for roll, pitch in ((0.0, 0.0), (0.0, 0.17), (0.1, -0.35), (-0.2, 0.3)):
+        where = vehicle([3.0, -2.0, 4.0], [roll, pitch, 0.6])
+        told = position_measurement(one_echo(distance, bearing), where, HALF_VERTICAL)
+        for elevation in np.linspace(-HALF_VERTICAL, HALF_VERTICAL, 9):
+            place = arc_at(where, distance, bearing, elevation)
+            lower = place[2] - told.height[0]
+            found = told.position[:2, 0] + told.sensitivity[HEIGHT, :, 0] * lower
+            found = found + told.sensitivity[BEND, :, 0] * lower**2
+            np.testing.assert_allclose(found, place[:2], atol=0.002 * distance)
+        # The tangent and its bend are those of the arc, by differences of points close together.
+        arc = [arc_at(where, distance, bearing, e) for e in (-1e-3, 0.0, 1e-3)]
+        slopes = [(arc[i + 1][:2] - arc[i][:2]) / (arc[i + 1][2] - arc[i][2]) for i in range(2)]
+        np.testing.assert_allclose(0.5 * (slopes[0] + slopes[1]), told.sensitivity[HEIGHT, :, 0], atol=1e-5)
+        bend = (slopes[1] - slopes[0]) / (arc[2][2] - arc[0][2])
+        np.testing.assert_allclose(bend, told.sensitivity[BEND, :, 0], atol=1e-5)
+
+
+def arc_at(where: Vehicle, distance: float, bearing: float, elevation: float) -> Floats:
+    level = math.cos(elevation)
+    body = distance * np.array([level * math.cos(bearing), level * math.sin(bearing), -math.sin(elevation)])
+    place: Floats = where.position + where.rotation @ body
+    return place
+
+
+def test_an_echo_is_taken_in_where_its_object_should_be() -> None:
+    """An object expected 3 m farther left: along the tangent there, with the ellipse of there, not of the echo."""
+    where, place = vehicle([0, 0, 0], [0, 0, 0]), np.array([[50.0], [-3.0], [0.0]])
+    expected = predicted_measurement(place, 1e-6 * np.ones((3, 1)), np.zeros(1), where)
+    told = position_measurement(one_echo(50.5, 0.0, sigma_bearing=0.03), where, HALF_VERTICAL, expected.table)
+    distance, bearing = math.hypot(50.0, 3.0), math.atan2(-3.0, 50.0)
+    ahead = np.array([math.cos(bearing), math.sin(bearing)])
+    aside = np.array([-math.sin(bearing), math.cos(bearing)])
+    np.testing.assert_allclose(told.position[:2, 0], 50.5 * ahead - distance * bearing * aside, atol=1e-3)
+    noise = np.outer(ahead, ahead) * 0.1**2 + np.outer(aside, aside) * (distance * 0.03) ** 2
+    told_noise = [told.variance_north[0], told.variance_east[0], told.covariance_ne[0]]
+    np.testing.assert_allclose(told_noise, [noise[0, 0], noise[1, 1], noise[0, 1]], rtol=1e-3)
+
+
+def test_a_wide_beam_does_not_make_ranges_too_long() -> None:
+    """The middle of 400,000 places seen with 3 deg of noise, and the range expected of that middle."""
+    rng, distance, sigma = np.random.default_rng(4), 100.0, math.radians(3.0)
+    where = vehicle([0, 0, 0], [0, 0, 0])
+    told = position_measurement(one_echo(distance, 0.0, sigma_bearing=sigma), where, HALF_VERTICAL)
+    azimuth = sigma * rng.standard_normal(400_000)
+    np.testing.assert_allclose(told.position[0, 0], np.mean(distance * np.cos(azimuth)), atol=1e-3)
+    variance = np.array([[told.variance_north[0]], [told.variance_east[0]], [0.0]])
+    np.testing.assert_allclose(variance[0, 0], 0.1**2 + np.var(distance * np.cos(azimuth)), rtol=0.02)
+    np.testing.assert_allclose(variance[1, 0], np.var(distance * np.sin(azimuth)), rtol=0.02)
+    again = predicted_measurement(told.position, variance, told.covariance_ne, where)
+    np.testing.assert_allclose(again.rows.range_m[0], distance, atol=2e-3)
+
+
+def test_what_was_seen_alike_is_expected_alike_whatever_the_height() -> None:
+    """The range of an object on the arc is known, however uncertain its place is; from elsewhere it is not."""
+    here, there = vehicle([0, 0, 0], [0, 0.3, 0]), vehicle([0, 0, 0], [0, 0.0, 0])
+    told = position_measurement(one_echo(50.0, 0.3), here, HALF_VERTICAL)
+    place = np.vstack([told.position[:2], told.height])
+    variance = np.array([[1e-6], [1e-6], [25.0]])
+    again = predicted_measurement(place, variance, np.zeros(1), here, told.sensitivity[HEIGHT])
+    np.testing.assert_allclose([again.rows.along[0], again.rows.across[0]], 0.0, atol=1e-4)
+    level = predicted_measurement(place, variance, np.zeros(1), there, told.sensitivity[HEIGHT])
+    np.testing.assert_allclose(level.rows.along[0], again.rows.along[0], atol=1e-4)  # range is range, however it turns
+    moved = predicted_measurement(place, variance, np.zeros(1), vehicle([25.0, 0, 0], [0, 0.3, 0]), told.sensitivity[0])
+    assert math.sqrt(moved.rows.along[0]) > 0.5
+
+
+def test_a_sensor_that_knows_nothing_breaks_nothing() -> None:
+    """Absurd claims and lines of sight straight down give finite places with positive definite noise."""
+    rng = np.random.default_rng(6)
+    for _ in range(300):
+        claims = 10.0 ** rng.uniform(-4.0, 4.0, 3)
+        row = [10.0 ** rng.uniform(-1.0, 4.0), rng.uniform(-3, 3), rng.uniform(-1.5, 1.5), 1.0, *claims]
+        where = vehicle(rng.uniform(-100, 100, 3).tolist(), rng.uniform(-1.5, 1.5, 3).tolist(), 0.3 * np.ones(3))
+        told = position_measurement(echoes_of(np.array([row]))[0], where, HALF_VERTICAL)
+        for name, field in told._asdict().items():
+            assert np.isfinite(field).all(), name
+        nn, ee, ne = told.variance_north[0], told.variance_east[0], told.covariance_ne[0]
+        assert nn > 0.0
+        assert ee > 0.0
+        assert abs(ne) < math.sqrt(nn * ee)
 
 
 def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
@@ -82,7 +158,7 @@ def test_the_noise_is_that_of_range_bearing_and_pose() -> None:
     east = rng.normal(0.0, 0.2, count) + ranges * np.sin(azimuth)
     sample = np.cov(north, east)
     noisy = vehicle([0, 0, 0], [0, 0, yaw], sigma_position, np.array([0.0, 0.0, sigma_yaw]))
-    measured = position_measurement(one_echo(distance, bearing), noisy, HALF_VERTICAL)
+    measured = position_measurement(one_echo(distance, bearing, sigma_bearing=0.01), noisy, HALF_VERTICAL)
     told = [measured.variance_north[0], measured.covariance_ne[0], measured.variance_east[0]]
     np.testing.assert_allclose(told, sample[[0, 0, 1], [0, 1, 1]], rtol=0.02)
 
@@ -93,9 +169,9 @@ def test_prediction_is_the_inverse_of_eq_1() -> None:
         where = vehicle(rng.uniform(-100, 100, 3).tolist(), rng.uniform(-0.4, 0.4, 3).tolist())
         distance, bearing = float(rng.uniform(1, 100)), float(rng.uniform(-1, 1))
         place = position_measurement(one_echo(distance, bearing), where, HALF_VERTICAL).position
-        seen = predicted_measurement(place, np.ones((3, 1)), np.zeros(1), where)
+        seen = predicted_measurement(place, 1e-9 * np.ones((3, 1)), np.zeros(1), where)
         np.testing.assert_allclose(
-            [seen.rows.range_m[0], seen.rows.bearing[0], seen.rows.elevation[0]], [distance, bearing, 0.0], atol=1e-9
+            [seen.rows.range_m[0], seen.rows.bearing[0], seen.rows.elevation[0]], [distance, bearing, 0.0], atol=1e-6
         )
 
 

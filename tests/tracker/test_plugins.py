@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from ods.assess.track.scenarios import make
-from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.observer.independent import IndependentAxes
-from ods.tracker.observer.motion_hypotheses import HorizontalFilter
+from ods.tracker.observer.motion_hypotheses import HorizontalFilter, NewPlaces
+from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.scenario import track_scenario
 from ods.tracker.settings import PLUGINS, MotionSettings, TrackerSettings
 
@@ -33,19 +34,25 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
     ours = IndependentAxes(settings)
     rng = np.random.default_rng(3)
     n = 5
-    start = rng.normal(50.0, 10.0, (2, n)), rng.uniform(0.1, 1.0, n), rng.uniform(0.1, 1.0, n), np.zeros(n)
+    start = NewPlaces(
+        rng.normal(50.0, 10.0, (2, n)), rng.uniform(0.1, 1.0, (2, n)), np.zeros(n), np.zeros((UNSEEN, 2, n))
+    )
     rows = np.array([0, 2, 3])
     for each in (plain, ours):
-        each.append(*start)
+        each.append(start)
     for step in range(40):
         k = len(rows)
         noise = rng.uniform(0.05, 0.5, (2, k))
         one = np.ones(k)
-        seen = PositionMeasurement(rng.normal(50.0, 1.0, (3, k)), noise[0], noise[1], np.zeros(k), one, one, one)
+        level = np.zeros((UNSEEN, 2, k)), np.zeros(2)
+        seen = PositionMeasurement(
+            rng.normal(50.0, 1.0, (3, k)), noise[0], noise[1], np.zeros(k), one, one, one, one, *level
+        )
+        heights = Heights(np.ones((2, k)), np.ones((2, k)), np.zeros((2, k)))
         ratios = []
         for each in (plain, ours):
             each.predict(0.1 + 0.01 * step)
-            ratios.append(each.update(rows, seen, np.ones(k)))
+            ratios.append(each.update(rows, seen, np.ones(k), heights).ratio)
             if step == 20:
                 each.rest_there(np.array([0]))
                 each.set_out(np.array([2]))

@@ -126,7 +126,7 @@ def one_object(place_m: float) -> tuple[Named[PredictedMeasurement], Estimate]:
     assert vehicle is not None
     position, variance = np.array([[place_m], [0.0], [0.0]]), np.full((3, 1), 0.04)
     one = np.ones(1)
-    estimate = Estimate(position, variance, np.zeros(1), one, 0.1 * one, one)
+    estimate = Estimate(position, variance, np.zeros(1), np.zeros((2, 1)), np.zeros((3, 1)), one, 0.1 * one, one)
     return predicted_measurement(position, variance, np.zeros(1), vehicle), estimate
 
 
@@ -156,7 +156,7 @@ def test_unconfirmed_objects_take_one_echo_each_from_what_is_left() -> None:
     one = np.ones(3)
     vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
     assert vehicle is not None
-    estimate = Estimate(position, 0.04 * np.ones((3, 3)), 0.0 * one, one, one, one)
+    estimate = Estimate(position, 0.04 * np.ones((3, 3)), 0.0 * one, np.zeros((2, 3)), np.zeros((3, 3)), one, one, one)
     predicted = predicted_measurement(position, estimate.variance, estimate.covariance_ne, vehicle)
     seen = echoes([(50.0, 0.0, 1.0), (50.1, 0.0, 1.0)])
     assignment = probabilistic(Question(found, np.array([True, False, False]), seen, predicted, estimate))

@@ -157,7 +157,7 @@ def _watched(seen: FieldOfView, reported: Mask, hit: Mask, merged: Floats) -> Fl
 
 def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
     """Return where the objects were seen; `merged`: (n,) variance by which an echo may lie off the centre."""
-    predicted = prediction.measurement.rows.elevation[shown.objects]
+    predicted = prediction.measurement.table.take(shown.objects, axis=1)
     found = position_measurement(shown.echoes, prediction.vehicle, half_vertical, predicted)
     off_centre = shown.off_centre + merged[shown.objects]
     if not off_centre.any():

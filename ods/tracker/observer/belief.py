@@ -16,9 +16,14 @@ class Belief(NamedTuple):
     position: Floats
     """(h, 3, n)."""
     variance: Floats
-    """(h, 3, n) of the position."""
+    """(h, 3, n) of the position: of north and east at a given height."""
     covariance_ne: Floats
-    """(h, n) of north and east."""
+    """(h, n) of north and east at a given height."""
+    by_height: Floats
+    """(h, 2, n) by how much north and east are larger for each metre that the object is lower."""
+    shared: Floats
+    """(h, 3, n) what no number of pings takes away: variances of north and east and their covariance, m^2, by the
+    height, which the fan does not resolve, and by the bias of the pose."""
     radius: Floats
     """(n,) the filters' own: it follows their next correction."""
     radius_variance: Floats
@@ -33,9 +38,13 @@ class Estimate(NamedTuple):
     position: Floats
     """(3, n)."""
     variance: Floats
-    """(3, n)."""
+    """(3, n); this and the next three as in `Belief`."""
     covariance_ne: Floats
     """(n,)."""
+    by_height: Floats
+    """(2, n)."""
+    shared: Floats
+    """(3, n)."""
     radius: Floats
     """(n,) and the next two: as in `Belief`."""
     radius_variance: Floats
@@ -44,21 +53,26 @@ class Estimate(NamedTuple):
 
 def moment_match(belief: Belief) -> Estimate:
     """Return mean and covariance of the hypotheses taken together: the first two moments of their mixture."""
-    moments, covariance_ne = _moments(belief.weight, belief.position, belief.variance, belief.covariance_ne)
+    moments, mixed, by_height, shared = _moments(belief[:6])
     mean, variance = moments
-    return Estimate(mean, variance, covariance_ne, belief.radius, belief.radius_variance, belief.static)
+    return Estimate(mean, variance, mixed, by_height, shared, belief.radius, belief.radius_variance, belief.static)
 
 
 @kernel
-def _moments(share: Floats, position: Floats, variance: Floats, covariance_ne: Floats) -> tuple[Floats, Floats]:
-    """Return (2, 3, n) mean and variance, and (n,) the covariance, of hypotheses with the probabilities `share`."""
+def _moments(belief: tuple[Floats, Floats, Floats, Floats, Floats, Floats]) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return (2, 3, n) mean and variance, (n,) the covariance, (2, n) and (3, n) of the first fields of `Belief`."""
+    share, position, variance, covariance_ne, of_height, of_all = belief
     hypotheses, _, n = position.shape
-    moments, mixed = np.zeros((2, 3, n)), np.zeros(n)
+    moments, mixed, by_height, shared = np.zeros((2, 3, n)), np.zeros(n), np.zeros((2, n)), np.zeros((3, n))
     mean, spread = moments[0], moments[1]
     for i in range(n):
         for h in range(hypotheses):
+            weight = share[h, i]
             for axis in range(3):
-                mean[axis, i] += share[h, i] * position[h, axis, i]
+                mean[axis, i] += weight * position[h, axis, i]
+                shared[axis, i] += weight * of_all[h, axis, i]
+            for axis in range(2):
+                by_height[axis, i] += weight * of_height[h, axis, i]
         for h in range(hypotheses):
             weight = share[h, i]
             for axis in range(3):
@@ -66,4 +80,4 @@ def _moments(share: Floats, position: Floats, variance: Floats, covariance_ne: F
                 spread[axis, i] += weight * (variance[h, axis, i] + offset**2)
             north, east = position[h, 0, i] - mean[0, i], position[h, 1, i] - mean[1, i]
             mixed[i] += weight * (covariance_ne[h, i] + north * east)
-    return moments, mixed
+    return moments, mixed, by_height, shared

@@ -13,11 +13,12 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
-from ods.tracker.measurement.model import PositionMeasurement
-from ods.tracker.named import TrackTable
-from ods.tracker.observer import ud_filter
-from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState
-from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATE_ROWS, VELOCITY, Place, Work
+from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
+from ods.tracker.named import TrackTable, each
+from ods.tracker.observer import sensitivity, ud_filter
+from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.sensitivity import STATE, Fix, Heights, Innovation, Place
+from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATE_ROWS, VELOCITY, Work
 from ods.tracker.settings import MotionSettings
 
 LEAST_PROBABILITY = 1e-6
@@ -50,63 +51,59 @@ class InteractingModels:
         self._settings = settings
         self._noise = np.array([model.noise for model in models])
         self._habits = Habits(np.array([model.share for model in models]), change_rate)
-        self._filters = TrackTable(_each, (1 + len(models), FACTORS))
-        self._share = TrackTable(_each, (len(models),))
+        self._filters = TrackTable(each, (1 + len(models), FACTORS))
+        self._share = TrackTable(each, (len(models),))
+        self._unseen = TrackTable(each, (1 + len(models), UNSEEN, STATE))
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
-        _predict(self._filters.table, dt, self._settings.static_noise, self._noise)
+        _predict(self._filters.table, self._unseen.table, dt, self._settings.static_noise, self._noise)
 
     def state(self) -> HorizontalState:
         """Return where objects are."""
-        return HorizontalState(self._share.table, *_places(self._filters.table))
+        return HorizontalState(self._share.table, *_places(self._filters.table), self._unseen.table)
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
         mean, variance = _velocity(self._filters.table, self._share.table)
         return mean, variance
 
-    def append(self, position: Floats, north: Floats, east: Floats, covariance_ne: Floats) -> None:
-        """Append objects at (2 or more, k) positions, their variances and covariances (k,); the velocity is unknown."""
-        first, count = len(self._filters), len(north)
-        self._filters.grow(count)
-        self._share.grow(count)
+    def append(self, new: NewPlaces) -> None:
+        """Append objects whose velocity is unknown."""
+        first, count = len(self._filters), len(new.covariance_ne)
+        for table in (self._filters, self._share, self._unseen):
+            table.grow(count)
         self._share.table[:, first:] = self._habits.usual[:, None]
-        places = np.stack([*position[:2], north, east, covariance_ne])
+        self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
+        places = np.ascontiguousarray(np.vstack([new.position, new.variance, new.covariance_ne]))
         _start(self._filters.table, first, places, self._settings.velocity_sigma**2)
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> Floats:
-        """Take one measurement an object; return (k,) the log of the likelihood if it is static over that if it moves.
-
-        `since_s`: (k,) time since its last one.
-        """
-        return _update(self._filters.table, self._share.table, rows, measured, since_s, self._habits)
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+        """Take one measurement an object, `since_s` after its last one."""
+        tables = self._filters.table, self._share.table, self._unseen.table
+        return Learned(*_update(tables, rows, measured, since_s, self._habits, heights))
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the likeliest of the moving ones is now."""
-        _rest_there(self._filters.table, self._share.table, rows)
+        _rest_there(self._filters.table, self._share.table, self._unseen.table, rows)
 
     def set_out(self, rows: Indices) -> None:
         """Start the moving hypotheses anew where the static one is, with unknown velocity."""
         self._share.table[:, rows] = self._habits.usual[:, None]
-        _set_out(self._filters.table, rows, self._settings.velocity_sigma**2)
+        _set_out(self._filters.table, self._unseen.table, rows, self._settings.velocity_sigma**2)
 
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
-        _join(self._filters.table, heirs, old)
+        _join(self._filters.table, self._unseen.table, heirs, old)
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._filters.keep(mask)
-        self._share.keep(mask)
+        for table in self.tables():
+            table.keep(mask)
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""
-        return [self._filters, self._share]
-
-
-def _each(*rows: Floats) -> tuple[Floats, ...]:
-    return rows
+        return [self._filters, self._share, self._unseen]
 
 
 @kernel
@@ -120,12 +117,13 @@ def _start(s: Floats, first: int, places: Floats, velocity_variance: float) -> N
 
 
 @kernel
-def _predict(s: Floats, dt: float, static_noise: float, noise: Floats) -> None:
+def _predict(s: Floats, unseen: Floats, dt: float, static_noise: float, noise: Floats) -> None:
     work = ud_filter.work_space(ud_filter.PROCESS_COLUMNS)
     for i in range(s.shape[2]):
         ud_filter.drift(s[RESTING], i, static_noise * dt)
         for m in range(len(noise)):
             ud_filter.predict(s[1 + m], i, dt, noise[m], work)
+            sensitivity.carry_on(unseen, 1 + m, i, dt)
 
 
 @kernel
@@ -163,27 +161,68 @@ def _velocity(s: Floats, share: Floats) -> Floats:
 
 @kernel
 def _update(
-    s: Floats, share: Floats, rows: Indices, measured: PositionMeasurement, since_s: Floats, habits: Habits
-) -> Floats:
-    """Update all filters of `rows`; return the log of the ratio of both likelihoods of the measurements before that."""
+    tables: tuple[Floats, Floats, Floats],
+    rows: Indices,
+    measured: PositionMeasurement,
+    since_s: Floats,
+    habits: Habits,
+    heights: Heights,
+) -> tuple[Floats, Floats, Floats]:
+    """Update all filters of `rows`; return the fields of `Learned`. `tables`: factors, shares, derivatives."""
+    s, share, unseen = tables
+    height, spread, of_fan = heights
     models = len(share)
     ratio, evidence = np.empty(len(rows)), np.empty(models)
+    step, variance = np.empty((2, len(rows))), np.empty((2, len(rows)))
+    steps, variances = np.empty(models), np.empty(models)
     scratch = scratch_for(models)
     for k, i in enumerate(rows):
         if models > 1:
-            interact(s, share, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
-        place = Place(
-            measured.position[NORTH, k],
-            measured.position[EAST, k],
-            measured.variance_north[k],
-            measured.variance_east[k],
-            measured.covariance_ne[k],
-        )
-        static = ud_filter.update(s[RESTING], i, place)
+            interact(s, share, unseen, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
+        at_rest = sensitivity.fix_of(measured, k, height[RESTING, k], spread[RESTING, k])
+        rest = _correct(s, unseen, RESTING, i, at_rest, of_fan[RESTING, k])
+        moved = sensitivity.fix_of(measured, k, height[1, k], spread[1, k])
         for m in range(models):
-            evidence[m] = ud_filter.update(s[1 + m], i, place)
-        ratio[k] = static - _weigh(share, i, evidence)
-    return ratio
+            told = _correct(s, unseen, 1 + m, i, moved, of_fan[1, k])
+            evidence[m], steps[m], variances[m] = told.log_likelihood, told.step, told.variance
+        ratio[k] = rest.log_likelihood - _weigh(share, i, evidence)
+        step[RESTING, k], variance[RESTING, k] = rest.step, rest.variance
+        step[1, k], variance[1, k] = _mixed(share, i, steps, variances)
+        for h in range(1 + models):
+            _lower(s, unseen, h, i, step[min(h, 1), k])
+    return ratio, step, variance
+
+
+@kernel
+def _correct(s: Floats, unseen: Floats, h: int, i: int, fix: Fix, step: float) -> Innovation:
+    """Correct one filter of an object, and its derivatives, whose height the fan changed by `step`.
+
+    Returns what the measurement was to it.
+    """
+    _lower(s, unseen, h, i, step)
+    told = sensitivity.innovation(unseen, h, i, ud_filter.place_of(s[h], i), fix)
+    noise = Place(0.0, 0.0, fix.variance_north, fix.variance_east, fix.covariance_ne)
+    sensitivity.correct(unseen, h, i, ud_filter.update(s[h], i, (told.north, told.east), noise), fix)
+    return told
+
+
+@kernel
+def _lower(s: Floats, unseen: Floats, h: int, i: int, step: float) -> None:
+    """Change the states of a filter as the mean height changes."""
+    by = sensitivity.lowered(unseen, h, i, step)
+    for row in range(STATE_ROWS):
+        s[h, row, i] += by[row]
+
+
+@kernel
+def _mixed(share: Floats, i: int, mean: Floats, variance: Floats) -> tuple[float, float]:
+    """Return mean and variance of the models taken together."""
+    middle, spread = 0.0, 0.0
+    for m in range(len(share)):
+        middle += share[m, i] * mean[m]
+    for m in range(len(share)):
+        spread += share[m, i] * (variance[m] + (mean[m] - middle) ** 2)
+    return middle, spread
 
 
 @kernel
@@ -203,31 +242,40 @@ class Scratch(NamedTuple):
     """What `interact` works in: the models as they were, and the columns of their mixture."""
 
     old: Floats
+    old_unseen: Floats
     work: Work
 
 
 @kernel
 def scratch_for(models: int) -> Scratch:
     """Return scratch for so many models of one object."""
-    return Scratch(np.empty((models, FACTORS, 1)), ud_filter.work_space((STATE_ROWS + 1) * models))
+    return Scratch(
+        np.empty((models, FACTORS, 1)),
+        np.empty((models, UNSEEN, STATE)),
+        ud_filter.work_space((STATE_ROWS + 1) * models),
+    )
 
 
 @kernel
-def interact(s: Floats, share: Floats, i: int, usual: Floats, stay: float, scratch: Scratch) -> None:
+def interact(s: Floats, share: Floats, unseen: Floats, i: int, usual: Floats, stay: float, scratch: Scratch) -> None:
     """Let the models of an object exchange states: with probability `stay` it goes on as before, else as `usual`."""
-    old, work = scratch.old, scratch.work
+    old, old_unseen, work = scratch
     models = len(share)
     before = share[:, i].copy()
     old[:, :, 0] = s[1:, :, i]
+    old_unseen[:] = unseen[1:, :, :, i]
     for to in range(models):
         share[to, i] = stay * before[to] + (1.0 - stay) * usual[to]
         s[1 + to, :STATE_ROWS, i] = 0.0
+        unseen[1 + to, :, :, i] = 0.0
         for m in range(models):
             came = before[m] * ((1.0 - stay) * usual[to] + (stay if m == to else 0.0)) / share[to, i]
             work.weight[STATE_ROWS * models + m] = came
             ud_filter.columns(old[m], 0, work, STATE_ROWS * m, came)
             for row in range(STATE_ROWS):
                 s[1 + to, row, i] += came * old[m, row, 0]
+                for c in range(UNSEEN):
+                    unseen[1 + to, c, row, i] += came * old_unseen[m, c, row]
         for m in range(models):
             for row in range(STATE_ROWS):
                 work.column[row, STATE_ROWS * models + m] = old[m, row, 0] - s[1 + to, row, i]
@@ -235,20 +283,28 @@ def interact(s: Floats, share: Floats, i: int, usual: Floats, stay: float, scrat
 
 
 @kernel
-def _rest_there(s: Floats, share: Floats, rows: Indices) -> None:
+def _rest_there(s: Floats, share: Floats, unseen: Floats, rows: Indices) -> None:
     for i in rows:
         likeliest = 1 + int(share[:, i].argmax())
         ud_filter.start(s[RESTING], i, ud_filter.place_of(s[likeliest], i), 0.0)
+        unseen[RESTING, :, :VELOCITY, i] = unseen[likeliest, :, :VELOCITY, i]
 
 
 @kernel
-def _set_out(s: Floats, rows: Indices, velocity_variance: float) -> None:
+def _set_out(s: Floats, unseen: Floats, rows: Indices, velocity_variance: float) -> None:
     for i in rows:
         for h in range(1, len(s)):
             ud_filter.start(s[h], i, ud_filter.place_of(s[RESTING], i), velocity_variance)
+            unseen[h, :, :, i] = unseen[RESTING, :, :, i]
 
 
 @kernel
-def _join(s: Floats, heirs: Indices, old: Indices) -> None:
+def _join(s: Floats, unseen: Floats, heirs: Indices, old: Indices) -> None:
     for heir, before in zip(heirs, old):  # noqa: B905  numba knows no `strict`
-        ud_filter.update(s[RESTING], heir, ud_filter.place_of(s[RESTING], before))
+        place, own = ud_filter.place_of(s[RESTING], before), unseen[RESTING]
+        away = place.north - s[RESTING, NORTH, heir], place.east - s[RESTING, EAST, heir]
+        gain = ud_filter.update(s[RESTING], heir, away, place)
+        for c in range(UNSEEN):
+            north, east = own[c, 0, before] - own[c, 0, heir], own[c, 1, before] - own[c, 1, heir]
+            own[c, 0, heir] += gain.north[0] * north + gain.east[0] * east
+            own[c, 1, heir] += gain.north[1] * north + gain.east[1] * east

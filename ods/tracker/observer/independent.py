@@ -1,4 +1,9 @@
-"""The paper's observer: independent Kalman filters for north and east, in closed form (`axis_kalman`) [SSIE eq. 2]."""
+"""The paper's observer: independent Kalman filters for north and east, in closed form (`axis_kalman`) [SSIE eq. 2].
+
+The gains of each axis know nothing of the other one. The noise of range and bearing goes together in both, and so do
+the errors of what is estimated: their covariance under these gains is kept beside the filters, to tell how large errors
+are.
+"""
 
 import math
 from typing import Any, NamedTuple
@@ -7,11 +12,21 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
-from ods.tracker.measurement.model import PositionMeasurement
-from ods.tracker.named import TrackTable
-from ods.tracker.observer import axis_kalman
+from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
+from ods.tracker.named import TrackTable, each
+from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
-from ods.tracker.observer.motion_hypotheses import HorizontalState
+from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.sensitivity import (
+    STATE,
+    VELOCITY,
+    Fix,
+    Four,
+    Gain,
+    Heights,
+    Innovation,
+    Place,
+)
 from ods.tracker.settings import MotionSettings
 
 
@@ -31,8 +46,35 @@ class IndependentState(NamedTuple):
     residual: Floats
 
 
+class Together(NamedTuple):
+    """Covariances of north and east of n objects: (n,) each."""
+
+    place: Floats
+    """Of both if the object does not move;"""
+    position: Floats
+    """if it moves:"""
+    north_velocity: Floats
+    """of the velocity north and the place east,"""
+    east_velocity: Floats
+    """of the place north and the velocity east,"""
+    velocity: Floats
+    """and of both velocities."""
+
+
+MOVING = 1
+MOST_ALIKE = 1.0 - 1e-9
+"""Largest correlation of two errors that is kept."""
 POSITIONS, VARIANCES = slice(0, 2), slice(2, 4)
 """The fields above for both hypotheses, RESTING and MOVING."""
+
+
+_Tables = tuple[Floats, Floats, Floats]
+"""Filters, covariances of both axes, derivatives."""
+
+
+@kernel
+def _together_rows(table: Floats) -> Together:
+    return Together(table[0], table[1], table[2], table[3], table[4])
 
 
 @kernel
@@ -46,68 +88,91 @@ class IndependentAxes:
     def __init__(self, settings: MotionSettings) -> None:
         self._settings = settings
         self._table = TrackTable(IndependentState, (len(IndependentState._fields), 2))
+        self._together = TrackTable(Together, (len(Together._fields),))
+        self._unseen = TrackTable(each, (2, UNSEEN, STATE))
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
-        _predict(self._table.table, dt, self._settings.acceleration_noise, self._settings.static_noise)
+        motion = self._settings
+        tables = self._table.table, self._together.table, self._unseen.table
+        _predict(tables, dt, motion.acceleration_noise, motion.static_noise)
 
     def state(self) -> HorizontalState:
         """Return where objects are; the arrays are views."""
         s, n = self._table.table, len(self._table)
-        return HorizontalState(np.ones((1, n)), s[POSITIONS], s[VARIANCES], np.zeros((2, n)))
+        return HorizontalState(
+            np.ones((1, n)), s[POSITIONS], s[VARIANCES], self._together.table[:2], self._unseen.table
+        )
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
         return self._table.rows.velocity, _velocity_variance(self._table.table)
 
-    def append(self, position: Floats, north: Floats, east: Floats, covariance_ne: Floats) -> None:
-        """Append objects at (2 or more, k) positions, their variances (k,); the covariance is left out."""
-        new = self._table.grow(len(north))
-        new.place[:] = new.position[:] = position[:2]
-        new.place_variance[:] = new.variance[:] = north, east
-        new.residual[:] = self._settings.velocity_sigma**2
+    def append(self, new: NewPlaces) -> None:
+        """Append objects whose velocity is unknown."""
+        count = len(new.covariance_ne)
+        rows = self._table.grow(count)
+        rows.place[:] = rows.position[:] = new.position
+        rows.place_variance[:] = rows.variance[:] = new.variance
+        rows.residual[:] = self._settings.velocity_sigma**2
+        together, first = self._together.grow(count), len(self._unseen)
+        together.place[:] = together.position[:] = new.covariance_ne
+        self._unseen.grow(count)
+        self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> Floats:
-        """Take one measurement an object; return (k,) the log of the likelihood if it is static over that if it moves.
-
-        `since_s` is not needed.
-        """
-        return _update(self._table.table, rows, measured)
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+        """Take one measurement an object; `since_s` is not needed."""
+        tables = self._table.table, self._together.table, self._unseen.table
+        return Learned(*_update(tables, rows, measured, heights))
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the moving one is now."""
         s = self._table.rows
         s.place[:, rows], s.place_variance[:, rows] = s.position[:, rows], s.variance[:, rows]
+        together, unseen = self._together.rows, self._unseen.table
+        together.place[rows] = together.position[rows]
+        unseen[RESTING][:, :VELOCITY, rows] = unseen[MOVING][:, :VELOCITY, rows]
 
     def set_out(self, rows: Indices) -> None:
         """Start the moving hypothesis anew where the static one is, with unknown velocity."""
         s = self._table.rows
         s.position[:, rows], s.variance[:, rows] = s.place[:, rows], s.place_variance[:, rows]
+        together = self._together.rows
+        together.position[rows] = together.place[rows]
+        together.north_velocity[rows] = together.east_velocity[rows] = together.velocity[rows] = 0.0
+        self._unseen.table[MOVING][:, :, rows] = self._unseen.table[RESTING][:, :, rows]
         s.velocity[:, rows] = s.slope[:, rows] = 0.0
         s.residual[:, rows] = self._settings.velocity_sigma**2
 
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
-        _join(self._table.table, heirs, old)
+        _join((self._table.table, self._together.table, self._unseen.table), heirs, old)
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._table.keep(mask)
+        for table in self.tables():
+            table.keep(mask)
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""
-        return [self._table]
+        return [self._table, self._together, self._unseen]
 
 
 @kernel
-def _predict(table: Floats, dt: float, acceleration_noise: float, static_noise: float) -> None:
-    s = _rows(table)
-    for axis in range(2):
-        for i in range(table.shape[2]):
+def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise: float) -> None:
+    table, together, unseen = tables
+    s, c = _rows(table), _together_rows(together)
+    for i in range(table.shape[2]):
+        for axis in range(2):
             moved = axis_kalman.predict(_moving(s, axis, i), dt, acceleration_noise)
             s.position[axis, i], s.variance[axis, i] = moved.position, moved.variance
             s.slope[axis, i], s.residual[axis, i] = moved.slope, moved.residual
             s.place_variance[axis, i] += static_noise * dt
+        c.position[i] += dt * (c.north_velocity[i] + c.east_velocity[i] + dt * c.velocity[i])
+        c.north_velocity[i] += dt * c.velocity[i]
+        c.east_velocity[i] += dt * c.velocity[i]
+        c.position[i] = _possible(c.position[i], s.variance[0, i], s.variance[1, i])
+        sensitivity.carry_on(unseen, MOVING, i, dt)
 
 
 @kernel
@@ -128,43 +193,107 @@ def _velocity_variance(table: Floats) -> Floats:
 
 
 @kernel
-def _update(table: Floats, rows: Indices, measured: PositionMeasurement) -> Floats:
-    """Update all filters of `rows`, in place; return the log of the ratio of both likelihoods before that."""
-    s, ratio = _rows(table), np.empty(len(rows))
+def _update(
+    tables: _Tables, rows: Indices, measured: PositionMeasurement, heights: Heights
+) -> tuple[Floats, Floats, Floats]:
+    """Update all filters of `rows`, in place; return the fields of `Learned`."""
+    table, together, unseen = tables
+    ratio, step, variance = np.empty(len(rows)), np.empty((2, len(rows))), np.empty((2, len(rows)))
     for k, i in enumerate(rows):
-        ratio[k] = _log_likelihood(s.place[:, i], s.place_variance[:, i], measured, k)
-        ratio[k] -= _log_likelihood(s.position[:, i], s.variance[:, i], measured, k)
-        for axis in range(2):
-            place = measured.position[axis, k]
-            noise = measured.variance_north[k] if axis == 0 else measured.variance_east[k]
-            s.place[axis, i], s.place_variance[axis, i] = axis_kalman.update_constant(
-                s.place[axis, i], s.place_variance[axis, i], place, noise
-            )
-            moved = axis_kalman.update(_moving(s, axis, i), place, noise)
-            s.position[axis, i], s.velocity[axis, i] = moved.position, moved.velocity
-            s.variance[axis, i] = moved.variance
-    return ratio
+        for h in range(2):
+            _shift(table, h, i, sensitivity.lowered(unseen, h, i, heights.step[h, k]))
+            fix = sensitivity.fix_of(measured, k, heights.height[h, k], heights.variance[h, k])
+            told = sensitivity.innovation(unseen, h, i, _place(table, together, h, i), fix)
+            gain = _correct(table, h, i, told, fix)
+            _correct_together(table, together, h, i, gain, fix.covariance_ne)
+            sensitivity.correct(unseen, h, i, gain, fix)
+            step[h, k], variance[h, k] = told.step, told.variance
+            _shift(table, h, i, sensitivity.lowered(unseen, h, i, told.step))
+            ratio[k] = told.log_likelihood if h == RESTING else ratio[k] - told.log_likelihood
+    return ratio, step, variance
 
 
 @kernel
-def _log_likelihood(position: Floats, variance: Floats, measured: PositionMeasurement, k: int) -> float:
-    """Return the log of the normal density, times 2 pi, of measurement k with its full covariance.
-
-    `position`, `variance`: (2,) north and east, of one hypothesis.
-    """
-    north, east = measured.position[0, k] - position[0], measured.position[1, k] - position[1]
-    s_nn, s_ee = variance[0] + measured.variance_north[k], variance[1] + measured.variance_east[k]
-    s_ne = measured.covariance_ne[k]
-    determinant = s_nn * s_ee - s_ne**2
-    distance: float = (s_ee * north**2 - 2.0 * s_ne * north * east + s_nn * east**2) / determinant
-    return -0.5 * (distance + math.log(determinant))
-
-
-@kernel
-def _join(table: Floats, heirs: Indices, old: Indices) -> None:
+def _shift(table: Floats, h: int, i: int, by: Four) -> None:
+    """Change the states of a hypothesis."""
     s = _rows(table)
+    for axis in range(2):
+        if h == RESTING:
+            s.place[axis, i] += by[axis]
+        else:
+            s.position[axis, i] += by[axis]
+            s.velocity[axis, i] += by[VELOCITY + axis]
+
+
+@kernel
+def _place(table: Floats, together: Floats, h: int, i: int) -> Place:
+    """Return where an object is by a hypothesis."""
+    s, c = _rows(table), _together_rows(together)
+    if h == RESTING:
+        return Place(s.place[0, i], s.place[1, i], s.place_variance[0, i], s.place_variance[1, i], c.place[i])
+    return Place(s.position[0, i], s.position[1, i], s.variance[0, i], s.variance[1, i], c.position[i])
+
+
+@kernel
+def _correct(table: Floats, h: int, i: int, told: Innovation, fix: Fix) -> Gain:
+    """Correct a hypothesis by the innovation; return how its states followed."""
+    north = _correct_axis(table, h, 0, i, told.north, fix.variance_north)
+    east = _correct_axis(table, h, 1, i, told.east, fix.variance_east)
+    return Gain((north[0], 0.0, north[1], 0.0), (0.0, east[0], 0.0, east[1]))
+
+
+@kernel
+def _correct_together(table: Floats, together: Floats, h: int, i: int, gain: Gain, noise: float) -> None:
+    """Correct the covariances of a hypothesis whose filters were corrected; `noise`: covariance of the measurement."""
+    s, c = _rows(table), _together_rows(together)
+    n, e, nv, ev = gain.north[0], gain.east[1], gain.north[2], gain.east[3]
+    if h == RESTING:
+        left = (1.0 - n) * (1.0 - e) * c.place[i] + n * e * noise
+        c.place[i] = _possible(left, s.place_variance[0, i], s.place_variance[1, i])
+        return
+    both = c.position[i]
+    c.velocity[i] += nv * ev * (both + noise) - nv * c.east_velocity[i] - ev * c.north_velocity[i]
+    c.north_velocity[i] = (1.0 - e) * (c.north_velocity[i] - nv * both) + nv * e * noise
+    c.east_velocity[i] = (1.0 - n) * (c.east_velocity[i] - ev * both) + n * ev * noise
+    c.position[i] = _possible((1.0 - n) * (1.0 - e) * both + n * e * noise, s.variance[0, i], s.variance[1, i])
+
+
+@kernel
+def _possible(covariance: float, north: float, east: float) -> float:
+    """Return a covariance that rounding did not make larger than the variances allow."""
+    most = MOST_ALIKE * math.sqrt(north * east)
+    return min(max(covariance, -most), most)
+
+
+@kernel
+def _correct_axis(table: Floats, h: int, axis: int, i: int, step: float, noise: float) -> tuple[float, float]:
+    """Correct one axis; return by how much position and velocity follow."""
+    s = _rows(table)
+    if h == RESTING:
+        place = s.place[axis, i]
+        s.place[axis, i], s.place_variance[axis, i] = axis_kalman.update_constant(
+            place, s.place_variance[axis, i], place + step, noise
+        )
+        return s.place_variance[axis, i] / noise, 0.0
+    moved = axis_kalman.update(_moving(s, axis, i), s.position[axis, i] + step, noise)
+    s.position[axis, i], s.velocity[axis, i], s.variance[axis, i] = moved.position, moved.velocity, moved.variance
+    return moved.variance / noise, moved.slope * (moved.variance / noise)
+
+
+@kernel
+def _join(tables: _Tables, heirs: Indices, old: Indices) -> None:
+    table, together, unseen = tables
+    s, both = _rows(table), _together_rows(together).place
     for heir, before in zip(heirs, old):  # noqa: B905  numba knows no `strict`
+        left, added = both[heir], both[before]
         for axis in range(2):
+            noise = s.place_variance[axis, before]
             s.place[axis, heir], s.place_variance[axis, heir] = axis_kalman.update_constant(
-                s.place[axis, heir], s.place_variance[axis, heir], s.place[axis, before], s.place_variance[axis, before]
+                s.place[axis, heir], s.place_variance[axis, heir], s.place[axis, before], noise
             )
+            gain = s.place_variance[axis, heir] / noise
+            left, added = left * (1.0 - gain), added * gain
+            for c in range(UNSEEN):
+                own = unseen[RESTING, c, axis]
+                own[heir] += gain * (own[before] - own[heir])
+        both[heir] = _possible(left + added, s.place_variance[0, heir], s.place_variance[1, heir])

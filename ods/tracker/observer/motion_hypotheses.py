@@ -12,11 +12,12 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
-from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.measurement.model import HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import TrackTable
-from ods.tracker.observer import axis_kalman
+from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.belief import Belief
+from ods.tracker.observer.sensitivity import VELOCITY, Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
 RESTING = 0
@@ -46,6 +47,32 @@ class HorizontalState(NamedTuple):
     """(h, 2, n)."""
     covariance_ne: Floats
     """(h, n)."""
+    unseen: Floats
+    """(h, UNSEEN, STATE, n) derivatives of the states by what is not seen (`sensitivity`)."""
+
+
+class NewPlaces(NamedTuple):
+    """Of k new objects."""
+
+    position: Floats
+    """(2, k) north and east."""
+    variance: Floats
+    """(2, k)."""
+    covariance_ne: Floats
+    """(k,)."""
+    sensitivity: Floats
+    """(UNSEEN, 2, k) derivatives of the position."""
+
+
+class Learned(NamedTuple):
+    """What k measurements say beyond north and east."""
+
+    ratio: Floats
+    """(k,) log of the likelihood if the object is static over that if it moves."""
+    step: Floats
+    """(2, k) by which the height is another, at rest and moving,"""
+    variance: Floats
+    """(2, k) and its variance then."""
 
 
 class HorizontalFilter(Protocol):
@@ -60,14 +87,11 @@ class HorizontalFilter(Protocol):
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (2, n) of the velocity of objects if they move."""
 
-    def append(self, position: Floats, north: Floats, east: Floats, covariance_ne: Floats) -> None:
-        """Append objects at (2 or more, k) positions, their variances and covariances (k,); the velocity is unknown."""
+    def append(self, new: NewPlaces) -> None:
+        """Append objects whose velocity is unknown."""
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> Floats:
-        """Take one measurement an object; return (k,) the log of the likelihood if it is static over that if it moves.
-
-        `since_s`: (k,) time since its last one.
-        """
+    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+        """Take one measurement an object; `since_s`: (k,) time since its last one."""
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the moving one is now."""
@@ -102,6 +126,9 @@ class CommonState(NamedTuple):
     radius_variance: Floats
     odds: Floats
     """Log of P(static) / P(moving); infinite once settled."""
+    pose_north: Floats
+    """Variance of the vehicle's own position when the object was last seen, m^2: it is a bias, which echoes share."""
+    pose_east: Floats
 
 
 @kernel
@@ -117,6 +144,8 @@ def _rows(table: Floats) -> CommonState:
         table[7],
         table[8],
         table[9],
+        table[10],
+        table[11],
     )
 
 
@@ -138,13 +167,14 @@ class StaticOrMovingObserver:
     def belief(self) -> Belief:
         """Return all hypotheses of all objects, the static one first."""
         s, horizontal = self._table.rows, self._horizontal.state()
-        places = horizontal.share, horizontal.position, horizontal.variance
-        weight, position, variance = _belief(self._table.table, *places)
+        weight, position, variance, by_height, shared = _belief(self._table.table, horizontal)
         return Belief(
             weight=weight,
             position=position,
             variance=variance,
             covariance_ne=horizontal.covariance_ne,
+            by_height=by_height,
+            shared=shared,
             radius=s.radius,
             radius_variance=s.radius_variance,
             static=weight[RESTING],
@@ -152,36 +182,43 @@ class StaticOrMovingObserver:
 
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
-        mean, variance = _velocity(self._table.table, *self._horizontal.velocity())
+        horizontal = self._horizontal.state()
+        mean, variance = _velocity(self._table.table, *self._horizontal.velocity(), horizontal.share, horizontal.unseen)
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:
-        """Append new objects, one a measurement."""
-        north, east = measured.variance_north, measured.variance_east
-        self._horizontal.append(measured.position, north, east, measured.covariance_ne)
-        height_variance = measured.half_height**2 / 3.0
+        """Append new objects, one a measurement, anywhere in the fan's height."""
+        variance = measured.half_height**2 / 3.0
+        noise = np.stack([measured.variance_north, measured.variance_east])
+        self._horizontal.append(NewPlaces(measured.position[:2], noise, measured.covariance_ne, measured.sensitivity))
         radius = measured.radius, measured.radius_variance
-        self._append(measured.position[2], height_variance, *radius, self._new_odds)
+        new = self._append(measured.position[2], variance, *radius, self._new_odds)
+        new.pose_north[:], new.pose_east[:] = measured.pose_variance
 
     def recall(
         self, position: Floats, variance: Floats, covariance_ne: Floats, radius: Floats, radius_variance: Floats
     ) -> None:
         """Append objects from the map, known not to move: (3, k), (3, k), (k,), (k,), (k,)."""
-        north, east, down = np.maximum(variance, LEAST_VARIANCE)
-        self._horizontal.append(position, north, east, covariance_ne)
-        self._append(position[2], down, radius, np.maximum(radius_variance, LEAST_VARIANCE), math.inf)
+        variance = np.maximum(variance, LEAST_VARIANCE)
+        unseen = np.zeros((UNSEEN, 2, len(radius)))
+        self._horizontal.append(NewPlaces(position[:2], variance[:2], covariance_ne, unseen))
+        self._append(position[2], variance[2], radius, np.maximum(radius_variance, LEAST_VARIANCE), math.inf)
 
-    def _append(self, height: Floats, variance: Floats, radius: Floats, radius_variance: Floats, odds: float) -> None:
+    def _append(
+        self, height: Floats, variance: Floats, radius: Floats, radius_variance: Floats, odds: float
+    ) -> CommonState:
         new = self._table.grow(len(radius))
         new.rest_height[:] = new.height[:] = height
         new.rest_height_variance[:] = new.height_variance[:] = variance
         new.residual[:] = self._settings.vertical_velocity_sigma**2
         new.radius[:], new.radius_variance[:], new.odds[:] = radius, radius_variance, odds
+        return new
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:
         """Take one measurement an object, `since_s` after its last one."""
-        ratio = self._horizontal.update(rows, measured, since_s)
-        disproved = _update(self._table.table, rows, measured, ratio, since_s, self._settings.change_rate)
+        heights = Heights(*_in_fan(self._table.table, rows, measured.position[2], measured.half_height))
+        learned = self._horizontal.update(rows, measured, since_s, heights)
+        disproved = _update(self._table.table, rows, measured, heights, learned, since_s, self._settings.change_rate)
         if len(disproved):
             self._horizontal.rest_there(disproved)
 
@@ -250,12 +287,17 @@ def _static(odds: float) -> float:
 
 
 @kernel
-def _belief(table: Floats, share: Floats, place: Floats, place_variance: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return weight, position and variance of `Belief`; `share`, `place`, `place_variance`: of `HorizontalState`."""
+def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats, Floats, Floats, Floats]:
+    """Return weight, position, variance, by_height and shared of `Belief`."""
     s = _rows(table)
+    share, place, place_variance, _, unseen = horizontal
     hypotheses, _, n = place.shape
     weight, position = np.empty((hypotheses, n)), np.empty((hypotheses, 3, n))
-    variance = np.empty((hypotheses, 3, n))
+    variance, by_height, shared = (
+        np.empty((hypotheses, 3, n)),
+        np.empty((hypotheses, 2, n)),
+        np.empty((hypotheses, 3, n)),
+    )
     for h in range(hypotheses):
         height, height_variance = s.height, s.height_variance
         if h == RESTING:
@@ -266,49 +308,84 @@ def _belief(table: Floats, share: Floats, place: Floats, place_variance: Floats)
             for axis in range(2):
                 position[h, axis, i] = place[h, axis, i]
                 variance[h, axis, i] = place_variance[h, axis, i]
+                by_height[h, axis, i] = unseen[h, HEIGHT, axis, i]
             position[h, 2, i], variance[h, 2, i] = height[i], height_variance[i]
-    return weight, position, variance
+            nn, ee, ne = sensitivity.shared(unseen, h, i, 0, height_variance[i])
+            shared[h, 0, i], shared[h, 1, i], shared[h, 2, i] = nn + s.pose_north[i], ee + s.pose_east[i], ne
+    return weight, position, variance, by_height, shared
 
 
 @kernel
-def _velocity(table: Floats, mean: Floats, variance: Floats) -> Floats:
+def _velocity(table: Floats, mean: Floats, variance: Floats, share: Floats, unseen: Floats) -> Floats:
     """Return (2, 3, n) mean and variance of the mixture's velocities; the static hypothesis has velocity 0.
 
-    `mean`, `variance`: (2, n) of north and east if the object moves.
+    `mean`, `variance`: (2, n) of north and east if the object moves, at a given height; `share`, `unseen`: of
+    `HorizontalState`.
     """
     s, n = _rows(table), table.shape[1]
     moments = np.empty((2, 3, n))
     mixed, spread = moments
+    own = np.empty(3)
     for i in range(n):
         moving = 1.0 - _static(s.odds[i])
-        climb_variance = axis_kalman.velocity_variance(s.height_variance[i], s.slope[i], s.residual[i])
+        own[0], own[1] = variance[0, i], variance[1, i]
+        own[2] = axis_kalman.velocity_variance(s.height_variance[i], s.slope[i], s.residual[i])
+        for m in range(len(share)):
+            north, east, _ = sensitivity.shared(unseen, 1 + m, i, VELOCITY, s.height_variance[i])
+            own[0] += share[m, i] * north
+            own[1] += share[m, i] * east
         for axis in range(3):
-            velocity, own = (mean[axis, i], variance[axis, i]) if axis < 2 else (s.climb[i], climb_variance)
+            velocity = mean[axis, i] if axis < 2 else s.climb[i]
             mixed[axis, i] = moving * velocity
-            spread[axis, i] = moving * (own + (1.0 - moving) * velocity**2)
+            spread[axis, i] = moving * (own[axis] + (1.0 - moving) * velocity**2)
     return moments
 
 
 @kernel
-def _update(
-    table: Floats, rows: Indices, measured: PositionMeasurement, ratio: Floats, since_s: Floats, change_rate: float
-) -> Indices:
-    """Update height, radius and log-odds of `rows`; return those whose static hypothesis has to start anew.
+def _in_fan(table: Floats, rows: Indices, middle: Floats, half: Floats) -> Floats:
+    """Return the fields of `Heights`: (3, 2, k)."""
+    s, told = _rows(table), np.empty((3, 2, len(rows)))
+    for k, i in enumerate(rows):
+        _into_fan(told, RESTING, k, s.rest_height[i], s.rest_height_variance[i], middle[k], half[k])
+        _into_fan(told, 1, k, s.height[i], s.height_variance[i], middle[k], half[k])
+    return told
 
-    `ratio`: log of the likelihood of a measurement if the object is static over that if it moves.
+
+@kernel
+def _into_fan(told: Floats, g: int, k: int, height: float, variance: float, middle: float, half: float) -> None:
+    """Take in that an object is inside the fan, `half` above or below its `middle`.
+
+    Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
+    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval.
     """
+    now = min(max(height, middle - half), middle + half)
+    left = min(variance + (now - height) ** 2, half**2 / 3.0)
+    told[0, g, k], told[1, g, k], told[2, g, k] = now, left, now - height
+
+
+@kernel
+def _update(
+    table: Floats,
+    rows: Indices,
+    measured: PositionMeasurement,
+    heights: Heights,
+    learned: Learned,
+    since_s: Floats,
+    change_rate: float,
+) -> Indices:
+    """Update height, radius and log-odds of `rows`; return those whose static hypothesis has to start anew."""
     s = _rows(table)
     disproved, count = np.empty(len(rows), np.intp), 0
     for k, i in enumerate(rows):
         static = _static(s.odds[i])
         static += change_rate * min(since_s[k], 1.0) * (1.0 - 2.0 * static)
-        odds = math.log(static / (1.0 - static)) + ratio[k]
-        middle, half = measured.position[2, k], measured.half_height[k]
-        s.rest_height[i], s.rest_height_variance[i], _ = _into_fan(
-            s.rest_height[i], s.rest_height_variance[i], middle, half
-        )
-        s.height[i], s.height_variance[i], step = _into_fan(s.height[i], s.height_variance[i], middle, half)
-        s.climb[i] += s.slope[i] * step
+        odds = math.log(static / (1.0 - static)) + learned.ratio[k]
+        s.rest_height[i] = heights.height[RESTING, k] + learned.step[RESTING, k]
+        s.height[i] = heights.height[1, k] + learned.step[1, k]
+        s.climb[i] += s.slope[i] * (heights.step[1, k] + learned.step[1, k])
+        s.rest_height_variance[i] = max(learned.variance[RESTING, k], LEAST_VARIANCE)
+        s.height_variance[i] = max(learned.variance[1, k], LEAST_VARIANCE)
+        s.pose_north[i], s.pose_east[i] = measured.pose_variance
         s.radius[i], s.radius_variance[i] = axis_kalman.update_constant(
             s.radius[i], s.radius_variance[i], measured.radius[k], measured.radius_variance[k]
         )
@@ -318,14 +395,3 @@ def _update(
             count += 1
         s.odds[i] = min(max(odds, DISPROVED), PROVED)
     return disproved[:count]
-
-
-@kernel
-def _into_fan(height: float, variance: float, middle: float, half: float) -> tuple[float, float, float]:
-    """Take in that an object is inside the fan, `half` above or below its `middle`; the third number is the step.
-
-    Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
-    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval.
-    """
-    step = min(max(height, middle - half), middle + half) - height
-    return height + step, min(variance + step**2, half**2 / 3.0), step

@@ -9,13 +9,13 @@ orthogonalization (G. J. Bierman, Factorization Methods for Discrete Sequential 
 All functions are of column `i` of a (FACTORS, n) table `s`, in place; observers call them in compiled loops.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled.kernel import kernel
+from ods.tracker.observer.sensitivity import Four, Gain, Place
 
 NORTH, EAST, VELOCITY = 0, 1, 2
 """Rows of the state; two of VELOCITY."""
@@ -28,16 +28,6 @@ PROCESS_COLUMNS = 8
 
 LEAST_SHARE = 1e-14
 """Of a coordinate's variance at least this share is independent of the other's: rounding must not make it negative."""
-
-
-class Place(NamedTuple):
-    """North and east with their covariance."""
-
-    north: float
-    east: float
-    variance_north: float
-    variance_east: float
-    covariance_ne: float
 
 
 class Work(NamedTuple):
@@ -132,44 +122,55 @@ def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
 
 
 @kernel
-def update(s: Floats, i: int, measured: Place) -> float:
-    """Measurement update with a place whose variances are > 0.
+def update(s: Floats, i: int, innovation: tuple[float, float], noise: Place) -> Gain:
+    """Measurement update with the north and east of a place less those of the state; return how the states followed.
 
-    Returns the log of the probability density of that place beforehand, times 2 pi.
+    `noise`: only its variances, > 0, and its covariance count.
     """
-    north, east, mixed = measured.variance_north, measured.variance_east, measured.covariance_ne
+    north, east, mixed = noise.variance_north, noise.variance_east, noise.covariance_ne
     slope = mixed / north
     left = max(east - slope * mixed, LEAST_SHARE * east)
-    step = measured.north - s[NORTH, i]
+    first = _scalar(s, i, (1.0, 0.0), north)
     # Of east only that part is new which north does not say already: its noise is independent.
-    density: float = _scalar(s, i, (1.0, 0.0), step, north)
-    innovation = measured.east - s[EAST, i] - slope * (measured.north - s[NORTH, i])
-    density += _scalar(s, i, (s[entry(EAST, NORTH), i] - slope, 1.0), innovation, left)
-    return density
+    second = _scalar(s, i, (s[entry(EAST, NORTH), i] - slope, 1.0), left)
+    again = first[EAST] + slope * (1.0 - first[NORTH])
+    by_north = (
+        first[0] - again * second[0],
+        first[1] - again * second[1],
+        first[2] - again * second[2],
+        first[3] - again * second[3],
+    )
+    for row in range(STATE_ROWS):
+        s[row, i] += by_north[row] * innovation[0] + second[row] * innovation[1]
+    return Gain(by_north, second)
 
 
 @kernel
-def _scalar(s: Floats, i: int, f: tuple[float, float], innovation: float, noise: float) -> float:
-    """Take one number in, that is h' x with noise; f: L' h, which has no other entries.
-
-    Returns the log of its probability density beforehand, times sqrt(2 pi).
-    """
+def _scalar(s: Floats, i: int, f: tuple[float, float], noise: float) -> Four:
+    """Take one number in, that is h' x with noise; f: L' h, which has no other entries; return its gain."""
     f0, f1 = f
     v0, v1 = s[DIAGONAL + NORTH, i] * f0, s[DIAGONAL + EAST, i] * f1
     without = noise + f1 * v1
     whole = without + f0 * v0
     s[DIAGONAL + NORTH, i] *= without / whole
     s[DIAGONAL + EAST, i] *= noise / without
-    step = innovation / whole
-    s[NORTH, i] += v0 * step
-    for row in range(1, STATE_ROWS):
-        at = entry(row, NORTH)
-        by_east = v1 if row == EAST else v1 * s[at + 1, i]
-        by_north = v0 * s[at, i]
-        s[at, i] -= f0 / without * by_east
-        s[row, i] += (by_east + by_north) * step
-    density: float = -0.5 * (innovation * step + math.log(whole))
-    return density
+    share = f0 / without
+    return (
+        v0 / whole,
+        _follow(s, i, EAST, (v0, v1), share) / whole,
+        _follow(s, i, VELOCITY, (v0, v1), share) / whole,
+        _follow(s, i, VELOCITY + 1, (v0, v1), share) / whole,
+    )
+
+
+@kernel
+def _follow(s: Floats, i: int, row: int, v: tuple[float, float], share: float) -> float:
+    """Update a row of L in its first column; return by how much its state follows."""
+    at = entry(row, NORTH)
+    by_east = v[1] if row == EAST else v[1] * s[at + 1, i]
+    by_north: float = v[0] * s[at, i]
+    s[at, i] -= share * by_east
+    return by_east + by_north
 
 
 @kernel

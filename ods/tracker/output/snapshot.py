@@ -74,14 +74,16 @@ def snapshot_of(tracks: Tracks) -> Snapshot:
     """Return all confirmed objects of the live tracks."""
     history, (_, estimate) = tracks.history, tracks.told()
     velocity, velocity_variance = tracks.velocity()
+    variance = estimate.variance.copy()
+    variance[:2] += estimate.shared[:2]
     whole = Snapshot(
         history.id,
         history.state,
         estimate.position,
         velocity,
         np.maximum(estimate.radius, 0.0),
-        np.sqrt(estimate.variance),
-        estimate.covariance_ne,
+        np.sqrt(variance),
+        estimate.covariance_ne + estimate.shared[2],
         np.sqrt(np.maximum(velocity_variance, 0.0)),
         np.sqrt(estimate.radius_variance),
         tracks.existence,

@@ -37,7 +37,7 @@ def _refuse_absurd_filters(tracks: Tracks) -> None:
         raise ValueError("numbers that are none, or beyond all bounds")
     with np.errstate(all="ignore"):  # infinite ones, which only the odds of rest may be, spoil the moments
         (belief, estimate), (velocity, velocity_variance) = tracks.told(), tracks.velocity()
-        moments = [velocity, velocity_variance, *estimate[:2], np.stack(estimate[2:])]
+        moments = [velocity, velocity_variance, *estimate]
         limit = belief.variance[:, 0] * belief.variance[:, 1] * (1.0 + ROUNDING)
     if not all(np.isfinite(array).all() for array in moments) or not (belief.radius > -SMALLEST_RADIUS_M).all():
         raise ValueError("moments that are none")

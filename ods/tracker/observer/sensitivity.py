@@ -1,0 +1,198 @@
+"""What no number of pings averages away: the height that the fan does not resolve, and the bias of the pose.
+
+North and east follow from range and bearing only for a given height, and the bias of the yaw turns them about the
+vehicle. Both are the same at every ping. The filters of north and east are those for a given height, and beside them
+go the derivatives of what they estimate: by the height, by its square, by the yaw's standard deviation. A filter is
+linear in what is measured, so the derivative of its estimate is its answer to the derivative of the measurement: it is
+corrected with the same gain. Where the vehicle looks as before, both agree, and the height stays as unknown as it was;
+where it moved or turned they differ, and the innovation tells of the height: the separate-bias filter of
+B. Friedland, Treatment of bias in recursive filtering, IEEE Trans. Automatic Control 14(4), 1969, which gives what one
+large filter would. The yaw is only considered, not estimated (S. F. Schmidt, Application of state-space methods to
+navigation problems, Advances in Control Systems 3, 1966), as it is that of all objects.
+
+Tables are (hypotheses, UNSEEN, STATE, n): derivatives of north, east and their velocities.
+"""
+
+import math
+from typing import NamedTuple
+
+from ods.base.arrays import Floats
+from ods.compiled.kernel import kernel
+from ods.tracker.measurement.model import BEND, HEIGHT, UNSEEN, YAW, PositionMeasurement
+
+STATE = 4
+VELOCITY = 2
+"""First of the rows of the velocities."""
+FOURTH_MOMENT = 1.8
+"""Mean of the height's fourth power, from its middle, over the square of its variance: that of an even distribution."""
+
+Four = tuple[float, float, float, float]
+
+
+class Place(NamedTuple):
+    """North and east with their covariance."""
+
+    north: float
+    east: float
+    variance_north: float
+    variance_east: float
+    covariance_ne: float
+
+
+class Heights(NamedTuple):
+    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), at rest and moving."""
+
+    height: Floats
+    variance: Floats
+    step: Floats
+    """By which the height changed."""
+
+
+class Fix(NamedTuple):
+    """One measurement, as numbers: handing arrays from kernel to kernel costs more than all that is done with them."""
+
+    north: float
+    east: float
+    variance_north: float
+    variance_east: float
+    covariance_ne: float
+    lower: float
+    """The mean height less that which north and east are told for,"""
+    variance: float
+    """and its variance."""
+    by_height: tuple[float, float]
+    """Derivatives at the mean height,"""
+    bend: tuple[float, float]
+    by_yaw: tuple[float, float]
+
+
+class Gain(NamedTuple):
+    """Of a filter: by how much its four states follow an innovation."""
+
+    north: Four
+    east: Four
+
+
+class Innovation(NamedTuple):
+    """How a measurement differs from what a hypothesis expects, at its mean height."""
+
+    north: float
+    east: float
+    log_likelihood: float
+    """Log of the density of the measurement, times 2 pi."""
+    step: float
+    """What it says of the height: change of the mean,"""
+    variance: float
+    """and the variance then."""
+
+
+@kernel
+def lowered(table: Floats, h: int, i: int, step: float) -> Four:
+    """Return by how much the states change as the mean height does by `step`; the derivatives become those there."""
+    return (
+        _lowered(table, h, i, 0, step),
+        _lowered(table, h, i, 1, step),
+        _lowered(table, h, i, 2, step),
+        _lowered(table, h, i, 3, step),
+    )
+
+
+@kernel
+def _lowered(table: Floats, h: int, i: int, row: int, step: float) -> float:
+    slope, bend = table[h, HEIGHT, row, i], table[h, BEND, row, i]
+    table[h, HEIGHT, row, i] = slope + 2.0 * bend * step
+    moved: float = (slope + bend * step) * step
+    return moved
+
+
+@kernel
+def carry_on(table: Floats, h: int, i: int, dt: float) -> None:
+    """Time update: places change by the velocities."""
+    for c in range(UNSEEN):
+        table[h, c, 0, i] += dt * table[h, c, VELOCITY, i]
+        table[h, c, 1, i] += dt * table[h, c, VELOCITY + 1, i]
+
+
+@kernel
+def fix_of(measured: PositionMeasurement, k: int, height: float, variance: float) -> Fix:
+    """Return measurement k for an object of that mean height and variance, north and east at that height."""
+    told, lower = measured.sensitivity, height - measured.height[k]
+    bend_n, bend_e = told[BEND, 0, k], told[BEND, 1, k]
+    return Fix(
+        measured.position[0, k] + (told[HEIGHT, 0, k] + bend_n * lower) * lower,
+        measured.position[1, k] + (told[HEIGHT, 1, k] + bend_e * lower) * lower,
+        measured.variance_north[k],
+        measured.variance_east[k],
+        measured.covariance_ne[k],
+        lower,
+        variance,
+        (told[HEIGHT, 0, k] + 2.0 * bend_n * lower, told[HEIGHT, 1, k] + 2.0 * bend_e * lower),
+        (bend_n, bend_e),
+        (told[YAW, 0, k], told[YAW, 1, k]),
+    )
+
+
+@kernel
+def correct(table: Floats, h: int, i: int, gain: Gain, fix: Fix) -> None:
+    """Correct the derivatives as the filter corrects its states."""
+    _follow(table, h, HEIGHT, i, gain, fix.by_height)
+    _follow(table, h, BEND, i, gain, fix.bend)
+    _follow(table, h, YAW, i, gain, fix.by_yaw)
+
+
+@kernel
+def _follow(table: Floats, h: int, c: int, i: int, gain: Gain, told: tuple[float, float]) -> None:
+    north, east = told[0] - table[h, c, 0, i], told[1] - table[h, c, 1, i]
+    for row in range(STATE):
+        table[h, c, row, i] += gain.north[row] * north + gain.east[row] * east
+
+
+@kernel
+def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovation:
+    """Compare a measurement with hypothesis h, whose `place` is that at its mean height."""
+    north, east = fix.north - place.north, fix.east - place.east
+    # The place is the same by both: what is unseen moves the measurement less than the estimate by this.
+    by_n, by_e = table[h, HEIGHT, 0, i] - fix.by_height[0], table[h, HEIGHT, 1, i] - fix.by_height[1]
+    bend_n, bend_e = table[h, BEND, 0, i] - fix.bend[0], table[h, BEND, 1, i] - fix.bend[1]
+    yaw_n, yaw_e = table[h, YAW, 0, i] - fix.by_yaw[0], table[h, YAW, 1, i] - fix.by_yaw[1]
+    spread, bent = parameter_variance(HEIGHT, fix.variance), parameter_variance(BEND, fix.variance)
+    shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + yaw_n * yaw_n
+    shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + yaw_e * yaw_e
+    shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + yaw_n * yaw_e
+    s_nn = place.variance_north + fix.variance_north + shared_nn
+    s_ee = place.variance_east + fix.variance_east + shared_ee
+    s_ne = place.covariance_ne + fix.covariance_ne + shared_ne
+    determinant = s_nn * s_ee - s_ne**2
+    whitened_north = (s_ee * north - s_ne * east) / determinant
+    whitened_east = (s_nn * east - s_ne * north) / determinant
+    told = (s_ee * by_n**2 - 2.0 * s_ne * by_n * by_e + s_nn * by_e**2) / determinant
+    return Innovation(
+        north,
+        east,
+        -0.5 * (north * whitened_north + east * whitened_east + math.log(determinant)),
+        fix.variance * (by_n * whitened_north + by_e * whitened_east),
+        fix.variance * max(1.0 - fix.variance * told, 0.0),
+    )
+
+
+@kernel
+def parameter_variance(c: int, height_variance: float) -> float:
+    """Return the mean square of what is unseen, in the units of the derivatives."""
+    if c == HEIGHT:
+        return height_variance
+    if c == BEND:
+        return FOURTH_MOMENT * height_variance**2
+    return 1.0
+
+
+@kernel
+def shared(table: Floats, h: int, i: int, row: int, height_variance: float) -> tuple[float, float, float]:
+    """Return what all pings share of states `row` and `row` + 1: both variances and their covariance."""
+    nn, ee, ne = 0.0, 0.0, 0.0
+    for c in range(UNSEEN):
+        north, east = table[h, c, row, i], table[h, c, row + 1, i]
+        spread = parameter_variance(c, height_variance)
+        nn += spread * north * north
+        ee += spread * east * east
+        ne += spread * north * east
+    return nn, ee, ne
