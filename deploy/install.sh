@@ -115,8 +115,8 @@ install_units() {
     udevadm control --reload
     sysctl --quiet --load=/etc/sysctl.d/90-ods.conf || true # a container may not
     if [ -n "$there" ]; then
-        systemctl try-restart 'ods@*.service'
-        say "$version in $PREFIX: what ran was restarted"
+        systemctl --no-block try-restart 'ods@*.service' # not to wait for a sonar that is off
+        say "$version in $PREFIX: what ran is restarted"
         return
     fi
     say "$version in $PREFIX starts with the computer, or now: systemctl start ods.target"
