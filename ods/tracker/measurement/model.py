@@ -11,7 +11,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled.kernel import kernel
-from ods.tracker.measurement.scan import Echoes, EchoRows, Vehicle, echo_rows
+from ods.tracker.measurement.scan import Echoes, Vehicle, echo_rows
 from ods.tracker.named import Named
 
 Three = tuple[float, float, float]
@@ -238,14 +238,14 @@ class Curve(NamedTuple):
 
 
 @kernel
-def curve_at(place: Three, bearing: float, rotation: Floats) -> Curve:
-    """Return how the horizontal place changes at `place` from the sonar, NED.
+def curve_at(place: Three, bearing: tuple[float, float], rotation: Floats) -> Curve:
+    """Return how the horizontal place changes at `place` from the sonar, NED; bearing: its sine and cosine.
 
     |place| is the range, and place . n = 0, n the normal of the half-plane of the bearing. Both hold at every height;
     that the first is a square bends the curve.
     """
     x, y, z = place
-    sine, cosine = math.sin(bearing), math.cos(bearing)
+    sine, cosine = bearing
     n_n = cosine * rotation[0, 1] - sine * rotation[0, 0]
     n_e = cosine * rotation[1, 1] - sine * rotation[1, 0]
     n_d = cosine * rotation[2, 1] - sine * rotation[2, 0]
@@ -277,21 +277,10 @@ class Aim(NamedTuple):
 
 
 @kernel
-def _aim(echoes: EchoRows, predicted: PredictedMeasurement, j: int, half_vertical: float, yaw: float) -> Aim:
-    """Return where echo j is taken in: where its object should be; a new one, at the echo itself."""
-    middle = echoes.elevation[j]
-    if len(predicted.range_m) == 0:
-        across = (echoes.range_m[j] * math.cos(middle)) ** 2 * (echoes.sigma_bearing[j] ** 2 + yaw**2)
-        return Aim(echoes.range_m[j], echoes.bearing[j], middle, across)
-    elevation = min(max(predicted.elevation[j], middle - half_vertical), middle + half_vertical)
-    return Aim(predicted.range_m[j], predicted.bearing[j], elevation, predicted.across[j])
-
-
-@kernel
-def _from_sonar(distance: float, bearing: float, elevation: float, rotation: Floats) -> Three:
-    """Return a place relative to the sonar, NED."""
+def _from_sonar(distance: float, bearing: tuple[float, float], elevation: float, rotation: Floats) -> Three:
+    """Return a place relative to the sonar, NED; bearing: its sine and cosine."""
     in_plane, below = distance * math.cos(elevation), -distance * math.sin(elevation)
-    ahead, right = in_plane * math.cos(bearing), in_plane * math.sin(bearing)
+    ahead, right = in_plane * bearing[1], in_plane * bearing[0]
     return (
         rotation[0, 0] * ahead + rotation[0, 1] * right + rotation[0, 2] * below,
         rotation[1, 0] * ahead + rotation[1, 1] * right + rotation[1, 2] * below,
@@ -309,24 +298,33 @@ def _position_measurement(
     tilt = max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
     position, rest, sensitivity = np.empty((3, m)), np.empty((7, m)), np.empty((UNSEEN, 2, m))
     variance_north, variance_east, covariance_ne, half_height, radius, radius_variance, height = rest
+    opening = math.sin(half_vertical) * abs(rotation[2, 2])
+    is_new = predicted_table.shape[1] == 0
     for j in range(m):
-        aim = _aim(echoes, predicted, j, half_vertical, yaw)
-        x, y, z = _from_sonar(aim.range_m, aim.bearing, aim.elevation, rotation)
-        curve = curve_at((x, y, z), aim.bearing, rotation)
+        distance, bearing, level = echoes.range_m[j], echoes.bearing[j], echoes.elevation[j]
+        if is_new:  # its echo is where it is
+            across = (distance * math.cos(level)) ** 2 * (echoes.sigma_bearing[j] ** 2 + yaw**2)
+            aim = Aim(distance, bearing, level, across)
+        else:
+            elevation = min(max(predicted.elevation[j], level - half_vertical), level + half_vertical)
+            aim = Aim(predicted.range_m[j], predicted.bearing[j], elevation, predicted.across[j])
+        turned = math.sin(aim.bearing), math.cos(aim.bearing)
+        x, y, z = _from_sonar(aim.range_m, turned, aim.elevation, rotation)
+        curve = curve_at((x, y, z), turned, rotation)
         longer = 0.5 * min(aim.across, MOST_BENT * aim.range_m**2) / aim.range_m
-        farther, aside = echoes.range_m[j] - aim.range_m - longer, wrapped(echoes.bearing[j] - aim.bearing)
+        farther, aside = distance - aim.range_m - longer, wrapped(bearing - aim.bearing)
         s_range, s_bearing = echoes.sigma_range[j] ** 2 + 2.0 * longer**2, echoes.sigma_bearing[j] ** 2 + yaw**2
         along_n, along_e = curve.per_range
         across_n, across_e = curve.per_bearing
         position[0, j] = vehicle.position[0] + x + along_n * farther + across_n * aside
         position[1, j] = vehicle.position[1] + y + along_e * farther + across_e * aside
         # The height measured is that of the fan's middle, wherever in the fan the object is.
-        middle = _from_sonar(aim.range_m, aim.bearing, echoes.elevation[j], rotation)
+        middle = _from_sonar(aim.range_m, turned, level, rotation)
         position[2, j] = vehicle.position[2] + middle[2]
         variance_north[j] = along_n**2 * s_range + across_n**2 * s_bearing + vehicle.sigma_position[0] ** 2
         variance_east[j] = along_e**2 * s_range + across_e**2 * s_bearing + vehicle.sigma_position[1] ** 2
         covariance_ne[j] = along_n * along_e * s_range + across_n * across_e * s_bearing
-        fan = aim.range_m * math.sin(half_vertical) * abs(rotation[2, 2])
+        fan = aim.range_m * opening
         half_height[j] = fan + vehicle.sigma_position[2] + math.hypot(x, y) * tilt
         radius[j], radius_variance[j] = echoes.radius[j], echoes.sigma_radius[j] ** 2
         height[j] = vehicle.position[2] + z

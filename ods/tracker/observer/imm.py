@@ -243,6 +243,8 @@ class Scratch(NamedTuple):
 
     old: Floats
     old_unseen: Floats
+    before: Floats
+    """Shares of the models."""
     work: Work
 
 
@@ -252,6 +254,7 @@ def scratch_for(models: int) -> Scratch:
     return Scratch(
         np.empty((models, FACTORS, 1)),
         np.empty((models, UNSEEN, STATE)),
+        np.empty(models),
         ud_filter.work_space((STATE_ROWS + 1) * models),
     )
 
@@ -259,15 +262,11 @@ def scratch_for(models: int) -> Scratch:
 @kernel
 def interact(s: Floats, share: Floats, unseen: Floats, i: int, usual: Floats, stay: float, scratch: Scratch) -> None:
     """Let the models of an object exchange states: with probability `stay` it goes on as before, else as `usual`."""
-    old, old_unseen, work = scratch
+    old, old_unseen, before, work = scratch
     models = len(share)
-    before = share[:, i].copy()
-    old[:, :, 0] = s[1:, :, i]
-    old_unseen[:] = unseen[1:, :, :, i]
+    _lay_aside(s, share, unseen, i, scratch)
     for to in range(models):
         share[to, i] = stay * before[to] + (1.0 - stay) * usual[to]
-        s[1 + to, :STATE_ROWS, i] = 0.0
-        unseen[1 + to, :, :, i] = 0.0
         for m in range(models):
             came = before[m] * ((1.0 - stay) * usual[to] + (stay if m == to else 0.0)) / share[to, i]
             work.weight[STATE_ROWS * models + m] = came
@@ -280,6 +279,20 @@ def interact(s: Floats, share: Floats, unseen: Floats, i: int, usual: Floats, st
             for row in range(STATE_ROWS):
                 work.column[row, STATE_ROWS * models + m] = old[m, row, 0] - s[1 + to, row, i]
         ud_filter.triangular(s[1 + to], i, work, (STATE_ROWS + 1) * models)
+
+
+@kernel
+def _lay_aside(s: Floats, share: Floats, unseen: Floats, i: int, scratch: Scratch) -> None:
+    """Move the models of an object to the scratch, states and derivatives; number by number: slices cost more."""
+    for m in range(len(share)):
+        scratch.before[m] = share[m, i]
+        for row in range(FACTORS):
+            scratch.old[m, row, 0] = s[1 + m, row, i]
+        for row in range(STATE_ROWS):
+            s[1 + m, row, i] = 0.0
+            for c in range(UNSEEN):
+                scratch.old_unseen[m, c, row] = unseen[1 + m, c, row, i]
+                unseen[1 + m, c, row, i] = 0.0
 
 
 @kernel

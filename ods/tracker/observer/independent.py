@@ -66,6 +66,11 @@ MOST_ALIKE = 1.0 - 1e-9
 """Largest correlation of two errors that is kept."""
 POSITIONS, VARIANCES = slice(0, 2), slice(2, 4)
 """The fields above for both hypotheses, RESTING and MOVING."""
+PLACE, SPREAD, SPEED, SLOPE, RESIDUAL = 0, 2, 4, 5, 6
+"""Rows of `IndependentState`; of PLACE and SPREAD, the variance, that of hypothesis h is h further. By number, as what
+is called for each object would take longer to name all rows than to do its work."""
+NORTH_SPEED, EAST_SPEED, SPEEDS = 2, 3, 4
+"""Rows of `Together`, of which the first two are of the places by both hypotheses."""
 
 
 _Tables = tuple[Floats, Floats, Floats]
@@ -164,7 +169,7 @@ def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise
     s, c = _rows(table), _together_rows(together)
     for i in range(table.shape[2]):
         for axis in range(2):
-            moved = axis_kalman.predict(_moving(s, axis, i), dt, acceleration_noise)
+            moved = axis_kalman.predict(_moving(table, axis, i), dt, acceleration_noise)
             s.position[axis, i], s.variance[axis, i] = moved.position, moved.variance
             s.slope[axis, i], s.residual[axis, i] = moved.slope, moved.residual
             s.place_variance[axis, i] += static_noise * dt
@@ -176,10 +181,14 @@ def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise
 
 
 @kernel
-def _moving(s: IndependentState, axis: int, i: int) -> AxisState:
+def _moving(table: Floats, axis: int, i: int) -> AxisState:
     """Return one axis of object i if it moves."""
     return AxisState(
-        s.position[axis, i], s.velocity[axis, i], s.variance[axis, i], s.slope[axis, i], s.residual[axis, i]
+        table[PLACE + MOVING, axis, i],
+        table[SPEED, axis, i],
+        table[SPREAD + MOVING, axis, i],
+        table[SLOPE, axis, i],
+        table[RESIDUAL, axis, i],
     )
 
 
@@ -216,22 +225,22 @@ def _update(
 @kernel
 def _shift(table: Floats, h: int, i: int, by: Four) -> None:
     """Change the states of a hypothesis."""
-    s = _rows(table)
     for axis in range(2):
-        if h == RESTING:
-            s.place[axis, i] += by[axis]
-        else:
-            s.position[axis, i] += by[axis]
-            s.velocity[axis, i] += by[VELOCITY + axis]
+        table[PLACE + h, axis, i] += by[axis]
+        if h == MOVING:
+            table[SPEED, axis, i] += by[VELOCITY + axis]
 
 
 @kernel
 def _place(table: Floats, together: Floats, h: int, i: int) -> Place:
     """Return where an object is by a hypothesis."""
-    s, c = _rows(table), _together_rows(together)
-    if h == RESTING:
-        return Place(s.place[0, i], s.place[1, i], s.place_variance[0, i], s.place_variance[1, i], c.place[i])
-    return Place(s.position[0, i], s.position[1, i], s.variance[0, i], s.variance[1, i], c.position[i])
+    return Place(
+        table[PLACE + h, 0, i],
+        table[PLACE + h, 1, i],
+        table[SPREAD + h, 0, i],
+        table[SPREAD + h, 1, i],
+        together[PLACE + h, i],
+    )
 
 
 @kernel
@@ -243,19 +252,16 @@ def _correct(table: Floats, h: int, i: int, told: Innovation, fix: Fix) -> Gain:
 
 
 @kernel
-def _correct_together(table: Floats, together: Floats, h: int, i: int, gain: Gain, noise: float) -> None:
-    """Correct the covariances of a hypothesis whose filters were corrected; `noise`: covariance of the measurement."""
-    s, c = _rows(table), _together_rows(together)
+def _correct_together(table: Floats, c: Floats, h: int, i: int, gain: Gain, noise: float) -> None:
+    """Correct the covariances `c` of a hypothesis whose filters were corrected; `noise`: that of the measurement."""
     n, e, nv, ev = gain.north[0], gain.east[1], gain.north[2], gain.east[3]
-    if h == RESTING:
-        left = (1.0 - n) * (1.0 - e) * c.place[i] + n * e * noise
-        c.place[i] = _possible(left, s.place_variance[0, i], s.place_variance[1, i])
-        return
-    both = c.position[i]
-    c.velocity[i] += nv * ev * (both + noise) - nv * c.east_velocity[i] - ev * c.north_velocity[i]
-    c.north_velocity[i] = (1.0 - e) * (c.north_velocity[i] - nv * both) + nv * e * noise
-    c.east_velocity[i] = (1.0 - n) * (c.east_velocity[i] - ev * both) + n * ev * noise
-    c.position[i] = _possible((1.0 - n) * (1.0 - e) * both + n * e * noise, s.variance[0, i], s.variance[1, i])
+    both = c[PLACE + h, i]
+    left = (1.0 - n) * (1.0 - e) * both + n * e * noise
+    c[PLACE + h, i] = _possible(left, table[SPREAD + h, 0, i], table[SPREAD + h, 1, i])
+    if h == MOVING:
+        c[SPEEDS, i] += nv * ev * (both + noise) - nv * c[EAST_SPEED, i] - ev * c[NORTH_SPEED, i]
+        c[NORTH_SPEED, i] = (1.0 - e) * (c[NORTH_SPEED, i] - nv * both) + nv * e * noise
+        c[EAST_SPEED, i] = (1.0 - n) * (c[EAST_SPEED, i] - ev * both) + n * ev * noise
 
 
 @kernel
@@ -268,15 +274,16 @@ def _possible(covariance: float, north: float, east: float) -> float:
 @kernel
 def _correct_axis(table: Floats, h: int, axis: int, i: int, step: float, noise: float) -> tuple[float, float]:
     """Correct one axis; return by how much position and velocity follow."""
-    s = _rows(table)
     if h == RESTING:
-        place = s.place[axis, i]
-        s.place[axis, i], s.place_variance[axis, i] = axis_kalman.update_constant(
-            place, s.place_variance[axis, i], place + step, noise
+        place = table[PLACE, axis, i]
+        table[PLACE, axis, i], table[SPREAD, axis, i] = axis_kalman.update_constant(
+            place, table[SPREAD, axis, i], place + step, noise
         )
-        return s.place_variance[axis, i] / noise, 0.0
-    moved = axis_kalman.update(_moving(s, axis, i), s.position[axis, i] + step, noise)
-    s.position[axis, i], s.velocity[axis, i], s.variance[axis, i] = moved.position, moved.velocity, moved.variance
+        return table[SPREAD, axis, i] / noise, 0.0
+    before = _moving(table, axis, i)
+    moved = axis_kalman.update(before, before.position + step, noise)
+    table[PLACE + MOVING, axis, i], table[SPEED, axis, i] = moved.position, moved.velocity
+    table[SPREAD + MOVING, axis, i] = moved.variance
     return moved.variance / noise, moved.slope * (moved.variance / noise)
 
 
