@@ -299,7 +299,7 @@ def test_listening_tells_a_slow_message_an_emergency_and_a_rate_that_is_too_low(
     assert "a pose needs all of them" in slow.text
     wrong = [item.text for item in found if item.level == "wrong"]
     assert "the tracker bridges 0.3 s" in wrong[0]
-    assert "8110" in wrong[1]
+    assert any("8110" in text for text in wrong[1:])
 
 
 def test_an_adapter_that_holds_bytes_back_is_noted(tmp_path: Path) -> None:

@@ -106,7 +106,7 @@ def test_a_level_that_stays_low_for_long_becomes_the_level() -> None:
     sonar.watch(steady(35.0, 5.0))
     sonar.period_s = 1.0
     shares = [seen.share for seen in sonar.watch(iter([20.0] * 500))]
-    assert shares[0] == 1.0
+    assert shares[0] > 0.8  # a fall of 15 dB is no more than what it takes
     assert shares[60] == 1.0
     assert shares[-1] == 0.0
 

@@ -181,7 +181,8 @@ def test_round_trip(
     assert struct.pack("<I", record_type) in wire
     (back,), counters = link([wire])
     assert frame_of(back).tolist() == frame_of(ping).tolist()
-    same = [name for name in Ping.__struct_fields__ if name not in ("seq", "t_rx_ns", "data")]
+    same = [name for name in Ping.__struct_fields__ if name not in ("seq", "t_rx_ns", "data", "setting")]
+    assert back.setting == "power 0 dB, gain 0 dB"
     assert [getattr(back, name) for name in same] == [getattr(ping, name) for name in same]
     assert counters == {"records": 3, "pings": 1}
 

@@ -146,7 +146,7 @@ def test_any_echo_of_any_head_is_where_it_should_be(
     vehicle = vehicle_at(head.position_ned, head.attitude, head.sigma_position, head.sigma_attitude)
     assert vehicle is not None
     distance_m, bearing, elevation = echo
-    told = Detection(distance_m, bearing, 0.5, 9.0, 9.0, 9.0, 9, 1.0, 0.1, 0.1, 0.01, 0.1, elevation_rad=elevation)
+    told = Detection(distance_m, bearing, 0.5, 9.0, 9.0, 9.0, 9, 1.0, 0.1, 0.1, 1e-4, 0.1, elevation_rad=elevation)
     found = position_measurement(echoes_of(echo_table_of([told]))[0], vehicle, 0.2).position[:, 0]
     np.testing.assert_allclose(found, in_world(settings, distance_m, bearing, elevation, body), atol=1e-3)
 

@@ -45,7 +45,8 @@ def test_the_real_recording_live_and_from_its_file() -> None:
     recorded = open_pings(OCULUS).pings
     assert len(live) == 3
     for came, read in zip(live, recorded, strict=True):
-        times = {"t_ns": 0, "t_rx_ns": 0, "utc_ns": 0}
+        assert came.setting == "mode 2, gain 50 %, gamma 127"
+        times = {"t_ns": 0, "t_rx_ns": 0, "utc_ns": 0, "setting": ""}
         assert msgspec.structs.replace(came, **times) == msgspec.structs.replace(read, **times)
     assert +protocol.counters == {"records": 3, "pings": 3, "no_device_time": 3}
 
