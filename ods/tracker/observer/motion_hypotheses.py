@@ -218,7 +218,8 @@ class StaticOrMovingObserver:
         """Take one measurement an object, `since_s` after its last one."""
         heights = Heights(*_in_fan(self._table.table, rows, measured.position[2], measured.half_height))
         learned = self._horizontal.update(rows, measured, since_s, heights)
-        disproved = _update(self._table.table, rows, measured, heights, learned, since_s, self._settings.change_rate)
+        seen = measured.radius, measured.radius_variance, measured.pose_variance
+        disproved = _update(self._table.table, rows, seen, heights, learned, since_s, self._settings.change_rate)
         if len(disproved):
             self._horizontal.rest_there(disproved)
 
@@ -367,14 +368,18 @@ def _into_fan(told: Floats, g: int, k: int, height: float, variance: float, midd
 def _update(
     table: Floats,
     rows: Indices,
-    measured: PositionMeasurement,
+    seen: tuple[Floats, Floats, Floats],
     heights: Heights,
     learned: Learned,
     since_s: Floats,
     change_rate: float,
 ) -> Indices:
-    """Update height, radius and log-odds of `rows`; return those whose static hypothesis has to start anew."""
+    """Update height, radius and log-odds of `rows`; return those whose static hypothesis has to start anew.
+
+    `seen`: radius, radius_variance and pose_variance of `PositionMeasurement`, whose other arrays would only cost time.
+    """
     s = _rows(table)
+    radius, radius_variance, pose_variance = seen
     disproved, count = np.empty(len(rows), np.intp), 0
     for k, i in enumerate(rows):
         static = _static(s.odds[i])
@@ -385,9 +390,9 @@ def _update(
         s.climb[i] += s.slope[i] * (heights.step[1, k] + learned.step[1, k])
         s.rest_height_variance[i] = max(learned.variance[RESTING, k], LEAST_VARIANCE)
         s.height_variance[i] = max(learned.variance[1, k], LEAST_VARIANCE)
-        s.pose_north[i], s.pose_east[i] = measured.pose_variance
+        s.pose_north[i], s.pose_east[i] = pose_variance
         s.radius[i], s.radius_variance[i] = axis_kalman.update_constant(
-            s.radius[i], s.radius_variance[i], measured.radius[k], measured.radius_variance[k]
+            s.radius[i], s.radius_variance[i], radius[k], radius_variance[k]
         )
         if odds < DISPROVED:
             s.rest_height[i], s.rest_height_variance[i] = s.height[i], s.height_variance[i]
