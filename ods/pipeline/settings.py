@@ -14,6 +14,7 @@ from ods.runtime.pose_buffer import PoseSettings
 StageTable = dict[str, Any]
 
 DEFAULT_STAGES: tuple[StageTable, ...] = (
+    {"use": "equalize.beam_gain"},
     {"use": "equalize.mean_range"},
     {"use": "equalize.local"},
     {"use": "filter.fir", "round_beams": 1.0},

@@ -21,18 +21,19 @@ def warm_up(settings: PipelineSettings) -> None:
 
     Raises StageError.
     Half of the pings begin before the least range, so that their near end is cut off: other memory layouts, other code.
+    Half have a beam that is louder than the others, whose gain then is not 1.
     Of each geometry there are enough for all phases of attention and for stages that compare pings.
     """
     dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
     phases = settings.attention.every if settings.attention.near_m > 0.0 else 1
-    chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
     zeros = (0.0, 0.0, 0.0)
     kinds = list(product(get_args(SampleType), get_args(Scale)))
-    for range0_m in (settings.min_range_m - 0.5, settings.min_range_m + 0.5):
+    for gain, range0_m in product((1, 3), (settings.min_range_m - 0.5, settings.min_range_m + 0.5)):
+        chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
         for number, (dtype, scale) in enumerate(kinds):
             for phase in range(2 * (phases if number else max(phases, _PINGS))):
                 pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
-                ping = made_up_ping(dtype, scale, range0_m, dr_m)
+                ping = made_up_ping(dtype, scale, range0_m, dr_m, gain)
                 chain.process(lossy(ping) if phase // phases % 2 else ping, pose=pose)
 
 
@@ -44,9 +45,10 @@ def lossy(ping: Ping) -> Ping:
     return msgspec.structs.replace(ping, data=frame.tobytes(), no_data=no_data)
 
 
-def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float) -> Ping:
-    """Return a small ping of speckle and some echoes."""
+def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float, gain: int = 1) -> Ping:
+    """Return a small ping of speckle and some echoes, one beam of which is `gain` times as loud."""
     frame = np.random.default_rng(0).rayleigh(10.0, (_BEAMS, _SAMPLES))
+    frame[20] *= gain
     frame[30:34, 100::100] = 200.0
     return Ping(
         seq=0,

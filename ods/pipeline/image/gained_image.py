@@ -17,7 +17,7 @@ from ods.pipeline.image.padding import mirror_ends
 class GainedImage(NamedTuple):
     """An image of (beams, samples) amplitudes: (cells[b, first + j] + offset) * gain at b, j.
 
-    The gain of beam b is that of row `above[b]`, moved by `share[b]` towards the next row's.
+    The gain of beam b is `of_beam[b]` times that of row `above[b]`, moved by `share[b]` towards the next row's.
     """
 
     cells: AnyArray
@@ -30,6 +30,8 @@ class GainedImage(NamedTuple):
     """(beams,)."""
     share: Floats32
     """(beams,) 0 to 1; 0 for the last row."""
+    of_beam: Floats32
+    """(beams,)."""
     plain: bool = True
     """The gain is 1 everywhere."""
 
@@ -40,22 +42,27 @@ class GainedImage(NamedTuple):
 
     def with_cells(self, cells: AnyArray, first: int, offset: np.float32) -> "GainedImage":
         """Return the gain with other cells."""
-        return GainedImage(cells, first, offset, self.gain, self.above, self.share, self.plain)
+        return GainedImage(cells, first, offset, self.gain, self.above, self.share, self.of_beam, self.plain)
 
     def with_column_gain(self, gain: Image) -> "GainedImage":
         """Return the image with gain, (1, samples); that of before is part of it."""
-        return GainedImage(self.cells, self.first, self.offset, gain, self.above, self.share, False)
+        return GainedImage(self.cells, self.first, self.offset, gain, self.above, self.share, self.of_beam, False)
+
+    def with_beam_gain(self, of_beam: Floats32) -> "GainedImage":
+        """Return the image with each beam multiplied by of_beam, (beams,), besides."""
+        factor = self.of_beam * of_beam
+        return GainedImage(self.cells, self.first, self.offset, self.gain, self.above, self.share, factor, False)
 
     def with_gain(self, gain: Image, above: Ints, share: Floats32) -> "GainedImage":
         """Return the image with gain, (rows, samples); that of before is part of it."""
-        return GainedImage(self.cells, self.first, self.offset, gain, above, share, False)
+        return GainedImage(self.cells, self.first, self.offset, gain, above, share, self.of_beam, False)
 
 
 def of_gain_1(image: Image) -> GainedImage:
     """Return an image of (beams, samples) amplitudes as one of gain 1."""
     beams, samples = image.shape
-    gain = np.ones((1, samples), np.float32)
-    return GainedImage(image, 0, np.float32(0.0), gain, np.zeros(beams, np.int64), np.zeros(beams, np.float32))
+    gain, of_beam = np.ones((1, samples), np.float32), np.ones(beams, np.float32)
+    return GainedImage(image, 0, np.float32(0.0), gain, np.zeros(beams, np.int64), np.zeros(beams, np.float32), of_beam)
 
 
 def applied(image: GainedImage) -> Image:
@@ -76,14 +83,14 @@ def write_image(image: GainedImage, out: Image) -> None:
 def load_row(image: GainedImage, beam: int, out: Floats32) -> None:
     """Fill out (samples,) with one beam's amplitudes."""
     source, offset = image.cells[beam, image.first :], image.offset
-    near, weight = image.gain[image.above[beam]], image.share[beam]
+    near, weight, factor = image.gain[image.above[beam]], image.share[beam], image.of_beam[beam]
     if weight == np.float32(0.0):
         for j in range(out.size):
-            out[j] = (np.float32(source[j]) + offset) * near[j]
+            out[j] = (np.float32(source[j]) + offset) * factor * near[j]
     else:
         far = image.gain[image.above[beam] + 1]
         for j in range(out.size):
-            out[j] = (np.float32(source[j]) + offset) * (near[j] + weight * (far[j] - near[j]))
+            out[j] = (np.float32(source[j]) + offset) * factor * (near[j] + weight * (far[j] - near[j]))
 
 
 @kernel

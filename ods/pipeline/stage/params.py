@@ -122,7 +122,7 @@ class MinObjectParams(Settings, frozen=True):
 class BeamGainParams(Settings, frozen=True):
     """equalize.beam_gain: bring the beams to one level."""
 
-    limit: Annotated[float, msgspec.Meta(ge=1.0)] = 4.0
+    limit: Annotated[float, msgspec.Meta(ge=1.0)] = 30.0
     """Factor by which a beam is raised or lowered at most."""
 
 
