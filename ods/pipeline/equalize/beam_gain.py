@@ -33,17 +33,18 @@ def beam_gain(params: BeamGainParams, fan: Fan) -> GainStep:
     louder than in the typical beam, by what the least of those is; likewise dark, but then the two nearest parts must
     be dark, too. So an object counts for nothing unless it fills a beam from near to far, nor does the shadow behind
     one. Gains go up to a factor of `limit`; an image without any is passed on as it is. The first image is measured,
-    and every sixteenth from there on.
+    every sixteenth from there on, and the first one of another type of samples.
     """
     beams, samples = fan.shape
     means = np.empty((max(1, min(_PARTS, samples // _SHORTEST)), beams), np.float32)
     gain = np.empty(beams, np.float32)
-
     count, differs = 0, False
+    kind: np.dtype[np.generic] = np.dtype(np.void)
 
     def step(image: GainedImage) -> GainedImage:
-        nonlocal count, differs
-        if count % _EVERY == 0:
+        nonlocal count, differs, kind
+        if count % _EVERY == 0 or image.cells.dtype != kind:
+            kind = image.cells.dtype
             part_means(image, means)
             differs = gains_of_beams(means, np.float32(params.limit), gain)
         count += 1
