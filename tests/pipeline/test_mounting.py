@@ -22,6 +22,7 @@ class ChainOverPings:
     """Notes the poses that it is given."""
 
     over_pings = True
+    geometry_changes = 0
     poses: list[PoseEstimate]
 
     def __init__(self, _settings: PipelineSettings) -> None:
