@@ -22,7 +22,7 @@ def test_s7k_round_trip_with_foreign_records_and_a_cut_off_end(tmp_path: Path) -
     assert data[4:8] == b"\xff\xff\x00\x00"
     path.write_bytes(data + encode_record(1003, bytes(37), UTC_NS, DeviceId(100)))
     sequence = open_pings(path)
-    assert [same_but(a, b, "t_rx_ns") for a, b in zip(sequence.pings, pings[:3], strict=True)] == [True] * 3
+    assert [same_but(a, b, "t_rx_ns", "setting") for a, b in zip(sequence.pings, pings[:3], strict=True)] == [True] * 3
     assert sequence.losses["bad_checksum"] == 1
     assert sequence.losses["other_records"] == 2
     assert sequence.timed
