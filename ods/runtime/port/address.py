@@ -1,4 +1,4 @@
-"""Where the sonar is: a serial device, or a TCP address written as a URL."""
+"""Where a device is: a serial device, or a network address written as a URL."""
 
 import ipaddress
 from typing import Literal, NamedTuple
@@ -28,13 +28,19 @@ def tcp_address(port: str) -> TcpAddress | None:
     transport = _URL_TRANSPORTS.get(url.scheme)
     if transport is None:
         raise ValueError(f"port: {port}: neither a device nor an address {example}")
+    return TcpAddress(*host_and_number(port, example), transport)
+
+
+def host_and_number(port: str, example: str) -> tuple[str, int]:
+    """Return the IP address and the port number of a URL. Raises ValueError, one line that ends with the `example`."""
+    url = urlsplit(port)
     try:
         host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
     except ValueError:
-        raise ValueError(f"port: {port}: needs an IP address, {example}: looking up a name would block") from None
+        raise ValueError(f"port: {port}: needs an IP address (looking up a name would block), {example}") from None
     if not number:
         raise ValueError(f"port: {port}: needs a port number, {example}")
-    return TcpAddress(host, number, transport)
+    return host, number
 
 
 def transport_of(port: str) -> Transport:

@@ -7,6 +7,7 @@ from collections import Counter
 from typing import NamedTuple
 from urllib.parse import urlsplit
 
+from ods.runtime.port.address import host_and_number
 from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
 
 EXAMPLE = 'such as "udp://0.0.0.0:10110"'
@@ -22,16 +23,7 @@ class UdpAddress(NamedTuple):
 
 def udp_address(port: str) -> UdpAddress | None:
     """Return the address of a `port` setting, None when it is no udp:// one. Raises ValueError, one line."""
-    url = urlsplit(port)
-    if url.scheme != "udp":
-        return None
-    try:
-        host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
-    except ValueError:
-        raise ValueError(f"port: {port}: needs an IP address, {EXAMPLE}") from None
-    if not number:
-        raise ValueError(f"port: {port}: needs a port number, {EXAMPLE}")
-    return UdpAddress(host, number)
+    return UdpAddress(*host_and_number(port, EXAMPLE)) if urlsplit(port).scheme == "udp" else None
 
 
 class UdpPort(Port):
