@@ -32,12 +32,12 @@ def tcp_address(port: str) -> TcpAddress | None:
 
 
 def host_and_number(port: str, example: str) -> tuple[str, int]:
-    """Return the IP address and the port number of a URL. Raises ValueError, one line that ends with the `example`."""
+    """Return the IP address and the port number of a URL. Raises ValueError, one line with the `example`."""
     url = urlsplit(port)
     try:
         host, number = str(ipaddress.ip_address(url.hostname or "")), url.port
     except ValueError:
-        raise ValueError(f"port: {port}: needs an IP address (looking up a name would block), {example}") from None
+        raise ValueError(f"port: {port}: needs an IP address, {example}: looking up a name would block") from None
     if not number:
         raise ValueError(f"port: {port}: needs a port number, {example}")
     return host, number
