@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from ods.base import geometry
 from ods.base.arrays import Floats
@@ -149,6 +150,24 @@ def test_a_source_without_end_is_a_spoke() -> None:
     turned = 10.0 ** (mean_db(area=0.0, attitude=geometry.quat_from_euler(0.0, 0.0, 10 * SEABAT.beam_width_rad),
                               interference=other()) / 20.0)  # fmt: skip
     assert np.argmax(turned[:, 0]) == 30
+
+
+def array_pattern(offset: Floats) -> Floats:
+    """Return the power, offsets in beam widths, that a line array with a Kaiser-Bessel taper of -25 dB side lobes hears
+    from afar: a sum over its elements."""
+    elements = (np.arange(2000) + 0.5) / 1000.0 - 1.0
+    taper = brentq(lambda b: 20.0 * math.log10(math.sinh(b) / b) + 13.26 - 25.0, 0.1, 10.0)
+    weight = np.i0(taper * np.sqrt(1.0 - elements**2)) / np.i0(taper * np.sqrt(1.0 - elements**2)).sum()
+    half = brentq(lambda u: float(np.cos(u * elements) @ weight) - math.sqrt(0.5), 0.1, 3.0)
+    return np.asarray(np.cos(np.multiply.outer(2.0 * half * offset, elements)) @ weight) ** 2
+
+
+@pytest.mark.parametrize("turn", [-0.4, 0.13, 0.3])
+def test_beams_hear_a_source_by_their_pattern(turn: float) -> None:
+    attitude = geometry.quat_from_euler(0.0, 0.0, turn * SEABAT.beam_width_rad)
+    told = mean_db(area=0.0, attitude=attitude, interference=other())[:, 0]
+    expected = array_pattern(np.arange(-40.0, 20.0) + turn)
+    np.testing.assert_allclose(10.0 ** (told / 10.0) / 500.0**2, expected, rtol=1e-2, atol=3e-5)
 
 
 def test_pulses_walk_through_the_images_at_their_own_rate() -> None:

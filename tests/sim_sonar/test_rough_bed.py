@@ -101,6 +101,20 @@ def test_rough_bed_is_the_sum_over_its_visible_ground(tmp_path: Path) -> None:
         assert image.sum() == pytest.approx(expected.sum(), rel=0.01)
 
 
+def test_beyond_its_border_a_file_of_heights_goes_on_even(tmp_path: Path) -> None:
+    bed = bed_from(tmp_path, lambda n, e: -0.1 * n + 0.1 * dunes(n, e), 3.0, facet=0.1, half=12.0)
+    image = image_of(bed)[2:-2]
+
+    def goes_on(north: Floats, east: Floats) -> Floats:
+        n, e = np.clip(north, -12.0, 12.0), np.clip(east, -12.0, 12.0)
+        return -0.1 * n + 0.1 * dunes(n, e)
+
+    expected = summed_over_the_ground(goes_on, 3.0, LEVEL)[2:-2]
+    assert smoothed_error(image, expected) < 0.02
+    beyond = slice(180, 400)
+    assert image[:, beyond].sum() == pytest.approx(expected[:, beyond].sum(), rel=0.03)
+
+
 @pytest.mark.parametrize("slope_deg", [0.0, 4.0])
 def test_heights_of_nothing_are_the_flat_bed_in_closed_form(slope_deg: float) -> None:
     attitude = geometry.quat_from_euler(0.03, 0.04, 0.5)

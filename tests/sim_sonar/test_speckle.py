@@ -1,4 +1,5 @@
 import hashlib
+import math
 import subprocess
 import sys
 from pathlib import Path
@@ -134,10 +135,16 @@ def test_frozen_scene_has_frozen_speckle() -> None:
 def test_receiver_noise_is_fresh_even_then() -> None:
     alone = plain(noise_counts=50.0, gain=1e-9)
     assert abs(correlation(image_of(alone, sent_from(ping=1)), image_of(alone, sent_from(ping=2)))) < 0.02
-    both = plain(noise_counts=GAIN)
-    assert correlation(image_of(both, sent_from(ping=1)), image_of(both, sent_from(ping=2))) == pytest.approx(
-        0.47, abs=0.05
-    )
+
+
+@pytest.mark.parametrize("looks", [1, 3])
+@pytest.mark.parametrize("echo_share", [0.3, 0.5, 0.667, 0.9])
+def test_noise_and_a_frozen_echo_add_up_as_fields(looks: int, echo_share: float) -> None:
+    levels = plain(float(looks), noise_counts=GAIN * math.sqrt(1.0 / echo_share - 1.0))
+    told = correlation(*(np.square(image_of(levels, sent_from(ping=ping))) for ping in (1, 2)))
+    echo, *noise = np.random.default_rng(3).standard_normal((3, looks, 2, 100_000))
+    sums = [np.sqrt(echo_share) * echo + np.sqrt(1.0 - echo_share) * one for one in noise]
+    assert told == pytest.approx(correlation(*(np.square(one).sum(axis=(0, 1)) for one in sums)), abs=0.015)
 
 
 @pytest.mark.parametrize("range_correlation", [0.0, 0.4])
@@ -157,6 +164,19 @@ def test_motion_across_a_beam_counts_by_beam_widths() -> None:
         along = 1.0 - 0.5 * np.sin(0.5 * BEAM) / SEABAT.dr_m
         expected = (1.0 - 0.5 / (metres * BEAM)) * along
         assert correlation(start[29:31, near], moved[29:31, near]) == pytest.approx(expected, abs=0.12)
+
+
+@pytest.mark.parametrize("heading", [0, 7, -100])
+@pytest.mark.parametrize("cells", [0.1, 0.3, 0.6])
+def test_motion_across_a_beam_does_not_count_along_it(heading: int, cells: float) -> None:
+    sonar = make_sonar(SonarFile(name="x", frequency_hz=4e5, bearing_deg=[0.0], beam_width_deg=3.0, range0_m=0.05,
+                                 dr_m=0.05, samples=2000))  # fmt: skip
+    yaw, side, near = heading * sonar.beam_width_rad, cells * 60.0 * sonar.beam_width_rad, slice(1150, 1250)
+    moved = sent_from(-side * np.sin(yaw), side * np.cos(yaw), yaw=yaw)
+    pairs = [
+        [image_of(plain(), sent, seed, sonar)[:, near] for sent in (sent_from(yaw=yaw), moved)] for seed in range(9)
+    ]
+    assert correlation(*np.moveaxis(np.array(pairs), 1, 0)) == pytest.approx(1.0 - cells, abs=0.06)
 
 
 def test_turning_renews_speckle_by_beam_widths_and_turning_back_restores_it() -> None:

@@ -16,8 +16,9 @@ def beam_weights(sonar: SonarModel, source: Interference, pose: VehiclePose) -> 
     _, bearing, _ = geometry.body_to_polar(body)
     offset = geometry.wrap_angle(sonar.bearing_rad - bearing) / sonar.beam_width_rad
     running = sonar.horizontal_cumulative
-    node = np.clip((offset * NODES_PER_WIDTH + 0.5 * len(running)).astype(np.intp), 1, len(running) - 1)
-    return np.asarray((running[node] - running[node - 1]) * NODES_PER_WIDTH)
+    place, nodes = offset * NODES_PER_WIDTH + 0.5 * (len(running) - 1), np.arange(len(running))
+    rise = np.interp(place + 0.5, nodes, running) - np.interp(place - 0.5, nodes, running)
+    return np.asarray(rise * NODES_PER_WIDTH)
 
 
 def arrivals(sonar: SonarModel, source: Interference, t_s: float) -> Floats:

@@ -16,6 +16,7 @@ from ods.sim_sonar.receiver.speckle_law import (
     TABLE_NODES,
     TABLE_REACH,
     beam_overlap_correlation,
+    frozen_correlation,
     normal_correlation,
     speckle_amplitudes,
 )
@@ -54,6 +55,8 @@ class Chance(NamedTuple):
     """`normal_table`."""
     amplitude: Image
     """`speckle_amplitudes`."""
+    frozen: Normals
+    """`frozen_correlation`."""
 
 
 class Receiver:
@@ -68,7 +71,7 @@ class Receiver:
         """Prepare tables: a second or less. `power_db` raises the echoes, `gain_db` echoes and noise."""
         self._sonar, self._levels, self._seed = sonar, levels, seed
         self._normal = normal_table()
-        self._amplitude = speckle_amplitudes(levels.looks)
+        self._amplitude, self._frozen = speckle_amplitudes(levels.looks), frozen_correlation(levels.looks)
         self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
         self._ranges = gain.sample_ranges(sonar)
         self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
@@ -126,7 +129,8 @@ class Receiver:
         if area.any():
             field = self._field.at(sent)
         salt = np.uint32(bits64(self._seed, PING_STREAM, sent.ping_number) & 0xFFFFFFFF)
-        _receive(area, levels, Chance(self._noise_keys, salt, self._normal, self._amplitude), field)
+        chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen)
+        _receive(area, levels, chance, field)
         return field
 
 
@@ -151,7 +155,7 @@ def _receive(area: Floats, levels: Levels, chance: Chance, image: Image) -> None
             _add(floor, levels.heard[source, beam], levels.arriving[source])
         _refresh(chance.keys[beam], chance.salt, bits)
         normals_of(bits, chance.normal, fresh)
-        _combine(image[beam], fresh, area[beam], levels.echo, floor)
+        _combine(image[beam], fresh, area[beam], levels.echo, floor, chance.frozen)
         _apply_law(image[beam], floor, chance.amplitude)
         _amplify(image[beam], levels.over_range, levels.over_beams[beam], levels.saturation)
 
@@ -169,13 +173,16 @@ def _refresh(keys: Keys, salt: np.uint32, bits: Keys) -> None:
 
 
 @compiled
-def _combine(row: Normals, fresh: Normals, area: Floats, echo: Normals, floor: Normals) -> None:
+def _combine(row: Normals, fresh: Normals, area: Floats, echo: Normals, floor: Normals, frozen: Normals) -> None:
     """Turn `row`, the echoes' normal numbers, into those of echo and noise together; `floor` into the amplitude."""
+    one, a, b, c = np.float32(1.0), frozen[0], frozen[1], frozen[2]
     for j in range(len(row)):
         signal = np.float32(area[j]) * echo[j]
-        root = np.float32(np.sqrt(max(signal + floor[j], np.float32(1e-30))))
-        row[j] = (np.float32(np.sqrt(signal)) * row[j] + np.float32(np.sqrt(floor[j])) * fresh[j]) / root
-        floor[j] = root
+        power = max(signal + floor[j], np.float32(1e-30))
+        share = signal / power
+        stays = share * share * (one + (one - share) * (a + share * (b + share * c)))
+        row[j] = np.float32(np.sqrt(stays)) * row[j] + np.float32(np.sqrt(one - stays)) * fresh[j]
+        floor[j] = np.float32(np.sqrt(power))
 
 
 @compiled

@@ -110,7 +110,8 @@ class SpeckleField:
         cell = math.floor(heading)
         # what goes up and down counts as seen at the border of the main lobe
         rise = position_ned[2] * math.sin(self._sonar.half_vertical_rad)
-        toward = self._bearing[:, None] + turn * (cell + np.array([-0.5, 0.5]))
+        # numbers are in a heading cell from 1 turn before its own heading to 1 after it, depending on their borders
+        toward = self._bearing[:, None] + turn * (cell + np.array([0, 1]))
         along = (position_ned[0] * np.cos(toward) + position_ned[1] * np.sin(toward) + rise) / self._sonar.dr_m
         across = (position_ned[1] * np.cos(toward) - position_ned[0] * np.sin(toward)) / width
         whole = np.floor(along)

@@ -37,6 +37,21 @@ def normal_correlation(amplitude_correlation: float, looks: float) -> float:
     return _solve(amplitude_correlation, lambda normal: _amplitude(normal, looks))
 
 
+def frozen_correlation(looks: float) -> Image:
+    """Return what makes normal numbers of echo and noise together as correlated from ping to ping as they should be.
+
+    Echo and noise add up as fields do: where the echo, the share f of the power, stays and the noise is fresh, fields
+    are correlated as f and intensities as f^2 (J. W. Goodman, Speckle Phenomena in Optics, 2007, ch. 3). The numbers'
+    correlation is then f^2 (1 + (1 - f) (a + b f + c f^2)); a, b, c, float32, are returned; intensities are right to
+    4e-4.
+    """
+    share, normal = np.linspace(0.0, 1.0, 401), np.linspace(0.0, 1.0, 16001)
+    intensity = _correlation_of(lambda x: _amplitude(x, looks) ** 2, normal)
+    excess = np.interp(share**2, intensity, normal) - share**2
+    terms = (share**2 * (1.0 - share))[:, None] * share[:, None] ** np.arange(3)
+    return np.asarray(np.linalg.lstsq(terms, excess, rcond=None)[0], np.float32)
+
+
 def beam_overlap_correlation(sonar: SonarModel, looks: float) -> float:
     """Return the correlation of normal numbers between neighbouring beams of `sonar`.
 
@@ -79,11 +94,15 @@ def _amplitude(normal: Floats, looks: float) -> Floats:
 
 
 def _solve(wanted: float, function: Callable[[Floats], Floats]) -> float:
+    if wanted < FAINT:
+        return 0.0
+    return float(brentq(lambda rho: float(_correlation_of(function, rho)) - min(wanted, 0.999), 0.0, 1.0))
+
+
+def _correlation_of(function: Callable[[Floats], Floats], normal: float | Floats) -> Floats:
+    """Return the correlation of `function` of normal numbers that have the correlations `normal`, 0 to 1."""
     nodes, weights = hermegauss(80)
     values = function(nodes) * weights / math.sqrt(2.0 * math.pi)
     orders = np.arange(1, TERMS)
     series = np.array([values @ hermeval(nodes, np.eye(TERMS)[n]) for n in orders]) ** 2 / factorial(orders)
-    share = series / series.sum()
-    if wanted < FAINT:
-        return 0.0
-    return float(brentq(lambda rho: float(share @ rho**orders) - min(wanted, 0.999), 0.0, 1.0))
+    return np.asarray(np.power.outer(normal, orders) @ (series / series.sum()))

@@ -157,7 +157,7 @@ def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
 
 @compiled
 def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
-    """Set `land` to the sea-bed under the places that its `up` gives."""
+    """Set `land` to the sea-bed under the places that its `up` gives; beyond the field's border it is even."""
     up, slope_x, slope_y = land
     line = np.uint64(3 * (bed.columns + 1))
     south, east = float(bed.rows), float(bed.columns)
@@ -167,13 +167,14 @@ def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
         if bed.repeats:
             p -= south * math.floor(p * trace.per_side[0])
             q -= east * math.floor(q * trace.per_side[1])
+        beyond_x, beyond_y = not 0.0 <= p <= south, not 0.0 <= q <= east
         p, q = min(max(p, 0.0), south), min(max(q, 0.0), east)
         i, j = min(math.floor(p), south - 1.0), min(math.floor(q), east - 1.0)
         corner = np.uint64(np.int64(i)) * line + np.uint64(3) * np.uint64(np.int64(j))
         a, b = np.float32(p - i), np.float32(q - j)
         height = _between(bed.nodes, corner, line, a, b)
-        slope_x[k] = _between(bed.nodes, corner + np.uint64(1), line, a, b)
-        slope_y[k] = _between(bed.nodes, corner + np.uint64(2), line, a, b)
+        slope_x[k] = 0.0 if beyond_x else _between(bed.nodes, corner + np.uint64(1), line, a, b)
+        slope_y[k] = 0.0 if beyond_y else _between(bed.nodes, corner + np.uint64(2), line, a, b)
         up[k] = (ahead[k] * trace.down - trace.height + height) * trace.stretch
 
 
