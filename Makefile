@@ -7,10 +7,14 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-vcan test test-vcan test-missions test-systemd lint hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test test-vcan test-missions test-systemd lint hooks docs site benchmark compile wheel install install-program uninstall clean
 
 bench: compile
 	$(BIN)/ods bench --config config/bench.toml
+
+# the bench over a rough sea-bed
+bench-rough: compile
+	$(BIN)/ods bench --config config/bench-rough.toml
 
 # the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md. One second of it out here first: a guest
 # needs minutes to compile, but loads what is compiled already

@@ -57,6 +57,8 @@ COMMANDS = (
     Command("map merge", "ods.map.commands.merge", "two missions' maps as one", BUILT_IN_SETTINGS),
     Command("assess detect", "ods.assess.detection.command", "the pipeline's filters, detectors, attention",
             BUILT_IN_SETTINGS),
+    Command("assess sea", "ods.assess.sea.command", "false obstacles and tracked objects over sea-beds",
+            BUILT_IN_SETTINGS),
     Command("assess track", "ods.assess.track.command", "observers of the tracker", BUILT_IN_SETTINGS),
 )  # fmt: skip
 

@@ -3,7 +3,6 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -13,23 +12,14 @@ from rich.progress import track
 from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.messages import Ping, Truth
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.shots import Shot, shots_of
 from ods.simulate.files import find_sonar
 from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.files.s7k.writer import write_s7k
 
-START_UTC_NS = 1_577_836_800_000_000_000
-"""UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""
 TRUTH_SUFFIX = ".truth.jsonl"
-
-
-class Shot(NamedTuple):
-    """One ping and what is true behind it."""
-
-    ping: Ping
-    truth: Truth
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -77,7 +67,7 @@ def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed:
     whole = 1 if out.suffix == ".png" else int(loaded.file.duration_s / model.ping_period_s) + 1
     try:
         images = ImageSimulator(model, loaded, seed)
-        shots = _progress(_shots(images), whole if pings is None else pings, out)
+        shots = _progress(shots_of(images), whole if pings is None else pings, out)
         if out.suffix == ".png":
             _write_png(out, shots)
             return
@@ -87,20 +77,6 @@ def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed:
         raise OdsError(f"{scene}: {error}") from error
     except OSError as error:
         raise OdsError(f"{out}: {error.strerror}") from error
-
-
-def _shots(images: ImageSimulator) -> Iterator[Shot]:
-    """Yield pings without end, the first at scene time 0."""
-    number = 0
-    while True:
-        t_ns = round(number * images.sonar.ping_period_s * clock.NS)
-        t_s = t_ns / clock.NS
-        vehicle = images.scene.vehicle_at(t_s)
-        north, east, down = vehicle.position_ned.tolist()
-        w, x, y, z = vehicle.attitude.tolist()
-        ping = images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
-        yield Shot(ping, Truth(number, t_ns, t_ns, (north, east, down), (w, x, y, z), images.truth(t_s, number)))
-        number += 1
 
 
 def _progress(shots: Iterator[Shot], count: int, out: Path) -> Iterator[Shot]:

@@ -18,8 +18,8 @@ from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.runtime.service import Service, Worker
 from ods.tracker.checkpoint import Checkpoints, Mission
 from ods.tracker.map.keeper import MapKeeper, provisional_first_id
-from ods.tracker.measurement import motion_during_reception
-from ods.tracker.measurement.scan import Echoes, Scan, Vehicle, echo_table_of, echoes_of, unseen_of, vehicle_at
+from ods.tracker.measurement.from_detections import received
+from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
@@ -187,8 +187,9 @@ class TrackerWorker(Worker[TrackerConfig]):
             self.service.complain_once("detections_from_future", f"ping {message.ping_number} is stamped in the future")
             return
         pose = self._poses.at(message.t_ns)
-        echoes, dropped = echoes_of(echo_table_of(message.detections))
-        scan = self._scan(message, echoes, head_of(pose, self._mounting))
+        sent, utc_ns = head_of(pose, self._mounting), self._utc.at(message.t_ns)
+        scan, dropped, at_rest = received(message, sent, self._head_at, utc_ns, self._pings_between(message.seq))
+        self.service.counters["pings_without_reception_pose"] += at_rest
         outcome = self._tracker.step(scan)
         if not outcome.taken:
             self.service.complain_once("detections_late", f"ping {message.ping_number} came after a later one")
@@ -202,34 +203,6 @@ class TrackerWorker(Worker[TrackerConfig]):
             self._lister.end(outcome.ended)
         self._map.note(outcome.hibernated, [] if outcome.ended is None else outcome.ended.id.tolist())
         self._list(message.t_ns, message, pose)
-
-    def _scan(self, message: Detections, echoes: Echoes, sent: PoseEstimate | None) -> Scan:
-        """Return the scan of `echoes` as measured; `sent`: the sonar head's pose at transmission."""
-        vehicle, fan_turn = None, 0.0
-        if sent is not None:
-            seen_from = sent
-            listening = motion_during_reception.poses_of(
-                sent, message.sector.range_max_m, message.sound_speed, self._head_at
-            )
-            if listening is None:
-                self.service.counters["pings_without_reception_pose"] += 1
-            else:
-                echoes, fan_turn = motion_during_reception.at_transmission(echoes, listening)
-                seen_from = listening.end
-            # the bearings' error is that of the attitude at reception
-            vehicle = vehicle_at(sent.position_ned, sent.attitude, sent.sigma_position, seen_from.sigma_attitude)
-        return Scan(
-            message.t_ns,
-            self._utc.at(message.t_ns),
-            vehicle,
-            message.sector,
-            echoes,
-            message.usable,
-            message.processed_ranges_m,
-            fan_turn,
-            unseen_of(message.unseen),
-            self._pings_between(message.seq),
-        )
 
     def _head_at(self, t_ns: int) -> PoseEstimate | None:
         return head_of(self._poses.at(t_ns), self._mounting)

@@ -17,12 +17,11 @@ from ods.assess.detection.table import attention_costs, setting_table
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.assess.images.tank import tank_images
+from ods.assess.scene_files import sonar_named
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
-from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
-from ods.sim_sonar.sonar.model import SonarModel, load_sonar
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
 
@@ -77,17 +76,14 @@ def run(args: Namespace) -> None:
         PLUGINS.load(load_table(args.config, "recordings", RecordingsSettings, OnboardConfig).plugins)
         settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
     if args.own:
-        images = own_images([(recording, labels) for recording, labels in args.real], args.scene, _sonar(args.sonar))
+        images = own_images(
+            [(recording, labels) for recording, labels in args.real], args.scene, sonar_named(args.sonar)
+        )
         assess_own(images, settings, QUICK_EFFORT if args.quick else FULL_EFFORT)
         return
     if args.scene or settings:
         raise OdsError("--scene, --config: only with --own")
     assess_detection(args.out, [(recording, labels) for recording, labels in args.real], quick=args.quick)
-
-
-def _sonar(name: str) -> SonarModel:
-    """Return the sonar of a name, or of a path that ends in .toml. Raises OdsError."""
-    return load_sonar(Path(name) if name.endswith(".toml") else shipped_file(f"sonars/{name}.toml"))
 
 
 def assess_detection(out: Path | None, real: Sequence[tuple[Path, Path]] = (), *, quick: bool) -> None:

@@ -28,9 +28,17 @@ class SeaBedModel:
 
     def is_above(self, position_ned: Floats) -> bool:
         """Tell whether a place, (3,) NED in m, lies above the sea-bed."""
+        down, height = self._down_and_height(position_ned)
+        return -down > height and down < 0.0
+
+    def height_over(self, position_ned: Floats) -> float:
+        """Return how high a place, (3,) NED in m, lies over the sea-bed, m along the plane's normal."""
+        down, height = self._down_and_height(position_ned)
+        return -down - height
+
+    def _down_and_height(self, position_ned: Floats) -> tuple[float, float]:
         x, y, down = (position_ned - np.array([0.0, 0.0, self.depth_m])) @ self.axes
-        height = 0.0 if self.field is None else height_at(self.field, float(x), float(y))
-        return bool(-down > height) and bool(down < 0.0)
+        return float(down), 0.0 if self.field is None else float(height_at(self.field, float(x), float(y)))
 
 
 def make_sea_bed(

@@ -1,0 +1,1 @@
+"""`ods assess sea`: chain and tracker over a family of sea-beds."""

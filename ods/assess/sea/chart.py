@@ -1,0 +1,40 @@
+"""One picture of false obstacles, tracked objects and the time to confirm them, scene by scene."""
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ods.assess.sea.judge import SceneScore
+from ods.assess.sea.table import FALSE_LIMIT, TRACKED_LIMIT
+from ods.assess.track.chart import dress
+from ods.plots.fan import INK, MARK, PAPER
+
+FALSE_COLOUR = "#ffa657"
+
+
+def chart(scores: Sequence[SceneScore]) -> Figure:
+    """Return the chart."""
+    figure = Figure(figsize=(13.0, 1.6 + 0.42 * len(scores)), dpi=110, facecolor=PAPER, layout="constrained")
+    false, tracked, range_of = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
+    rows = range(len(scores))
+    false.barh(rows, [score.false_a_minute for score in scores], color=FALSE_COLOUR, height=0.6)
+    for row, score in enumerate(scores):
+        false.annotate(f"{score.false_a_minute:.1f}", (score.false_a_minute, row), xytext=(4, 0), va="center",
+                       textcoords="offset points", color=INK, fontsize=9)  # fmt: skip
+        for target in score.targets:
+            tracked.plot(100.0 * target.share, row, "o", color=MARK, ms=6, alpha=0.7)
+            range_of.plot(target.confirmed_m, row, "o", color=MARK, ms=6, alpha=0.7)
+    _limit(false, FALSE_LIMIT)
+    _limit(tracked, 100.0 * TRACKED_LIMIT)
+    false.set_yticks(rows, [score.scene for score in scores])
+    false.invert_yaxis()
+    false.margins(x=0.12)
+    dress(false, "false obstacles", "a minute; dotted: most that may be", "")
+    dress(tracked, "objects tracked", "% of the lists; dotted: least that must be", "")
+    dress(range_of, "confirmed", "at a distance of, m", "")
+    return figure
+
+
+def _limit(axes: Axes, value: float) -> None:
+    axes.axvline(value, color=INK, lw=1.0, ls=":")

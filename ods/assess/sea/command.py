@@ -1,0 +1,127 @@
+"""`ods assess sea`: share of the lists that objects are in, false obstacles and times, over many sea-beds."""
+
+import multiprocessing
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.progress import track as progress
+
+from ods.assess.scene_files import scene_files, sonar_named
+from ods.assess.sea.bodies import SceneBodies
+from ods.assess.sea.judge import SceneScore, judge
+from ods.assess.sea.run import images_of, listed, scene_with_seed
+from ods.assess.sea.table import scene_table, target_table
+from ods.base.arguments import duration_s, positive_int
+from ods.base.choices import none_of
+from ods.base.errors import OdsError
+from ods.base.settings_file import load_table
+from ods.base.shipped import shipped_file
+from ods.config import OnboardConfig
+from ods.pipeline.settings import PipelineSettings
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.tracker.settings import TrackerSettings
+
+FOLDER = "scenes/sea"
+SECONDS = 35.0
+CLEARANCE_M = 1.0
+
+
+class Trial(NamedTuple):
+    """What is tried on every scene."""
+
+    sonar: SonarModel
+    seconds: float
+    clearance_m: float
+    kept: Path | None
+    """Folder of the images."""
+    pipeline: PipelineSettings
+    tracker: TrackerSettings
+
+
+class Draw(NamedTuple):
+    """A scene, and which of its sea-beds and speckles."""
+
+    file: Path
+    seed: int
+
+    @property
+    def name(self) -> str:
+        """How tables call it."""
+        return f"{self.file.stem} {self.seed}" if self.seed else self.file.stem
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Scenes, effort and chart."""
+    parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"of those in config/{FOLDER} (default: all)")
+    parser.add_argument(
+        "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
+        help="this scene, or all in a folder, instead; may be given again",
+    )  # fmt: skip
+    parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that sees them, or a path")
+    parser.add_argument("--seconds", type=duration_s, default=SECONDS, help=f"of each scene (default: {SECONDS:g})")
+    parser.add_argument("--seeds", type=positive_int, default=1, metavar="N", help="runs of each scene, each with "
+                        "another sea-bed and other speckle (default: 1)")  # fmt: skip
+    parser.add_argument("--clearance", type=float, default=CLEARANCE_M, metavar="M", help="what is lower over the "
+                        f"sea-bed need not be tracked (default: {CLEARANCE_M:g})")  # fmt: skip
+    parser.add_argument("--images", type=Path, metavar="FOLDER", help="keep the images there, and take them from there")
+    parser.add_argument("--jobs", type=positive_int, default=1, metavar="N", help="scenes at a time (default: 1)")
+
+
+def run(args: Namespace) -> None:
+    """Run the scenes, print the tables, draw the chart. Raises OdsError."""
+    pipeline, tracker = PipelineSettings(), TrackerSettings()
+    if args.config:
+        pipeline = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
+        tracker = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
+    if args.images is not None and not args.images.is_dir():
+        raise OdsError(f"--images {args.images}: no such folder")
+    trial = Trial(sonar_named(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker)
+    files = list(scene_files(args.scene)) if args.scene else shipped_scenes(args.scenes)
+    scores = scores_of([Draw(file, seed) for file in files for seed in range(args.seeds)], trial, args.jobs)
+    console = Console(width=120)
+    console.print(scene_table(scores))
+    console.print(target_table(scores))
+    if args.out is not None:
+        from ods.assess.sea.chart import chart
+        from ods.assess.track.chart import save_figure
+
+        save_figure(chart(scores), args.out)
+        console.print(f"drawn: {args.out}")
+
+
+def shipped_scenes(names: Sequence[str] | None = None) -> list[Path]:
+    """Return the files of the family of sea-beds, or of those named. Raises OdsError for a name that is none."""
+    known = {file.stem: file for file in scene_files([shipped_folder()])}
+    for name in names or ():
+        if name not in known:
+            raise OdsError(f"--scenes: {none_of(name, sorted(known))}")
+    return [known[name] for name in names or known]
+
+
+def shipped_folder() -> Path:
+    """Return the folder of the family of sea-beds."""
+    return shipped_file(f"{FOLDER}/gentle.toml").parent
+
+
+def scores_of(draws: Sequence[Draw], trial: Trial, jobs: int = 1) -> list[SceneScore]:
+    """Return a score a draw, in order, `jobs` of them at a time. Raises OdsError."""
+    score = partial(score_of, trial)
+    if jobs == 1:
+        return [score(draw) for draw in progress(draws, description="assessing", transient=True)]
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
+        found = pool.map(score, draws)
+        return list(progress(found, total=len(draws), description="assessing", transient=True))
+
+
+def score_of(trial: Trial, draw: Draw) -> SceneScore:
+    """Return how a scene goes. Raises OdsError."""
+    scene = scene_with_seed(draw.file, draw.seed)
+    shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
+    lists = listed(shots, scene, trial.pipeline, trial.tracker)
+    return judge(draw.name, lists, SceneBodies(scene, trial.clearance_m))

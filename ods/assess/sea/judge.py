@@ -1,0 +1,136 @@
+"""Judges the lists of a scene by what is true. Pure."""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ods.assess.sea.bodies import SceneBodies, group_of
+from ods.assess.sea.run import Listed
+from ods.base.arrays import Mask
+from ods.base.clock import NS
+from ods.messages import Truth
+from ods.tracker.track import lifecycle
+
+LOUD_DB = 10.0
+"""An object has to be tracked while its echo is so much over its surroundings,"""
+SETTLE_S = 1.0
+"""once it has been so for the first time this long ago."""
+NEAR_M = 2.0
+"""What is told this near to an obstacle's edge stands for it. Told circles that overlap it are no false obstacles."""
+IN_PLAY = (lifecycle.ACTIVE, lifecycle.STAND_BY, lifecycle.HIBERNATED)
+
+
+@dataclass(frozen=True)
+class TargetScore:
+    """How one object, or one group of them, fared."""
+
+    name: str
+    expected: int
+    """Lists that had to have it,"""
+    tracked: int
+    """and those of them that had."""
+    confirmed_m: float
+    """Horizontal distance from the vehicle when it was first listed as active, m; NaN: it never was."""
+    confirmed_s: float
+    """Time until then from its first `LOUD_DB`, s; below 0: it was found before."""
+
+    @property
+    def share(self) -> float:
+        """Share of the lists that have it; NaN when none had to."""
+        return self.tracked / self.expected if self.expected else float("nan")
+
+
+@dataclass(frozen=True)
+class SceneScore:
+    """How a scene went."""
+
+    scene: str
+    targets: tuple[TargetScore, ...]
+    false_ids: int
+    """Active obstacles that were, in most lists, near nothing."""
+    false_at_a_time: float
+    """Of those, in a list, mean."""
+    minutes: float
+    detections: float
+    """A ping, mean."""
+    chain_ms: float
+    """Median, as"""
+    tracker_ms: float
+
+    @property
+    def false_a_minute(self) -> float:
+        """False obstacles that came in a minute."""
+        return self.false_ids / self.minutes
+
+    @property
+    def least_share(self) -> float:
+        """Share of the object that was tracked least; NaN when nothing had to be."""
+        shares = [target.share for target in self.targets if target.expected]
+        return min(shares, default=float("nan"))
+
+
+def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies) -> SceneScore:
+    """Return the score of a scene's lists, one a ping; there are some."""
+    logs = {name: _TargetLog(name) for name in bodies.targets}
+    away: Counter[int] = Counter()
+    active: Counter[int] = Counter()
+    for item in lists:
+        t_s = item.truth.t_ns / NS
+        distance = bodies.distances(t_s, item.place)
+        reach = np.maximum(NEAR_M, item.radius)[:, None]
+        alone = ~(distance < reach).any(axis=1)
+        is_active = item.state == lifecycle.ACTIVE
+        active.update(item.id[is_active].tolist())
+        away.update(item.id[is_active & alone].tolist())
+        loud = {group_of(each.name) for each in item.truth.objects if _is_loud(each.peak_db, each.background_db)}
+        for name, log in logs.items():
+            members = np.array([group == name for group in bodies.groups])
+            log.note(item, np.asarray((distance[:, members] < NEAR_M).any(axis=1)), t_s, is_loud=name in loud)
+    false = {number for number, count in away.items() if 2 * count > active[number]}
+    return SceneScore(
+        scene,
+        tuple(log.score() for log in logs.values()),
+        len(false),
+        sum(active[number] for number in false) / len(lists),
+        max(lists[-1].truth.t_ns - lists[0].truth.t_ns, 1) / NS / 60.0,
+        float(np.mean([item.detections for item in lists])),
+        float(np.median([item.chain_ms for item in lists])),
+        float(np.median([item.tracker_ms for item in lists])),
+    )
+
+
+def _is_loud(peak_db: float, background_db: float) -> bool:
+    """Tell it of an object in the sector: outside both levels are 0."""
+    return peak_db - background_db >= LOUD_DB
+
+
+class _TargetLog:
+    """What the lists said of one target."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._expected = self._tracked = 0
+        self._loud_s = self._confirmed_s = self._confirmed_m = float("nan")
+
+    def note(self, item: Listed, near: Mask, t_s: float, *, is_loud: bool) -> None:
+        """Take a list in; near: (n,) objects that stand for the target."""
+        if is_loud and np.isnan(self._loud_s):
+            self._loud_s = t_s
+        if is_loud and t_s - self._loud_s >= SETTLE_S:
+            self._expected += 1
+            self._tracked += bool((near & np.isin(item.state, IN_PLAY)).any())
+        if np.isnan(self._confirmed_s) and (near & (item.state == lifecycle.ACTIVE)).any():
+            self._confirmed_s, self._confirmed_m = t_s, _distance(self._name, item.truth)
+
+    def score(self) -> TargetScore:
+        """Return the figures."""
+        late_s = self._confirmed_s - self._loud_s
+        return TargetScore(self._name, self._expected, self._tracked, self._confirmed_m, late_s)
+
+
+def _distance(name: str, truth: Truth) -> float:
+    """Return the horizontal distance from the vehicle to the nearest of a group."""
+    places = np.array([each.position_ned[:2] for each in truth.objects if group_of(each.name) == name])
+    return float(np.hypot(*(places - truth.position_ned[:2]).T).min())

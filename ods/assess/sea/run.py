@@ -1,0 +1,100 @@
+"""A scene through the chain and the tracker without sockets: what a planner would have been told of each ping."""
+
+import hashlib
+import time
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+import numpy as np
+
+from ods.base import clock
+from ods.base.arrays import Floats, Ints
+from ods.base.errors import OdsError
+from ods.base.geometry import rotation_matrix
+from ods.messages import Ping, Truth
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import PipelineSettings
+from ods.runtime.pose_buffer import PoseEstimate
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
+from ods.sim_sonar.scene.timeline import Scene, load_scene
+from ods.sim_sonar.shots import Shot, shots_of
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.tracker.measurement.from_detections import received
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
+
+
+class Listed(NamedTuple):
+    """One ping: what is true, and what was said."""
+
+    truth: Truth
+    detections: int
+    id: Ints
+    """(n,) of the objects in the list,"""
+    state: Ints
+    """their state of `lifecycle`,"""
+    place: Floats
+    """(n, 2) north, east, m,"""
+    radius: Floats
+    """and radius, m."""
+    chain_ms: float
+    tracker_ms: float
+
+
+def scene_with_seed(file: Path, seed: int) -> Scene:
+    """Return the scene of a file; seed 0: as it is, others: another sea-bed and other speckle. Raises ConfigError."""
+    scene = load_scene(file)
+    return Scene(msgspec.structs.replace(scene.file, seed=scene.file.seed + 1000 * seed)) if seed else scene
+
+
+def images_of(scene: Scene, sonar: SonarModel, seconds: float, kept: Path | None = None) -> Iterator[Shot]:
+    """Yield the pings of a scene's first seconds; from the folder `kept`, if they are there, else into it.
+
+    Raises OdsError.
+    """
+    count = int(min(seconds, scene.file.duration_s) / sonar.ping_period_s) + 1
+    shots = islice(shots_of(ImageSimulator(sonar, scene)), count)
+    if kept is None:
+        yield from shots
+        return
+    name = hashlib.sha256(msgspec.json.encode([scene.file, sonar.name, sonar.beams, sonar.samples, count])).hexdigest()
+    path = kept / f"{name[:16]}.pings"
+    try:
+        if not path.is_file():
+            path.write_bytes(msgspec.msgpack.encode(list(shots)))
+        pairs: list[tuple[Ping, Truth]] = msgspec.msgpack.decode(path.read_bytes(), type=list[tuple[Ping, Truth]])
+    except (OSError, msgspec.MsgspecError) as error:
+        raise OdsError(f"{path}: {error}") from error
+    yield from (Shot(*pair) for pair in pairs)
+
+
+def listed(shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, settings: TrackerSettings) -> list[Listed]:
+    """Return what chain and tracker make of pings, in order. Raises OdsError."""
+    chain, tracker = Chain(pipeline), Tracker(settings)
+    lists = []
+    for ping, truth in shots:
+        head = _head_at(scene, ping.t_ns)
+        began = time.perf_counter()
+        found = chain.process(ping, pose=head)
+        between = time.perf_counter()
+        tracker.step(received(found, head, lambda t_ns: _head_at(scene, t_ns), ping.utc_ns).scan)
+        ended = time.perf_counter()
+        told = tracker.snapshot()
+        spent = 1e3 * (between - began), 1e3 * (ended - between)
+        lists.append(
+            Listed(truth, len(found.detections), told.id, told.state, told.position[:2].T.copy(), told.radius, *spent)
+        )
+    return lists
+
+
+def _head_at(scene: Scene, t_ns: int) -> PoseEstimate:
+    """Return the true pose of the sonar's head, with the standard deviations of the bench's INS."""
+    t_s = t_ns / clock.NS
+    (place, attitude), vehicle = scene.head_at(t_s), scene.vehicle_at(t_s)
+    velocity = rotation_matrix(vehicle.attitude) @ vehicle.velocity_body
+    sigma_position, sigma_attitude = np.array(USUAL_SIGMAS.position), np.array(USUAL_SIGMAS.attitude)
+    return PoseEstimate(t_ns, place, attitude, velocity, sigma_position, sigma_attitude, extrapolated_s=0.0)

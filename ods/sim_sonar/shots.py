@@ -1,0 +1,32 @@
+"""The pings of a scene one after the other at the sonar's own rate, each with what is true behind it."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ods.base import clock
+from ods.messages import Ping, Truth
+from ods.sim_sonar.image import ImageSimulator
+
+START_UTC_NS = 1_577_836_800_000_000_000
+"""UTC of scene time 0 in recordings, 2020-01-01: the same command writes the same bytes."""
+
+
+class Shot(NamedTuple):
+    """One ping and what is true behind it."""
+
+    ping: Ping
+    truth: Truth
+
+
+def shots_of(images: ImageSimulator) -> Iterator[Shot]:
+    """Yield pings without end, the first at scene time 0."""
+    number = 0
+    while True:
+        t_ns = round(number * images.sonar.ping_period_s * clock.NS)
+        t_s = t_ns / clock.NS
+        vehicle = images.scene.vehicle_at(t_s)
+        north, east, down = vehicle.position_ned.tolist()
+        w, x, y, z = vehicle.attitude.tolist()
+        ping = images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+        yield Shot(ping, Truth(number, t_ns, t_ns, (north, east, down), (w, x, y, z), images.truth(t_s, number)))
+        number += 1
