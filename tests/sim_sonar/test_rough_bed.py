@@ -101,6 +101,12 @@ def test_rough_bed_is_the_sum_over_its_visible_ground(tmp_path: Path) -> None:
         assert image.sum() == pytest.approx(expected.sum(), rel=0.01)
 
 
+def test_tilted_flat_bed_is_the_sum_over_its_ground() -> None:
+    attitude = geometry.quat_from_euler(0.3, -0.15, 0.0)
+    expected = summed_over_the_ground(lambda n, e: 0.0 * n * e, 3.0, attitude)[2:-2]
+    assert smoothed_error(image_of(make_sea_bed(3.0, SURFACE), attitude=attitude)[2:-2], expected) < 0.02
+
+
 def test_beyond_its_border_a_file_of_heights_goes_on_even(tmp_path: Path) -> None:
     bed = bed_from(tmp_path, lambda n, e: -0.1 * n + 0.1 * dunes(n, e), 3.0, facet=0.1, half=12.0)
     image = image_of(bed)[2:-2]

@@ -17,71 +17,103 @@ from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.echo.shadow import Shades
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import Grid, mean_two_way
+from ods.sim_sonar.sonar.grid import SUM_NODES, Grid
 
+ALL_AHEAD = (-0.5 * math.pi, 0.5 * math.pi)
+"""Elevations of a half plane."""
 LEVEL = 1e-9
 """Tilt, in radians, under which every bearing sees the same profile."""
 
 
 class FlatBed(NamedTuple):
-    """A flat sea-bed as the sonar sees it."""
+    """A plane as the sonar sees it."""
 
     down: Floats
-    """(3,) unit vector straight down, in the sonar's frame."""
+    """(3,) unit vector from the sonar straight to the plane, in the sonar's frame: down, for a level sea-bed."""
     height_m: float
-    """Sonar above sea-bed; 0 or less: there is none."""
-    gamma: Floats
-    """(samples,) eq. 3 at each sample's incidence angle, whose cosine is h / R."""
+    """Distance of the plane."""
+    weight: Floats
+    """(samples,) gamma R^2, m2: eq. 3 at each sample's incidence angle, whose cosine is h / R."""
+    nearness: Floats
+    """(samples + 1,) 1 / R at the borders of the samples, 1/m."""
 
 
 class FlatColumn(NamedTuple):
-    """The half plane of one bearing: the foot of the perpendicular on the sea-bed, and how that is tilted."""
+    """The half plane of one bearing: the foot of the perpendicular from the sonar, and its elevation."""
 
     nearest_m: float
-    cos_tilt: float
-    sin_tilt: float
+    cosine: float
+    sine: float
 
 
 @compiled
-def reflectivity_profile(grid: Grid, height_m: float, cd: float, cs: float, sigma_rad: float) -> Floats:
-    """Return eq. 3 at the centre of each range bin for a sonar `height_m` above a flat sea-bed."""
-    gamma = np.zeros(grid.samples)
+def flat_bed(grid: Grid, down: Floats, height_m: float, surface: tuple[float, float, float]) -> FlatBed:
+    """Return a plane `height_m` away in the direction `down` (3,), sonar's frame; `surface`: cd, cs, sigma in rad."""
+    weight, nearness = np.zeros(grid.samples), np.empty(grid.samples + 1)
+    cd, cs, sigma_rad = surface
     for j in range(grid.samples):
         distance = max(grid.edge_m + (j + 0.5) * grid.dr_m, 1e-9)
-        gamma[j] = reflectivity(min(1.0, height_m / distance), cd, cs, sigma_rad)
-    return gamma
+        weight[j] = reflectivity(min(1.0, height_m / distance), cd, cs, sigma_rad) * distance * distance
+    for j in range(grid.samples + 1):
+        nearness[j] = 1.0 / max(grid.edge_m + j * grid.dr_m, 1e-9)
+    return FlatBed(down, height_m, weight, nearness)
 
 
 @compiled
-def bed_column(bed: FlatBed, grid: Grid, bearing_rad: float, out: Floats) -> None:
-    """Add the sea-bed's echo at one bearing, m2 per radian of bearing, to `out` (planes, samples)."""
+def bed_column(bed: FlatBed, grid: Grid, bearing_rad: float, span: tuple[float, float], out: Floats) -> tuple[int, int]:
+    """Add the plane's echo at one bearing, m2 per radian of bearing, to `out` (planes, samples).
+
+    `span`: least and greatest elevation, rad. Returns first and last+1 bin touched.
+    """
     along = bed.down[0] * math.cos(bearing_rad) + bed.down[1] * math.sin(bearing_rad)
     steep = math.hypot(along, bed.down[2])
-    ahead = FlatColumn(bed.height_m / steep, along / steep, bed.down[2] / steep)
-    # ahead of the foot of the perpendicular, and behind it as far as that is still in this half plane
-    if along < 0.0:
-        _branch(bed, grid, ahead, 0.0, ahead.sin_tilt, out)
-    else:
-        _branch(bed, grid, ahead, 0.0, 1.0, out)
-        if along > LEVEL:
-            behind = FlatColumn(ahead.nearest_m, -ahead.cos_tilt, ahead.sin_tilt)
-            _branch(bed, grid, behind, ahead.sin_tilt, 1.0, out)
+    if steep < LEVEL:
+        return grid.samples, 0
+    low, high = span
+    axis = math.atan2(-bed.down[2], along)
+    column = FlatColumn(bed.height_m / steep, along / steep, -bed.down[2] / steep)
+    right = 0.5 * math.pi
+    first, last = _branch(bed, grid, column, (max(low - axis, 0.0), min(high - axis, right), 1.0), out)
+    begin, end = _branch(bed, grid, column, (max(axis - high, 0.0), min(axis - low, right), -1.0), out)
+    return min(first, begin), max(last, end)
 
 
 @compiled
-def _branch(bed: FlatBed, grid: Grid, column: FlatColumn, low: float, high: float, out: Floats) -> None:
-    """One side of the perpendicular's foot; the cosine of the angle to it, nearest / R, runs from `high` to `low`."""
-    nearest, cos_tilt, sin_tilt = column
+def _branch(
+    bed: FlatBed, grid: Grid, column: FlatColumn, turn: tuple[float, float, float], out: Floats
+) -> tuple[int, int]:
+    """One side of the perpendicular's foot: angles to it from the first to the second of `turn`, up (1) or down (-1).
+
+    The cosine of the angle is nearest / R.
+    """
+    nearest, cosine, sine = column
+    near, far, side = turn
+    if near >= far:
+        return grid.samples, 0
+    high, low = math.cos(near), max(math.cos(far), 1e-9)
     first = max(0, int((nearest / high - grid.edge_m) / grid.dr_m))
-    before = high * sin_tilt - math.sqrt(1.0 - high * high) * cos_tilt
-    for j in range(first, grid.samples):
-        cosine = min(max(nearest / (grid.edge_m + (j + 1) * grid.dr_m), low), high)
-        after = cosine * sin_tilt - math.sqrt(1.0 - cosine * cosine) * cos_tilt
-        distance = max(grid.edge_m + (j + 0.5) * grid.dr_m, nearest)
-        area = bed.gamma[j] * distance * distance * abs(before - after)
-        for plane in range(len(out)):
-            out[plane, j] += area * mean_two_way(grid.vertical[plane], -before, -after)
-        before = after
+    last = int(min((nearest / low - grid.edge_m) / grid.dr_m + 1.0, float(grid.samples)))
+    if first >= last:
+        return grid.samples, 0
+    place = np.empty(last - first + 1)
+    scale, aside = 0.5 * (SUM_NODES - 1), side * cosine
+    for k in range(len(place)):
+        c = min(max(nearest * bed.nearness[first + k], low), high)
+        place[k] = min(max((sine * c + aside * math.sqrt(1.0 - c * c) + 1.0) * scale, 0.0), SUM_NODES - 1.001)
+    for plane in range(len(out)):
+        _look_up(grid.vertical_sum[plane], place, bed.weight[first:last], out[plane, first:last])
+    return first, last
+
+
+@compiled
+def _look_up(table: Floats, place: Floats, weight: Floats, out: Floats) -> None:
+    """Add `weight` (bins,) times the change of `table`, the vertical pattern's sum, between `place` (bins + 1,)."""
+    heard = np.empty(len(place))
+    for k in range(len(place)):
+        node = np.uint32(np.int32(place[k]))
+        heard[k] = table[node] + (place[k] - np.int32(place[k])) * (table[node + np.uint32(1)] - table[node])
+    for k in range(len(out)):
+        out[k] += weight[k] * abs(heard[k + 1] - heard[k])
 
 
 @compiled
@@ -96,7 +128,7 @@ def bed_columns(bed: FlatBed, grid: Grid, lean: float) -> Floats:
     parts = min(math.ceil(tilt * span / lean), 4 * len(grid.bearing_rad)) if tilt > LEVEL else 0
     out = np.zeros((len(grid.vertical), parts + 1, grid.samples))
     for k in range(parts + 1):
-        bed_column(bed, grid, grid.bearing_rad[0] + span * k / max(parts, 1), out[:, k])
+        bed_column(bed, grid, grid.bearing_rad[0] + span * k / max(parts, 1), ALL_AHEAD, out[:, k])
     return out
 
 

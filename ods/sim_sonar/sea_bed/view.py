@@ -10,7 +10,7 @@ from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.detail import Detail
 from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.shadow import Shades
-from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_ranges, hide_bed, reflectivity_profile
+from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_bed, flat_ranges, hide_bed
 from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges
 from ods.sim_sonar.sea_bed.rough_steps import add_rough_bed, steps_ahead
@@ -85,8 +85,8 @@ def view_of(bed: SeaBedModel | None, grid: Grid, position_ned: Floats, rotation:
     field = bed.field
     if field is None or turn[2, 2] < MIN_UPRIGHT:
         surface = bed.surface
-        gamma = reflectivity_profile(grid, height, surface.cd, surface.cs, math.radians(surface.sigma_deg))
-        return FlatView(FlatBed(np.ascontiguousarray(turn[2]), height, gamma), detail)
+        reflects = (surface.cd, surface.cs, math.radians(surface.sigma_deg))
+        return FlatView(flat_bed(grid, np.ascontiguousarray(turn[2]), height, reflects), detail)
     rows, columns = field.nodes.shape[0] - 1, field.nodes.shape[1] - 1
     rough = RoughBed(
         nodes=field.nodes.ravel(),

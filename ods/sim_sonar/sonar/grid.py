@@ -11,6 +11,8 @@ from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, NODES_PER_WIDTH
 
 STEPS_PER_SINE = 128
 """Points over which the vertical pattern is averaged, for one unit of sin(elevation)."""
+SUM_NODES = 4 * (ELEVATION_NODES - 1) + 1
+"""Nodes of the vertical pattern's running integral, even in sin(elevation)."""
 LIT_BEYOND_WIDTHS = 3.0
 """The projector lights this many beam widths beyond the outer beams."""
 
@@ -27,6 +29,8 @@ class Grid(NamedTuple):
     beam_width_rad: float
     vertical: Floats
     """(planes, ELEVATION_NODES) S^2 over sin(elevation)."""
+    vertical_sum: Floats
+    """(planes, SUM_NODES) its running integral from sin(elevation) = -1 on."""
     horizontal: Floats
     """Running integral of the horizontal pattern over beam widths."""
 
@@ -40,8 +44,16 @@ def grid_of(sonar: SonarModel) -> Grid:
         np.ascontiguousarray(sonar.plane_bearing_rad),
         sonar.beam_width_rad,
         sonar.vertical_two_way,
+        _running_sum(sonar.vertical_two_way),
         sonar.horizontal_cumulative,
     )
+
+
+def _running_sum(vertical: Floats) -> Floats:
+    nodes = np.linspace(-1.0, 1.0, SUM_NODES)
+    values = np.stack([np.interp(nodes, np.linspace(-1.0, 1.0, ELEVATION_NODES), row) for row in vertical])
+    steps = 0.5 * (values[:, 1:] + values[:, :-1]) * (nodes[1] - nodes[0])
+    return np.concatenate([np.zeros((len(vertical), 1)), np.cumsum(steps, axis=1)], axis=1)
 
 
 @compiled
