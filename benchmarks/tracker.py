@@ -16,11 +16,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ods.assess.track.case import observe
-from ods.assess.track.chart import COLOURS, dress, number, save_figure
 from ods.assess.track.scenarios import SONAR, in_sector, world
 from ods.base.clock import NS
 from ods.messages import Pose
-from ods.plots.fan import INK, PAPER
+from ods.plots.chart import dress, number, save_figure
+from ods.plots.style import SERIES, STRONG, add_style, drawn_in
 from ods.runtime.pose_buffer import PoseBuffer
 from ods.tracker import scenario
 from ods.tracker.map.map_object import MapObject
@@ -144,14 +144,15 @@ def receptions() -> dict[int, float]:
 
 def draw(all_of_them: list[Contestant]) -> Figure:
     """Return the chart: medians as lines, crosses: targets."""
-    figure = Figure(figsize=(8.5, 6.0), dpi=110, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(8.5, 6.0), dpi=110, layout="constrained")
     axes = figure.subplots()
-    for index, name in enumerate(dict.fromkeys(one.name for one in all_of_them)):
+    observers = list(OBSERVERS)
+    for name in dict.fromkeys(one.name for one in all_of_them):
         mine = [one for one in all_of_them if one.name == name]
-        style = "o--" if "hibernated" in name else "o-"
+        style = "s--" if "hibernated" in name else "o-"
         axes.plot([one.size[0] for one in mine], [float(np.median(one.spent_ms)) for one in mine], style, label=name,
-                  color=COLOURS[index % len(COLOURS)])  # fmt: skip
-    axes.plot(list(TARGETS_MS), list(TARGETS_MS.values()), "x", color=INK, ms=9, mew=2, label="target")
+                  color=SERIES[observers.index(name.partition(",")[0])])  # fmt: skip
+    axes.plot(list(TARGETS_MS), list(TARGETS_MS.values()), "x", color=STRONG, ms=9, mew=2, label="target")
     axes.set_xscale("log")
     axes.set_yscale("log")
     number(axes.yaxis)
@@ -165,6 +166,7 @@ def main() -> None:
     """Print the table, draw the chart if wanted."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, metavar="CHART.png")
+    add_style(parser)
     args = parser.parse_args()
     all_of_them = contestants()
     run(all_of_them)
@@ -181,7 +183,8 @@ def main() -> None:
     for detections, ms in receptions().items():
         print(f"{'detections':38}{detections:8}{ms:8.3f}")
     if args.out is not None:
-        save_figure(draw(all_of_them), args.out)
+        with drawn_in(args.style):
+            save_figure(draw(all_of_them), args.out)
         print(f"drawn: {args.out}")
 
 

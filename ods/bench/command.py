@@ -13,12 +13,14 @@ from ods.bench.metrics import summarize
 from ods.bench.program import BenchError
 from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
+from ods.plots.style import add_style, drawn_in
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What goes before the configuration."""
     parser.add_argument("--seconds", type=float, help="length of the mission (default: from the configuration)")
     parser.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
+    add_style(parser)
 
 
 def run(args: Namespace) -> int:
@@ -28,7 +30,8 @@ def run(args: Namespace) -> int:
     summary = summarize(record, settings.limits, settings.settle_s)
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
-    picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
+    with drawn_in(args.style):
+        picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
     report.show(summary, settings)
     return 1 if summary.broken else 0
 

@@ -12,14 +12,15 @@ from ods.base import geometry
 from ods.base.mounting import AT_ORIGIN, Mounting
 from ods.bench.collector import RunRecord
 from ods.messages import Detections, Obstacle, ObstacleList, Ping, Quaternion, Sector, Vector3
-from ods.plots.fan import INK, PAPER, draw_detections, draw_fan, polar_image
+from ods.plots.fan import draw_detections, draw_fan, polar_image
+from ods.plots.style import BAD, GOOD, MARK, QUIET, STRONG, WARN
 
-STATE_COLOURS = {"active": "#1a7f37", "stand_by": "#bf8700", "hibernated": "#0969da", "terminated": "#8c959f"}
+STATE_COLOURS = {"active": GOOD, "stand_by": WARN, "hibernated": MARK, "terminated": QUIET}
 
 
 def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> None:
     """Draw a run's last image and its plan into `file`; `mounting`: the sonar's."""
-    figure = Figure(figsize=(15, 7.5), layout="constrained", facecolor=PAPER)
+    figure = Figure(figsize=(15, 7.5), layout="constrained")
     left, right = figure.subplots(1, 2)
     if record.image is not None:
         _image(left, *record.image)
@@ -31,19 +32,19 @@ def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> N
 def _image(axes: Axes, ping: Ping, detections: Detections) -> None:
     draw_fan(axes, polar_image(ping))
     draw_detections(axes, detections.detections)
-    axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections", color=INK)
+    axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections")
 
 
 def _plan(axes: Axes, record: RunRecord, mounting: Mounting) -> None:
     truths = [record.truths[number] for number in sorted(record.truths)]
     path = np.array([truth.position_ned for truth in truths])
-    axes.plot(path[:, 1], path[:, 0], color="black", lw=2, label="vehicle path")
+    axes.plot(path[:, 1], path[:, 0], color=STRONG, lw=2, label="vehicle path")
     newest = record.lists[-1][1] if record.lists else None
     truth = record.truths.get(newest.ping_number, truths[-1]) if newest else truths[-1]
     if record.image is not None:
         _sector(axes, record.image[1].sector, *mounting.head(truth.position_ned, truth.attitude)[:2])
     for index, target in enumerate(truth.objects):
-        circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color="#cf222e", lw=1.5)
+        circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color=BAD, lw=1.5)
         circle.set_label("truth" if index == 0 else "")
         axes.add_patch(circle)
     if newest is not None:
@@ -51,12 +52,8 @@ def _plan(axes: Axes, record: RunRecord, mounting: Mounting) -> None:
     axes.set_aspect("equal")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
-    axes.grid(alpha=0.3)
-    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path", color=INK)
-    axes.set_facecolor("white")
-    axes.tick_params(colors=INK)
-    axes.xaxis.label.set_color(INK)
-    axes.yaxis.label.set_color(INK)
+    axes.grid()
+    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path")
     axes.autoscale_view()
     axes.legend(loc="lower left", fontsize="small")
 
@@ -70,7 +67,7 @@ def _sector(axes: Axes, sector: Sector, place: Vector3, attitude: Quaternion) ->
     arc = geometry.polar_to_body(sector.range_max_m, bearings)
     edge = np.vstack([np.zeros((1, 3)), arc, np.zeros((1, 3))])
     world = geometry.body_to_global(edge, place, attitude)
-    axes.fill(world[:, 1], world[:, 0], color="#54aeff", alpha=0.12, label="insonified sector")
+    axes.fill(world[:, 1], world[:, 0], color=MARK, alpha=0.12, label="insonified sector")
 
 
 def _tracks(axes: Axes, newest: ObstacleList, record: RunRecord) -> None:

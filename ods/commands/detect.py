@@ -15,6 +15,7 @@ from ods.config import OnboardConfig
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import StageImage
+from ods.plots.style import add_style, drawn_in
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
@@ -45,6 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plot-stages", type=Path, metavar="PICTURE.png", help="draw what each stage makes of them, with the levels"
     )
+    add_style(parser)
 
 
 def run(args: Namespace) -> None:
@@ -69,7 +71,8 @@ def run(args: Namespace) -> None:
         results.append(result)
         _tell(result, args)
         if args.plot_stages:
-            _draw_stages(_name(args.plot_stages, result, places), result, stages)
+            with drawn_in(args.style):
+                _draw_stages(_name(args.plot_stages, result, places), result, stages)
             stages.clear()
     for what, count in sorted(recording.losses.items()):
         if not args.json:
@@ -77,7 +80,8 @@ def run(args: Namespace) -> None:
     if args.out is not None:
         _written(args.out, partial(offline.save_npz, args.out, results))
     if draws:
-        _draw(args, results, places)
+        with drawn_in(args.style):
+            _draw(args, results, places)
 
 
 def _settings(config: Path | None) -> PipelineSettings:

@@ -16,7 +16,8 @@ from ods.base.arrays import Floats, Floats32, Image
 from ods.messages import Detection, Detections
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.watch import StageImage
-from ods.plots.fan import COLOUR_MAP, INK, MARK, OUTLINE, PAPER, dress_bar
+from ods.plots.fan import dress_bar
+from ods.plots.style import BAD, GOOD, MARK, QUIET, STRONG, outline
 
 COLUMNS = 1000
 """Range samples that are drawn at most; of those that share one the highest is shown."""
@@ -25,7 +26,7 @@ LOWEST_DB, HIGHEST_DB = -10.0, 40.0
 FAINTEST = 1e-3
 """Amplitudes below this part of the median are drawn as this."""
 SAME_PLANE_RAD = 1e-6
-LOW, HIGH, STRONGEST, MIDDLE = "#7ee787", "#ff7b72", "#c9d1d9", "#8b949e"
+LOW, HIGH, STRONGEST, MIDDLE = GOOD, BAD, STRONG, QUIET
 
 
 class Drawn(NamedTuple):
@@ -46,9 +47,9 @@ def stages_figure(title: str, stages: Sequence[StageImage], found: Detections) -
     """
     columns = [_column(list(group)) for _, group in groupby(stages, key=lambda stage: id(stage.fan))]
     rows = max(map(len, columns))
-    figure = Figure(figsize=(2.0 + 10.0 * len(columns), 1.2 + 1.75 * rows + 3.0), dpi=110, facecolor=PAPER,
+    figure = Figure(figsize=(2.0 + 10.0 * len(columns), 1.2 + 1.75 * rows + 3.0), dpi=110,
                     layout="constrained")  # fmt: skip
-    figure.suptitle(title, color=INK, fontsize=13)
+    figure.suptitle(title, fontsize=13)
     axes = figure.subplots(rows + 1, len(columns), sharex="col", squeeze=False, height_ratios=[*[1.0] * rows, 1.7])
     limits = _limits([drawn for column in columns for drawn in column])
     for column, below in zip(columns, axes.T, strict=True):
@@ -99,13 +100,13 @@ def _limits(drawn: Sequence[Drawn]) -> tuple[float, float]:
 def _draw_image(axes: Axes, drawn: Drawn, limits: tuple[float, float]) -> Any:
     fan = drawn.fan
     _dress(axes, "bearing, deg")
-    axes.set_title(drawn.label, color=INK, fontsize=10, loc="left")
+    axes.set_title(drawn.label, fontsize=10, loc="left")
     for part in filter(len, np.split(np.arange(fan.samples), [fan.seam] if fan.seam else [])):
         pool = -(-len(part) // COLUMNS)
         shown = np.maximum.reduceat(drawn.level_db[:, part], np.arange(0, len(part), pool), axis=1)
         near = fan.range_m[part[0]] - 0.5 * fan.dr_m
         edges = np.append(near + fan.dr_m * np.arange(0, len(part), pool), fan.range_m[part[-1]] + 0.5 * fan.dr_m)
-        picture = axes.pcolorfast(edges, np.degrees(fan.borders_rad), shown, cmap=COLOUR_MAP, vmin=limits[0],
+        picture = axes.pcolorfast(edges, np.degrees(fan.borders_rad), shown, vmin=limits[0],
                                   vmax=limits[1])  # fmt: skip
     axes.invert_yaxis()  # port above, as a look ahead turned to the right
     return picture
@@ -122,7 +123,7 @@ def _draw_detections(axes: Axes, detections: Sequence[Detection], fan: Fan) -> N
         axes.add_patch(Ellipse((each.range_m, bearing), 2.0 * each.radius_m, 2.0 * half, fill=False, ec=MARK, lw=1.2))
         axes.annotate(
             str(number), (each.range_m + each.radius_m, bearing - half), xytext=(1, 1), textcoords="offset points",
-            color=MARK, fontsize=8, path_effects=OUTLINE, annotation_clip=True,
+            color=MARK, fontsize=8, path_effects=outline(), annotation_clip=True,
         )  # fmt: skip
 
 
@@ -141,8 +142,8 @@ def _draw_curves(axes: Axes, drawn: Drawn) -> None:
         for level, colour, name in names if low < high else names[:1]:
             axes.axhline(level, color=colour, lw=1.2, label=f"{name}, {level:.1f} dB")
     axes.set_ylim(LOWEST_DB, max(20.0, float(drawn.level_db.max()) + 3.0))
-    axes.set_xlabel("slant range, m", color=INK)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=4, fontsize=9, labelcolor=INK, frameon=False)
+    axes.set_xlabel("slant range, m")
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.22), ncol=4, fontsize=9, frameon=False)
 
 
 def _with_gap(range_m: Floats, values: Floats32, seam: int | None) -> tuple[Floats, Floats32]:
@@ -153,8 +154,5 @@ def _with_gap(range_m: Floats, values: Floats32, seam: int | None) -> tuple[Floa
 
 
 def _dress(axes: Axes, label: str) -> None:
-    axes.set_facecolor(PAPER)
-    axes.set_ylabel(label, color=INK, fontsize=9)
-    axes.tick_params(colors=INK, labelsize=8)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.set_ylabel(label, fontsize=9)
+    axes.tick_params(labelsize=8)

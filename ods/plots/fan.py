@@ -13,20 +13,11 @@ from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
-from matplotlib.patheffects import AbstractPathEffect, withStroke
 
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection, Detections, Ping, frame_of
+from ods.plots.style import MARK, STRONG, outline
 
-PAPER = "#0d1117"
-"""Background of the figure."""
-INK = "#c9d1d9"
-"""Text, ticks and rings."""
-MARK = "#39d0ff"
-"""Detections."""
-OUTLINE: list[AbstractPathEffect] = [withStroke(linewidth=3.0, foreground=PAPER)]
-"""Keeps marks readable on any image."""
-COLOUR_MAP = "inferno"
 PIXELS = 900
 """Of the longer side of a fan."""
 
@@ -145,13 +136,13 @@ def _keep_highest(raster: Floats32, image: PolarImage, grid: tuple[float, float,
 
 
 def new_figure(title: str, bearing_rad: Floats) -> tuple[Figure, Axes]:
-    """Return a dark figure with one pair of axes, of a shape that suits a fan of these bearings."""
+    """Return a figure with one pair of axes, of a shape that suits a fan of these bearings."""
     across, ahead = _size(bearing_rad)
     scale = min(8.0 / ahead, 11.0 / across)
     size = (max(2.4, scale * across) + 2.2, max(3.0, scale * ahead) + 0.9)
-    figure = Figure(figsize=size, dpi=120, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=size, dpi=120, layout="constrained")
     axes = figure.add_subplot()
-    axes.set_title(title, color=INK, fontsize=12)
+    axes.set_title(title, fontsize=12)
     return figure, axes
 
 
@@ -200,7 +191,6 @@ def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float],
         raster.level,
         extent=raster.extent,
         origin="lower",
-        cmap=COLOUR_MAP,
         vmin=low,
         vmax=max(high, low + 1.0),
         interpolation="nearest",
@@ -212,9 +202,8 @@ def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float],
 
 
 def dress_bar(bar: Colorbar, label: str) -> None:
-    """Give a colour scale its label, and the colours of the picture."""
-    bar.set_label(label, color=INK)
-    bar.ax.tick_params(colors=INK)
+    """Give a colour scale its label, and no frame."""
+    bar.set_label(label)
     bar.outline.set_visible(False)
 
 
@@ -223,17 +212,16 @@ def _draw_rings(axes: Axes, borders: Floats, far_m: float) -> None:
     step = _round_step(far_m / 6.0)
     arc = np.linspace(borders[0], borders[-1], 121)
     for distance in np.arange(step, far_m, step):
-        axes.plot(distance * np.sin(arc), distance * np.cos(arc), color=INK, lw=0.5, alpha=0.35)
+        axes.plot(distance * np.sin(arc), distance * np.cos(arc), color=STRONG, lw=0.5, alpha=0.35)
         axes.annotate(
             f"{distance:g} m",
             (distance * np.sin(borders[-1]), distance * np.cos(borders[-1])),
             xytext=(4, -4),
             textcoords="offset points",
-            color=INK,
             fontsize=8,
         )
     for edge in (borders[0], borders[-1]):
-        axes.plot([0.0, far_m * np.sin(edge)], [0.0, far_m * np.cos(edge)], color=INK, lw=0.5, alpha=0.35)
+        axes.plot([0.0, far_m * np.sin(edge)], [0.0, far_m * np.cos(edge)], color=STRONG, lw=0.5, alpha=0.35)
 
 
 def _round_step(rough: float) -> float:
@@ -243,12 +231,8 @@ def _round_step(rough: float) -> float:
 
 
 def _dress(axes: Axes) -> None:
-    axes.set_facecolor(PAPER)
-    axes.set_xlabel("across, m (starboard right)", color=INK)
-    axes.set_ylabel("ahead, m", color=INK)
-    axes.tick_params(colors=INK)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
+    axes.set_xlabel("across, m (starboard right)")
+    axes.set_ylabel("ahead, m")
 
 
 def draw_detections(axes: Axes, detections: Sequence[Detection], *, colour: str = MARK, numbers: bool = True) -> None:
@@ -257,14 +241,14 @@ def draw_detections(axes: Axes, detections: Sequence[Detection], *, colour: str 
         x = detection.range_m * np.sin(detection.bearing_rad)
         y = detection.range_m * np.cos(detection.bearing_rad)
         circle = Circle((x, y), detection.radius_m, fill=False, ec=colour, lw=1.4)
-        circle.set_path_effects(OUTLINE)
+        circle.set_path_effects(outline())
         axes.add_patch(circle)
         axes.plot([x], [y], ".", color=colour, ms=2.5)
         if numbers:
             offset = 0.71 * detection.radius_m
             axes.annotate(
                 str(number), (x + offset, y + offset), xytext=(2, 2), textcoords="offset points", color=colour,
-                fontsize=8, path_effects=OUTLINE,
+                fontsize=8, path_effects=outline(),
             )  # fmt: skip
 
 

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from matplotlib.figure import Figure
 
 from ods.messages import Detections, Ping
-from ods.plots.fan import INK, PAPER, aspect_of, draw_bare_fan, draw_detections, dress_bar, limits_of, polar_image
+from ods.plots.fan import aspect_of, draw_bare_fan, draw_detections, dress_bar, limits_of, polar_image
 
 PIXELS = 500
 """Of the longer side of a fan on a sheet."""
@@ -33,14 +33,14 @@ def sheet_figure(items: Sequence[SheetItem]) -> Figure:
     columns = math.ceil(math.sqrt(len(items) * HEIGHT / width))
     rows = math.ceil(len(items) / columns)
     size = 1.6 + width * columns, 0.5 + (HEIGHT + 0.5) * rows
-    figure = Figure(figsize=size, dpi=100, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=size, dpi=100, layout="constrained")
     axes = figure.subplots(rows, columns, squeeze=False)
     limits = [limits_of(image, PIXELS) for image in images]
     shared = min(low for low, _ in limits), max(high for _, high in limits)
     for panel, item, image in zip(axes.flat, items, images, strict=False):
         picture = draw_bare_fan(panel, image, shared, PIXELS)
         draw_detections(panel, item.found.detections)
-        panel.set_title(item.title, color=INK, fontsize=10)
+        panel.set_title(item.title, fontsize=10)
         panel.tick_params(labelsize=8)
         panel.label_outer()
     for panel in axes.flat[len(items) :]:

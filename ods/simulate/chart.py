@@ -2,12 +2,12 @@
 
 from pathlib import Path
 
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ods.base.errors import OdsError
-from ods.plots.fan import INK, PAPER
+from ods.plots.chart import dress, save_figure
+from ods.plots.style import ACCENT, BAD, MARK, QUIET, STRONG, drawn_in
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.simulate.speed import Curve, curve_of
 
@@ -18,67 +18,44 @@ SCENES = {
     "rough_50": "rough sea-bed, 50 objects",
 }
 ENDINGS = (".png", ".svg", ".pdf")
-CURVE_COLOURS = ("#8b949e", "#39d0ff", "#ffa657", "#ff7b72")
-EXACT, EXACT_DB = 1e-3, 1e-2
-"""Where errors below these are drawn: a level that is exact has no place on a logarithmic axis."""
+CURVE_COLOURS = (QUIET, MARK, ACCENT, BAD)
+EXACT = 1e-3
+"""Where errors below this are drawn: a level that is exact has no place on a logarithmic axis."""
 
 
-def draw_chart(sonar: SonarModel, path: Path) -> None:
+def draw_chart(sonar: SonarModel, path: Path, style: str) -> None:
     """Measure all model levels on four scenes and draw them. Raises OdsError."""
     if path.suffix not in ENDINGS:
         raise OdsError(f"{path}: the ending must be one of {', '.join(ENDINGS)}")
     if not path.parent.is_dir():
         raise OdsError(f"{path}: no such folder: {path.parent}")
     curves = [curve_of(sonar, name) for name in SCENES]
-    figure = curve_figure(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}: error against time")
-    try:
-        figure.savefig(path)
-    except OSError as error:
-        raise OdsError(f"{path}: {error.strerror}") from error
+    with drawn_in(style):
+        save_figure(curve_figure(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}"), path)
 
 
 def curve_figure(curves: list[Curve], title: str) -> Figure:
-    """Return the chart: relative errors left, in dB right; a ring marks what the automatic choice picks."""
-    figure = Figure(figsize=(13.0, 5.5), dpi=110, facecolor=PAPER, layout="constrained")
-    figure.suptitle(title, color=INK)
-    left, right = figure.subplots(1, 2)
+    """Return the chart; a ring marks what the automatic choice picks."""
+    figure = Figure(figsize=(8.0, 5.5), dpi=110, layout="constrained")
+    axes = figure.subplots()
     for curve, colour in zip(curves, CURVE_COLOURS, strict=True):
         points, picked = curve.points, curve.picked
-        times = [point.ms for point in points]
+        errors = [max(point.error, EXACT) for point in points]
         name = SCENES.get(curve.scene, curve.scene)
-        left.plot(times, [max(point.error, EXACT) for point in points], "o-", color=colour, ms=4, label=name)
-        right.plot(times, [max(point.error_db, EXACT_DB) for point in points], "o-", color=colour, ms=4, label=name)
-        ring = {"mfc": "none", "mec": colour, "ms": 13, "mew": 1.8}
-        left.plot(picked.ms, max(picked.error, EXACT), "o", **ring)
-        right.plot(picked.ms, max(picked.error_db, EXACT_DB), "o", **ring)
-    left.axhline(curves[-1].picked.max_error, color=INK, lw=0.8, ls=":")
-    left.annotate("max_error", (0.99, curves[-1].picked.max_error), xycoords=("axes fraction", "data"), color=INK,
-                  ha="right", va="bottom", fontsize=8)  # fmt: skip
-    _dress(left, "rms error over rms of the reference")
-    _dress(right, "rms error, dB")
-    left.legend(
-        loc="lower right",
-        facecolor=PAPER,
-        labelcolor=INK,
-        edgecolor=INK,
-        title="ring: automatic choice",
-        title_fontsize=9,
+        axes.plot([point.ms for point in points], errors, "o-", color=colour, ms=4, label=name)
+        axes.plot(picked.ms, max(picked.error, EXACT), "o", mfc="none", mec=colour, ms=13, mew=1.8)
+    axes.axhline(curves[-1].picked.max_error, color=STRONG, lw=0.8, ls=":")
+    axes.annotate("max_error", (0.99, curves[-1].picked.max_error), xycoords=("axes fraction", "data"), ha="right",
+                  va="bottom", fontsize=9)  # fmt: skip
+    axes.annotate(
+        "this or less", (0.99, EXACT), xycoords=("axes fraction", "data"), ha="right", va="center", fontsize=9
     )
-    left.get_legend().get_title().set_color(INK)
-    return figure
-
-
-def _dress(axes: Axes, label: str) -> None:
-    axes.set(
-        xscale="log", yscale="log", xlabel="CPU time of a whole image, ms", ylabel=f"{label} (lowest: that or less)"
-    )
+    axes.set(xscale="log", yscale="log")
+    dress(axes, title, "CPU time of a whole image, ms", "rms error over rms of the reference")
     axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     axes.xaxis.set_major_formatter(FuncFormatter(lambda ms, _: f"{ms:g}"))
     axes.xaxis.set_minor_formatter(NullFormatter())
-    axes.set_facecolor(PAPER)
-    axes.grid(color=INK, alpha=0.15, which="both")
-    axes.tick_params(colors=INK, which="both")
-    axes.xaxis.label.set_color(INK)
-    axes.yaxis.label.set_color(INK)
-    for spine in axes.spines.values():
-        spine.set_color(INK)
+    axes.legend(
+        loc="upper left", bbox_to_anchor=(0.0, -0.12), ncols=4, title="ring: automatic choice", columnspacing=1.2
+    )
+    return figure

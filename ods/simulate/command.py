@@ -12,6 +12,7 @@ from rich.progress import track
 from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
+from ods.plots.style import DARK, add_style, drawn_in
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import Shot, shots_of
@@ -30,6 +31,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--pings", type=positive_int, metavar="N", help="default: the whole scene; one for .png")
     parser.add_argument("--seed", type=int, metavar="N", help="instead of the scene's own")
     parser.add_argument("--chart", type=Path, metavar="OUT.png", help="draw error against time, all model levels")
+    add_style(parser)
     parser.add_argument("--table", action="store_true", help="print the time that each part of an image takes")
 
 
@@ -38,7 +40,7 @@ def run(args: Namespace) -> None:
     if not args.chart and not args.table and not (args.scene and args.out):
         raise OdsError("give SCENE.toml and --out, or --chart, or --table")
     if args.scene and args.out:
-        simulate(args.scene, args.sonar, args.out, args.pings, args.seed)
+        simulate(args.scene, args.sonar, args.out, args.pings, args.seed, args.style)
     if args.table:
         from ods.simulate.speed import print_table
 
@@ -46,15 +48,18 @@ def run(args: Namespace) -> None:
     if args.chart:
         from ods.simulate.chart import draw_chart
 
-        draw_chart(find_sonar(args.sonar), args.chart)
+        draw_chart(find_sonar(args.sonar), args.chart, args.style)
 
 
-def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None) -> None:
+def simulate(
+    scene: Path, sonar: str, out: Path, pings: int | None = None, seed: int | None = None, style: str = DARK
+) -> None:
     """Write the pings of a scene from its beginning.
 
     `sonar` is the name of a file in config/sonars, or a path. The ending of `out` tells what is written: .npz or .s7k,
     the whole scene where `pings` is not given, and beside it `<stem>.truth.jsonl`, one Truth a line; .png, one picture
-    a ping, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format cannot carry.
+    a ping in that style, one where it is not given. Raises OdsError: a bad file or option, or a scene that the format
+    cannot carry.
     """
     if out.suffix not in PING_WRITERS:
         raise OdsError(f"{out}: the ending must be one of {', '.join(PING_WRITERS)}")
@@ -69,7 +74,8 @@ def simulate(scene: Path, sonar: str, out: Path, pings: int | None = None, seed:
         images = ImageSimulator(model, loaded, seed)
         shots = _progress(shots_of(images), whole if pings is None else pings, out)
         if out.suffix == ".png":
-            _write_png(out, shots)
+            with drawn_in(style):
+                _write_png(out, shots)
             return
         with out.with_suffix(TRUTH_SUFFIX).open("wb") as truths:
             PING_WRITERS[out.suffix](out, _noting(shots, truths.write))

@@ -42,8 +42,6 @@ class CurvePoint:
     """CPU time of a whole image."""
     error: float
     """Rms of the smoothed mean image's difference to the reference, over that image's rms."""
-    error_db: float
-    """Rms of the difference of their levels in dB, noise included."""
 
 
 @dataclass(frozen=True)
@@ -109,12 +107,10 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     noise, *areas = interleaved_ms(
         [lambda: receiver.receive(reference, sent)] + [partial(area_of, level) for level in chosen]
     )
-    noise_m2 = (file.image.noise_counts / file.image.gain) ** 2
-    points = []
-    for level, ms in zip(chosen, areas, strict=True):
-        area = area_of(level)
-        errors = relative_error(area, reference), error_db(area, reference, noise_m2)
-        points.append(CurvePoint(level, noise + ms, *errors))
+    points = [
+        CurvePoint(level, noise + ms, relative_error(area_of(level), reference))
+        for level, ms in zip(chosen, areas, strict=True)
+    ]
     return Curve(name, points, points[chosen.index(file.image.max_error)])
 
 
@@ -122,13 +118,6 @@ def relative_error(area: Floats, reference: Floats) -> float:
     """Return rms(area - reference) / rms(reference), both smoothed, (beams, samples); 0 where both are empty."""
     size = float(np.linalg.norm(_smooth(reference)))
     return float(np.linalg.norm(_smooth(area - reference))) / size if size > 0.0 else float(np.any(area != 0.0))
-
-
-def error_db(area: Floats, reference: Floats, noise: float) -> float:
-    """Return the rms difference of the smoothed images' levels, dB, above a floor of `noise`, in their unit."""
-    floor = max(noise, 1e-12)
-    ratio = (np.maximum(_smooth(area), 0.0) + floor) / (np.maximum(_smooth(reference), 0.0) + floor)
-    return float(np.sqrt(np.mean(np.square(10.0 * np.log10(ratio)))))
 
 
 def cpu_ms(job: Callable[[], object]) -> float:

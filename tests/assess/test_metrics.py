@@ -8,11 +8,13 @@ from ods.assess.detection.metrics import (
     Score,
     at_false_alarms,
     edge_preservation,
+    interval_at_false_alarms,
     nearest_score,
     noise_suppression_db,
     pareto_front,
 )
 from ods.assess.images.labelled import Target, circle_target
+from ods.assess.track.measure import ratio_interval
 from ods.messages import Detection, Detections, Sector
 
 
@@ -74,6 +76,26 @@ def test_detection_probability_at_a_number_of_false_alarms() -> None:
     assert at_false_alarms(swept((7, 0), (6, 100)), 1.0) == pytest.approx(0.7)  # a worse point does not harm
     assert nearest_score(scores, 2.0) == 1
     assert nearest_score(scores, 0.9) == 0
+
+
+def test_interval_is_that_of_the_binomial_law() -> None:
+    """100 images of one object each, half of them found, one false alarm in each: 0.5 +- 1.96 sqrt(0.25 / 100)."""
+    score = Score(100, 100, 50, 100, by_image=[(1, k % 2, 1) for k in range(100)])
+    low, high = interval_at_false_alarms([score], 1.0)
+    assert (low, high) == pytest.approx((0.402, 0.598), abs=0.03)
+    alike = Score(20, 20, 20, 20, by_image=[(1, 1, 1)] * 20)
+    assert interval_at_false_alarms([alike], 1.0) == (1.0, 1.0)
+    assert np.isnan(interval_at_false_alarms([Score(1, 1, 1, 1, by_image=[(1, 1, 1)])], 1.0)).all()
+    assert np.isnan(interval_at_false_alarms([], 1.0)).all()
+
+
+def test_interval_of_a_ratio_is_paired() -> None:
+    """Seeds that are hard for the tracker are hard for the reference: a ratio that never changes has no interval."""
+    hard = np.array([1.0, 2.0, 5.0, 0.5, 3.0])
+    assert ratio_interval((1.2 * hard).tolist(), hard.tolist()) == pytest.approx((1.2, 1.2))
+    low, high = ratio_interval([1.0, 2.0, 1.5], [1.0, 1.0, 1.0])
+    assert 1.0 <= low < 1.5 < high <= 2.0
+    assert np.isnan(ratio_interval([1.0], [1.0])).all()
 
 
 def test_noise_suppression_of_a_mean_over_four_samples_is_six_decibels() -> None:

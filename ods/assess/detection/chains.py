@@ -17,8 +17,8 @@ from ods.pipeline.stage.registry import find_stage
 DEFAULT = "default"
 """Name of the chain that a configuration without stages gets."""
 
-EQUALIZERS: tuple[StageTable, ...] = ({"use": "equalize.mean_range"}, {"use": "equalize.local"})
-"""Before every filter."""
+EQUALIZERS: tuple[StageTable, ...] = tuple(stage for stage in DEFAULT_STAGES if stage["use"].startswith("equalize."))
+"""Before every filter, those of the default chain."""
 
 FILTERS: Mapping[str, tuple[StageTable, ...]] = {
     "no filter": (),

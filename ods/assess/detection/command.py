@@ -2,7 +2,7 @@
 
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rich.console import Console
@@ -22,6 +22,7 @@ from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
+from ods.plots.style import add_style
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
 
@@ -42,6 +43,8 @@ class Effort:
     """Times that each chain is timed."""
     settings: int
     """Settings at most."""
+    without: tuple[str, ...] = ()
+    """Words; settings whose names have one of them are left out."""
 
 
 FULL_EFFORT = Effort(sea=32, tank=20, checked=200, filtered=8, rounds=12, settings=1000)
@@ -56,6 +59,7 @@ TANK_FALSE_ALARMS = 4.0
 def add_arguments(parser: ArgumentParser) -> None:
     """Chart, real frames and effort."""
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    add_style(parser)
     parser.add_argument(
         "--real", type=Path, nargs=2, action="append", default=[], metavar=("RECORDING", "LABELS"),
         help="check the default chain on labelled frames, too; may be given again",
@@ -66,12 +70,17 @@ def add_arguments(parser: ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that --scene is seen by, or a path")
     parser.add_argument("--own", action="store_true", help="judge all settings on --real and --scene, and nothing else")
+    parser.add_argument(
+        "--without", action="append", default=[], metavar="WORD",
+        help="leave settings out whose name has it, such as OS-CFAR, which take the longest; may be given again",
+    )  # fmt: skip
     parser.add_argument("--quick", action="store_true", help="a few images and settings, to see that it works")
 
 
 def run(args: Namespace) -> None:
     """Measure, print and draw. Raises OdsError."""
     settings = None
+    effort = replace(QUICK_EFFORT if args.quick else FULL_EFFORT, without=tuple(args.without))
     if args.config:
         PLUGINS.load(load_table(args.config, "recordings", RecordingsSettings, OnboardConfig).plugins)
         settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
@@ -79,35 +88,36 @@ def run(args: Namespace) -> None:
         images = own_images(
             [(recording, labels) for recording, labels in args.real], args.scene, sonar_named(args.sonar)
         )
-        assess_own(images, settings, QUICK_EFFORT if args.quick else FULL_EFFORT)
+        assess_own(images, settings, effort)
         return
     if args.scene or settings:
         raise OdsError("--scene, --config: only with --own")
-    assess_detection(args.out, [(recording, labels) for recording, labels in args.real], quick=args.quick)
+    real = [(recording, labels) for recording, labels in args.real]
+    rows = assess_detection(effort, real)
+    if args.out is not None:
+        from ods.assess.detection.chart import save_chart
+
+        save_chart(args.out, rows, args.style)
+        print(f"drawn: {args.out}")
 
 
-def assess_detection(out: Path | None, real: Sequence[tuple[Path, Path]] = (), *, quick: bool) -> None:
-    """Measure all settings, print the table, draw the chart. Raises OdsError.
+def assess_detection(effort: Effort, real: Sequence[tuple[Path, Path]] = ()) -> list[SettingRow]:
+    """Measure all settings and print the table. Raises OdsError.
 
     `real`: recordings, each with the labels of its frames.
     """
-    effort = QUICK_EFFORT if quick else FULL_EFFORT
     rows = measure(effort)
     front = pareto_front([row.ms for row in rows], [row.sea.detection_probability for row in rows])
     console = Console(width=150)
     console.print(setting_table(rows, front))
     for line in (*attention_costs(rows), *_checks(effort.checked, real)):
         console.print(line)
-    if out is not None:
-        from ods.assess.detection.chart import save_chart
-
-        save_chart(out, rows, front)
-        console.print(f"drawn: {out}")
+    return rows
 
 
 def assess_own(images: Sequence[LabelledImage], configured_chain: PipelineSettings | None, effort: Effort) -> None:
     """Judge settings on the user's images, the chain of his configuration among them. Raises OdsError."""
-    settings = whole_image_settings()[: effort.settings]
+    settings = _measured(whole_image_settings(), effort)
     chosen = [_in_service(each) for each in settings]
     if configured_chain is not None:
         settings, chosen = [configured(configured_chain), *settings], [configured_chain, *chosen]
@@ -124,7 +134,7 @@ def _checks(count: int, real: Sequence[tuple[Path, Path]]) -> Iterator[str]:
 
 def measure(effort: Effort) -> list[SettingRow]:
     """Return one row for each setting, in the order of the table of settings."""
-    settings = all_settings()[: effort.settings]
+    settings = _measured(all_settings(), effort)
     sea, tank = sea_images(effort.sea, IMAGES_SEED), tank_images(effort.tank, IMAGES_SEED)
     spent = milliseconds([_in_service(each) for each in settings], sea[0].ping, effort.rounds)
     figures = _filter_figures(settings, sea[: effort.filtered])
@@ -138,6 +148,10 @@ def measure(effort: Effort) -> list[SettingRow]:
         )
         for each, ms in zip(progress(settings, description="assessing", transient=True), spent, strict=True)
     ]
+
+
+def _measured(settings: Sequence[Setting], effort: Effort) -> list[Setting]:
+    return [each for each in settings if not any(word in each.name for word in effort.without)][: effort.settings]
 
 
 def _in_service(setting: Setting) -> PipelineSettings:

@@ -13,6 +13,7 @@ from ods.assess.detection.metrics import (
     Score,
     at_false_alarms,
     edge_preservation,
+    interval_at_false_alarms,
     nearest_score,
     noise_suppression_db,
 )
@@ -40,6 +41,8 @@ class Accuracy:
     """Median; nan where nothing was found or no circle is known."""
     radius_error: float
     """Median of the relative error's size; nan likewise."""
+    interval: tuple[float, float] = (float("nan"), float("nan"))
+    """Of the detection probability, by bootstrap over the images."""
 
 
 @dataclass(frozen=True)
@@ -65,6 +68,7 @@ def accuracy_of(setting: Setting, images: Sequence[LabelledImage], false_alarms:
         at_false_alarms(scores, false_alarms),
         _median(nearest.position_error_m),
         _median(np.abs(nearest.radius_error)),
+        interval_at_false_alarms(scores, false_alarms),
     )
 
 

@@ -4,10 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.stats import bootstrap
 
 from ods.assess.images.labelled import Target
-from ods.base.arrays import Image, Mask
+from ods.base.arrays import Image, Ints, Mask
 from ods.messages import Detection
+
+RESAMPLES = 500
+"""Draws of a bootstrap."""
+CONFIDENCE = 0.95
+"""Of its intervals."""
 
 
 @dataclass
@@ -22,6 +28,8 @@ class Score:
     """Distance of centre to true centre, of each found body whose circle is known."""
     radius_error: list[float] = field(default_factory=list)
     """Relative error of its radius."""
+    by_image: list[tuple[int, int, int]] = field(default_factory=list)
+    """Targets, found, false alarms of each image."""
 
     @property
     def detection_probability(self) -> float:
@@ -36,18 +44,19 @@ class Score:
     def count_image(self, detections: Sequence[Detection], targets: Sequence[Target]) -> None:
         """Add one image. A target is found when a detection's centre lies in its box, the nearest one is measured;
         more detections in a box are neither found targets nor false alarms."""
-        self.images += 1
-        self.false_alarms += sum(not any(_inside(d, t) for t in targets) for d in detections)
-        for target in targets:
-            if not target.counts:
-                continue
-            self.targets += 1
+        false = sum(not any(_inside(d, t) for t in targets) for d in detections)
+        counted = [target for target in targets if target.counts]
+        found = 0
+        for target in counted:
             inside = [d for d in detections if _inside(d, target)]
-            if not inside:
-                continue
-            self.found += 1
-            if target.circle is not None:
+            found += bool(inside)
+            if inside and target.circle is not None:
                 self._measure(inside, target.circle)
+        self.images += 1
+        self.targets += len(counted)
+        self.found += found
+        self.false_alarms += false
+        self.by_image.append((len(counted), found, false))
 
     def _measure(self, inside: Sequence[Detection], circle: tuple[float, float, float]) -> None:
         distance, bearing, radius = circle
@@ -84,6 +93,27 @@ def at_false_alarms(scores: Sequence[Score], wanted: float) -> float:
     if not rates or wanted < rates[0]:
         return 0.0
     return float(np.interp(np.log(wanted), np.log(rates), np.maximum.accumulate([best[rate] for rate in rates])))
+
+
+def interval_at_false_alarms(scores: Sequence[Score], wanted: float) -> tuple[float, float]:
+    """Return the CONFIDENCE interval of `at_false_alarms` by bootstrap over the images, the same ones at each step.
+
+    nan where there are fewer than two images.
+    """
+    images = scores[0].images if scores else 0
+    if images < 2:
+        return float("nan"), float("nan")
+    counts = np.array([score.by_image for score in scores])  # (steps, images, 3)
+
+    def probability(drawn: Ints) -> float:
+        totals = counts[:, drawn].sum(axis=1).tolist()
+        return at_false_alarms([Score(images, targets, found, false) for targets, found, false in totals], wanted)
+
+    interval = bootstrap(
+        (np.arange(images),), probability, vectorized=False, method="percentile", n_resamples=RESAMPLES,
+        confidence_level=CONFIDENCE, rng=np.random.default_rng(0),
+    ).confidence_interval  # fmt: skip
+    return float(interval.low), float(interval.high)
 
 
 def nearest_score(scores: Sequence[Score], wanted: float) -> int:

@@ -7,21 +7,19 @@ from matplotlib.figure import Figure
 
 from ods.assess.sea.judge import SceneScore
 from ods.assess.sea.table import FALSE_LIMIT, TRACKED_LIMIT
-from ods.assess.track.chart import dress
-from ods.plots.fan import INK, MARK, PAPER
-
-FALSE_COLOUR = "#ffa657"
+from ods.plots.chart import dress
+from ods.plots.style import ACCENT, MARK, STRONG
 
 
 def chart(scores: Sequence[SceneScore]) -> Figure:
     """Return the chart."""
-    figure = Figure(figsize=(13.0, 1.6 + 0.42 * len(scores)), dpi=110, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(13.0, 1.6 + 0.42 * len(scores)), dpi=110, layout="constrained")
     false, tracked, range_of = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
     rows = range(len(scores))
-    false.barh(rows, [score.false_a_minute for score in scores], color=FALSE_COLOUR, height=0.6)
+    false.barh(rows, [score.false_a_minute for score in scores], color=ACCENT, height=0.6)
     for row, score in enumerate(scores):
         false.annotate(f"{score.false_a_minute:.1f}", (score.false_a_minute, row), xytext=(4, 0), va="center",
-                       textcoords="offset points", color=INK, fontsize=9)  # fmt: skip
+                       textcoords="offset points", fontsize=9)  # fmt: skip
         for target in score.targets:
             tracked.plot(100.0 * target.share, row, "o", color=MARK, ms=6, alpha=0.7)
             range_of.plot(target.confirmed_m, row, "o", color=MARK, ms=6, alpha=0.7)
@@ -37,4 +35,4 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
 
 
 def _limit(axes: Axes, value: float) -> None:
-    axes.axvline(value, color=INK, lw=1.0, ls=":")
+    axes.axvline(value, color=STRONG, lw=1.0, ls=":")

@@ -23,6 +23,7 @@ from ods.base.settings_file import load_table
 from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
+from ods.plots.style import add_style, drawn_in
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.settings import TrackerSettings
 
@@ -58,6 +59,7 @@ class Draw(NamedTuple):
 def add_arguments(parser: ArgumentParser) -> None:
     """Scenes, effort and chart."""
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    add_style(parser)
     parser.add_argument("--scenes", nargs="+", metavar="NAME", help=f"of those in config/{FOLDER} (default: all)")
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
@@ -89,9 +91,10 @@ def run(args: Namespace) -> None:
     console.print(target_table(scores))
     if args.out is not None:
         from ods.assess.sea.chart import chart
-        from ods.assess.track.chart import save_figure
+        from ods.plots.chart import save_figure
 
-        save_figure(chart(scores), args.out)
+        with drawn_in(args.style):
+            save_figure(chart(scores), args.out)
         console.print(f"drawn: {args.out}")
 
 

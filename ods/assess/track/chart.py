@@ -1,73 +1,92 @@
 """One picture of accuracy against time of all trackers, and of each scenario's ratio to the reference."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+from scipy.stats import bootstrap
 
 from ods.assess.track.measure import Row
-from ods.base.errors import OdsError
-from ods.plots.fan import INK, MARK, PAPER
+from ods.base.arrays import Floats
+from ods.plots.chart import dress, number
+from ods.plots.style import QUIET, SERIES, STRONG
 
-COLOURS = (MARK, "#ffa657", "#7ee787", "#d2a8ff", "#ff7b72", "#8b949e", "#f2cc60", "#ffffff")
-
-
-def save_figure(figure: Figure, path: Path) -> None:
-    """Write a picture. Raises OdsError."""
-    try:
-        figure.savefig(path)
-    except (OSError, ValueError) as error:
-        raise OdsError(f"{path}: {error}") from error
+MARKERS = "oDs^vP"
+"""One for each association; a colour stands for an observer."""
+BAND = 0.8
+"""Share of a scenario's row that its trackers stand in, one under the other."""
 
 
 def chart(rows: Sequence[Row]) -> Figure:
     """Return the chart: left all scenarios of a tracker with their middle, right scenario by scenario."""
-    figure = Figure(figsize=(13.0, 7.0), dpi=110, facecolor=PAPER, layout="constrained")
-    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.15))
-    trackers = list(dict.fromkeys(row.tracker for row in rows))
     names = list(dict.fromkeys(row.scenario for row in rows))
-    for index, tracker in enumerate(trackers):
-        mine, colour = [row for row in rows if row.tracker == tracker], COLOURS[index % len(COLOURS)]
-        ms, ratio = [row.ms for row in mine], [row.ratio for row in mine]
-        left.plot(ms, ratio, "o", color=colour, ms=4, alpha=0.6)
-        middle = np.exp(np.mean(np.log(ms))), np.exp(np.mean(np.log(ratio)))
-        left.plot(*middle, "*", color=colour, ms=16, label=f"{tracker} ({len(mine)} scenarios)")
-        places = [names.index(row.scenario) for row in mine]
-        right.plot(ratio, places, "o", color=colour, ms=7, label=tracker)
-    limits = {row.scenario: row.limits.gospa for row in rows}
-    right.plot([limits[name] for name in names], range(len(names)), "|", color=INK, ms=13, mew=1.5, label="limit")
+    trackers = list(dict.fromkeys(row.tracker for row in rows))
+    figure = Figure(figsize=(13.0, 3.0 + 0.42 * len(names)), dpi=110, layout="constrained")
+    left, right = figure.subplots(1, 2, width_ratios=(1.0, 1.35))
+    looks = _looks(trackers)
+    for place, tracker in enumerate(trackers):
+        mine = [row for row in rows if row.tracker == tracker]
+        _draw_means(left, mine, *looks[tracker])
+        down = BAND * ((place + 0.5) / len(trackers) - 0.5)
+        _draw_ratios(right, mine, [names.index(row.scenario) + down for row in mine], *looks[tracker])
+    _draw_limits(right, rows, names)
     right.set_yticks(range(len(names)), names)
-    right.invert_yaxis()
-    dress(left, "all scenarios, star: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's")
-    dress(right, "GOSPA in view over the reference's", "1: identities and motion class known", "")
-    left.set_xscale("log")
+    right.set_ylim(len(names) - 0.5, -0.5)
+    for axes in (left, right):
+        axes.set_xscale("log")
     left.set_yscale("log")
-    right.set_xscale("log")
     number(left.xaxis, left.yaxis, right.xaxis)
+    dress(left, "all scenarios; large: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's")
+    dress(right, "scenario by scenario, GOSPA over the reference's", "1: the reference, which knows more", "")
+    right.grid(visible=False, axis="y")
+    for axes in (left, right):
+        axes.get_legend().remove()
+    figure.legend(*right.get_legend_handles_labels(), loc="outside lower center", ncols=4, frameon=False)
     return figure
 
 
-def number(*logarithmic: Axis) -> None:
-    """Give logarithmic axes plain numbers."""
-    for axis in logarithmic:
-        axis.set_major_locator(LogLocator(10.0, (1.0, 1.5, 2.0, 3.0, 5.0)))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        axis.set_minor_formatter(NullFormatter())
+def _looks(trackers: Sequence[str]) -> dict[str, tuple[str, str]]:
+    """Return colour and marker of each tracker: those of its observer, and of its association."""
+    parts = {name: name.partition(", ")[::2] for name in trackers}
+    observers, ways = (list(dict.fromkeys(part)) for part in zip(*parts.values(), strict=True))
+    return {
+        name: (SERIES[observers.index(observer) % len(SERIES)], MARKERS[ways.index(way) % len(MARKERS)])
+        for name, (observer, way) in parts.items()
+    }
 
 
-def dress(axes: Axes, title: str, x: str, y: str) -> None:
-    """Give axes the colours of all our charts, and a legend if anything is labelled."""
-    axes.set_facecolor(PAPER)
-    axes.set_title(title, color=INK)
-    axes.set_xlabel(x, color=INK)
-    axes.set_ylabel(y, color=INK)
-    axes.tick_params(colors=INK, which="both")
-    axes.grid(color=INK, alpha=0.15)
-    for spine in axes.spines.values():
-        spine.set_visible(False)
-    if axes.get_legend_handles_labels()[0]:
-        axes.legend(facecolor=PAPER, edgecolor="none", labelcolor=INK, fontsize=9)
+def _draw_means(axes: Axes, mine: Sequence[Row], colour: str, marker: str) -> None:
+    """Draw a tracker's scenarios, and their geometric mean with the interval that draws of scenarios give it."""
+    ms, ratio = np.array([(row.ms, row.ratio) for row in mine]).T
+    axes.plot(ms, ratio, marker, color=colour, ms=3.5, alpha=0.5)
+    middle = _geometric_mean(ms), _geometric_mean(ratio)
+    if len(mine) > 1:
+        found = bootstrap((ratio,), _geometric_mean, vectorized=False, method="percentile", n_resamples=500,
+                          rng=np.random.default_rng(0)).confidence_interval  # fmt: skip
+        axes.plot((middle[0], middle[0]), (found.low, found.high), color=colour, lw=1.2)
+    axes.plot(*middle, marker, color=colour, ms=10, mec=STRONG, mew=0.8, label=mine[0].tracker)
+
+
+def _geometric_mean(values: Floats) -> float:
+    return float(np.exp(np.mean(np.log(values))))
+
+
+def _draw_ratios(axes: Axes, mine: Sequence[Row], places: Sequence[float], colour: str, marker: str) -> None:
+    for row, place in zip(mine, places, strict=True):
+        axes.plot(row.ratio_interval, (place, place), color=colour, lw=1.1)
+    label = f"{mine[0].tracker} ({len(mine)} scenarios)"
+    axes.plot([row.ratio for row in mine], places, marker, color=colour, ms=4.5, ls="none", label=label)
+
+
+def _draw_limits(axes: Axes, rows: Sequence[Row], names: Sequence[str]) -> None:
+    """Draw each scenario's limit over its row, and stripes that keep rows apart."""
+    limits = {row.scenario: row.limits.gospa for row in rows}
+    for place, name in enumerate(names):
+        if place % 2:
+            axes.axhspan(place - 0.5, place + 0.5, color=QUIET, alpha=0.1, lw=0.0)
+        limit = limits[name]
+        if limit is not None:
+            axes.plot((limit, limit), (place - 0.42, place + 0.42), color=STRONG, lw=1.5,
+                      label="" if place else "limit")  # fmt: skip
+    axes.axvline(1.0, color=QUIET, lw=0.8, ls=":")

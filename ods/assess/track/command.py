@@ -1,7 +1,7 @@
 """`ods assess track`: the table and charts of all observers, the paper's figures 6 and 7, scenario files."""
 
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from rich.console import Console
@@ -10,7 +10,7 @@ from rich.progress import track as progress
 from ods.assess.scene_files import scene_files
 from ods.assess.track import peers
 from ods.assess.track.case import save_case
-from ods.assess.track.measure import rows
+from ods.assess.track.measure import Row, rows
 from ods.assess.track.scenarios import KINDS, Kind, make
 from ods.assess.track.scene_world import scene_kind
 from ods.assess.track.table import table_of
@@ -18,6 +18,7 @@ from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
+from ods.plots.style import DARK, add_style, drawn_in
 from ods.tracker.settings import PLUGINS, TrackerSettings
 
 QUICK = ("paper", "static 10", "50 false alarms")
@@ -27,6 +28,7 @@ SEEDS = 5
 def add_arguments(parser: ArgumentParser) -> None:
     """The assessment, or one of the other figures and files instead."""
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
+    add_style(parser)
     parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
     parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
     parser.add_argument(
@@ -41,7 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Do what was asked for. Raises OdsError."""
     if args.figures:
-        draw_paper(args.figures)
+        draw_paper(args.figures, args.style)
     if args.save:
         save_scenarios(args.save)
     if not (args.figures or args.save):
@@ -50,7 +52,9 @@ def run(args: Namespace) -> None:
             configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
             PLUGINS.load(configured.plugins)
         count = args.seeds or (1 if args.quick else SEEDS)
-        assess(args.out, _kinds(args), count=count, with_peers=args.peers, configured=configured)
+        found = assess(_kinds(args), count=count, with_peers=args.peers, configured=configured)
+        if args.out is not None:
+            draw(args.out, found, args.style)
 
 
 def _kinds(args: Namespace) -> dict[str, Kind]:
@@ -61,33 +65,35 @@ def _kinds(args: Namespace) -> dict[str, Kind]:
 
 
 def assess(
-    out: Path | None,
-    kinds: Mapping[str, Kind],
-    *,
-    count: int,
-    with_peers: bool,
-    configured: TrackerSettings | None = None,
-) -> None:
-    """Run the scenarios with `count` seeds each, print the table, draw the chart. Raises OdsError."""
+    kinds: Mapping[str, Kind], *, count: int, with_peers: bool, configured: TrackerSettings | None = None
+) -> list[Row]:
+    """Run the scenarios with `count` seeds each and print the table. Raises OdsError."""
     if with_peers and not peers.available():
         raise OdsError("--peers: the library is not installed: pip install stonesoup")
     names = progress(tuple(kinds), description="assessing", transient=True)
     found = [row for name in names for row in rows({name: kinds[name]}, count, with_peers, configured)]
-    console = Console(width=200)
-    console.print(table_of(found, count))
-    if out is not None:
-        from ods.assess.track import chart
-
-        chart.save_figure(chart.chart(found), out)
-        console.print(f"drawn: {out}")
+    Console(width=200).print(table_of(found, count))
+    return found
 
 
-def draw_paper(path: Path) -> None:
+def draw(out: Path, found: Sequence[Row], style: str = DARK) -> None:
+    """Draw the chart. Raises OdsError."""
+    from ods.assess.track.chart import chart
+    from ods.plots.chart import save_figure
+
+    with drawn_in(style):
+        save_figure(chart(found), out)
+    print(f"drawn: {out}")
+
+
+def draw_paper(path: Path, style: str = DARK) -> None:
     """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
-    from ods.assess.track import chart, paper_figures
+    from ods.assess.track import paper_figures
+    from ods.plots.chart import save_figure
 
     example = paper_figures.run_example()
-    chart.save_figure(paper_figures.draw(example), path)
+    with drawn_in(style):
+        save_figure(paper_figures.draw(example), path)
     for line in paper_figures.story(example):
         print(line)
     print(f"drawn: {path}")

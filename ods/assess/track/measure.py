@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import bootstrap, chi2
 
 from ods.assess.track import peers, record, reference
 from ods.assess.track.case import Case
@@ -35,6 +35,8 @@ class Row:
     gospa: float
     reference: float
     """GOSPA of the reference."""
+    ratio_interval: tuple[float, float]
+    """Of `ratio`, 95 %, by bootstrap over the seeds; nan for a single one."""
     memory: float
     """Memory score over the reference's."""
     rmse_m: float
@@ -113,6 +115,7 @@ def _row_of(tracker: str, scores: Sequence[Scores], truth: Sequence[Scores]) -> 
         ours=True,
         gospa=_mean([one.in_view for one in scores]),
         reference=_mean([one.in_view for one in truth]),
+        ratio_interval=ratio_interval([one.in_view for one in scores], [one.in_view for one in truth]),
         memory=_mean([one.memory for one in scores]) / _mean([one.memory for one in truth]),
         rmse_m=_mean([one.rmse_m for one in scores]),
         rmse_reference_m=_mean([one.rmse_m for one in truth]),
@@ -131,6 +134,17 @@ def _row_of(tracker: str, scores: Sequence[Scores], truth: Sequence[Scores]) -> 
 
 def _mean(values: Sequence[float] | Floats) -> float:
     return float(np.mean(values)) if len(values) else float("nan")
+
+
+def ratio_interval(values: Sequence[float], references: Sequence[float]) -> tuple[float, float]:
+    """Return the 95 % interval of the ratio of two means of the same seeds, by bootstrap; nan for less than two."""
+    if len(values) < 2:
+        return float("nan"), float("nan")
+    found = bootstrap(
+        (values, references), lambda a, b: np.mean(a) / np.mean(b), paired=True, vectorized=False,
+        method="percentile", n_resamples=500, rng=np.random.default_rng(0),
+    ).confidence_interval  # fmt: skip
+    return float(found.low), float(found.high)
 
 
 def nees_band(objects: int) -> tuple[float, float]:

@@ -5,6 +5,7 @@ no part (`drop_existence`), and the limit of the uncertainty is set so that the 
 Everything else is the default.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import msgspec
@@ -13,10 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ods.assess.track.case import RADIUS, VX, VZ, Case, X, Z, observe
-from ods.assess.track.chart import COLOURS, dress
 from ods.assess.track.scenarios import paper
-from ods.base.arrays import Floats, Ints
-from ods.plots.fan import INK, PAPER
+from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.plots.chart import dress, label_points
+from ods.plots.style import BAD, QUIET, SERIES, STRONG
 from ods.tracker import scenario
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
@@ -30,10 +31,9 @@ LOST_SIGMA_M = 7.2
 DROP_EXISTENCE = 1e-6
 STARTED_S = 1.0
 STYLES = {lifecycle.ACTIVE: "-", lifecycle.STAND_BY: ":", lifecycle.HIBERNATED: "--"}
-PATH = "#8b949e"
 TITLES = (
     *("figure 7: north, m", "down, m: not resolved by the sonar", "radius, m"),
-    *("velocity north, m/s", "velocity down, m/s"),
+    *("velocity north, m/s", "velocity down, m/s; band: standard deviation told"),
 )
 
 
@@ -63,7 +63,7 @@ def example() -> Case:
     case = observe("paper", paper(rng), rng)
     det = case.scenario.det.copy()
     t = case.scenario.t[det[:, 0].astype(int)]
-    burst = (case.source == 0) & (t >= BURST_S[0]) & (t < BURST_S[1])
+    burst = _in_burst(case.source, t)
     det[burst, 1:3] += np.outer(t[burst] - BURST_S[0], (BURST_M_S, BURST_RAD_S))
     return replace(case, scenario=replace(case.scenario, det=det))
 
@@ -142,35 +142,63 @@ def _course(run: Example, identity: int) -> _Course:
 
 def draw(run: Example) -> Figure:
     """Return the picture: paths, positions, depth, radii and velocities; dotted: stand-by; thin: the truth."""
-    figure = Figure(figsize=(15.0, 8.5), dpi=100, facecolor=PAPER, layout="constrained")
+    figure = Figure(figsize=(15.0, 9.0), dpi=100, layout="constrained")
     axes = figure.subplots(2, 3)
-    truth, t = run.case.truth, run.case.scenario.t
     plan, quantities = axes[0, 0], (axes[0, 1], axes[0, 2], axes[1, 0], axes[1, 1], axes[1, 2])
-    plan.plot(run.case.position[:, 1], run.case.position[:, 0], color=INK, lw=2.0, label="vehicle")
-    for thing in range(truth.shape[1]):
-        plan.plot(truth[:, thing, 1], truth[:, thing, 0], color=PATH, lw=1.0)
-        for panel, column in zip(quantities, (X, Z, RADIUS, VX, VZ), strict=True):
-            panel.plot(t, truth[:, thing, column], color=PATH, lw=1.0)
+    _draw_truth(run, plan, quantities)
+    events = []
     for place, one in enumerate(lives(run)):
-        course, colour = _course(run, one.id), COLOURS[place]
+        course, colour = _course(run, one.id), SERIES[place]
         _line(plan, course.position[:, 1], course.position[:, 0], course.state, colour, f"object {one.id}")
         for panel, values in zip(quantities, _quantities(course), strict=True):
             _line(panel, course.t, values, course.state, colour, "")
         height = course.sigma_velocity[:, 2]
         quantities[4].fill_between(course.t, -height, height, color=colour, alpha=0.12, lw=0.0)
-        _mark(quantities[0], one, course, colour)
+        events += _mark(quantities[0], one, course, colour)
+    _draw_burst(run.case, plan, quantities)
     for panel, title in zip(quantities, TITLES, strict=True):
         dress(panel, title, "t, s", "")
     quantities[1].invert_yaxis()
     dress(plan, "figure 6: paths", "east, m", "north, m")
     plan.set_aspect("equal", adjustable="datalim")
-    plan.legend(loc="lower left", facecolor=PAPER, edgecolor="none", labelcolor=INK, fontsize=9)
+    plan.legend(loc="lower left")
     quantities[2].set_ylim(0.0, 7.5)
-    quantities[4].annotate("band: standard deviation told, about 0", (0.03, 0.94), xycoords="axes fraction", color=INK)
     figure.suptitle(
-        "[SSIE] figures 6 and 7 redrawn. Grey: truth; full: active; dotted: stand-by", color=INK, fontsize=13
+        "[SSIE] figures 6 and 7 redrawn. Thin grey: truth; full: active; dotted: stand-by; red: the noise burst",
+        fontsize=13,
     )
+    courses = np.vstack([np.column_stack([run.case.scenario.t, path]) for path in run.case.truth[:, :, X].T])
+    label_points(figure, quantities[0], events, courses)
     return figure
+
+
+def _draw_truth(run: Example, plan: Axes, quantities: Sequence[Axes]) -> None:
+    """Draw where the vehicle and the objects really are."""
+    truth, t = run.case.truth, run.case.scenario.t
+    plan.plot(run.case.position[:, 1], run.case.position[:, 0], color=STRONG, lw=2.0, label="vehicle")
+    for thing in range(truth.shape[1]):
+        plan.plot(truth[:, thing, 1], truth[:, thing, 0], color=QUIET, lw=1.0)
+        for panel, column in zip(quantities, (X, Z, RADIUS, VX, VZ), strict=True):
+            panel.plot(t, truth[:, thing, column], color=QUIET, lw=1.0)
+
+
+def _draw_burst(case: Case, plan: Axes, quantities: Sequence[Axes]) -> None:
+    """Draw when echoes of object 1 are wrong, and where they are then."""
+    for panel in quantities:
+        panel.axvspan(*BURST_S, color=BAD, alpha=0.25, lw=0.0)
+    scan, slant, bearing = case.scenario.det[:, 0].astype(int), case.scenario.det[:, 1], case.scenario.det[:, 2]
+    t = case.scenario.t[scan]
+    wrong = _in_burst(case.source, t)
+    ahead = case.position[scan[wrong]] + np.column_stack(
+        [slant[wrong] * np.cos(bearing[wrong]), slant[wrong] * np.sin(bearing[wrong]), 0.0 * slant[wrong]]
+    )
+    plan.plot(ahead[:, 1], ahead[:, 0], "x", color=BAD, ms=3.5, mew=0.8, label="echoes in the burst")
+    quantities[0].plot(t[wrong], ahead[:, 0], "x", color=BAD, ms=3.5, mew=0.8)
+
+
+def _in_burst(source: Indices, t: Floats) -> Mask:
+    """Return which detections are object 1's while its echoes are wrong; t: of each."""
+    return np.asarray((source == 0) & (t >= BURST_S[0]) & (t < BURST_S[1]))
 
 
 def _quantities(course: _Course) -> tuple[Floats, ...]:
@@ -187,16 +215,17 @@ def _line(axes: Axes, x: Floats, y: Floats, state: Ints, colour: str, label: str
             )
 
 
-def _mark(axes: Axes, one: Life, course: _Course, colour: str) -> None:
-    """Say when an object began (unless it was there from the start), went to stand-by and was discarded."""
+def _mark(axes: Axes, one: Life, course: _Course, colour: str) -> list[tuple[str, float, float, str]]:
+    """Mark when an object began (unless it was there from the start), went to stand-by and was discarded.
+
+    Return the labels: text, t, north, colour.
+    """
     began = one.began if one.began > STARTED_S else None
-    events = ((began, "new", "^", (-8, -20)), (one.stand_by, "stand-by", "o", (4, 7)), (one.ended, "gone", "x", (4, 7)))
-    for when, what, marker, offset in events:
+    labels = []
+    for when, what, marker in ((began, "new", "^"), (one.stand_by, "stand-by", "o"), (one.ended, "gone", "x")):
         if when is not None:
             row = min(int(np.searchsorted(course.t, when)), len(course.t) - 1)
-            place = (when, course.position[row, 0])
-            axes.plot(*place, marker, color=colour, ms=8, mfc="none")
-            axes.annotate(
-                f"{one.id} {what}, {when:.0f} s", place, color=colour, xytext=offset, textcoords="offset points",
-                fontsize=9,
-            )  # fmt: skip
+            north = float(course.position[row, 0])
+            axes.plot(when, north, marker, color=colour, ms=8, mfc="none")
+            labels.append((f"{one.id} {what}, {when:.0f} s", when, north, colour))
+    return labels
