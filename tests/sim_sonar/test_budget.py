@@ -5,8 +5,11 @@ import numpy as np
 import pytest
 from scipy.ndimage import uniform_filter
 
+from benchmarks.simulator_budget import HERE as LEVEL
+from benchmarks.simulator_budget import SEABAT as SEABAT_FILE
+from benchmarks.simulator_budget import error_of, scene_of, summed
 from ods.base.arrays import Floats
-from ods.sim_sonar.echo.bodies import BODY, SPHERE
+from ods.sim_sonar.echo.bodies import BODY, CYLINDER, PLANE, SPHERE
 from ods.sim_sonar.echo.detail import LEVEL_ERRORS
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.mean_area import Surroundings, mean_area
@@ -14,7 +17,8 @@ from ods.sim_sonar.pose import VehiclePose
 from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sea_bed.model import make_sea_bed
 from ods.sim_sonar.sonar.grid import grid_of
-from ods.sim_sonar.sonar.model import load_sonar
+from ods.sim_sonar.sonar.model import load_sonar, make_sonar
+from ods.sim_sonar.sonar.settings import SonarFile
 
 CONFIG = Path(__file__).parents[2] / "config"
 SEABAT = load_sonar(CONFIG / "sonars/seabat6012.toml")
@@ -49,9 +53,31 @@ def test_levels_run_from_coarse_to_the_reference() -> None:
 
 
 def test_what_lies_outside_the_fan_changes_nothing() -> None:
-    places = [(-20.0, 0.0, 0.0), (0.0, 40.0, 1.0), (150.0, 0.0, 0.0), (110.0, 40.0, 2.0)]
+    places = [(-20.0, 0.0, 0.0), (-5.0, 40.0, 1.0), (150.0, 0.0, 0.0), (110.0, 40.0, 2.0)]
     objects = np.array([(SPHERE, place, np.eye(3), (2.0, 2.0, 2.0), 0.5, 0.2, 0.3) for place in places], BODY)
     pose, grid = VehiclePose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])), grid_of(SEABAT)
     for sea_bed in (None, make_sea_bed(5.0, Surface())):
         empty = mean_area(grid, Surroundings(objects[:0], sea_bed), pose)
         assert np.array_equal(mean_area(grid, Surroundings(objects, sea_bed), pose), empty)
+
+
+def test_random_objects_are_the_sum_over_their_surfaces() -> None:
+    file = SonarFile(name="short", frequency_hz=455e3, beams_per_plane=31, beam_spacing_deg=2.0, beam_width_deg=2.0,
+                     range0_m=0.1, dr_m=0.1, samples=420)  # fmt: skip
+    errors = []
+    for seed in range(40):
+        bodies = scene_of((SPHERE, CYLINDER, PLANE)[seed % 3], seed, farthest_m=38.0)
+        errors.append(error_of(bodies, summed(bodies, file, step_m=0.08), make_sonar(file), 0.03))
+    assert np.mean(np.array(errors) < 0.03) >= 0.95
+    assert max(errors) < 0.06
+
+
+@pytest.mark.parametrize("beyond_deg", [10.0, 25.0])
+def test_side_lobes_hear_what_stands_beyond_the_last_beam(beyond_deg: float) -> None:
+    bearing = SEABAT.bearing_rad[-1] + np.radians(beyond_deg)
+    place = (30.0 * np.cos(bearing), 30.0 * np.sin(bearing), 0.0)
+    bodies = np.array([(SPHERE, place, np.eye(3), (1.0, 1.0, 1.0), 0.5, 0.5, 0.3)], BODY)
+    image, expected = mean_area(grid_of(SEABAT), Surroundings(bodies), LEVEL), summed(bodies, SEABAT_FILE)
+    assert 20000.0 * np.sqrt(expected.max()) > 25.0
+    off, whole = uniform_filter(image - expected, (3, 9)), uniform_filter(expected, (3, 9))
+    assert np.linalg.norm(off) < 0.03 * np.linalg.norm(whole)

@@ -72,6 +72,22 @@ def mix(image: Floats, columns: Floats, first: int, last: int, shares: Floats) -
 
 
 @compiled
+def mix_column(image: Floats, rows: Floats, bins: tuple[int, int], shares: Floats) -> None:
+    """Add one column's `rows` (planes, samples), per radian of bearing, bins from first to last+1, to `image`.
+
+    `shares` (beams,), rad.
+    """
+    first, last = bins
+    beams = len(shares)
+    for plane in range(len(rows)):
+        source = rows[plane, first:last]
+        for beam in range(beams):
+            share, target = shares[beam], image[plane * beams + beam, first:last]
+            for j in range(last - first):
+                target[j] += share * source[j]
+
+
+@compiled
 def add_mean(image: Floats, columns: Floats, first: int, last: int, grid: Grid, share: Floats) -> None:
     """Add the mean of all `columns`, times each beam's `share`, rad, to bins [first, last) of `image`."""
     beams = len(grid.bearing_rad)

@@ -1,9 +1,10 @@
-"""The mean echo of one object, by rays just wide and fine enough for it.
+"""The mean echo of one object, by columns of bearing that just cover it.
 
-Rays meet the object at the centres of cells of bearing and elevation. A cell returns gamma S^2 R^2 over its solid angle
-(eq. 5; R^2 turns solid angle into area) and spreads it, as a trapezoid, over the ranges that the slope towards its
-neighbours spans, which is exact for a flat patch: few rays give a smooth profile. Cells are then mixed into the
-beams by the horizontal pattern, side lobes included.
+At each bearing a plane is drawn in closed form (see flat_surface), a sphere or cylinder by rays through the centres of
+cells of elevation that go from its lower to its upper end. A cell returns gamma S^2 R^2 over its solid angle (eq. 5;
+R^2 turns solid angle into area) and spreads it, as a trapezoid, over the ranges that the slope towards its neighbours
+spans, which is exact for a flat patch: few rays give a smooth profile. Columns are then mixed into the beams by the
+horizontal pattern, side lobes included, as far as half a turn ahead goes.
 """
 
 import math
@@ -12,12 +13,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Ints
-from ods.sim_sonar.echo.bodies import FAR, Bodies, hit
-from ods.sim_sonar.echo.mixing import mix, shares_of
+from ods.sim_sonar.echo.bodies import FAR, PLANE, Bodies, Body, hit
+from ods.sim_sonar.echo.flat_surface import FlatSurface, flat_surface, surface_column
+from ods.sim_sonar.echo.mixing import mix_column, shares_of
 from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.sonar.grid import Grid, mean_two_way
+
+LEAST_SMEAR = 0.5
+"""Bins under which a column's range counts as one."""
 
 
 class Occluders(NamedTuple):
@@ -27,6 +32,10 @@ class Occluders(NamedTuple):
     """Numbers of the bodies that may."""
     limit: Floats
     """(bearings, elevations) ranges at which the sea-bed does."""
+
+
+Column = tuple[RayFan, int]
+"""One of a fan's columns, by its number."""
 
 
 class Bins(NamedTuple):
@@ -45,11 +54,88 @@ def add_object(image: Floats, bodies: Bodies, which: int, occluders: Occluders, 
 
     The ranges (bearings, elevations) are FAR where the object is not met first.
     """
+    body = bodies[which]
     ranges, echo = _trace(bodies, which, occluders, rays)
-    cells = np.zeros((len(grid.vertical), len(rays.bearing) - 1, grid.samples))
-    first, last = _deposit(cells, ranges, echo, rays, grid)
-    mix(image, cells, first, last, shares_of(rays.bearing, grid, math.inf))
+    rows, shares = np.zeros((len(grid.vertical), grid.samples)), shares_of(rays.bearing, grid, math.inf)
+    flat = _surface_of(body, grid)
+    for a in range(len(ranges)):
+        if body["kind"] == PLANE:
+            first, last = _plane_column(rows, flat, ranges, (rays, a), grid)
+        else:
+            first, last = _column(rows, ranges, echo, (rays, a), grid)
+        if first < last:
+            mix_column(image, rows, (first, last), shares[:, a])
+            rows[:, first:last] = 0.0
     return ranges
+
+
+@compiled
+def _surface_of(body: Body, grid: Grid) -> FlatSurface:
+    """Return the plane in which a body lies that is one."""
+    normal = body["axes"][2].copy()
+    height = np.sum(normal * body["centre"])
+    if height < 0.0:
+        normal, height = -normal, -height
+    if body["kind"] != PLANE:
+        return FlatSurface(normal, height, np.empty(0), np.empty(0))
+    return flat_surface(grid, normal, height, (body["cd"], body["cs"], body["sigma_rad"]))
+
+
+@compiled
+def _plane_column(rows: Floats, flat: FlatSurface, ranges: Floats, column: Column, grid: Grid) -> tuple[int, int]:
+    """Add a plane's echo at one bearing, m2 per radian, to `rows` (planes, samples), which are zero.
+
+    All runs of its visible cells are drawn at the middle of the column and smeared over the range that it spans.
+    """
+    rays, a = column
+    middle, elevation, cells = 0.5 * (rays.bearing[a] + rays.bearing[a + 1]), rays.elevation[a], ranges.shape[1]
+    first, last, start = grid.samples, 0, -1
+    for e in range(cells + 1):
+        seen = e < cells and ranges[a, e] < FAR
+        if seen and start < 0:
+            start = e
+        elif not seen and start >= 0:
+            begin, end = surface_column(flat, grid, middle, (elevation[start], elevation[e]), rows)
+            first, last, start = min(first, begin), max(last, end), -1
+    width = _extent(ranges[:, cells // 2], a) / grid.dr_m
+    if first >= last or width < LEAST_SMEAR:
+        return first, last
+    reach = int(0.5 * width) + 2
+    first, last = max(first - reach, 0), min(last + reach, grid.samples)
+    for plane in range(len(rows)):
+        _smear(rows[plane, first:last], width)
+    return first, last
+
+
+@compiled
+def _smear(row: Floats, width: float) -> None:
+    """Spread what is in each bin evenly over `width` bins about its middle."""
+    bins = len(row)
+    # the running integral, over bins, of what lies below the middle of each
+    total, below = np.zeros(bins + 1), 0.0
+    for j in range(bins):
+        below += row[j]
+        total[j + 1] = total[j] + below
+    for j in range(bins):
+        row[j] = 0.0
+    for side in (-0.5, 0.5):
+        before = _sum_at(total, below, side * width)
+        for j in range(bins):
+            after = _sum_at(total, below, j + 1.0 + side * width)
+            row[j] += math.copysign(1.0, side) * (after - before) / width
+            before = after
+
+
+@compiled
+def _sum_at(total: Floats, below: float, place: float) -> float:
+    """Return `total`, whose nodes are the middles of bins and the first of them that of bin 0, at `place` in bins."""
+    where, last = place - 0.5, len(total) - 1
+    if where <= 0.0:
+        return 0.0
+    if where >= last:
+        return float(total[last] + below * (where - last))
+    node = int(where)
+    return float(total[node] + (where - node) * (total[node + 1] - total[node]))
 
 
 @compiled
@@ -60,9 +146,9 @@ def _trace(bodies: Bodies, which: int, occluders: Occluders, rays: RayFan) -> tu
     ranges = np.full_like(limit, FAR)
     echo = np.zeros_like(limit)
     bearings, elevations = limit.shape[0], limit.shape[1]
-    upward = 0.5 * (elevation[1:] + elevation[:-1])
-    level, down = np.cos(upward), -np.sin(upward)
     for a in range(bearings):
+        upward = 0.5 * (elevation[a, 1:] + elevation[a, :-1])
+        level, down = np.cos(upward), -np.sin(upward)
         middle = 0.5 * (bearing[a] + bearing[a + 1])
         cos_bearing, sin_bearing = math.cos(middle), math.sin(middle)
         for e in range(elevations):
@@ -75,30 +161,35 @@ def _trace(bodies: Bodies, which: int, occluders: Occluders, rays: RayFan) -> tu
                 hidden = hidden or hit(bodies[rival], x, y, z)[0] < distance
             if not hidden:
                 ranges[a, e] = distance
+                if body["kind"] == PLANE:
+                    continue
                 gamma = reflectivity(cosine, body["cd"], body["cs"], body["sigma_rad"])
                 echo[a, e] = gamma * distance * distance
     return ranges, echo
 
 
 @compiled
-def _deposit(cells: Floats, ranges: Floats, echo: Floats, rays: RayFan, grid: Grid) -> tuple[int, int]:
-    """Spread each cell's echo, m2 per radian of bearing, over range; return first and last+1 bin touched."""
+def _column(rows: Floats, ranges: Floats, echo: Floats, column: Column, grid: Grid) -> tuple[int, int]:
+    """Spread the echo of one bearing's cells, m2 per radian of bearing, over `rows` (planes, samples).
+
+    Returns first and last+1 bin touched.
+    """
+    rays, a = column
     first, last = grid.samples, 0
+    sines = np.sin(rays.elevation[a])
     for e in range(ranges.shape[1]):
-        low, high = math.sin(rays.elevation[e]), math.sin(rays.elevation[e + 1])
-        for a in range(ranges.shape[0]):
-            if echo[a, e] == 0.0:
-                continue
-            across, upward = _extent(ranges[:, e], a), _extent(ranges[a], e)
-            wide, narrow = max(across, upward, 1e-6), max(min(across, upward), 1e-7)
-            near = grid.edge_m - ranges[a, e]
-            start = max(0, int((-0.5 * (wide + narrow) - near) / grid.dr_m))
-            end = min(grid.samples, int((0.5 * (wide + narrow) - near) / grid.dr_m) + 1)
-            first, last = min(first, start), max(last, end)
-            for plane in range(len(cells)):
-                power = echo[a, e] * (high - low) * mean_two_way(grid.vertical[plane], low, high)
-                _spread(cells[plane, a], power, Bins(start, end, near, grid.dr_m), wide, narrow)
-    return first, max(first, last)
+        if echo[a, e] == 0.0:
+            continue
+        across, upward = _extent(ranges[:, e], a), _extent(ranges[a], e)
+        wide, narrow = max(across, upward, 1e-6), max(min(across, upward), 1e-7)
+        near = grid.edge_m - ranges[a, e]
+        start = max(0, int((-0.5 * (wide + narrow) - near) / grid.dr_m))
+        end = min(grid.samples, int((0.5 * (wide + narrow) - near) / grid.dr_m) + 1)
+        first, last = min(first, start), max(last, end)
+        for plane in range(len(rows)):
+            power = echo[a, e] * (sines[e + 1] - sines[e]) * mean_two_way(grid.vertical[plane], sines[e], sines[e + 1])
+            _spread(rows[plane], power, Bins(start, end, near, grid.dr_m), wide, narrow)
+    return first, last
 
 
 @compiled

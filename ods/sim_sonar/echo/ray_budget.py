@@ -6,13 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
-from ods.sim_sonar.echo.bodies import PLANE, SPHERE, Bodies, Body, bounding_radius
+from ods.sim_sonar.echo.bodies import FAR, PLANE, SPHERE, Bodies, Body, bounding_radius, hit
+from ods.sim_sonar.echo.silhouette import RIGHT, bearing_marks, elevation_span
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import LIT_BEYOND_WIDTHS, Grid, mean_two_way
+from ods.sim_sonar.sonar.grid import Grid, mean_two_way
 
 MAX_CELLS = 720
 """Of one object in bearing, or in elevation."""
-ALL_ROUND = (-math.pi, math.pi, -0.5 * math.pi, 0.5 * math.pi)
+FEWEST, LOBE = 3.0, 0.5
+"""Columns of an object, and in its facets' lobe, at least, over the root of the allowed error."""
+SHIFT = 25.0
+"""Samples by which the range may change from column to column, over that root."""
+MAX_PARTS = 16
+TINY = 1e-9
+"""Share of a width that is next to none."""
 LOOSEST = 4.0
 """Error that a faint object's own echo may have, over that of the image."""
 
@@ -21,7 +28,9 @@ class RayFan(NamedTuple):
     """The rays for one object: borders of their cells, empty when nothing of it can be seen."""
 
     bearing: Floats
+    """(columns + 1,) rad."""
     elevation: Floats
+    """(columns, cells + 1) rad: evenly from the object's lower to its upper end at the column's middle."""
     farthest_m: float
     """Range, m, beyond which nothing of the object lies."""
 
@@ -66,27 +75,73 @@ def _weight(body: Body, grid: Grid) -> float:
 def ray_fan_of(bodies: Bodies, which: int, grid: Grid, max_error: float) -> RayFan:
     """Return the rays that hold what the sonar can see of a body, fine enough for a relative error of `max_error`."""
     body = bodies[which]
-    nothing = RayFan(np.empty(0), np.empty(0), 0.0)
+    nothing = RayFan(np.empty(0), np.empty((0, 0)), 0.0)
     nearest, farthest = _reach(body)
     if nearest > grid.edge_m + grid.samples * grid.dr_m:
         return nothing
-    low, high, bottom, top = _span(body)
-    margin = LIT_BEYOND_WIDTHS * grid.beam_width_rad
-    low, high = max(low, grid.bearing_rad[0] - margin), min(high, grid.bearing_rad[-1] + margin)
+    end_m = grid.edge_m + grid.samples * grid.dr_m
+    marks = np.minimum(np.maximum(bearing_marks(body), -RIGHT), RIGHT)
+    low, high = marks[0], marks[-1]
     if low >= high:
         return nothing
     finest = 3.3 / math.sqrt(max_error)
-    beam_cells = (high - low) / (grid.beam_width_rad * min(0.5, 3.0 * math.sqrt(max_error)))
-    if body["kind"] == PLANE:
-        lobes = 1.7 * finest / body["sigma_rad"] / math.pi
-        across, upward = (high - low) * lobes, (top - bottom) * lobes
+    if body["kind"] == SPHERE:
+        across = max(finest, 0.33 * finest / body["sigma_rad"], (high - low) / _widest(grid, max_error))
+        bearing = _borders(low, high, across)
     else:
-        across = upward = 0.33 * finest / body["sigma_rad"]
-    return RayFan(
-        _borders(low, high, max(finest, beam_cells, across)),
-        _borders(bottom, top, max(finest, upward)),
-        farthest,
-    )
+        bearing = _uneven(body, marks, grid, max_error)
+    upward = finest if body["kind"] == PLANE else max(finest, 0.33 * finest / body["sigma_rad"])
+    cells = min(MAX_CELLS, math.ceil(upward))
+    elevation = np.zeros((len(bearing) - 1, cells + 1))
+    for a in range(len(elevation)):
+        bottom, top = elevation_span(body, 0.5 * (bearing[a] + bearing[a + 1]), end_m)
+        if bottom < top:
+            elevation[a] = np.arange(0.0, cells + 1.0) * ((top - bottom) / cells) + bottom
+    return RayFan(bearing, elevation, farthest)
+
+
+@compiled
+def _widest(grid: Grid, max_error: float) -> float:
+    """Return the widest column that the beams' pattern allows, rad."""
+    return float(grid.beam_width_rad * min(0.5, 3.0 * math.sqrt(max_error)))
+
+
+@compiled
+def _uneven(body: Body, marks: Floats, grid: Grid, max_error: float) -> Floats:
+    """Return borders of columns of a cylinder or plane: at its corners, and closer where its range changes fast."""
+    root, span = math.sqrt(max_error), marks[-1] - marks[0]
+    widest = min(_widest(grid, max_error), span * root / FEWEST, body["sigma_rad"] * root / LOBE)
+    widest = max(widest, span / (MAX_CELLS - len(marks)))
+    out = np.empty(MAX_CELLS + 1)
+    out[0], used = marks[0], 0
+    for mark in range(len(marks) - 1):
+        start, part = marks[mark], marks[mark + 1] - marks[mark]
+        count = math.ceil(part / widest)
+        before = _middle_range(body, start + TINY * part)
+        for k in range(count):
+            begin, end = start + part * k / count, start + part * (k + 1) / count
+            after = _middle_range(body, end - TINY * part)
+            parts = 1
+            if before < FAR and after < FAR:
+                parts += int(abs(after - before) / (SHIFT * grid.dr_m * root))
+            left = MAX_CELLS - used - (count - k) - math.ceil((marks[-1] - start - part) / widest) - len(marks)
+            parts = max(1, min(parts, MAX_PARTS, left))
+            for step in range(parts):
+                used += 1
+                out[used] = begin + (end - begin) * (step + 1) / parts
+            before = after
+    return out[: used + 1]
+
+
+@compiled
+def _middle_range(body: Body, bearing_rad: float) -> float:
+    """Return the range of the middle of what a bearing sees of a body, m; FAR when there is nothing."""
+    low, high = elevation_span(body, bearing_rad, FAR)
+    if low >= high:
+        return FAR
+    upward = 0.5 * (low + high)
+    level = math.cos(upward)
+    return float(hit(body, level * math.cos(bearing_rad), level * math.sin(bearing_rad), -math.sin(upward))[0])
 
 
 @compiled
@@ -130,47 +185,3 @@ def _borders(low: float, high: float, wanted: float) -> Floats:
     """Return the borders of about `wanted` even cells."""
     cells = min(MAX_CELLS, max(2, math.ceil(wanted)))
     return np.arange(0.0, cells + 1.0) * ((high - low) / cells) + low
-
-
-@compiled
-def _span(body: Body) -> tuple[float, float, float, float]:
-    """Return least and greatest bearing, least and greatest elevation of a body; all round when it cannot be told."""
-    if body["kind"] != SPHERE:
-        return _box_span(body)
-    x, y, z = body["centre"][0], body["centre"][1], body["centre"][2]
-    radius = body["half"][0]
-    level, distance = math.hypot(x, y), math.sqrt(x * x + y * y + z * z)
-    if level <= radius:
-        return ALL_ROUND
-    bearing, across = math.atan2(y, x), math.asin(radius / level)
-    elevation, upward = math.atan2(-z, level), math.asin(radius / distance)
-    return bearing - across, bearing + across, elevation - upward, elevation + upward
-
-
-@compiled
-def _box_span(body: Body) -> tuple[float, float, float, float]:
-    west, east, bottom, top = math.pi, -math.pi, math.pi, -math.pi
-    place = np.empty(3)
-    for point in _BOX_EDGES:
-        for c in range(3):
-            place[c] = body["centre"][c]
-            for axis in range(3):
-                place[c] += point[axis] * body["half"][axis] * body["axes"][axis, c]
-        if place[0] <= 0.0:
-            return ALL_ROUND
-        bearing = math.atan2(place[1], place[0])
-        elevation = math.atan2(-place[2], math.hypot(place[0], place[1]))
-        west, east = min(west, bearing), max(east, bearing)
-        bottom, top = min(bottom, elevation), max(top, elevation)
-    return west, east, bottom, top
-
-
-def _box_edges() -> Floats:
-    """Return points along the edges of the cube [-1, 1]^3, where bearing and elevation of a box are extreme."""
-    along = np.linspace(-1.0, 1.0, 17)
-    return np.array(
-        [np.roll([x, y, z], axis) for axis in range(3) for x in along for y in (-1.0, 1.0) for z in (-1.0, 1.0)]
-    )
-
-
-_BOX_EDGES = _box_edges()

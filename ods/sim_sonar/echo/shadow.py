@@ -58,7 +58,7 @@ def add_shades(shades: Shades, count: int, ranges: Floats, rays: RayFan, which: 
             continue
         shade = shades[count]
         shade["west"], shade["east"] = rays.bearing[a], rays.bearing[a + 1]
-        shade["low"], shade["high"] = math.sin(rays.elevation[first]), math.sin(rays.elevation[last + 1])
+        shade["low"], shade["high"] = math.sin(rays.elevation[a, first]), math.sin(rays.elevation[a, last + 1])
         shade["range_m"], shade["which"] = nearest, which
         count += 1
     return count

@@ -317,16 +317,18 @@ def meet_ranges(bed: RoughBed, rays: RayFan, ahead: Floats, coarse_rad: float) -
     Rays beyond the last step meet nothing. Cells within `coarse_rad` of bearing share one trace.
     """
     bearing, elevation = rays.bearing, rays.elevation
-    out = np.full((len(bearing) - 1, len(elevation) - 1), FAR)
-    aim = np.sin(0.5 * (elevation[1:] + elevation[:-1]))
-    group = max(1, int(coarse_rad / (bearing[1] - bearing[0])))
+    aim = np.sin(0.5 * (elevation[:, 1:] + elevation[:, :-1]))
+    out = np.full(aim.shape, FAR)
     land = _unknown_land(len(ahead))
-    for a in range(0, out.shape[0], group):
-        end = min(a + group, out.shape[0])
+    a = 0
+    while a < len(out):
+        end = a + 1
+        while end < len(out) and bearing[end + 1] - bearing[a] <= coarse_rad:
+            end += 1
         survey(bed, trace_of(bed, 0.5 * (bearing[a] + bearing[end])), ahead, land)
-        _meet(land.up, aim, ahead, out[a])
-        for other in range(a + 1, end):
-            out[other] = out[a]
+        for column in range(a, end):
+            _meet(land.up, aim[column], ahead, out[column])
+        a = end
     return out
 
 

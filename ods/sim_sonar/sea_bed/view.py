@@ -8,9 +8,10 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import FAR
 from ods.sim_sonar.echo.detail import Detail
+from ods.sim_sonar.echo.flat_surface import FlatSurface, flat_surface
 from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.shadow import Shades
-from ods.sim_sonar.sea_bed.flat import FlatBed, add_bed, bed_columns, flat_bed, flat_ranges, hide_bed
+from ods.sim_sonar.sea_bed.flat import add_bed, bed_columns, flat_ranges, hide_bed
 from ods.sim_sonar.sea_bed.model import SeaBedModel
 from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges
 from ods.sim_sonar.sea_bed.rough_steps import add_rough_bed, steps_ahead
@@ -29,7 +30,7 @@ class OpenWater:
     def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
         """Return (bearings, elevations) ranges at which the sea-bed stops `rays`; FAR where it does not."""
         del grid
-        return np.full((len(rays.bearing) - 1, len(rays.elevation) - 1), FAR)
+        return np.full((rays.elevation.shape[0], rays.elevation.shape[1] - 1), FAR)
 
     def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
         """Add the sea-bed's echo, m2, to `image` (beams, samples), less what `shades` hide."""
@@ -39,7 +40,7 @@ class OpenWater:
 class FlatView(OpenWater):
     """A plane."""
 
-    bed: FlatBed
+    bed: FlatSurface
     detail: Detail
 
     def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
@@ -86,7 +87,7 @@ def view_of(bed: SeaBedModel | None, grid: Grid, position_ned: Floats, rotation:
     if field is None or turn[2, 2] < MIN_UPRIGHT:
         surface = bed.surface
         reflects = (surface.cd, surface.cs, math.radians(surface.sigma_deg))
-        return FlatView(flat_bed(grid, np.ascontiguousarray(turn[2]), height, reflects), detail)
+        return FlatView(flat_surface(grid, np.ascontiguousarray(turn[2]), height, reflects), detail)
     rows, columns = field.nodes.shape[0] - 1, field.nodes.shape[1] - 1
     rough = RoughBed(
         nodes=field.nodes.ravel(),
