@@ -16,7 +16,8 @@ def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: in
     history, estimate, hit = tracks.history, prediction.estimate, match.hit
     tentative, probabilities = ~prediction.reported, tracks.probabilities
     carried = existence.carry_on(probabilities, history.echoes, match.watched, tracks.unjudged_s, settings.echo)
-    probabilities[...] = existence.after_image(carried, hit, match.llr, match.expected)
+    probabilities[...] = existence.after_image(carried, hit, match.llr, match.expected, match.flicker)
+    tracks.looked(hit, match.watched, match.flicker)
     tracks.unjudged_s = 0.0
     evidence = lifecycle.Evidence(
         hit=hit,
@@ -33,6 +34,7 @@ def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: in
             estimate, history.state == lifecycle.STAND_BY, hit & (history.state == lifecycle.ACTIVE)
         ),
         duplicate=stitching.duplicates(history, estimate, tentative & hit, prediction.reported & ~hit),
+        intermittent=tracks.intermittent(settings.echo.detection_probability),
         sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
     )
     return lifecycle.next_states(history.state, evidence, settings.life)

@@ -19,8 +19,19 @@ class ClutterState(msgspec.Struct, frozen=True):
 
     scans: int
     mean: float
-    by_range: list[float]
+    by_part: list[float]
     by_radius: list[float]
+
+
+class FlickerState(msgspec.Struct, frozen=True):
+    """How often echoes came back to places without an object."""
+
+    fan: bytes
+    """By part of the fan."""
+    cells: bytes
+    """Numbers of the world's cells that have counts,"""
+    counts: bytes
+    """and these."""
 
 
 class TrackerState(msgspec.Struct, frozen=True):
@@ -30,6 +41,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     scans: int
     tracks: TracksState
     clutter: ClutterState
+    flicker: FlickerState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

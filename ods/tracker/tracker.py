@@ -1,9 +1,10 @@
 """Detections and pose to tracked objects: one `step` a ping, for all objects at once [SSIE figure 5]."""
 
-from ods.base.arrays import Floats
+from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
-from ods.tracker.association.match import match_scan
+from ods.tracker.association.flicker import Flicker, Places
+from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
@@ -11,7 +12,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
-from ods.tracker.prediction import predict_scan
+from ods.tracker.prediction import ScanPrediction, predict_scan
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
 from ods.tracker.track import lifecycle
@@ -32,7 +33,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        self._clutter = Clutter(settings.echo.clutter_per_scan)
+        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker())
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -53,7 +54,8 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        return TrackerState(self._t_ns, self._scans, self._tracks.state(), self._clutter.state())
+        clutter, flicker = self._alarms
+        return TrackerState(self._t_ns, self._scans, self._tracks.state(), clutter.state(), flicker.state())
 
     def map_changes(self) -> MapChanges:
         """Return how the objects that belong in the map differ from those at the last `whole_map`."""
@@ -71,7 +73,8 @@ class Tracker:
         self._t_ns, self._scans = state.t_ns, state.scans
         self._tracks.restore(state.tracks)
         refuse_absurd(self._tracks, state.t_ns or 0)
-        self._clutter.restore(state.clutter)
+        self._alarms.clutter.restore(state.clutter)
+        self._alarms.flicker.restore(state.flicker)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -90,15 +93,23 @@ class Tracker:
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
-        match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
+        match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, scan.t_ns, settings)
+        self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
             echo = settings.echo
             births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
-            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, self._clutter.per_scan)
+            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, match.clutter)
         return outcome
+
+    def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
+        """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
+        tracks, places = self._tracks, prediction.places
+        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside).nonzero()[0]
+        hits, looks = tracks.doubt.hits[ended], tracks.doubt.looks[ended]
+        self._alarms.flicker.learn(Places(*(each[ended] for each in places)), hits, looks, scan.sector)
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

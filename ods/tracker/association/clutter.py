@@ -1,4 +1,4 @@
-"""What false alarms look like: how many an image has, at which ranges and with which radii, counted as they come."""
+"""What false alarms look like: how many an image has, where in the fan and with which radii, counted as they come."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,8 +11,8 @@ from ods.messages import Sector
 from ods.tracker.measurement.scan import Echoes, echo_rows
 from ods.tracker.state import ClutterState
 
-RANGES = 10
-"""Parts of the sonar's range that are counted apart."""
+RANGES, BEARINGS = 10, 6
+"""Parts of the fan that are counted apart."""
 RADII = 16
 """Classes of radius,"""
 RADIUS_STEP_M = 0.5
@@ -22,7 +22,9 @@ SLOWEST = 0.03
 FEWEST = 0.1
 """False alarms a scan are never taken to be rarer than this."""
 PRIOR_SHARE = 0.25
-"""Share of an even distribution in what was counted, so that nothing is impossible."""
+"""Share of an even distribution in what was counted, so that nothing is impossible,"""
+RING_SHARE = 0.25
+"""and of one that is even over the bearings of a range."""
 LEAST_MEAN = 1e-9
 """Keeps shares of a sum that has fallen to nothing finite."""
 ALL_PROCESSED = np.ones(RANGES)
@@ -35,6 +37,8 @@ class ClutterDensity(NamedTuple):
 
     per_m2: Floats
     """(m,) number a scan per m^2."""
+    per_scan: Floats
+    """(m,) number a scan if it had as many everywhere."""
     radius: Floats
     """(m,) probability density of the echo's radius among them, 1/m."""
 
@@ -42,12 +46,16 @@ class ClutterDensity(NamedTuple):
 class _Span(NamedTuple):
     nearest: float
     farthest: float
+    port: float
+    """rad,"""
     opening: float
     """rad."""
 
 
 def _span_of(sector: Sector) -> _Span:
-    return _Span(sector.range_min_m, sector.range_max_m, sector.bearing_max_rad - sector.bearing_min_rad)
+    return _Span(
+        sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad - sector.bearing_min_rad
+    )
 
 
 class Clutter:
@@ -56,20 +64,22 @@ class Clutter:
     def __init__(self, per_scan: float) -> None:
         self._scans = 1
         self._mean = per_scan
-        self._by_range = np.full(RANGES, per_scan / RANGES)
+        self._by_part = np.full((RANGES, BEARINGS), per_scan / (RANGES * BEARINGS))
         self._by_radius = np.full(RADII, per_scan / RADII)
 
     def state(self) -> ClutterState:
         """Return what was counted."""
-        return ClutterState(self._scans, float(self._mean), self._by_range.tolist(), self._by_radius.tolist())
+        return ClutterState(self._scans, float(self._mean), self._by_part.ravel().tolist(), self._by_radius.tolist())
 
     def restore(self, state: ClutterState) -> None:
         """Go on with what another one counted. Raises ValueError."""
-        counts = np.array([state.scans, state.mean, *state.by_range, *state.by_radius], np.float64)
-        if len(counts) != 2 + RANGES + RADII or not (np.isfinite(counts) & (counts >= 0.0)).all() or state.scans < 1:
+        counts = np.array([state.scans, state.mean, *state.by_part, *state.by_radius], np.float64)
+        parts = RANGES * BEARINGS
+        if len(counts) != 2 + parts + RADII or not (np.isfinite(counts) & (counts >= 0.0)).all() or state.scans < 1:
             raise ValueError("counts of false alarms that are none")
         self._scans, self._mean = state.scans, state.mean
-        self._by_range, self._by_radius = counts[2 : 2 + RANGES], counts[2 + RANGES :]
+        self._by_part = counts[2 : 2 + parts].reshape(RANGES, BEARINGS)
+        self._by_radius = counts[2 + parts :]
 
     @property
     def per_scan(self) -> float:
@@ -86,51 +96,58 @@ class Clutter:
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
         share = _share_processed(sector, processed_ranges_m)
-        self._mean = _count(unexplained.table, _span_of(sector), weight, share, self._by_range, self._by_radius)
+        self._mean = _count(unexplained.table, _span_of(sector), weight, share, self._by_part, self._by_radius)
 
     def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
-        """Return false alarms at each echo; within a range class all samples are as likely to give one."""
-        table = _density(echoes.table, _span_of(sector), self._mean, self._by_range, self._by_radius)
+        """Return false alarms at each echo; within a part of the fan all samples are as likely to give one."""
+        table = _density(echoes.table, _span_of(sector), self._by_part, self._by_radius)
         return ClutterDensity(*table)
 
 
 @kernel
-def _count(table: Floats, span: _Span, weight: float, processed: Floats, by_range: Floats, by_radius: Floats) -> float:
-    """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_range`.
+def _count(table: Floats, span: _Span, weight: float, processed: Floats, by_part: Floats, by_radius: Floats) -> float:
+    """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_part`.
 
     processed: (RANGES,) share of each class of range that was processed: what was not stays as it is.
     """
     echoes = echo_rows(table)
-    by_range *= 1.0 - weight * processed
+    for i in range(RANGES):
+        by_part[i] *= 1.0 - weight * processed[i]
     by_radius *= 1.0 - weight
     for j in range(table.shape[1]):
-        by_range[_range_class(echoes.range_m[j], span)] += weight
+        by_part[_part(echoes.range_m[j], echoes.bearing[j], span)] += weight
         by_radius[_radius_class(echoes.radius[j])] += weight
-    total: float = by_range.sum()
+    total: float = by_part.sum()
     return total
 
 
 @kernel
-def _density(table: Floats, span: _Span, mean: float, by_range: Floats, by_radius: Floats) -> Floats:
-    """Return the (2, m) fields of `ClutterDensity`; `mean`: the sum of `by_range`."""
+def _density(table: Floats, span: _Span, by_part: Floats, by_radius: Floats) -> Floats:
+    """Return the (3, m) fields of `ClutterDensity`."""
     echoes = echo_rows(table)
     radii = max(by_radius.sum(), LEAST_MEAN)
-    area = (span.farthest - span.nearest) / RANGES * span.opening
-    density = np.empty((2, table.shape[1]))
-    per_m2, of_radius = density
+    parts = RANGES * BEARINGS
+    even = PRIOR_SHARE * max(by_part.sum(), FEWEST) / parts
+    area = (span.farthest - span.nearest) * span.opening / parts
+    density = np.empty((3, table.shape[1]))
+    per_m2, per_scan, of_radius = density
     for j in range(table.shape[1]):
-        counted = by_range[_range_class(echoes.range_m[j], span)]
-        in_class = PRIOR_SHARE * max(mean, FEWEST) / RANGES + (1.0 - PRIOR_SHARE) * counted
-        per_m2[j] = max(in_class, FEWEST / RANGES) / (area * max(echoes.range_m[j], CLOSEST_M))
+        ring, column = _part(echoes.range_m[j], echoes.bearing[j], span)
+        in_ring = RING_SHARE * by_part[ring].mean()
+        counted = even + in_ring + (1.0 - PRIOR_SHARE - RING_SHARE) * by_part[ring, column]
+        here = max(counted, FEWEST / parts)
+        per_m2[j] = here / (area * max(echoes.range_m[j], CLOSEST_M))
+        per_scan[j] = here * parts
         share = by_radius[_radius_class(echoes.radius[j])] / radii
         of_radius[j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
     return density
 
 
 @kernel
-def _range_class(distance: float, span: _Span) -> int:
-    fraction = (distance - span.nearest) / (span.farthest - span.nearest)
-    return int(min(fraction * RANGES, RANGES - 1.0)) if fraction > 0.0 else 0
+def _part(distance: float, bearing: float, span: _Span) -> tuple[int, int]:
+    ring = (distance - span.nearest) / (span.farthest - span.nearest) * RANGES
+    column = (bearing - span.port) / span.opening * BEARINGS
+    return int(min(max(ring, 0.0), RANGES - 1.0)), int(min(max(column, 0.0), BEARINGS - 1.0))
 
 
 @kernel

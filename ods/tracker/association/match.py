@@ -10,6 +10,7 @@ from ods.compiled.kernel import kernel
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
+from ods.tracker.association.flicker import Flicker
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
 from ods.tracker.measurement.field_of_view import FieldOfView
@@ -28,6 +29,13 @@ NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
 
+class FalseAlarms(NamedTuple):
+    """What is known of echoes that are no object's."""
+
+    clutter: Clutter
+    flicker: Flicker
+
+
 class ScanMatch(NamedTuple):
     """n objects, of which k were seen."""
 
@@ -43,15 +51,20 @@ class ScanMatch(NamedTuple):
     """(n,) probability that the sonar looked at the object,"""
     expected: Floats
     """and that a visible object would have given an echo; 0 in a drop-out."""
+    flicker: Floats
+    """(n,) chance that there would be an echo without an object: see `flicker`."""
     unexplained: PositionMeasurement | None
-    """Where echoes come from that no object explains; None: there are none."""
+    """Where echoes come from that no object explains, k; None: there are none."""
+    clutter: Floats
+    """(k,) false alarms a scan if it had as many everywhere as there."""
 
 
 def match_scan(
-    scan: Scan, prediction: ScanPrediction, clutter: Clutter, associate: Association, settings: EchoSettings
+    scan: Scan, prediction: ScanPrediction, alarms: FalseAlarms, associate: Association, settings: EchoSettings
 ) -> ScanMatch:
-    """Compare an image with what was predicted of n objects; `clutter` learns from the echoes that none explains."""
-    echoes, density = scan.echoes, clutter.density(scan.echoes, scan.sector)
+    """Compare an image with what was predicted of n objects; `alarms` learn from the echoes that none explains."""
+    clutter, echoes = alarms.clutter, scan.echoes
+    density = clutter.density(echoes, scan.sector)
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
     found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas)
@@ -73,6 +86,7 @@ def match_scan(
     rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
     measurement = _measured(shown, merged, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
+    flicker = alarms.flicker.chance(prediction.places, scan.sector, clutter.per_scan)
     if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
@@ -82,7 +96,9 @@ def match_scan(
         llr=np.asarray(np.bincount(shown.objects, shown.llr, len(hit)), np.float64),
         watched=watched,
         expected=watched * (0.0 if drop_out else chance.detection_probability),
+        flicker=flicker,
         unexplained=elsewhere,
+        clutter=clutter.density(rest, scan.sector).per_scan,
     )
 
 

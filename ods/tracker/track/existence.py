@@ -22,6 +22,8 @@ EXISTENCE_STATES = 3
 YOUNG = 300.0
 """An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
 SMALLEST = 1e-300
+MASKED = 0.5
+"""Share of the echoes that come and go that are taken to mask an object's own."""
 MOST_EVIDENCE = 30.0
 """Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt."""
 
@@ -74,18 +76,24 @@ def _visibility(probabilities: Floats, returned: float) -> Floats:
 
 
 @kernel
-def after_image(probabilities: Floats, hit: Mask, llr: Floats, expected: Floats) -> Floats:
+def after_image(probabilities: Floats, hit: Mask, llr: Floats, expected: Floats, flicker: Floats) -> Floats:
     """Return (3, n) probabilities after an image.
 
     `llr`: (n,) logarithm of the likelihood of an echo from the object over that of a false alarm, used where
     `hit`; `expected`: (n,) probability that a visible object would have given an echo, used where not. To a silent
-    object an echo is a false alarm, as it is where there is nothing.
+    object an echo is a false alarm. Where there is nothing it is one, too, or it has come back to a place where echoes
+    come and go: `flicker`, (n,) how often it does. These echoes mask some of an object's own.
     """
     judged = np.empty_like(probabilities)
     for i in range(len(hit)):
-        weight = math.exp(min(llr[i], MOST_EVIDENCE)) if hit[i] else 1.0 - expected[i]
+        if hit[i]:
+            weight = math.exp(min(llr[i], MOST_EVIDENCE))
+            by_itself = 1.0 + flicker[i] * weight
+        else:
+            weight = 1.0 - expected[i] * (1.0 - MASKED * flicker[i])
+            by_itself = 1.0 - expected[i] * flicker[i]
         visible = weight * probabilities[VISIBLE, i]
-        silent, nothing = probabilities[SILENT, i], probabilities[NOTHING, i]
+        silent, nothing = probabilities[SILENT, i], by_itself * probabilities[NOTHING, i]
         total = visible + silent + nothing
         judged[VISIBLE, i], judged[SILENT, i], judged[NOTHING, i] = visible / total, silent / total, nothing / total
     return judged

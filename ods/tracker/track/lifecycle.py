@@ -5,7 +5,7 @@ TENTATIVE -> TERMINATED             not proved
 ACTIVE    -> STAND_BY               out of view, or silent, or unseen until its place is not known: time updates only
 STAND_BY  -> ACTIVE                 seen again
 STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
-STAND_BY  -> TERMINATED             out of view too long, moving; or gone
+STAND_BY  -> TERMINATED             out of view too long, moving or intermittent; or gone
 HIBERNATED -> ACTIVE                found again
 HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 """
@@ -62,6 +62,8 @@ class Evidence(NamedTuple):
     """It lies inside another object that is seen."""
     duplicate: Mask
     """Its echoes may be those of a confirmed object beside it."""
+    intermittent: Mask
+    """Seen as places are where echoes come and go, not as objects are: nothing for the map."""
     sigma: Floats
     """Standard deviation of its horizontal position, m."""
 
@@ -96,10 +98,11 @@ def _next_states(state: Ints, e: Evidence, limits: LifeLimits) -> Ints:
             if not e.hit[i] and (not e.inside[i] or doubted or missed or lost):
                 after[i] = STAND_BY
         elif state[i] == STAND_BY or state[i] == HIBERNATED:
+            lasting = e.static[i] and not e.intermittent[i]
             overdue = (not e.inside[i] and e.unseen_s[i] > limits.stand_by_s) or e.sigma[i] > limits.lost_sigma_m
             if e.hit[i]:
                 after[i] = ACTIVE
-            elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not e.static[i]))):
+            elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not lasting))):
                 after[i] = TERMINATED
             elif overdue:
                 after[i] = HIBERNATED

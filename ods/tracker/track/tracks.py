@@ -15,6 +15,9 @@ from ods.tracker.state import TracksState
 from ods.tracker.track import existence, lifecycle
 from ods.tracker.utc import Restamp
 
+FLICKERING = 0.1
+"""A place flickers when its chance to show an echo without an object is above this."""
+
 
 class History(NamedTuple):
     """What became of n objects: (n,) each."""
@@ -45,6 +48,12 @@ class Doubt(NamedTuple):
     nothing: Floats
     first_visible: Floats
     """That it existed after the first echo."""
+    hits: Floats
+    """Echoes since it was started or recalled,"""
+    looks: Floats
+    """images in which there might have been one,"""
+    flickers: Floats
+    """and how many of these would have had one if there were no object: see `flicker`."""
 
 
 class Tracks:
@@ -121,8 +130,21 @@ class Tracks:
         history.last_utc[rows] = utc_ns
         self._told = None
 
-    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: float) -> None:
-        """Append tentative objects, one a measurement, given births and false alarms a scan."""
+    def looked(self, hit: Mask, watched: Floats, flicker: Floats) -> None:
+        """Take note of what an image showed: (n,) each, the last two as in `ScanMatch`."""
+        doubt, looks = self._doubt.rows, np.maximum(hit, watched)
+        doubt.hits[:] += hit
+        doubt.looks[:] += looks
+        doubt.flickers[:] += flicker * looks
+
+    def intermittent(self, detection_probability: float) -> Mask:
+        """Tell (n,) which are seen as places where echoes come and go are, and not as objects are there."""
+        doubt = self._doubt.rows
+        half_way = 0.5 * (detection_probability * doubt.looks + doubt.flickers)
+        return (doubt.flickers > FLICKERING * doubt.looks) & (doubt.hits < half_way)
+
+    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: Floats) -> None:
+        """Append tentative objects, one a measurement, given births and (k,) false alarms a scan."""
         count = len(measured.radius)
         new, doubt = self._history.grow(count), self._doubt.grow(count)
         new.state[:], new.echoes[:] = lifecycle.TENTATIVE, 1
