@@ -58,7 +58,7 @@ def test_hypotheses_are_those_of_the_plain_formula() -> None:
             for r, b, a in zip(rng.uniform(15, 65, m), rng.uniform(-0.8, 0.8, m), rng.uniform(0.5, 2.5, m), strict=True)
         ]
     )
-    clutter = ClutterDensity(rng.uniform(1e-4, 1e-2, m), rng.uniform(0.1, 1.0, m))
+    clutter = ClutterDensity(rng.uniform(1e-4, 1e-2, m), np.ones(m), rng.uniform(0.1, 1.0, m))
     assert VEHICLE is not None
     predicted = predicted_measurement(believed.position, believed.variance, believed.covariance_ne, VEHICLE)
     chance = Detectability(np.ones(n), SETTINGS.detection_probability)

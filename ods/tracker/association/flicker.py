@@ -36,8 +36,9 @@ POOLED_LOOKS = 10.0
 MOST = 0.6
 """An object that is seen in nearly every image is told from anything that is seen less often than this."""
 HITS, LOOKS = 0, 1
-LEAST_TOLD = 0.01
-"""A cell with fewer looks is left out of what a next tracker gets."""
+ROUNDING = 1e-3
+LEAST_LOOKS = 0.01
+"""A cell of the world with fewer is forgotten."""
 
 
 class Places(NamedTuple):
@@ -67,7 +68,7 @@ class Flicker:
 
     def state(self) -> FlickerState:
         """Return what was counted."""
-        cells = np.flatnonzero(self._world[LOOKS] > LEAST_TOLD).astype(np.int32)
+        cells = np.flatnonzero(self._world[LOOKS]).astype(np.int32)
         return FlickerState(self._fan.tobytes(), cells.tobytes(), self._world.reshape(2, -1)[:, cells].tobytes())
 
     def restore(self, state: FlickerState) -> None:
@@ -78,7 +79,7 @@ class Flicker:
         if counts.shape[1] != len(cells) or ((cells < 0) | (cells >= CELLS**2)).any():
             raise ValueError("places of echoes that are none")
         for table in (fan, counts):
-            if not (np.isfinite(table) & (table >= 0.0)).all() or (table[HITS] > table[LOOKS] + LEAST_TOLD).any():
+            if not (np.isfinite(table) & (table >= 0.0)).all() or (table[HITS] > table[LOOKS] * (1.0 + ROUNDING)).any():
                 raise ValueError("counts of echoes that are none")
         self._fan = fan.copy()
         self._world = np.zeros((2, CELLS, CELLS), np.float32)
@@ -86,10 +87,7 @@ class Flicker:
 
     def learn(self, ended: Places, hits: Floats, looks: Floats, sector: Sector) -> None:
         """Take in the tracks that an image ended: (k,) echoes after the first, and looks. Called for every image."""
-        self._fan *= FAN_MEMORY
-        self._world *= WORLD_MEMORY
-        if len(looks):
-            _learn(self._fan, self._world, ended, np.array([np.minimum(hits, looks), looks]), _span_of(sector))
+        _learn(self._fan, self._world, ended, np.array([np.minimum(hits, looks), looks]), _span_of(sector))
 
     def chance(self, places: Places, sector: Sector, per_scan: float) -> Floats:
         """Return (n,) the chance that an echo comes back to each place if there is no object.
@@ -117,6 +115,12 @@ def _cell(metres: float) -> int:
 
 @kernel
 def _learn(fan: Floats, world: Floats32, ended: Places, counts: Floats, span: _Span) -> None:
+    fan *= FAN_MEMORY
+    for i in range(CELLS):
+        for j in range(CELLS):
+            kept = WORLD_MEMORY if world[LOOKS, i, j] > LEAST_LOOKS else 0.0
+            world[HITS, i, j] *= kept
+            world[LOOKS, i, j] *= kept
     for k in range(counts.shape[1]):
         ring = _part(ended.range_m[k], span.nearest, span.farthest, RANGES)
         column = _part(ended.bearing[k], span.port, span.starboard, BEARINGS)

@@ -1,0 +1,171 @@
+"""Places where echoes come and go: counted by place, told from objects, and kept out of the map."""
+
+import numpy as np
+import pytest
+
+from ods.tracker.association.flicker import (
+    CALM,
+    CALM_LOOKS,
+    FAN_MEMORY,
+    MANY,
+    MOST,
+    NEW,
+    POOLED_LOOKS,
+    WORLD_MEMORY,
+    Flicker,
+    Places,
+)
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.state import FlickerState
+from ods.tracker.track.existence import after_image
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import RATE_HZ, SECTOR, scan
+
+HERE = np.array([0.0, 0.0, 4.0])
+SETTLED_S = 1.0
+"""A list is valid so long after the start,"""
+LATER_S = 1.0
+"""and by so much later than in calm water an object may be found."""
+
+
+def places(*rows: tuple[float, float, float, float]) -> Places:
+    return Places(*np.array(rows, np.float64).reshape(-1, 4).T.copy())
+
+
+def pooled(counts: list[tuple[float, float]], prior: float) -> float:
+    """The chance from (hits, looks) of the image, the ring, the part and the cell, one inside the other."""
+    for (hits, looks), weight in zip(counts, (CALM_LOOKS, *[POOLED_LOOKS] * 3), strict=True):
+        prior = (hits + weight * prior) / (looks + weight)
+    return prior
+
+
+def test_the_chance_is_that_of_the_place_where_tracks_ended() -> None:
+    """Against the counts of the image, the ring, its part and the world's cell, put together by hand."""
+    flicker, nothing = Flicker(), np.zeros(0)
+    spots = places((55.0, 0.3, 52.0, 16.0), (55.0, -0.3, 52.0, -16.0), (15.0, 0.3, 14.0, 4.0))
+    flicker.learn(spots, np.array([6.0, 1.0, 0.0]), np.array([10.0, 10.0, 2.0]), SECTOR)
+    prior = CALM + NEW * 3.0 / (3.0 + MANY)
+    whole, ring = (7.0, 22.0), (7.0, 20.0)
+    expected = [
+        pooled([whole, ring, (6.0, 10.0), (6.0, 10.0)], prior),
+        pooled([whole, ring, (6.0, 10.0), (0.0, 0.0)], prior),
+        pooled([whole, (0.0, 2.0), (0.0, 0.0), (0.0, 0.0)], prior),
+    ]
+    asked = places((55.0, 0.3, 52.5, 16.5), (55.0, 0.3, 58.5, 16.5), (15.0, -0.3, 14.0, -4.0))
+    np.testing.assert_allclose(flicker.chance(asked, SECTOR, 3.0), expected, rtol=1e-6)
+    for _ in range(100):
+        flicker.learn(places(), nothing, nothing, SECTOR)
+    fan, world = FAN_MEMORY**100, WORLD_MEMORY**100
+    faded = [(7.0 * fan, 22.0 * fan), (7.0 * fan, 20.0 * fan), (6.0 * fan, 10.0 * fan), (6.0 * world, 10.0 * world)]
+    assert flicker.chance(asked, SECTOR, 3.0)[0] == pytest.approx(pooled(faded, prior), rel=1e-4)
+
+
+def test_the_chance_is_never_more_than_an_object_can_beat() -> None:
+    flicker, spot = Flicker(), places((55.0, 0.3, 52.0, 16.0))
+    for _ in range(200):
+        flicker.learn(spot, np.array([9.0]), np.array([9.0]), SECTOR)
+    assert flicker.chance(spot, SECTOR, 30.0)[0] == MOST
+
+
+def test_the_next_one_goes_on_with_the_same_counts_and_refuses_nonsense() -> None:
+    one, other = Flicker(), Flicker()
+    rng = np.random.default_rng(3)
+    spots = Places(*rng.uniform((5.0, -0.7, -80.0, -80.0), (95.0, 0.7, 80.0, 80.0), (200, 4)).T.copy())
+    looks = rng.integers(1, 20, 200).astype(np.float64)
+    one.learn(spots, np.floor(looks * rng.random(200)), looks, SECTOR)
+    other.restore(one.state())
+    np.testing.assert_array_equal(one.chance(spots, SECTOR, 1.0), other.chance(spots, SECTOR, 1.0))
+    good = one.state()
+    bad_fan = np.frombuffer(good.fan).copy()
+    bad_fan[0] = np.nan
+    counts = np.frombuffer(good.counts, np.float32).reshape(2, -1)
+    for bad in (
+        FlickerState(bad_fan.tobytes(), good.cells, good.counts),
+        FlickerState(good.fan[:-8], good.cells, good.counts),
+        FlickerState(good.fan, good.cells[:-4], good.counts),
+        FlickerState(good.fan, np.full(counts.shape[1], 10**6, np.int32).tobytes(), good.counts),
+        FlickerState(good.fan, good.cells, counts[::-1].tobytes()),  # more echoes than looks
+    ):
+        with pytest.raises(ValueError, match=r"echoes|reshape|size"):
+            Flicker().restore(bad)
+
+
+def test_existence_is_that_of_bayes_rule() -> None:
+    """Every sequence of five images: the product of the likelihoods of each, for each of the three states."""
+    flicker, seen, llr = 0.3, 0.9, 4.0
+    prior = np.array([0.02, 0.01, 0.97])
+    for sequence in range(32):
+        probabilities, likelihood = prior[:, None].copy(), prior.copy()
+        for k in range(5):
+            hit = bool(sequence >> k & 1)
+            told = np.array([hit]), np.array([llr]), np.array([seen]), np.array([flicker])
+            probabilities = after_image(probabilities, *told)
+            if hit:  # over that of a false alarm
+                likelihood *= np.array([np.exp(llr), 1.0, 1.0 + flicker * np.exp(llr)])
+            else:
+                likelihood *= np.array([1.0 - seen * (1.0 - 0.5 * flicker), 1.0, 1.0 - flicker * seen])
+        np.testing.assert_allclose(probabilities[:, 0], likelihood / likelihood.sum(), rtol=1e-9)
+
+
+class Bed:
+    """A bottom of bright spots in a ring, each of which has an echo in `share` of the images."""
+
+    def __init__(self, share: float, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+        self.share = share
+        self.spots = [(self.rng.uniform(45.0, 75.0), self.rng.uniform(-0.7, 0.7)) for _ in range(60)]
+
+    def rows(self) -> list[tuple[float, float, float]]:
+        lit = [spot for spot in self.spots if self.rng.random() < self.share]
+        return [(r + self.rng.normal(0, 0.1), b + self.rng.normal(0, 0.008), 1.0) for r, b in lit]
+
+
+def followed(
+    bed: Bed | None, seconds: float, appears_s: float, place: tuple[float, float]
+) -> tuple[Tracker, list[int], float]:
+    """Return the tracker, what it began to report away from `place` after SETTLED_S, and when what appears there."""
+    tracker, found = Tracker(TrackerSettings()), np.inf
+    first: dict[int, float] = {}
+    where = place[0] * np.array([np.cos(place[1]), np.sin(place[1])])
+    rng = np.random.default_rng(5)
+    for k in range(round(seconds * RATE_HZ)):
+        rows = [] if bed is None else bed.rows()
+        t_s = k / RATE_HZ
+        if t_s >= appears_s:
+            rows.append((place[0] + rng.normal(0, 0.1), place[1] + rng.normal(0, 0.008), 1.0))
+        tracker.step(scan(t_s, HERE, 0.0, rows))
+        told = tracker.snapshot()
+        near = np.hypot(*(told.position[:2] - where[:, None])) < 2.0
+        for number in told.id[~near].tolist():
+            first.setdefault(number, t_s)
+        found = min(found, t_s - appears_s) if near.any() and t_s >= appears_s else found
+    return tracker, [number for number, t_s in first.items() if t_s > SETTLED_S], found
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_bottom_that_flickers_makes_few_objects_and_an_object_on_it_is_found(seed: int) -> None:
+    _, false, found = followed(Bed(0.3, seed), 25.0, 12.0, (60.0, 0.1))
+    _, _, calm = followed(None, 25.0, 12.0, (60.0, 0.1))
+    assert len(false) <= 2
+    assert calm <= 3.0 / RATE_HZ
+    assert found <= calm + LATER_S
+
+
+def test_what_flickers_is_not_for_the_map() -> None:
+    """Spots lit in half of the images, some of which become objects; then the vehicle looks away for good."""
+    bed = Bed(0.5, 3)
+    tracker, false, _ = followed(bed, 15.0, 100.0, (20.0, 0.0))
+    assert false
+    for k in range(round(15.0 * RATE_HZ)):
+        tracker.step(scan(15.0 + k / RATE_HZ, HERE, np.pi, []))
+    assert len(tracker.whole_map()) <= 0.2 * len(false)
+
+
+def test_objects_at_rest_are_for_the_map_also_beside_what_flickers() -> None:
+    tracker, _, found = followed(Bed(0.3, 4), 15.0, 5.0, (60.0, 0.1))
+    assert np.isfinite(found)
+    for k in range(round(15.0 * RATE_HZ)):
+        tracker.step(scan(15.0 + k / RATE_HZ, HERE, np.pi, []))
+    places_known = [np.array(o.position[:2]) for o in tracker.whole_map()]
+    where = 60.0 * np.array([np.cos(0.1), np.sin(0.1)])
+    assert any(np.hypot(*(p - where)) < 1.0 for p in places_known)
