@@ -29,6 +29,8 @@ Speed = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 Velocity = tuple[Speed, Speed, Speed]
 Uncertainty = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 """rad; what is below 0 is a bad pose."""
+Height = Annotated[float, msgspec.Meta(ge=0.0, le=2e4)]
+"""m, over the bottom; no sea is deeper."""
 Part = Annotated[float, msgspec.Meta(ge=-2.0, le=2.0)]
 """Of a unit quaternion."""
 Quaternion = tuple[float, float, float, float]
@@ -193,6 +195,10 @@ class Pose(msgspec.Struct, frozen=True):
     """Standard deviations of roll, pitch, yaw, rad."""
     utc_source: UtcSource = "unsure"
     """Whose `utc_ns` it is: this computer's clock, the INS's, or one that is not to be relied on."""
+    altitude_m: Height | None = None
+    """Of the vehicle's origin over the bottom right below; none: not told, or not believed."""
+    sigma_altitude_m: Coordinate = 0.0
+    """Its standard deviation, m."""
 
 
 TrackState = Literal["active", "stand_by", "hibernated", "terminated"]

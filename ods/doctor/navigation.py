@@ -193,7 +193,8 @@ def _place(pose: Pose) -> str:
     """Return the pose in words, for signs to be checked by eye."""
     north, east, down = pose.position_ned
     roll, pitch, yaw = (np.degrees(euler_from_quat(pose.attitude)).round(1) + 0.0).tolist()  # no -0.0
+    over = "" if pose.altitude_m is None else f", {pose.altitude_m:.1f} m over the bottom"
     return (
-        f"north {north:.1f}, east {east:.1f}, down {down:.1f} m, roll {roll:.1f}, pitch {pitch:.1f}, "
+        f"north {north:.1f}, east {east:.1f}, down {down:.1f} m{over}, roll {roll:.1f}, pitch {pitch:.1f}, "
         f"yaw {yaw % 360.0:.1f} deg"
     )

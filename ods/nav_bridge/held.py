@@ -4,7 +4,7 @@ from collections.abc import Collection, Iterable, Iterator
 from math import inf
 
 from ods.base.clock import NS
-from ods.nav_bridge.pose_fields import UNITS, Age
+from ods.nav_bridge.pose_fields import OPTIONAL, UNITS, Age
 from ods.nav_bridge.settings import HeldSettings
 
 
@@ -18,6 +18,8 @@ class HeldSlot:
         self.values: dict[str, float] = {}
         self.refused_ns: int | None = None
         """When it last said of itself that it is not valid, if that was the newest that came."""
+        self.optional = OPTIONAL.issuperset(fields)
+        """A pose is as good without it."""
         self._t_ns: int | None = None
         angle, length = settings.growth_rad_s, settings.growth_m_s
         self.growth = {name: length if UNITS[name] in ("m", "deg") else angle for name in fields}
@@ -48,11 +50,13 @@ class HeldValues:
         self._slots = list(slots)
 
     def add_to(self, values: dict[str, float], t_ns: int) -> dict[str, Age] | None:
-        """Add what is held to the values of an instant and return the ages, None when something is too old."""
+        """Add what is held to the values of an instant and return the ages, None when what a pose needs is too old."""
         ages: dict[str, Age] = {}
         for slot in self._slots:
             age_s = slot.age_s(t_ns)
             if age_s > slot.max_age_s:
+                if slot.optional:
+                    continue
                 return None
             values |= slot.values
             for name, growth in slot.growth.items():
@@ -60,5 +64,5 @@ class HeldValues:
         return ages
 
     def too_old(self, now_ns: int) -> Iterator[str]:
-        """Say which came but are too old."""
-        yield from filter(None, (slot.complaint(now_ns) for slot in self._slots))
+        """Say which came but are too old, of those that a pose needs."""
+        yield from filter(None, (slot.complaint(now_ns) for slot in self._slots if not slot.optional))

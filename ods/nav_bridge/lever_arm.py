@@ -30,11 +30,13 @@ class LeverArm:
         way = rotated(pose.attitude, self._lever)
         turn = _rate_of_turn(self._before, pose)
         self._before = pose
+        altitude = None if pose.altitude_m is None else max(pose.altitude_m + way[2], 0.0)
         return msgspec.structs.replace(
             pose,
             position_ned=_minus(pose.position_ned, way),
             velocity_body=_minus(pose.velocity_body, _cross(turn, self._lever)),
             sigma_position_ned=spread_at(way, pose.sigma_position_ned, pose.sigma_attitude),
+            altitude_m=altitude,
         )
 
 

@@ -23,12 +23,17 @@ PLACE_SIGMAS = ("sigma_north", "sigma_east", "sigma_down"), ("sigma_horizontal",
 """May be left out: then those of the settings hold."""
 ATTITUDE_SIGMAS = ("sigma_roll", "sigma_pitch", "sigma_yaw"), ("sigma_tilt", "sigma_yaw")
 """May be left out."""
+OVER_BOTTOM, SIGMA_OVER_BOTTOM = "over_bottom", "sigma_over_bottom"
+"""Height over the bottom right below: the `altitude_m` of a pose."""
+OPTIONAL = frozenset({OVER_BOTTOM, SIGMA_OVER_BOTTOM})
+"""A pose is as good without them: they are left out of it when they are not there, too old or not believed."""
 UNITS: dict[str, str] = {
     **{name: "m" for names in (*PLACES, *PLACE_SIGMAS) for name in names},
     **{name: "rad" for names in (ATTITUDES[0], *ATTITUDE_SIGMAS) for name in names},
     **{name: "m/s" for names in VELOCITIES for name in names},
     **dict.fromkeys(ATTITUDES[1], ""),
     **dict.fromkeys(("latitude", "longitude"), "deg"),
+    **dict.fromkeys((OVER_BOTTOM, SIGMA_OVER_BOTTOM), "m"),
 }
 """Every pose field and its unit."""
 WILD = 1e9
@@ -51,7 +56,8 @@ NO_AGES: Mapping[str, Age] = {}
 
 
 class PoseMaker:
-    """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`."""
+    """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`, and
+    `altitude_absurd` (left out of a pose that is good otherwise)."""
 
     def __init__(
         self,
@@ -74,7 +80,9 @@ class PoseMaker:
         self._told_sigmas = (*self._place_sigmas, *self._attitude_sigmas)
         self._used = (*self._place, *self._attitude, *self._velocity, *self._told_sigmas)
         for name in sorted(fields):
-            if name in UNITS and name not in self._used:
+            if name == SIGMA_OVER_BOTTOM and OVER_BOTTOM not in fields:
+                raise OdsError(f"{name}: needs {OVER_BOTTOM} beside it")
+            if name in UNITS.keys() - OPTIONAL and name not in self._used:
                 raise OdsError(f"{name}: {_lacking(name, fields) or 'of no use beside ' + ', '.join(self._used)}")
         self.disbelief = ""
         """Why the newest pose was dropped, in plain words; "" while it was not."""
@@ -100,6 +108,7 @@ class PoseMaker:
         place, attitude, velocity = found
         utc_ns, utc_source = self._utc.at(t_ns)
         attitude = product(self._turn_at(values, place), attitude)
+        altitude, sigma_altitude = self._altitude(values, rotated(attitude, velocity)[2], ages)
         pose = Pose(
             seq=self._poses,
             t_ns=t_ns,
@@ -112,9 +121,25 @@ class PoseMaker:
                 _spread(values, self._attitude_sigmas, self._sigmas.attitude_rad), self._attitude, ages
             ),
             utc_source=utc_source,
+            altitude_m=altitude,
+            sigma_altitude_m=sigma_altitude,
         )
         self._poses += 1
         return pose
+
+    def _altitude(
+        self, values: Mapping[str, float], sinking: float, ages: Mapping[str, Age]
+    ) -> tuple[float | None, float]:
+        """Return the altitude over the bottom at the pose's instant, None when there is none, and its deviation."""
+        told, sigma = values.get(OVER_BOTTOM), values.get(SIGMA_OVER_BOTTOM, self._sigmas.altitude_m)
+        if told is None:
+            return None, 0.0
+        age = ages.get(OVER_BOTTOM, Age(0.0, 0.0))
+        altitude = told - age.seconds * sinking
+        if not (0.0 < altitude <= self._limits.altitude_m and 0.0 <= sigma < WILD):  # written so that NaN fails
+            self._counters["altitude_absurd"] += 1
+            return None, 0.0
+        return altitude, math.hypot(sigma, age.seconds * age.growth)
 
     def _carried(self, place: Vector3, velocity: Vector3, attitude: Quaternion, ages: Mapping[str, Age]) -> Vector3:
         """Return the place at the pose's instant, each coordinate from its own."""

@@ -67,6 +67,8 @@ class LimitSettings(Settings, frozen=True):
     """m/s along each body axis."""
     age_s: Positive = 1.0
     """Time from the pose's instant to its arrival."""
+    altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
+    """Altitude over the bottom; one beyond this, or not above 0, is left out of its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
@@ -76,6 +78,8 @@ class SigmaSettings(Settings, frozen=True):
     """Of north, east and down, m."""
     attitude_rad: Positive = 0.005
     """Of roll, pitch and yaw, rad."""
+    altitude_m: Positive = 0.3
+    """Of the altitude over the bottom, m."""
 
 
 class ObjectSettings(Settings, frozen=True):
@@ -258,6 +262,7 @@ NMEA_CHOICES: dict[str, tuple[str, ...]] = {
     "heading": ("PASHR", "HDT", "SA"),
     "velocity": ("VTG", "RMC", "BS", "BE"),
     "accuracy": ("GST",),
+    "altitude": ("DPT", "DBT", "BD"),
 }
 """Sentences that may tell each part of a pose: NMEA 0183, PASHR, and PD6's two letters."""
 TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
@@ -287,6 +292,8 @@ class NmeaSettings(Settings, frozen=True):
     """VTG, RMC (nothing vertical), BS or BE (a Doppler log over ground)."""
     accuracy: str | None = None
     """GST; none: `nav.sigma.position_m` holds."""
+    altitude: str | None = None
+    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: not told."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
@@ -298,6 +305,8 @@ class NmeaSettings(Settings, frozen=True):
             told = getattr(self, part)
             if told is not None and TALKER.sub("", told) not in usable:
                 raise ValueError(f"{part}: {none_of(told, usable)}")
+        if self.altitude is not None and TALKER.sub("", self.altitude) == TALKER.sub("", self.depth):
+            raise ValueError(f"altitude: {self.altitude} tells the depth already")
         known = {name for usable in NMEA_CHOICES.values() for name in usable}
         unknown = self.held.keys() - known
         if unknown:

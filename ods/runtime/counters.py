@@ -158,6 +158,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("sequence_reset", "times the sequence number went back: the INS restarted"),
         CounterRow("epoch_invalid", "poses dropped: a status that must hold does not"),
         CounterRow("epoch_absurd", "poses dropped: a field out of range"),
+        CounterRow("altitude_absurd", "altitudes left out of a pose: not above 0, or beyond `nav.limits.altitude_m`"),
         CounterRow("epoch_late", "poses dropped: too old"),
         CounterRow("epoch_contested", "poses dropped while two nodes send as the INS"),
         CounterRow("epoch_untimed", "poses stamped without a valid time of day"),

@@ -20,5 +20,9 @@ def head_of(vehicle: PoseEstimate | None, mounting: Mounting) -> PoseEstimate | 
     place, attitude, lever = mounting.head((north, east, down), (w, x, y, z))
     spread = spread_at(lever, tuple(vehicle.sigma_position.tolist()), tuple(vehicle.sigma_attitude.tolist()))
     return dataclasses.replace(
-        vehicle, position_ned=np.array(place), attitude=np.array(attitude), sigma_position=np.array(spread)
+        vehicle,
+        position_ned=np.array(place),
+        attitude=np.array(attitude),
+        sigma_position=np.array(spread),
+        altitude_m=None if vehicle.altitude_m is None else vehicle.altitude_m - lever[2],
     )

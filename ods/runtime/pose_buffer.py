@@ -53,6 +53,10 @@ class PoseEstimate:
     """(3,) standard deviations of roll, pitch, yaw, rad."""
     extrapolated_s: float
     """Time to the pose it was extrapolated from; 0 when it lies between two poses."""
+    altitude_m: float | None = None
+    """Over the bottom, none: not known;"""
+    sigma_altitude_m: float = 0.0
+    """and its standard deviation."""
 
 
 class PoseBuffer:
@@ -137,6 +141,7 @@ class PoseBuffer:
             np.array(_mix(a.sigma_position_ned, b.sigma_position_ned, f)),
             np.array(_mix(a.sigma_attitude, b.sigma_attitude, f)),
             0.0,
+            *_altitude(a, b, f),
         )
 
     def _extrapolate(self, index: int, t_ns: int) -> PoseEstimate | None:
@@ -153,6 +158,8 @@ class PoseBuffer:
             np.array([math.hypot(s, POSITION_GROWTH * dt) for s in pose.sigma_position_ned]),
             np.array([math.hypot(s, ATTITUDE_GROWTH * dt) for s in pose.sigma_attitude]),
             abs(dt),
+            None if pose.altitude_m is None else max(pose.altitude_m - velocity[2] * dt, 0.0),
+            math.hypot(pose.sigma_altitude_m, POSITION_GROWTH * dt),
         )
 
     def _turned(self, index: int, t_ns: int) -> Quaternion:
@@ -166,10 +173,20 @@ class PoseBuffer:
 
 
 def _is_sound(pose: Pose) -> bool:
-    sigmas = (*pose.sigma_position_ned, *pose.sigma_attitude)
-    numbers = (*pose.position_ned, *pose.velocity_body, *pose.attitude, *sigmas)
+    sigmas = (*pose.sigma_position_ned, *pose.sigma_attitude, pose.sigma_altitude_m)
+    numbers = (*pose.position_ned, *pose.velocity_body, *pose.attitude, *sigmas, pose.altitude_m or 0.0)
     return (
         math.isfinite(sum(numbers)) and abs(math.hypot(*pose.attitude) - 1.0) <= NORM_TOLERANCE and min(sigmas) >= 0.0
+    )
+
+
+def _altitude(a: Pose, b: Pose, f: float) -> tuple[float | None, float]:
+    """Return the altitude between two poses and its standard deviation; known where both know it."""
+    if a.altitude_m is None or b.altitude_m is None:
+        return None, 0.0
+    return (
+        a.altitude_m + f * (b.altitude_m - a.altitude_m),
+        a.sigma_altitude_m + f * (b.sigma_altitude_m - a.sigma_altitude_m),
     )
 
 

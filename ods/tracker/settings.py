@@ -52,7 +52,7 @@ class EchoSettings(Settings, frozen=True):
     """Probability that an object in full view gives a detection."""
     clutter_per_scan: Positive = 1.0
     """False alarms expected in a scan at the start; the tracker then counts them itself."""
-    births_per_scan: Positive = 0.01
+    births_per_scan: Positive = 0.005
     """New objects expected in a scan; against `clutter_per_scan` it says how much proof a new object needs."""
     births_at_start: Positive = 0.1
     """The same in the very first images, where every object is new."""

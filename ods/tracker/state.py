@@ -11,7 +11,7 @@ class TracksState(msgspec.Struct, frozen=True):
 
     unjudged_s: float
     tables: list[bytes]
-    """As they lie in memory, an object a column: history, doubt, and those of the observer."""
+    """As they lie in memory, an object a column: history, doubt, looks, and those of the observer."""
 
 
 class ClutterState(msgspec.Struct, frozen=True):

@@ -108,8 +108,10 @@ class Tracker:
         """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
         tracks, places = self._tracks, prediction.places
         ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside).nonzero()[0]
-        hits, looks = tracks.doubt.hits[ended], tracks.doubt.looks[ended]
-        self._alarms.flicker.learn(Places(*(each[ended] for each in places)), hits, looks, scan.sector)
+        seen = tracks.looks
+        self._alarms.flicker.learn(
+            Places(*(each[ended] for each in places)), seen.hits[ended], seen.looks[ended], scan.sector
+        )
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

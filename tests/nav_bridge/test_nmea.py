@@ -71,10 +71,10 @@ def test_the_other_sentences() -> None:
     assert of(summed("GPGST,120000.00,1.0,,,,0.3,0.4,0.5")) == {
         "sigma_north": 0.3, "sigma_east": 0.4, "sigma_down": 0.5
     }  # fmt: skip
-    assert of(summed("SDDPT,10.5,0.5")) == {"altitude": -11.0}
-    assert of(summed("SDDPT,10.5,-0.5")) == {"altitude": -10.5}
+    assert of(summed("SDDPT,10.5,0.5")) == {"altitude": -11.0, "over_bottom": 10.5}
+    assert of(summed("SDDPT,10.5,-0.5")) == {"altitude": -10.5, "over_bottom": 10.5}
     for name in ("DBT", "DBS"):
-        assert of(summed(f"SD{name},32.8,f,10.0,M,5.4,F")) == {"altitude": -10.0}
+        assert of(summed(f"SD{name},32.8,f,10.0,M,5.4,F")) == {"altitude": -10.0, "over_bottom": 10.0}
     assert utc_of(parse(summed("GPZDA,120000.50,22,09,2026,00,00"))) == 1_790_078_400_500_000_000  # date -u +%s
 
 

@@ -44,6 +44,7 @@ VALUES: dict[str, float] = {
     **dict(zip(VELOCITIES[1], NED.tolist(), strict=True)),
     "sigma_north": 0.3, "sigma_east": 0.4, "sigma_down": 0.5, "sigma_horizontal": 0.6,
     "sigma_roll": 0.01, "sigma_pitch": 0.02, "sigma_yaw": 0.03, "sigma_tilt": 0.04,
+    "over_bottom": 20.0, "sigma_over_bottom": 0.08,
 }  # fmt: skip
 """One vehicle, told in every way."""
 SPREADS = {

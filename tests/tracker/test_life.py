@@ -32,6 +32,7 @@ def evidence(seed: int, count: int) -> Evidence:
         static=flags[2],
         covered=flags[3],
         duplicate=flags[4],
+        intermittent=rng.random(count) < 0.3,
         sigma=rng.exponential(3.0, count),
     )
 
@@ -78,7 +79,7 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     start = rng.dirichlet(np.ones(3), 50).T
     carried = existence.carry_on(start, rng.integers(1, 1000, 50), rng.random(50), dt, ECHO)
     hit = rng.random(50) < 0.5
-    judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99)
+    judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99, rng.random(50) * 0.6)
     for probabilities in (carried, judged):
         np.testing.assert_allclose(probabilities.sum(axis=0), 1.0)
         assert (probabilities >= 0.0).all()
@@ -91,9 +92,9 @@ def test_bayes_by_hand() -> None:
     To the silent object the echo is a false alarm: it is no proof against it.
     """
     start = np.array([[0.2], [0.3], [0.5]])
-    hit = existence.after_image(start, np.array([True]), np.log([9.0]), np.array([0.9]))
+    hit = existence.after_image(start, np.array([True]), np.log([9.0]), np.array([0.9]), np.zeros(1))
     np.testing.assert_allclose(hit[:, 0], [1.8 / 2.6, 0.3 / 2.6, 0.5 / 2.6])
-    missed = existence.after_image(start, np.array([False]), np.zeros(1), np.array([0.9]))
+    missed = existence.after_image(start, np.array([False]), np.zeros(1), np.array([0.9]), np.zeros(1))
     np.testing.assert_allclose(missed[:, 0], [0.02 / 0.82, 0.3 / 0.82, 0.5 / 0.82])
 
 

@@ -18,7 +18,7 @@ from ods.base.errors import OdsError, one_line
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.encoding import read_text
-from ods.nav_bridge.pose_fields import UNITS
+from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
 from ods.nav_bridge.settings import (
     DbcSettings,
     HeldSettings,
@@ -93,6 +93,11 @@ class DbcMessage:
         """Identifier; the DBC tells standard and extended ones apart."""
         return CanId(self.layout.frame_id, self.layout.is_extended_frame)
 
+    @cached_property
+    def optional(self) -> bool:
+        """It comes at a rate of its own, and a pose is as good without it."""
+        return self.hold is not None and OPTIONAL.issuperset(item.field for item in self.readings)
+
     @property
     def label(self) -> str:
         """What people call it: name and identifier."""
@@ -112,7 +117,8 @@ class DbcMessage:
     def _needed(self) -> tuple[str, ...]:
         clock = [self.clock.signal] if self.clock is not None else []
         shared = [self.sequence] if self.sequence is not None else []
-        return (*(item.signal for item in self.readings), *(item.signal for item in self.conditions), *clock, *shared)
+        told = (item.signal for item in self.readings if self.optional or item.field not in OPTIONAL)
+        return (*told, *(item.signal for item in self.conditions), *clock, *shared)
 
 
 @dataclass(frozen=True)

@@ -70,7 +70,10 @@ class DbcSource(CanSource):
             self._counters["frame_not_finite"] += 1
             return None
         self._heard_ns[can_id] = item.t_ns
-        self._unmet[can_id] = [told.says for told in message.conditions if not told.met(counts[told.signal])]
+        unmet = [told.says for told in message.conditions if not told.met(counts[told.signal])]
+        if message.optional and unmet:
+            return None
+        self._unmet[can_id] = unmet
         if message.hold is not None:
             values: dict[str, float] = {}
             message.add_to(values, counts)
@@ -96,6 +99,7 @@ class DbcSource(CanSource):
             now_ns - self._heard_ns.get(message.can_id, -item.holds_ns) > item.holds_ns
             for message in self._map.messages.values()
             for item in message.conditions
+            if not message.optional
         )
 
     def _complaints(self, now_ns: int) -> list[str]:
@@ -113,6 +117,8 @@ class DbcSource(CanSource):
         ]
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
+        if message.optional:
+            return False
         heard_ns = self._heard_ns.get(message.can_id)
         limit_ns = self._stale_ns
         if heard_ns is not None and message.hold is not None:

@@ -142,11 +142,13 @@ def _gst(parts: Sequence[str]) -> Told:
 
 def _dpt(parts: Sequence[str]) -> Told:
     offset = _number(parts[1]) if parts[1:] and parts[1] else 0.0
-    return Told({"altitude": -_number(parts[0]) - max(offset, 0.0)})  # a negative offset is to the keel
+    below = _number(parts[0])
+    return Told({"altitude": -below - max(offset, 0.0), "over_bottom": below})  # a negative offset is to the keel
 
 
 def _in_metres(parts: Sequence[str]) -> Told:
-    return Told({"altitude": -_number(parts[2])})
+    below = _number(parts[2])
+    return Told({"altitude": -below, "over_bottom": below})
 
 
 def _sa(parts: Sequence[str]) -> Told:
@@ -155,6 +157,10 @@ def _sa(parts: Sequence[str]) -> Told:
 
 def _ts(parts: Sequence[str]) -> Told:
     return Told({"altitude": -_number(parts[3])})
+
+
+def _bd(parts: Sequence[str]) -> Told:
+    return Told({"over_bottom": _number(parts[3])})
 
 
 def _bs(parts: Sequence[str]) -> Told:
@@ -169,7 +175,7 @@ def _be(parts: Sequence[str]) -> Told:
 
 READERS: dict[str, Callable[[Sequence[str]], Told]] = {
     "GGA": _gga, "RMC": _rmc, "VTG": _vtg, "HDT": _hdt, "PASHR": _pashr, "GST": _gst, "DPT": _dpt, "DBT": _in_metres,
-    "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be,
+    "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be, "BD": _bd,
 }  # fmt: skip
 
 

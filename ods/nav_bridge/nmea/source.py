@@ -8,7 +8,7 @@ from ods.nav_bridge.ins_clock import InsClock
 from ods.nav_bridge.nmea import sentence
 from ods.nav_bridge.nmea.line import Line
 from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, Told
-from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, PLACE_SIGMAS, PoseMaker
+from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, OPTIONAL, OVER_BOTTOM, PLACE_SIGMAS, PoseMaker
 from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import PoseSource, SourceHost
 from ods.nav_bridge.told_utc import ToldUtc
@@ -22,6 +22,7 @@ FIELDS: dict[str, tuple[str, ...]] = {
     "attitude": ("roll", "pitch"),
     "heading": ("yaw",),
     "accuracy": PLACE_SIGMAS[0],
+    "altitude": (OVER_BOTTOM,),
 }
 """Pose fields of each part of the settings; a velocity's are those of its sentence."""
 
@@ -148,7 +149,9 @@ class NmeaSource(PoseSource[Line]):
     def _complaints(self, now_ns: int) -> list[str]:
         found = [self._maker.disbelief] if self._maker.disbelief else []
         if now_ns - self._start_ns > self._stale_ns:
-            never = [name for name in self._fields if name not in self._heard]
+            never = [
+                name for name, told in self._fields.items() if name not in self._heard and not set(told) <= OPTIONAL
+            ]
             found += [f"{name} ({self.expects()[name]}) has never come" for name in never]
         for name, talkers in self._heard.items():
             if len(talkers) > 1:

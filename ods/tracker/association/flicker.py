@@ -23,7 +23,7 @@ CELLS = 128
 """The world's cells: so large, and so many to the north and to the east; after these they are used anew."""
 FAN_MEMORY, WORLD_MEMORY = 0.99, 0.997
 """What an image leaves of the counts of those before: they are of the last 15 and 50 s at 6.7 images a second."""
-CALM = 0.005
+CALM = 0.003
 """The chance where nothing is known, and an image has no false alarms;"""
 NEW = 0.3
 """what it rises by towards many of them,"""
@@ -94,7 +94,7 @@ class Flicker:
 
         per_scan: false alarms of an image.
         """
-        prior = CALM + NEW * per_scan / (per_scan + MANY)
+        prior = CALM + NEW * per_scan**2 / (per_scan**2 + MANY**2)
         return _chance(self._fan, self._world, places, _span_of(sector), prior)
 
 

@@ -18,6 +18,10 @@ def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
     doubt = np.stack(tracks.doubt)
     if not ((doubt >= 0.0) & (doubt <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
         raise ValueError("probabilities that are none")
+    hits, looks, flickers = tracks.looks
+    most = looks * (1.0 + ROUNDING)
+    if not (np.isfinite(looks) & (hits >= 0.0) & (flickers >= 0.0) & (hits <= most) & (flickers <= most)).all():
+        raise ValueError("looks that are none")
     _refuse_absurd_filters(tracks)
 
 

@@ -48,8 +48,13 @@ class Doubt(NamedTuple):
     nothing: Floats
     first_visible: Floats
     """That it existed after the first echo."""
+
+
+class Looks(NamedTuple):
+    """How n objects were seen since they were started or recalled: (n,) each."""
+
     hits: Floats
-    """Echoes since it was started or recalled,"""
+    """Echoes after the first,"""
     looks: Floats
     """images in which there might have been one,"""
     flickers: Floats
@@ -65,6 +70,7 @@ class Tracks:
         self._observer = observer
         self._history = TrackTable(History, (len(History._fields),), np.int64)
         self._doubt = TrackTable(Doubt, (len(Doubt._fields),))
+        self._looks = TrackTable(Looks, (len(Looks._fields),))
         self._told: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -85,6 +91,11 @@ class Tracks:
     def doubt(self) -> Doubt:
         """Views."""
         return self._doubt.rows
+
+    @property
+    def looks(self) -> Looks:
+        """Views."""
+        return self._looks.rows
 
     @property
     def existence(self) -> Floats:
@@ -132,16 +143,16 @@ class Tracks:
 
     def looked(self, hit: Mask, watched: Floats, flicker: Floats) -> None:
         """Take note of what an image showed: (n,) each, the last two as in `ScanMatch`."""
-        doubt, looks = self._doubt.rows, np.maximum(hit, watched)
-        doubt.hits[:] += hit
-        doubt.looks[:] += looks
-        doubt.flickers[:] += flicker * looks
+        seen, looks = self._looks.rows, np.maximum(hit, watched)
+        seen.hits[:] += hit
+        seen.looks[:] += looks
+        seen.flickers[:] += flicker * looks
 
     def intermittent(self, detection_probability: float) -> Mask:
         """Tell (n,) which are seen as places where echoes come and go are, and not as objects are there."""
-        doubt = self._doubt.rows
-        half_way = 0.5 * (detection_probability * doubt.looks + doubt.flickers)
-        return (doubt.flickers > FLICKERING * doubt.looks) & (doubt.hits < half_way)
+        seen = self._looks.rows
+        half_way = 0.5 * (detection_probability * seen.looks + seen.flickers)
+        return (seen.flickers > FLICKERING * seen.looks) & (seen.hits < half_way)
 
     def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: Floats) -> None:
         """Append tentative objects, one a measurement, given births and (k,) false alarms a scan."""
@@ -153,6 +164,7 @@ class Tracks:
         new.unwatched[:] = 0
         doubt.visible[:] = doubt.first_visible[:] = births / (births + clutter)
         doubt.nothing[:] = clutter / (births + clutter)
+        self._looks.grow(count)
         self._observer.start(measured)
         self._told = None
 
@@ -168,6 +180,7 @@ class Tracks:
         new.unwatched[:] = 0
         doubt.visible[:] = doubt.first_visible[:] = [o.existence for o in objects]
         doubt.nothing[:] = 1.0 - doubt.visible
+        self._looks.grow(len(objects))
         self._observer.recall(
             np.array([o.position for o in objects]).T,
             np.array([o.sigma for o in objects]).T ** 2,
@@ -191,8 +204,8 @@ class Tracks:
         self.unjudged_s, self._told = state.unjudged_s, None
 
     def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects: history, doubt, and the observer's."""
-        return [self._history, self._doubt, *self._observer.tables()]
+        """Return all that is known of the objects: history, doubt, looks, and the observer's."""
+        return [self._history, self._doubt, self._looks, *self._observer.tables()]
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
@@ -219,5 +232,6 @@ class Tracks:
         """Remove the objects where `mask` is False."""
         self._history.keep(mask)
         self._doubt.keep(mask)
+        self._looks.keep(mask)
         self._observer.keep(mask)
         self._told = None
