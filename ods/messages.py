@@ -258,6 +258,13 @@ class Obstacle(msgspec.Struct, frozen=True):
     unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """Of the time since it was last seen, for so long nobody could look at its place: it is not missed, it is carried
     on."""
+    bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Probability that it is part of the bottom: that it reaches no higher over it than `tracker.bottom.clearance_m`. 0
+    where the vehicle's altitude is not known."""
+    height_above_bottom_m: float | None = None
+    """Of the middle of what is seen of it, over the bottom; none: the vehicle's altitude is not known."""
+    sigma_height_above_bottom_m: float | None = None
+    """Its standard deviation, m: large where heights are not seen, as by a sonar of one plane."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
@@ -281,6 +288,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     The list's validity does not depend on it."""
     left_out: Count = 0
     """Objects that are not in the list, as `tracker.planner.most_listed` others are nearer."""
+    bottom_left_out: Count = 0
+    """Objects that are not in the list, as they are part of the bottom: see `tracker.bottom`."""
     unseen: list[UnseenPart] = []
     """Parts of the sector that the ping could not show: for these the list cannot vouch."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0

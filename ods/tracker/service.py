@@ -20,6 +20,7 @@ from ods.tracker.checkpoint import Checkpoints, Mission
 from ods.tracker.map.keeper import MapKeeper, provisional_first_id
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
+from ods.tracker.output.bottom import bottom_below, may_be_hit
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
@@ -47,7 +48,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Detections] = Backlog()
         self._ping_seq: int | None = None
-        self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion)
+        self._lister = ObstacleLister(settings.tracker.planner, settings.tracker.motion, settings.tracker.bottom)
         self._poses.counters = self._lister.counters = service.counters
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
         self._checkpoints = Checkpoints(service.run_dir, settings, service.complain_once)
@@ -217,10 +218,11 @@ class TrackerWorker(Worker[TrackerConfig]):
         now_ns = clock.monotonic_ns()
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        everything = self._snapshot(t_ns)
+        bottom, everything = bottom_below(pose), self._snapshot(t_ns)
+        hittable = everything.take(may_be_hit(everything, bottom, self.settings.tracker.bottom))
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = everything.nearest(self.settings.tracker.planner.most_listed, centre)
-        self._left_out = len(everything) - len(nearest)
+        nearest = hittable.nearest(self.settings.tracker.planner.most_listed, centre)
+        self._left_out = len(hittable) - len(nearest)
         message = ObstacleList(
             seq=self._seq,
             ping_number=-1 if shown is None else shown.ping_number,
@@ -229,9 +231,10 @@ class TrackerWorker(Worker[TrackerConfig]):
             t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
-            obstacles=self._lister.obstacles(nearest, course),
+            obstacles=self._lister.obstacles(nearest, course, bottom),
             utc_source=self._utc.source,
             left_out=self._left_out,
+            bottom_left_out=len(everything) - len(hittable),
             unseen=[] if shown is None else shown.unseen,
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,

@@ -1,7 +1,7 @@
 """Settings of the `tracker` package: what `[tracker]` in config/onboard.toml may say."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -105,6 +105,22 @@ class PlannerSettings(Settings, frozen=True):
     """The closest approach is looked for up to so far ahead, s."""
 
 
+class BottomSettings(Settings, frozen=True):
+    """What the planner hears of the bottom, where the vehicle's altitude over it is known."""
+
+    clearance_m: Positive = 1.0
+    """What reaches higher over the bottom is an obstacle, m."""
+    list: Literal["hittable", "all"] = "hittable"
+    """hittable: objects that reach no higher are left out of the list, once that is as good as certain (`risk`); all:
+    none is."""
+    risk: Probability = 0.01
+    """An object is left out only if it reaches higher with less than this probability."""
+    slope_deg: Annotated[float, msgspec.Meta(ge=0.0, le=45.0)] = 5.0
+    """Standard deviation of the bottom's mean slope from the vehicle to an object, degrees."""
+    roughness_m: NonNegative = 0.2
+    """Standard deviation of the bottom's height about that slope, m."""
+
+
 class MapSettings(Settings, frozen=True):
     """The store of hibernated objects."""
 
@@ -129,6 +145,7 @@ class TrackerSettings(Settings, frozen=True):
     echo: EchoSettings = EchoSettings()
     life: LifeSettings = LifeSettings()
     planner: PlannerSettings = PlannerSettings()
+    bottom: BottomSettings = BottomSettings()
     map: MapSettings = MapSettings()
     resume_within_s: NonNegativeSeconds = 10.0
     """A tracker that was killed goes on with its objects if it is up again within this time; 0: never."""

@@ -11,7 +11,8 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.observer.registry import make_observer
-from ods.tracker.settings import MotionSettings, TrackerSettings
+from ods.tracker.output.bottom import Bottom, may_be_hit
+from ods.tracker.settings import BottomSettings, MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 
 
@@ -30,7 +31,7 @@ def warm_up(settings: TrackerSettings) -> None:
         tracker.step(_scan(k, whole, looks_back=False))
     tracker.step(_scan(9, part, looks_back=False))
     tracker.step(_scan(10, part[:0], looks_back=True))
-    tracker.snapshot()
+    may_be_hit(tracker.snapshot(), Bottom(np.array([0.0, 0.0, 5.0]), 0.3), BottomSettings())
     _find_again(settings.observer)
     _receive(whole)
 

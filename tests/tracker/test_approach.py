@@ -14,7 +14,7 @@ from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.settings import MotionSettings, PlannerSettings
+from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
 from ods.tracker.track import lifecycle
 
 STILL = MotionSettings(acceleration_noise=0.0, static_noise=0.0)
@@ -124,7 +124,9 @@ def test_a_prediction_is_never_surer_than_the_filter(
 
 
 def test_the_list_tells_approach_and_predictions() -> None:
-    lister = ObstacleLister(PlannerSettings(shape_sigma=0.0, lead_times_s=(1.0, 4.0), announce_ended=1), STILL)
+    lister = ObstacleLister(
+        PlannerSettings(shape_sigma=0.0, lead_times_s=(1.0, 4.0), announce_ended=1), STILL, BottomSettings()
+    )
     now = objects([[40.0, 3.0, 9.0], [0.0, 50.0, 9.0]], [[0.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
     first, second = lister.obstacles(now, Course(np.zeros(3), np.array([2.0, 0.0, 0.0])))
     assert first.cpa is not None
@@ -142,7 +144,7 @@ def test_the_list_tells_approach_and_predictions() -> None:
 
 
 def test_an_uncertain_shape_makes_the_approach_uncertain() -> None:
-    lister = ObstacleLister(PlannerSettings(shape_sigma=0.5, lead_times_s=()), STILL)
+    lister = ObstacleLister(PlannerSettings(shape_sigma=0.5, lead_times_s=()), STILL, BottomSettings())
     now = replace(objects([[10.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]]), sigma_radius=np.zeros(1))
     (only,) = lister.obstacles(now, AT_REST)
     assert isinstance(only.cpa, ClosestApproach)

@@ -12,7 +12,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of_map
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.settings import MotionSettings, PlannerSettings, TrackerSettings
+from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings, TrackerSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import scan
@@ -23,7 +23,7 @@ ROCK = MapObject(7, (50.0, 1.0, 4.0), (0.1, 0.2, 3.0), 1.5, 0.2, 0.9, 12, 100, 2
 
 def lister(announce_ended: int = 5, shape_sigma: float = 0.0, lead_times_s: tuple[float, ...] = ()) -> ObstacleLister:
     settings = PlannerSettings(announce_ended=announce_ended, shape_sigma=shape_sigma, lead_times_s=lead_times_s)
-    return ObstacleLister(settings, MOTION)
+    return ObstacleLister(settings, MOTION, BottomSettings())
 
 
 def snapshot(*ids: int) -> Snapshot:

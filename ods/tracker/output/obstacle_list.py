@@ -1,7 +1,7 @@
 """The planner's obstacle list: the full picture each time, and what ended, said several times over."""
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import msgspec
@@ -9,9 +9,10 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
+from ods.tracker.output.bottom import Bottom, stand_of
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.settings import MotionSettings, PlannerSettings
+from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
 from ods.tracker.state import Announced
 from ods.tracker.track import lifecycle
 
@@ -22,6 +23,9 @@ NAMES: dict[int, TrackState] = {
     lifecycle.TERMINATED: "terminated",
 }
 
+_Stands = tuple[Sequence[float], Sequence[float | None], Sequence[float | None]]
+"""Probability to be of the bottom, height over it and its standard deviation."""
+
 
 class ObstacleLister:
     """Turns snapshots into obstacles, with the memory of what ended lately.
@@ -29,17 +33,18 @@ class ObstacleLister:
     `counters`: `obstacle_not_finite` (left out: no number that is not finite leaves the tracker).
     """
 
-    def __init__(self, settings: PlannerSettings, motion: MotionSettings) -> None:
+    def __init__(self, settings: PlannerSettings, motion: MotionSettings, bottom: BottomSettings) -> None:
         self.counters: Counter[str] = Counter()
         self._settings = settings
         self._motion = motion
+        self._bottom = bottom
         self._ended: dict[int, tuple[Obstacle, int]] = {}
 
     def end(self, snapshot: Snapshot) -> None:
         """Announce the objects of `snapshot` as terminated in the next lists."""
         snapshot = self._fit(snapshot)
         alone: list[list[Prediction]] = [[]] * len(snapshot)
-        for obstacle in _obstacles(snapshot, [None] * len(snapshot), alone):
+        for obstacle in _obstacles(snapshot, [None] * len(snapshot), alone, self._stands(snapshot, None)):
             ended = msgspec.structs.replace(obstacle, state="terminated")
             self._ended[obstacle.id] = (ended, self._settings.announce_ended)
 
@@ -51,13 +56,16 @@ class ObstacleLister:
         """Go on announcing what another one began to."""
         self._ended = {each.obstacle.id: (each.obstacle, each.left) for each in state}
 
-    def obstacles(self, snapshot: Snapshot, course: Course | None = None) -> list[Obstacle]:
+    def obstacles(
+        self, snapshot: Snapshot, course: Course | None = None, bottom: Bottom | None = None
+    ) -> list[Obstacle]:
         """Return the next list: all objects of `snapshot`, then those that ended.
 
-        course: the vehicle's at the same time, if known.
+        course: the vehicle's at the same time, if known; bottom: below it, likewise.
         """
         snapshot = self._fit(snapshot)
-        present = _obstacles(snapshot, self._approaches(snapshot, course), self._predictions(snapshot))
+        approaches, predictions = self._approaches(snapshot, course), self._predictions(snapshot)
+        present = _obstacles(snapshot, approaches, predictions, self._stands(snapshot, bottom))
         for obstacle in present:
             self._ended.pop(obstacle.id, None)
         ended = [obstacle for obstacle, _ in self._ended.values()][-self._settings.most_listed :]
@@ -86,6 +94,13 @@ class ObstacleLister:
         nearest = closest_approach(snapshot, course, self._motion, self._settings.approach_horizon_s)
         return map(ClosestApproach, *(a.tolist() for a in (nearest.time_s, nearest.distance_m, nearest.sigma_m)))
 
+    def _stands(self, snapshot: Snapshot, bottom: Bottom | None) -> _Stands:
+        if bottom is None:
+            unknown: list[None] = [None] * len(snapshot)
+            return [0.0] * len(snapshot), unknown, unknown
+        stand = stand_of(snapshot, bottom, self._bottom)
+        return stand.bottom.tolist(), stand.height_m.tolist(), stand.sigma_m.tolist()
+
     def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:
         leads = self._settings.lead_times_s
         later = [snapshot.carried_on(lead, self._motion) for lead in leads]
@@ -100,7 +115,10 @@ class ObstacleLister:
 
 
 def _obstacles(
-    snapshot: Snapshot, approaches: Iterable[ClosestApproach | None], predictions: Iterable[list[Prediction]]
+    snapshot: Snapshot,
+    approaches: Iterable[ClosestApproach | None],
+    predictions: Iterable[list[Prediction]],
+    stands: _Stands,
 ) -> list[Obstacle]:
     return list(
         map(
@@ -121,6 +139,7 @@ def _obstacles(
             approaches,
             predictions,
             snapshot.unseen_s.tolist(),
+            *stands,
         )
     )
 
