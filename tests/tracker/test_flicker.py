@@ -25,8 +25,8 @@ HERE = np.array([0.0, 0.0, 4.0])
 SETTLED_S = 1.0
 """A list is valid so long after the start,"""
 LATER_S = 1.3
-"""and by so much later than in calm water an object may be found where 18 spots a ping come and go: 1.0 is wanted, and
-reached over the sea-beds of `ods assess sea`."""
+"""and by so much later than in calm water an object may be found where 18 spots a ping come and go; 1.0 is
+wanted, and not reached here."""
 
 
 def places(*rows: tuple[float, float, float, float]) -> Places:
