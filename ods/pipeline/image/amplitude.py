@@ -69,7 +69,8 @@ def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: 
 
 
 def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
-    decades = values * factor / 20.0 if scale == "db" else values / factor
+    with np.errstate(over="ignore"):  # what a tiny or huge factor carries beyond all numbers is clipped below
+        decades = values * factor / 20.0 if scale == "db" else values / factor
     limit = np.log10(MAX_AMPLITUDE)
     return np.asarray(10.0 ** np.clip(decades, -limit, limit))
 
