@@ -2,7 +2,8 @@
 
 Echoes are made here, by quadrature over the body, and by nothing of the simulator. A cell hears the sum of intensities
 over the body's lit points, weighted with a Gaussian beam of -3 dB width 1.5 deg, plus a background of 1, under
-exponential speckle. The circle of a front is the sphere's, of a disc the disc's, of a plate the one around it.
+exponential speckle. The circle of a front is the sphere's, of a disc the disc's, of a plate the one around it; the near
+edge is the body's nearest point, that of a plate its front.
 """
 
 import argparse
@@ -23,6 +24,8 @@ BEARINGS = (np.arange(BEAMS) - 0.5 * (BEAMS - 1)) * SPACING
 BODIES = (("front", 1.5), ("front", 3.0), ("disc", 1.5), ("disc", 3.0), ("plate", 1.5), ("plate", 3.0), ("point", 0.0))
 RANGES_M = (20.0, 50.0, 90.0)
 SNR_DB = (6.0, 10.0, 15.0, 25.0)
+GATE_SIGMAS = 4.0
+"""`tracker.gate_sigmas`."""
 GATE_M = 6.0
 """A detection farther than this from the body's front is not of the body."""
 
@@ -91,6 +94,7 @@ class Look(NamedTuple):
     range_m: float
     bearing: float
     radius_m: float
+    near_m: float
     found: Detection | None
 
 
@@ -98,6 +102,7 @@ def looks(chain: Chain, kind: str, size: float, range_m: float, snr_db: float, c
     """Look at a body at bearings anywhere between two beams, each time in other speckle."""
     rng = np.random.default_rng([int(range_m), int(snr_db), int(10 * size), len(kind)])
     points = body(kind, size)
+    near_m = range_m + float(points.ahead.min())
     for bearing in rng.uniform(-0.35, 0.35, count):
         mean = 1.0 + 10.0 ** (0.1 * snr_db) * mean_intensity(points, range_m, bearing)
         amplitude = 30.0 * np.sqrt(mean * rng.exponential(size=mean.shape))
@@ -106,25 +111,39 @@ def looks(chain: Chain, kind: str, size: float, range_m: float, snr_db: float, c
             for d in chain.process(ping_of(amplitude)).detections
             if np.hypot(d.range_m - range_m, (d.bearing_rad - bearing) * range_m) < GATE_M
         ]
-        yield Look(range_m, bearing, size, max(near, key=lambda d: d.snr_db, default=None))
+        yield Look(range_m, bearing, size, near_m, max(near, key=lambda d: d.snr_db, default=None))
 
 
-def row(seen: list[Look]) -> tuple[list[float], list[float]]:
-    """Return the mean errors of near edge, centre and radius, m, and the mean squared errors over the variances.
+class Errors(NamedTuple):
+    """Of near edge, centre, radius and bearing of the looks in which something was found: (found, 4)."""
 
-    The latter of centre, radius and bearing. The near edge is the circle's: range less radius.
-    """
-    error, sigma = [], []
-    for look in seen:
-        if (d := look.found) is None:
-            continue
-        along, wide = d.range_m - look.range_m, d.radius_m - look.radius_m
-        error.append([along - wide, along, wide, d.bearing_rad - look.bearing])
-        sigma.append([d.sigma_range_m, d.sigma_radius_m, d.sigma_bearing_rad])
-    if not error:
-        return [np.nan] * 3, [np.nan] * 3
-    wrong = np.array(error)
-    return wrong.mean(0)[:3].tolist(), ((wrong[:, 1:] / np.array(sigma)) ** 2).mean(0).tolist()
+    wrong: Floats
+    """m, m, m, rad."""
+    claimed: Floats
+    """Standard deviations."""
+
+
+def errors_of(seen: list[Look]) -> Errors:
+    """Return what is wrong with what was found, and what it claims to be."""
+    wrong = [
+        (d.near_m - near_m, d.range_m - range_m, d.radius_m - radius, d.bearing_rad - bearing)
+        for range_m, bearing, radius, near_m, d in seen
+        if d is not None
+    ]
+    found = [look.found for look in seen if look.found is not None]
+    claimed = [(d.sigma_near_m, d.sigma_range_m, d.sigma_radius_m, d.sigma_bearing_rad) for d in found]
+    return Errors(np.array(wrong).reshape(-1, 4), np.array(claimed).reshape(-1, 4))
+
+
+def figures(errors: Errors) -> str:
+    """Return the columns of the table; the last ones leave out errors beyond the tracker's gate."""
+    if not len(errors.wrong):
+        return " nothing found"
+    square = (errors.wrong / errors.claimed) ** 2
+    inside = np.ma.masked_array(square, square > GATE_SIGMAS**2).mean(0).filled(np.nan)
+    columns = (errors.wrong.mean(0)[:3], np.sqrt((errors.claimed**2).mean(0))[:3], square.mean(0), inside)
+    formats = ("{:+7.2f}", "{:7.2f}", "{:7.2f}", "{:7.2f}")
+    return " |".join("".join(f.format(v) for v in values) for f, values in zip(formats, columns, strict=True))
 
 
 def main() -> None:
@@ -133,20 +152,24 @@ def main() -> None:
     parser.add_argument("--looks", type=int, default=40)
     args = parser.parse_args()
     chain = Chain(PipelineSettings())
-    print("body     radius range SNR  found | bias, m: near centre radius | error^2/sigma^2: centre radius bearing")
+    print("                               | near edge, centre, radius | near edge, centre, radius, bearing:")
+    print(
+        "body     radius range SNR found|       bias, m       | claimed sigma, m    |     error^2/sigma^2        |",
+        end="",
+    )
+    print(" within 4 sigma")
+    every: dict[str, list[Errors]] = {}
     for kind, size in BODIES:
         for range_m in RANGES_M:
             for snr_db in SNR_DB:
                 seen = list(looks(chain, kind, size, range_m, snr_db, args.looks))
-                bias, squares = row(seen)
-                share = np.mean([look.found is not None for look in seen])
-                print(
-                    f"{kind:8}{size:6.1f}{range_m:7.0f}{snr_db:4.0f}{share:7.2f} | "
-                    + "".join(f"{value:+7.2f}" for value in bias)
-                    + " | "
-                    + "".join(f"{value:7.2f}" for value in squares),
-                    flush=True,
-                )
+                errors = errors_of(seen)
+                every.setdefault(kind, []).append(errors)
+                share = len(errors.wrong) / len(seen)
+                print(f"{kind:8}{size:6.1f}{range_m:7.0f}{snr_db:4.0f}{share:6.2f}|{figures(errors)}", flush=True)
+    for kind, many in every.items():
+        whole = Errors(*(np.concatenate(parts) for parts in zip(*many, strict=True)))
+        print(f"{kind:8}{'all':>6}{'':17}|{figures(whole)}")
 
 
 if __name__ == "__main__":

@@ -126,6 +126,11 @@ class Detection(msgspec.Struct, frozen=True):
     """Peak raw sample, as recorded."""
     elevation_rad: float = 0.0
     """Elevation of the plane it was seen in."""
+    near_m: float = 0.0
+    """Slant range of the body's nearest point. An echo tells it far better than the circle, of which it may show the
+    front only: the errors of `range_m` and `radius_m` go together."""
+    sigma_near_m: float = 0.0
+    """Standard deviation of `near_m`; 0: it is not told, as in recordings of before."""
 
 
 class Sector(msgspec.Struct, frozen=True):

@@ -64,9 +64,13 @@ def test_body_on_a_border_is_seen_once_and_whole() -> None:
 
 @pytest.mark.parametrize("subsample", [2, 3, 4])
 def test_subsampling_finds_the_same_bodies(subsample: int) -> None:
-    whole, fewer = found(attentive()), found(attentive(subsample=subsample))
+    ping = make_ping(frame(), scale="log8", scale_factor=40.0)
+    whole, fewer = (
+        sorted((d.near_m, d.bearing_rad) for d in chain.process(ping).detections)
+        for chain in (attentive(), attentive(subsample=subsample))
+    )
     assert len(whole) == len(fewer) == len(BODIES)
-    np.testing.assert_allclose(np.array(fewer), np.array(whole), atol=0.5)
+    np.testing.assert_allclose(np.array(fewer), np.array(whole), atol=0.2 * subsample)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
@@ -85,11 +89,11 @@ def test_linear_samples_side_by_side_are_measured_where_they_are(dtype: type) ->
     result = chain.process(ping, mask)
     assert len(result.detections) == len(whole) == 2
     for number, (new, old) in enumerate(zip(result.detections, whole, strict=True), 1):
-        assert new.range_m == pytest.approx(old.range_m, abs=0.3)
+        assert new.near_m == pytest.approx(old.near_m, abs=0.4)
         assert new.bearing_rad == pytest.approx(old.bearing_rad, abs=0.01)
         assert new.amplitude == old.amplitude
         beams, columns = np.nonzero(mask == number)
-        assert new.radius_m == pytest.approx(old.radius_m, abs=0.5)
+        assert new.radius_m == pytest.approx(old.radius_m, abs=2.0 * (new.sigma_radius_m + old.sigma_radius_m))
         assert abs(0.05 * columns.mean() - old.range_m) < 2.0
         assert abs(fan_bearings(60)[beams].mean() - old.bearing_rad) < 0.05
 
