@@ -1,6 +1,7 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
 from ods.base.arrays import Image
+from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.fan import Fan
@@ -28,20 +29,24 @@ def one_level(params: OneLevelParams, fan: Fan) -> PreparedDetector:
 
 def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float, high: float) -> PreparedDetector:
     """Return a detector that finds the regions between two levels, given in the units of `params.levels`."""
-    meter = NoiseMeter()
+    meter, crests = NoiseMeter(), CrestMeter(fan.shape)
     group = Grouping(params, fan)
+    follow = params.follow if params.levels == "noise" else 0.0
 
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = meter.background_and_noise(image)
         if background <= 0.0:
             return group.nothing(image)
+        measured = background, max(noise, _LEAST_NOISE * background)
+        judged = crests.levelled(image, measured, high, follow) if follow else image
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(meter.level_of_rate(image, params.rate), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        return group.regions(image, recorded, DetectionLevels(below, above, background))
+        return group.regions(judged, recorded, DetectionLevels(below, above, background))
 
-    return PreparedDetector(find, meter.learn if params.levels == "false_alarm" else None, refuses_nan=True)
+    learn = crests.learn if follow else meter.learn if params.levels == "false_alarm" else None
+    return PreparedDetector(find, learn, refuses_nan=True)
 
 
 def levels_between(unit: str, low: float, high: float, background: float, noise: float) -> tuple[float, float]:

@@ -1,0 +1,160 @@
+"""How high the background's crests reach, region by region: rough bottoms peak higher than speckle of the same noise.
+
+The image is parted into tiles, whose highest cells are maxima of many: whatever the cells' own law, such maxima follow
+an extreme-value law, of which two quantiles tell place and scale (E. J. Gumbel, Statistics of Extremes, 1958). Held
+against those of speckle that went through the same stages they tell what a level on speckle corresponds to there.
+"""
+
+from collections.abc import Iterable
+from itertools import islice
+
+import numpy as np
+
+from ods.base.arrays import Floats, Floats32, Image, Ints
+from ods.compiled.kernel import kernel
+from ods.pipeline.detect.noise import NoiseMeter
+
+_GRID = (16, 32)
+"""Tiles across the beams and along the range, at most, and"""
+_LEAST_TILE = (2, 16)
+"""the least cells of one."""
+_REGION = 4
+"""Tiles along each side of a region; it is judged with the eight around it."""
+_LEAST_TILES = 32
+"""Fewer, in a region and those around it, tell nothing."""
+_BINS, _BIN = 320, 0.1
+"""Of the histograms of maxima, in multiples of the noise."""
+_MIDDLE, _UPPER = 0.5, 0.9
+"""The two quantiles. An object fills few tiles and cannot move them far."""
+_TOO_HIGH = 2.5
+"""Maxima more than so many times as far over the background as the middle one are objects: a wall fills a tenth."""
+_BY_CHANCE = 1.12
+"""Regions of speckle itself differ by so much: 19 of 20 by less."""
+_LEARNT_IMAGES = 8
+
+
+class CrestMeter:
+    """Measures images of one size; has their work space."""
+
+    def __init__(self, shape: tuple[int, int]) -> None:
+        beams, samples = (max(-(-n // most), least) for n, most, least in zip(shape, _GRID, _LEAST_TILE, strict=True))
+        self._tile = beams, samples
+        tiles = -(-shape[0] // beams), -(-shape[1] // samples)
+        regions = -(-tiles[0] // _REGION), -(-tiles[1] // _REGION)
+        self._histograms = np.empty((*regions, _BINS), np.int64)
+        self._scaled = np.empty(shape, np.float32)
+        self._of_speckle = np.zeros(2)
+
+    def learn(self, images: Iterable[Image]) -> None:
+        """Take in how high the crests of images without echoes reach, all from the same chain."""
+        meter, found = NoiseMeter(), [np.empty((0, 2))]
+        for image in islice(images, _LEARNT_IMAGES):
+            background, noise = meter.background_and_noise(image)
+            if noise > 0.0:
+                measured = self._measure(image, background, noise).reshape(-1, 2)
+                found.append(measured[measured[:, 0] > 0.0])
+        all_found = np.concatenate(found)
+        self._of_speckle = all_found.mean(axis=0) if len(all_found) else np.zeros(2)
+
+    def levelled(self, image: Image, measured: tuple[float, float], level: float, follow: float) -> Image:
+        """Return image (beams, samples) with what lies over the background shrunk where crests reach high.
+
+        measured: background and noise. With `follow` 1 the background there then reaches `level`, in multiples of the
+        noise over it, as seldom as speckle does; with less the factor is taken to that power. Where crests are no
+        higher than those of speckle nothing is changed; the same array is returned where that is so everywhere.
+        """
+        background, noise = measured
+        middle, upper = self._of_speckle
+        if not upper > middle or noise <= 0.0:
+            return image
+        crests = self._measure(image, background, noise)
+        reached = crests[..., 0] + (crests[..., 1] - crests[..., 0]) * (level - middle) / (upper - middle)
+        factor = reached / level
+        factor[factor < _BY_CHANCE] = 1.0
+        factor **= follow
+        if (factor == 1.0).all():
+            return image
+        shrink(image, np.float32(background), (1.0 / factor).astype(np.float32), self._region, self._scaled)
+        return self._scaled
+
+    @property
+    def _region(self) -> tuple[int, int]:
+        return _REGION * self._tile[0], _REGION * self._tile[1]
+
+    def _measure(self, image: Image, background: float, noise: float) -> Floats:
+        """Return the two quantiles in each region, (rows, columns, 2), over the background, multiples of the noise."""
+        count_maxima(image, self._tile, background, noise, self._histograms)
+        return quantiles_around(self._histograms)
+
+
+@kernel
+def count_maxima(image: Image, tile: tuple[int, int], background: float, noise: float, histograms: Ints) -> None:
+    """Fill histograms (rows, columns, bins) with the tiles' maxima of each region, as `CrestMeter._measure` says.
+
+    Tiles whose cells are all 0 hold no data and do not count.
+    """
+    beams, samples = image.shape
+    histograms[:] = 0
+    most = histograms.shape[2] - 1
+    for first in range(0, beams, tile[0]):
+        row = histograms[first // (tile[0] * _REGION)]
+        for begin in range(0, samples, tile[1]):
+            stop = min(begin + tile[1], samples)
+            highest = np.float32(0.0)
+            for beam in range(first, min(first + tile[0], beams)):
+                cells = image[beam, begin:stop]
+                for j in range(cells.size):
+                    highest = cells[j] if cells[j] > highest else highest
+            if highest > np.float32(0.0):
+                place = (float(highest) - background) / (noise * _BIN)
+                row[begin // (tile[1] * _REGION), int(min(max(place, 0.0), most))] += 1
+
+
+@kernel
+def quantiles_around(histograms: Ints) -> Floats:
+    """Return (rows, columns, 2): the two quantiles of each region and those around it; (0, 0) where tiles are few."""
+    rows, columns, bins = histograms.shape
+    out = np.zeros((rows, columns, 2))
+    total = np.empty(bins, np.int64)
+    for i in range(rows):
+        for j in range(columns):
+            total[:] = 0
+            for near in range(max(0, i - 1), min(rows, i + 2)):
+                for beside in range(max(0, j - 1), min(columns, j + 2)):
+                    for k in range(bins):
+                        total[k] += histograms[near, beside, k]
+            if total.sum() >= _LEAST_TILES:
+                middle = _quantile(total, _MIDDLE, bins)
+                out[i, j, 0] = _BIN * middle
+                out[i, j, 1] = _BIN * _quantile(total, _UPPER, min(bins, int(_TOO_HIGH * middle) + 1))
+    return out
+
+
+@kernel
+def _quantile(histogram: Ints, share: float, bins: int) -> float:
+    """Return the quantile of what is in the first bins, in bins, interpolated."""
+    rank, below = share * histogram[:bins].sum(), 0
+    for k in range(bins):
+        if below + histogram[k] >= rank:
+            return float(k + (rank - below) / max(1, histogram[k]))
+        below += histogram[k]
+    return float(bins)
+
+
+@kernel
+def shrink(image: Image, background: np.float32, factors: Image, region: tuple[int, int], out: Image) -> None:
+    """Fill out with background + (image - background) * the factor (rows, columns) of the region."""
+    for beam in range(image.shape[0]):
+        row = factors[beam // region[0]]
+        for part in range(row.size):
+            first, stop = part * region[1], min((part + 1) * region[1], image.shape[1])
+            _shrink_cells(image[beam, first:stop], background, row[part], out[beam, first:stop])
+
+
+@kernel
+def _shrink_cells(cells: Floats32, background: np.float32, factor: np.float32, out: Floats32) -> None:
+    if factor == np.float32(1.0):
+        out[:] = cells
+        return
+    for j in range(cells.size):
+        out[j] = background + (cells[j] - background) * factor

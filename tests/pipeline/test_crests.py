@@ -1,0 +1,110 @@
+"""Levels that follow the crests of the background, held against counts of what reaches them."""
+
+import numpy as np
+import pytest
+
+from ods.base.arrays import Image
+from ods.pipeline.chain import Chain
+from ods.pipeline.detect.crests import CrestMeter, count_maxima, quantiles_around, shrink
+from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
+from tests.pipeline.pings import make_ping
+
+SHAPE = 64, 512
+TILE = 4, 16
+
+
+def rayleigh(seed: int) -> Image:
+    return np.random.default_rng(seed).rayleigh(1.0, SHAPE).astype(np.float32)
+
+
+def learnt() -> CrestMeter:
+    meter = CrestMeter(SHAPE)
+    meter.learn(rayleigh(k) for k in range(8))
+    return meter
+
+
+def measured(image: Image) -> tuple[float, float]:
+    middle, upper = np.quantile(image, [0.5, 0.8413])
+    return float(middle), float(upper - middle)
+
+
+def test_quantiles_are_those_of_the_tiles_of_a_region_and_the_eight_around_it() -> None:
+    image = rayleigh(3)
+    background, noise = measured(image)
+    histograms = np.empty((4, 8, 320), np.int64)
+    count_maxima(image, TILE, background, noise, histograms)
+    found = quantiles_around(histograms)
+    maxima = (image.reshape(16, 4, 32, 16).max(axis=(1, 3)) - background) / noise
+    for i, j, rows, columns in ((0, 0, slice(0, 8), slice(0, 8)), (2, 3, slice(4, 16), slice(8, 20))):
+        np.testing.assert_allclose(found[i, j], np.quantile(maxima[rows, columns], [0.5, 0.9]), atol=0.1)
+
+
+def test_tiles_without_data_do_not_count() -> None:
+    image = np.zeros(SHAPE, np.float32)
+    image[:16, :64] = 2.0
+    histograms = np.empty((4, 8, 320), np.int64)
+    count_maxima(image, TILE, 1.0, 0.5, histograms)
+    assert histograms.sum() == 16
+    assert (quantiles_around(histograms) == 0.0).all()
+
+
+def test_speckle_is_left_alone_and_follow_zero_is_too() -> None:
+    meter = learnt()
+    changed = 0.0
+    for seed in range(20, 30):
+        image = rayleigh(seed)
+        out = meter.levelled(image, measured(image), 5.5, 1.0)
+        changed += float((out != image).mean()) / 10
+    assert changed < 0.15
+
+
+def test_a_region_of_high_crests_is_brought_to_those_of_speckle() -> None:
+    meter, image = learnt(), rayleigh(40)
+    texture = np.sqrt(np.random.default_rng(1).gamma(1.0, 1.0, (SHAPE[0], 256))).astype(np.float32)
+    image[:, 256:] *= texture
+    noise = measured(image)
+    out = meter.levelled(image, noise, 5.5, 1.0).copy()
+    level = noise[0] + 4.0 * noise[1]
+    before, after = (image[:, 320:] > level).sum(), (out[:, 320:] > level).sum()
+    assert after < before / 4
+    np.testing.assert_array_equal(out[:, :128], image[:, :128])
+    half = meter.levelled(image, noise, 5.5, 0.5)
+    assert after < (half[:, 320:] > level).sum() < before
+
+
+def test_shrinking_keeps_the_background_and_scales_what_is_over_it() -> None:
+    image, out = rayleigh(5), np.empty(SHAPE, np.float32)
+    factors = np.random.default_rng(2).uniform(0.4, 1.0, (4, 8)).astype(np.float32)
+    factors[1, 2] = 1.0
+    shrink(image, np.float32(1.2), factors, (16, 64), out)
+    each = np.repeat(np.repeat(factors, 16, 0), 64, 1)
+    np.testing.assert_allclose(out, 1.2 + (image - 1.2) * each, rtol=1e-5, atol=1e-6)
+    np.testing.assert_array_equal(out[16:32, 128:192], image[16:32, 128:192])
+
+
+def test_few_tiles_change_nothing() -> None:
+    meter = CrestMeter((8, 64))
+    images = [np.random.default_rng(k).rayleigh(1.0, (8, 64)).astype(np.float32) for k in range(8)]
+    meter.learn(images)
+    assert meter.levelled(images[0], measured(images[0]), 5.5, 1.0) is images[0]
+
+
+@pytest.mark.parametrize("follow", [0.75, 1.0])
+def test_heavy_tails_give_few_echoes_and_an_object_among_them_is_found(follow: float) -> None:
+    *filters, detector = DEFAULT_STAGES
+    rng = np.random.default_rng(7)
+    plain, following = (
+        Chain(PipelineSettings(stage=(*filters, {**detector, "follow": value}))) for value in (0.0, follow)
+    )
+    false = np.zeros(2)
+    for _ in range(6):
+        intensity = rng.gamma(0.5, 2.0, (60, 2000))
+        intensity[30:33, 900:930] += 100.0
+        ping = make_ping((300.0 * np.sqrt(intensity * rng.standard_exponential((60, 2000)))).astype(np.uint16))
+        for k, chain in enumerate((plain, following)):
+            mask = np.zeros((60, 2000), np.int32)
+            count = len(chain.process(ping, mask).detections)
+            assert mask[31, 905:925].any()
+            false[k] += count - 1
+    assert false[0] > 12
+    assert false[1] < false[0] / 5
