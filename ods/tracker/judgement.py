@@ -35,6 +35,6 @@ def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: in
         ),
         duplicate=stitching.duplicates(history, estimate, tentative & hit, prediction.reported & ~hit),
         intermittent=tracks.intermittent(settings.echo.detection_probability),
-        sigma=np.sqrt(np.maximum(estimate.variance[0], estimate.variance[1])),
+        sigma=np.sqrt((estimate.variance[:2] + (1.0 - estimate.static) * estimate.shared[:2]).max(axis=0)),
     )
     return lifecycle.next_states(history.state, evidence, settings.life)

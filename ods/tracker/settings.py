@@ -35,6 +35,8 @@ class MotionSettings(Settings, frozen=True):
     """The same, down, m/s."""
     acceleration_noise: NonNegative = 0.01
     """Spectral density of a moving object's acceleration, m^2/s^3."""
+    steady_noise: NonNegative = 1e-6
+    """The same of an object that keeps its velocity; only `manoeuvring` tells it from others."""
     static_noise: NonNegative = 2e-6
     """Spectral density of a static object's drift (it stands for drift of the pose), m^2/s."""
     radius_noise: NonNegative = 1e-3
@@ -137,7 +139,7 @@ class TrackerSettings(Settings, frozen=True):
 
     plugins: tuple[Path, ...] = ()
     """Python files, or modules by name, that register observers and associations of the user's own."""
-    observer: str = "independent"
+    observer: str = "manoeuvring"
     """Name of the observer (the filters of an object's state)."""
     association: str = "probabilistic"
     """Which echo is whose: `nearest` (one echo each, the best sum) or `probabilistic` (all that may be its own)."""

@@ -77,8 +77,7 @@ def level(resting: int, moving: int, seed: int) -> Case:
     return observe("level", world, rng)
 
 
-def test_the_reference_is_consistent_where_its_model_is_true(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reference, "ACCELERATION_NOISE", 1e-9)
+def test_the_reference_is_consistent_where_its_model_is_true() -> None:
     for resting, moving in ((10, 0), (0, 8)):
         cases = [level(resting, moving, seed) for seed in range(5)]
         scores = [score(case, reference.follow_reference(case)) for case in cases]
@@ -86,6 +85,22 @@ def test_the_reference_is_consistent_where_its_model_is_true(monkeypatch: pytest
         low, high = nees_band(len(nees))
         assert low < nees.mean() < high
         assert sum(one.switches + one.false_tracks for one in scores) == 0
+
+
+def test_the_reference_knows_how_objects_move_and_how_large_errors_are() -> None:
+    """Objects with a random walk as velocity, and echoes that are three times as noisy for a while."""
+    rng, density = np.random.default_rng(8), 0.004
+    nees = []
+    for _ in range(5):
+        some = scenarios.mixed(rng, 0, 8)
+        some.truth[:, :, 2] = scenarios.DEPTH_M
+        changes = np.sqrt(density / scenarios.RATE_HZ) * rng.standard_normal((len(some.t), 8, 2))
+        some.truth[:, :, 3:5] += np.cumsum(changes, axis=0)
+        some.truth[:, :, :2] = some.truth[0, :, :2] + np.cumsum(some.truth[:, :, 3:5] / scenarios.RATE_HZ, axis=0)
+        some.noise[200:300] = 3.0
+        case = observe("wandering", some, rng)
+        nees.append(score(case, reference.follow_reference(case)).nees)
+    assert np.concatenate(nees).mean() == pytest.approx(2.0, abs=0.5)
 
 
 def perfect(case: Case) -> Record:
@@ -150,6 +165,15 @@ def test_quick_assessment_prints_the_table_and_draws_the_chart(
     assert "50 false alarms" in text
     assert chart.read_bytes().startswith(b"\x89PNG")
     assert cli.main(["assess", "track", "--save", str(tmp_path / "none")]) == 2
+
+
+def test_trackers_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["assess", "track", "--quick", "--trackers", "coupled, nearest"]) == 0
+    text = capsys.readouterr().out
+    assert "coupled, nearest" in text
+    assert "independent" not in text
+    assert cli.main(["assess", "track", "--trackers", "coupled"]) == 2
+    assert "--trackers: 'coupled' is none of independent, nearest" in capsys.readouterr().err
 
 
 def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:

@@ -51,4 +51,5 @@ def test_wide_beams_and_biased_poses(observer: str) -> None:
     for case in ON_AXIS:
         nees, moving = errors(case, observer)
         assert 0.4 < nees < 2.5, case.name
-        assert moving == pytest.approx(float(case.object_speed > 0.0), abs=0.3), case.name
+        # A yaw that is wrong by 1 deg makes a third of what rests seem to creep past a vehicle under way.
+        assert moving == pytest.approx(float(case.object_speed > 0.0), abs=0.4), case.name

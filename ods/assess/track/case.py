@@ -57,6 +57,8 @@ class Case:
     """(K, N) inside sector and fan, hidden or silent ones too."""
     source: Indices
     """(M,) object that each detection comes from, FALSE or MERGED."""
+    noise: Floats
+    """(K, N) factor on the standard deviations of the objects' detections."""
 
     @property
     def moving(self) -> Mask:
@@ -103,9 +105,8 @@ def observe(name: str, world: World, rng: np.random.Generator) -> Case:
     attitude = np.zeros_like(reported)
     attitude[:, 2] = world.yaw + world.pose_error[:, 2]
     scenario = Scenario(world.t, reported, attitude, np.concatenate(rows), meta)
-    return Case(
-        name, scenario, world.truth, world.position, world.yaw, in_view, np.concatenate(sources).astype(np.intp)
-    )
+    source = np.concatenate(sources).astype(np.intp)
+    return Case(name, scenario, world.truth, world.position, world.yaw, in_view, source, world.noise)
 
 
 def _false_alarms(meta: Meta, rng: np.random.Generator) -> Floats:

@@ -10,7 +10,7 @@ from rich.progress import track as progress
 from ods.assess.scene_files import scene_files
 from ods.assess.track import peers
 from ods.assess.track.case import save_case
-from ods.assess.track.measure import Row, rows
+from ods.assess.track.measure import Row, contenders, rows
 from ods.assess.track.scenarios import KINDS, Kind, make
 from ods.assess.track.scene_world import scene_kind
 from ods.assess.track.table import table_of
@@ -30,6 +30,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, metavar="CHART.png", help="draw the chart")
     add_style(parser)
     parser.add_argument("--seeds", type=positive_int, metavar="N", help="runs of each scenario (default: 5)")
+    parser.add_argument(
+        "--trackers", nargs="+", default=[], metavar='"OBSERVER, ASSOCIATION"',
+        help="only these instead of every observer with every association",
+    )  # fmt: skip
     parser.add_argument("--peers", action="store_true", help="run the library Stone Soup beside ours: minutes")
     parser.add_argument(
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
@@ -52,7 +56,8 @@ def run(args: Namespace) -> None:
             configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
             PLUGINS.load(configured.plugins)
         count = args.seeds or (1 if args.quick else SEEDS)
-        found = assess(_kinds(args), count=count, with_peers=args.peers, configured=configured)
+        trackers = contenders(args.trackers, configured)
+        found = assess(_kinds(args), trackers, count, with_peers=args.peers)
         if args.out is not None:
             draw(args.out, found, args.style)
 
@@ -65,13 +70,13 @@ def _kinds(args: Namespace) -> dict[str, Kind]:
 
 
 def assess(
-    kinds: Mapping[str, Kind], *, count: int, with_peers: bool, configured: TrackerSettings | None = None
+    kinds: Mapping[str, Kind], trackers: Mapping[str, TrackerSettings], count: int, *, with_peers: bool
 ) -> list[Row]:
-    """Run the scenarios with `count` seeds each and print the table. Raises OdsError."""
+    """Run `trackers` over the scenarios with `count` seeds each and print the table. Raises OdsError."""
     if with_peers and not peers.available():
         raise OdsError("--peers: the library is not installed: pip install stonesoup")
     names = progress(tuple(kinds), description="assessing", transient=True)
-    found = [row for name in names for row in rows({name: kinds[name]}, count, with_peers, configured)]
+    found = [row for name in names for row in rows({name: kinds[name]}, count, trackers, with_peers)]
     Console(width=200).print(table_of(found, count))
     return found
 

@@ -1,18 +1,17 @@
 """Runs every observer with every association, the reference and the library's trackers over the scenarios, in turns."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 from scipy.stats import bootstrap, chi2
 
 from ods.assess.track import peers, record, reference
-from ods.assess.track.case import Case
-from ods.assess.track.record import Record
 from ods.assess.track.scenarios import Kind, Limits, make
 from ods.assess.track.scores import Scores, score
 from ods.base.arrays import Floats
+from ods.base.choices import none_of
+from ods.base.errors import OdsError
 from ods.tracker.association.registry import ASSOCIATIONS
 from ods.tracker.observer.registry import OBSERVERS
 from ods.tracker.settings import TrackerSettings
@@ -61,7 +60,7 @@ class Row:
 
     def missed(self) -> list[str]:
         """Return the names of the targets that were not reached."""
-        limits, (low, high) = self.limits, self.nees_band
+        limits, (_, high) = self.limits, self.nees_band
         broken = {
             "GOSPA": limits.gospa is not None and not self.ratio <= limits.gospa,
             "memory": limits.memory is not None and not self.memory <= limits.memory,
@@ -69,28 +68,22 @@ class Row:
             "switches": limits.switches is not None and self.switches > limits.switches,
             "false": self.false_tracks > 0,
             "latency": not self.latency_s <= max(LATENCY_LIMIT_S, self.latency_reference_s),
-            "NEES": limits.consistent and not low <= self.nees <= high,
+            "NEES": limits.consistent and not self.nees <= high,
         }
         return [name for name, is_broken in broken.items() if is_broken]
 
 
 def rows(
-    kinds: Mapping[str, Kind], seeds: int, with_peers: bool, configured: TrackerSettings | None = None
+    kinds: Mapping[str, Kind], seeds: int, trackers: Mapping[str, TrackerSettings], with_peers: bool
 ) -> Iterator[Row]:
-    """Yield the rows scenario by scenario; the library runs with the first seed only.
-
-    configured: the user's tracker, beside all.
-    """
+    """Yield the rows scenario by scenario; the library runs with the first seed only."""
     for name, kind in kinds.items():
         cases = [make(name, seed, kinds) for seed in range(seeds)]
         truth = [score(case, reference.follow_reference(case)) for case in cases]
-        trackers = {f"{observer}, {way}": _ours(observer, way) for observer in OBSERVERS for way in ASSOCIATIONS}
-        if configured is not None:
-            trackers[CONFIGURED] = partial(_follow, configured)
         found: dict[str, list[Scores]] = {tracker: [] for tracker in trackers}
         for case in cases:
-            for tracker, follow in trackers.items():
-                found[tracker].append(score(case, follow(case)))
+            for tracker, settings in trackers.items():
+                found[tracker].append(score(case, record.follow_ours(case.scenario, settings)))
         for tracker, scores in found.items():
             yield replace(_row_of(tracker, scores, truth), scenario=name, limits=kind.limits)
         for peer in kind.peers if with_peers else ():
@@ -98,12 +91,18 @@ def rows(
             yield replace(_row_of(peer, told, truth[:1]), scenario=name, limits=kind.limits, ours=False)
 
 
-def _follow(settings: TrackerSettings, case: Case) -> Record:
-    return record.follow_ours(case.scenario, settings)
-
-
-def _ours(observer: str, association: str) -> Callable[[Case], Record]:
-    return partial(_follow, TrackerSettings(observer=observer, association=association))
+def contenders(names: Sequence[str], configured: TrackerSettings | None) -> dict[str, TrackerSettings]:
+    """Return every observer with every association, or those of `names`, and the user's own. Raises OdsError."""
+    found = {
+        f"{observer}, {way}": TrackerSettings(observer=observer, association=way)
+        for observer in OBSERVERS
+        for way in ASSOCIATIONS
+    }
+    unknown = [name for name in names if name not in found]
+    if unknown:
+        raise OdsError(f"--trackers: {none_of(unknown[0], found)}")
+    found = {name: found[name] for name in names or found}
+    return found if configured is None else {**found, CONFIGURED: configured}
 
 
 def _row_of(tracker: str, scores: Sequence[Scores], truth: Sequence[Scores]) -> Row:

@@ -69,8 +69,8 @@ def example() -> Case:
 
 
 def run_example() -> Example:
-    """Track the example."""
-    case, default = example(), TrackerSettings()
+    """Track the example by the paper's own observer."""
+    case, default = example(), TrackerSettings(observer="independent")
     rules = msgspec.structs.replace(default.life, lost_sigma_m=LOST_SIGMA_M, drop_existence=DROP_EXISTENCE)
     tracker = scenario.tracker_for(case.scenario, msgspec.structs.replace(default, life=rules))
     snapshots = []

@@ -13,10 +13,11 @@ import numpy as np
 
 from ods.assess.track.case import Case
 from ods.assess.track.record import Record
-from ods.assess.track.reference import ACCELERATION_NOISE
 from ods.tracker.track import lifecycle
 
 CONFIRMED = 5
+ACCELERATION_NOISE = 0.01
+"""Spectral density for all objects, m^2/s^3."""
 PEER_SILENT_S = 3.0
 MISSED_SIGMAS = 4.0
 EPOCH = datetime(2000, 1, 1)

@@ -269,16 +269,16 @@ def interact(s: Floats, share: Floats, unseen: Floats, i: int, usual: Floats, st
         share[to, i] = stay * before[to] + (1.0 - stay) * usual[to]
         for m in range(models):
             came = before[m] * ((1.0 - stay) * usual[to] + (stay if m == to else 0.0)) / share[to, i]
-            work.weight[STATE_ROWS * models + m] = came
-            ud_filter.columns(old[m], 0, work, STATE_ROWS * m, came)
+            work.weight[m] = came
+            ud_filter.columns(old[m], 0, work, (models + m, models), came)
             for row in range(STATE_ROWS):
                 s[1 + to, row, i] += came * old[m, row, 0]
                 for c in range(UNSEEN):
                     unseen[1 + to, c, row, i] += came * old_unseen[m, c, row]
         for m in range(models):
             for row in range(STATE_ROWS):
-                work.column[row, STATE_ROWS * models + m] = old[m, row, 0] - s[1 + to, row, i]
-        ud_filter.triangular(s[1 + to], i, work, (STATE_ROWS + 1) * models)
+                work.column[row, m] = old[m, row, 0] - s[1 + to, row, i]
+        ud_filter.triangular(s[1 + to], i, work, 2 * models, models)
 
 
 @kernel

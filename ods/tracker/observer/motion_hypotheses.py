@@ -32,7 +32,10 @@ REOPENED = 4.0
 ESTABLISHED = float(np.log(STATIC / (1.0 - STATIC)))
 """Log-odds, either way, from which there is no doubt whether an object moves;"""
 KNOWN_SPEED = 0.4
-"""nor is there when its velocity, if it moves, is known to this share of what a new object's is."""
+"""nor is there when its velocity, if it moves, is known to this share of what a new object's is,"""
+CREEPING = 0.1
+"""and one that might move, but no faster than this share (root mean square), rests: such a motion is mostly made by
+chance, or by what pings share, of one that rests."""
 LEAST_VARIANCE = 1e-12
 
 
@@ -227,11 +230,13 @@ class StaticOrMovingObserver:
         """Decide for good whether each object moves, where that is established; in doubt both remain possible."""
         if not len(rows):
             return
-        odds = self._table.rows.odds
-        known_variance = (KNOWN_SPEED * self._settings.velocity_sigma) ** 2
-        known = self._horizontal.velocity()[1][:, rows].max(axis=0) <= known_variance
-        decided = rows[(np.abs(odds[rows]) >= ESTABLISHED) | known]
-        odds[decided] = np.copysign(np.inf, odds[decided])
+        odds, unit = self._table.rows.odds, self._settings.velocity_sigma**2
+        velocity, variance = (moment[:, rows] for moment in self._horizontal.velocity())
+        established = np.abs(odds[rows]) >= ESTABLISHED
+        creeping = (velocity**2 + variance).sum(axis=0) <= CREEPING**2 * unit
+        rests = creeping | (odds[rows] >= 0.0)
+        decided = established | (variance.max(axis=0) <= KNOWN_SPEED**2 * unit)
+        odds[rows[decided]] = np.where(rests[decided], np.inf, -np.inf)
 
     def rest(self, rows: Indices) -> None:
         """Decide for good that objects do not move: they are where they were when seen."""

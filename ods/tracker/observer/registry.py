@@ -22,13 +22,13 @@ from ods.tracker.observer.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.settings import MotionSettings
 
-CALM, AGILE = 0.03, 5.0
-"""Acceleration noise of an object that keeps its velocity and of one that manoeuvres, in units of
-`acceleration_noise`."""
-MANOEUVRING = 0.2
-"""Share of the time in which a moving object manoeuvres."""
-CHANGE_RATE = 0.1
-"""How often it begins or stops to, 1/s."""
+DRIFTING, AGILE = 0.1, 10.0
+"""Acceleration noise of an object that changes its velocity by and by and of one that manoeuvres, in units of
+`acceleration_noise`; that of one that keeps it is `steady_noise`."""
+USUAL = 0.8, 0.1, 0.1
+"""Share of the time that a moving object keeps its velocity, changes it by and by, and manoeuvres."""
+CHANGE_RATE = 0.03
+"""How often it changes between these ways, 1/s: each change costs what was known of a steady velocity."""
 
 
 class Observer(Protocol):
@@ -82,10 +82,8 @@ def _coupled(settings: MotionSettings) -> Observer:
 
 
 def _manoeuvring(settings: MotionSettings) -> Observer:
-    models = [
-        Model(CALM * settings.acceleration_noise, 1.0 - MANOEUVRING),
-        Model(AGILE * settings.acceleration_noise, MANOEUVRING),
-    ]
+    noise = settings.steady_noise, DRIFTING * settings.acceleration_noise, AGILE * settings.acceleration_noise
+    models = [Model(*each) for each in zip(noise, USUAL, strict=True)]
     return StaticOrMovingObserver(settings, InteractingModels(settings, models, CHANGE_RATE))
 
 

@@ -106,7 +106,7 @@ def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
     """
     if dt == 0.0:
         return
-    columns(s, i, work, 0, 1.0)
+    columns(s, i, work, (0, 1), 1.0)
     column, weight = work.column, work.weight
     for axis in range(2):
         s[axis, i] += dt * s[VELOCITY + axis, i]
@@ -118,7 +118,7 @@ def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
         column[axis, both], column[VELOCITY + axis, both] = dt, 1.5
         column[VELOCITY + axis, rest] = 1.0
         weight[both], weight[rest] = noise * dt / 3.0, noise * dt / 4.0
-    triangular(s, i, work, PROCESS_COLUMNS)
+    triangular(s, i, work, PROCESS_COLUMNS, 0)
 
 
 @kernel
@@ -174,23 +174,28 @@ def _follow(s: Floats, i: int, row: int, v: tuple[float, float], share: float) -
 
 
 @kernel
-def columns(s: Floats, i: int, work: Work, first: int, share: float) -> None:
-    """Write L and `share` x D to four columns of `work` from `first` on."""
+def columns(s: Floats, i: int, work: Work, where: tuple[int, int], share: float) -> None:
+    """Write L and `share` x D to four columns of `work`; `where`: the first of them, and from each to the next."""
+    first, apart = where
     for column in range(STATE_ROWS):
-        work.weight[first + column] = share * s[DIAGONAL + column, i]
+        to = first + apart * column
+        work.weight[to] = share * s[DIAGONAL + column, i]
         for row in range(STATE_ROWS):
             if row > column:
-                work.column[row, first + column] = s[entry(row, column), i]
+                work.column[row, to] = s[entry(row, column), i]
             else:
-                work.column[row, first + column] = 1.0 if row == column else 0.0
+                work.column[row, to] = 1.0 if row == column else 0.0
 
 
 @kernel
-def triangular(s: Floats, i: int, work: Work, count: int) -> None:
-    """Find the factors of the sum of the first `count` columns; spoils `work`."""
+def triangular(s: Floats, i: int, work: Work, first: int, more: int) -> None:
+    """Find the factors of the sum of columns; spoils `work`.
+
+    Row 0 has entries in the `first` columns, each further row in `more` besides: all else is 0, and left out.
+    """
     column, weight = work.column, work.weight
     for row in range(STATE_ROWS):
-        square = 0.0
+        square, count = 0.0, first + more * row
         for c in range(count):
             square += weight[c] * column[row, c] ** 2
         s[DIAGONAL + row, i] = square
