@@ -190,11 +190,17 @@ def squares(best: Detection, range_m: float, bearing: float, radius: float) -> F
     return np.square(np.divide(error, (best.sigma_range_m, best.sigma_bearing_rad, best.sigma_radius_m)))
 
 
-def test_errors_are_as_large_as_the_standard_deviations_say() -> None:
+@pytest.mark.parametrize(("follow", "least"), [(0.0, 0.55), (0.75, 0.35)])
+def test_errors_are_as_large_as_the_standard_deviations_say(follow: float, least: float) -> None:
     """Normalised squared errors within the tracker's gate average to 1 a coordinate, half of them those of ideal bodies
-    that shine all over, half of them those of the simulator's spheres, of which weak ones show a highlight only."""
+    that shine all over, half of them those of the simulator's spheres, of which weak ones show a highlight only.
+
+    They were fitted to all echoes that one pair of levels an image finds. Where levels follow the background, those
+    with the largest errors are not found, so that standard deviations are too large; never too small.
+    """
     rng = np.random.default_rng(71)
-    chain = Chain(PipelineSettings())
+    *filters, detector = DEFAULT_STAGES
+    chain = Chain(PipelineSettings(stage=(*filters, {**detector, "follow": follow})))
     ideal, spheres = [], []
     for k in range(80):
         radius, range_m = float(np.exp(rng.uniform(*np.log((0.4, 5.0))))), rng.uniform(12.0, 85.0)
@@ -217,5 +223,6 @@ def test_errors_are_as_large_as_the_standard_deviations_say() -> None:
     means = [np.where(np.array(part) < GATE**2, part, np.nan) for part in (ideal, spheres)]
     mean = 0.5 * (np.nanmean(means[0], axis=0) + np.nanmean(means[1], axis=0))
     assert len(spheres) > 40
-    np.testing.assert_allclose(mean, 1.0, atol=0.45)
-    assert mean.sum() == pytest.approx(3.0, abs=1.0)  # 2.06: the weakest spheres over rough bottoms are not found
+    assert ((least < mean) & (mean < 1.45)).all()
+    assert mean.sum() < 3.9
+    assert follow or mean.sum() > 2.1
