@@ -1,17 +1,20 @@
 """`python -m benchmarks.false_alarm`: the false-alarm rate that comes true, over the one that is set.
 
-Pure speckle, 60 x 2000, recorded as sonars do; each figure with the standard error of its mean over the images.
+Clutter without echoes, or with some, 60 x 2000, recorded as sonars do; each figure with the standard error of its mean
+over the images. A star marks rows with a figure off by more than a factor of 1.5.
 """
 
 import argparse
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 import numpy as np
 
+from benchmarks.clutter import Clutter, correlated, k_distributed, looks, moving_mean, trend, with_objects
 from ods.base.arrays import AnyArray, Floats
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 
 BEAMS, SAMPLES = 60, 2000
 Stages = tuple[dict[str, Any], ...]
@@ -21,6 +24,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "u1 log8": {"dtype": "u1", "scale": "log8", "scale_factor": 40.0},
     "u2 db": {"dtype": "u2", "scale": "db", "scale_factor": 0.01},
 }
+EQUALIZED: Stages = ({"use": "equalize.mean_range"},)
 FILTERS: dict[str, Stages] = {
     "none": (),
     "FIR": ({"use": "filter.fir"},),
@@ -35,12 +39,35 @@ FILTERS: dict[str, Stages] = {
 CFAR = ("ca", "goca", "soca", "os")
 RATES = (1e-3, 1e-4, 1e-5)
 ONE_LEVEL = {"use": "detect.one_level", "levels": "false_alarm"}
+CHAINS: dict[str, tuple[Stages, dict[str, Any]]] = {
+    **{name: (EQUALIZED + stages, ONE_LEVEL) for name, stages in FILTERS.items()},
+    "as recorded": ((), ONE_LEVEL),
+    "default": (DEFAULT_STAGES[:-1], ONE_LEVEL),
+    **{
+        f"CFAR {method}": (EQUALIZED + FILTERS["FIR"], {"use": "detect.cfar", "method": method, "low": 50.0})
+        for method in CFAR
+    },
+}
+"""Stages before the detector, and the detector; CFAR behind a FIR filter."""
+MAIN_CHAINS = ("none", "FIR", "median", "default", "CFAR ca", "as recorded")
+SPECKLE = looks(1)
+CLUTTER: dict[str, Clutter] = {
+    "1 look": SPECKLE,
+    "2 looks": looks(2),
+    "4 looks": looks(4),
+    **{f"K {shape:g}": k_distributed(shape) for shape in (0.5, 1.0, 2.0, 5.0)},
+    **{f"K {shape:g}, patches": k_distributed(shape, (1.0, 8.0)) for shape in (0.5, 1.0, 2.0, 5.0)},
+    "field over 2 samples": moving_mean(2),
+    "field correlated, 2": correlated(2.0),
+    "1 look, 12 dB louder far": trend(4.0, SPECKLE),
+    "4 looks, 12 dB louder far": trend(4.0, looks(4)),
+}
 
 
-def chain_of(filters: Stages, detector: dict[str, Any]) -> Chain:
+def chain_of(stages: Stages, detector: dict[str, Any], rate: float) -> Chain:
     """Return a chain that marks the cells above the high level, and no others."""
-    only = {"min_cells": 1} | detector
-    return Chain(PipelineSettings(stage=({"use": "equalize.mean_range"}, *filters, only), min_range_m=0.0))
+    only = {"min_cells": 1, "rate": rate} | detector
+    return Chain(PipelineSettings(stage=(*stages, only), min_range_m=0.0))
 
 
 def recorded(kind: str, amplitude: Floats) -> Ping:
@@ -61,43 +88,50 @@ def recorded(kind: str, amplitude: Floats) -> Ping:
     )  # fmt: skip
 
 
-def rates(kind: str, chains: list[Chain], images: int) -> Floats:
-    """Return the (chains, images) share of cells marked; all chains get the same images."""
+def rates(kind: str, chains: list[Chain], images: int, clutter: Clutter = SPECKLE, objects: int = 0) -> Floats:
+    """Return the (chains, images) share of cells marked; all chains get the same images.
+
+    objects: in each image; cells in and near one do not count.
+    """
     rng = np.random.default_rng(5)
     shares = np.empty((len(chains), images))
     mask = np.zeros((BEAMS, SAMPLES), np.int32)
     for number in range(images):
-        ping = recorded(kind, np.sqrt(rng.exponential(size=mask.shape)))
+        amplitude, near = with_objects(rng, clutter(rng, mask.shape), objects)
+        ping = recorded(kind, amplitude)
         for k, chain in enumerate(chains):
             mask[:] = 0
             chain.process(ping, mask)
-            shares[k, number] = np.count_nonzero(mask) / mask.size
+            shares[k, number] = np.count_nonzero(mask[~near]) / np.count_nonzero(~near)
     return shares
 
 
-def row(title: str, kind: str, filters: Stages, detector: dict[str, Any], images: int) -> str:
-    """Return one line of the table."""
-    found = rates(kind, [chain_of(filters, detector | {"rate": rate}) for rate in RATES], images)
-    means, errors = found.mean(axis=1) / RATES, found.std(axis=1) / RATES / images**0.5
-    cells = "".join(f"{mean:10.2f} +- {error:.2f}" for mean, error in zip(means, errors, strict=True))
-    return f"{title:24}{kind:12}{cells}"
+def rows(kind: str, clutter: str, names: Iterable[str], images: int, objects: int) -> Iterator[str]:
+    """Yield lines of the table: one sort of clutter behind several chains, which get the same images."""
+    chains = [chain_of(*CHAINS[name], rate) for name in names for rate in RATES]
+    found = rates(kind, chains, images, CLUTTER[clutter], objects).reshape(-1, len(RATES), images)
+    for name, shares in zip(names, found, strict=True):
+        means = shares.mean(axis=1) / RATES
+        errors = shares.std(axis=1) / RATES / images**0.5
+        cells = "".join(f"{mean:10.2f} +- {error:.2f}" for mean, error in zip(means, errors, strict=True))
+        outside = " " if max(*means, *(1.0 / np.maximum(means, 1e-9))) <= 1.5 else "*"
+        yield f"{clutter:26}{name:12}{kind:12}{cells} {outside}"
 
 
 def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--images", type=int, default=300)
-    images = parser.parse_args().images
-    print(f"rate that comes true over the rate set, {images} images" + "".join(f"{rate:17.0e}" for rate in RATES))
-    for kind in KINDS:
-        for name in ("none", "FIR", "median"):
-            print(row(name, kind, FILTERS[name], ONE_LEVEL, images), flush=True)
-    for name, filters in FILTERS.items():
-        if name not in ("none", "FIR", "median"):
-            print(row(name, "u1 log8", filters, ONE_LEVEL, images), flush=True)
-    for method in CFAR:
-        detector = {"use": "detect.cfar", "method": method, "low": 50.0}
-        print(row(f"FIR, CFAR {method}", "u1 log8", FILTERS["FIR"], detector, images), flush=True)
+    parser.add_argument("--images", type=int, default=100)
+    parser.add_argument("--kinds", nargs="+", default=["u1 linear", "u2 linear", "u1 log8"], choices=KINDS)
+    parser.add_argument("--chains", nargs="+", default=MAIN_CHAINS, choices=CHAINS)
+    parser.add_argument("--clutter", nargs="+", default=list(CLUTTER), choices=CLUTTER)
+    parser.add_argument("--objects", type=int, default=0, help="in each image: ten fill 1 %% of it")
+    args = parser.parse_args()
+    print(f"rate that comes true over the rate set, {args.images} images" + "".join(f"{rate:17.0e}" for rate in RATES))
+    for kind in args.kinds:
+        for clutter in args.clutter:
+            for line in rows(kind, clutter, args.chains, args.images, args.objects):
+                print(line, flush=True)
 
 
 if __name__ == "__main__":

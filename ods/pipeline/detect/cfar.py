@@ -1,6 +1,6 @@
 """Cell-averaging and order-statistic CFAR along the beam, with the two levels measured instead of assumed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from ods.base.arrays import Floats, Floats32, Image
 from ods.compiled.kernel import kernel
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.padding import mirrored
 from ods.pipeline.image.recorded import Recorded
@@ -31,7 +32,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
     CA: M. Finn, R. S. Johnson, 1968; GOCA: V. G. Hansen, 1973; SOCA: G. V. Trunk, 1978; OS: H. Rohling, 1983.
     """
-    meter = NoiseMeter()
+    meter, tail = NoiseMeter(), TailMeter(params.rate)
     group = Grouping(params, fan)
     ratio = np.empty(fan.shape, np.float32)
     around = CfarWindow(_METHODS.index(params.method), params.guard, params.train, params.rank)
@@ -41,9 +42,12 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
         divide_by_surroundings(image, around, np.float32(middle), work, ratio)
         return ratio
 
-    def learn(images: Iterable[Image]) -> None:
+    def ratios(images: Iterable[Image]) -> Iterator[Image]:
         some = islice(images, 0, None, 4) if params.method == "os" else images  # ordering takes ten times as long
-        meter.learn(divided(image, meter.background_and_noise(image)[0]) for image in some)
+        return (divided(image, meter.background_and_noise(image)[0]) for image in some)
+
+    def learn(kinds: Iterable[Iterable[Image]]) -> None:
+        tail.learn(ratios(images) for images in kinds)
 
     def find(image: Image, recorded: Recorded) -> Regions:
         middle, _ = meter.background_and_noise(image)
@@ -53,7 +57,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
         background, noise = meter.background_and_noise(ratio)
         if background <= 0.0:
             return group.nothing(ratio)
-        high = meter.level_of_rate(ratio, params.rate)
+        high = tail.level(ratio, background, noise)
         low = min(background + params.low * max(noise, 0.02 * background), high)
         found = group.regions(ratio, recorded, DetectionLevels(low, high, background))
         return found._replace(background=middle)

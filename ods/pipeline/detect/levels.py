@@ -1,9 +1,12 @@
 """Detection by levels, `two_level` and `one_level` [SSIE, Image processing, stage 3]."""
 
+from collections.abc import Iterable
+
 from ods.base.arrays import Image
 from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
@@ -29,7 +32,7 @@ def one_level(params: OneLevelParams, fan: Fan) -> PreparedDetector:
 
 def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float, high: float) -> PreparedDetector:
     """Return a detector that finds the regions between two levels, given in the units of `params.levels`."""
-    meter, crests = NoiseMeter(), CrestMeter(fan.shape)
+    meter, crests, tail = NoiseMeter(), CrestMeter(fan.shape), TailMeter(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
 
@@ -41,11 +44,14 @@ def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float
         judged = crests.levelled(image, measured, high, follow) if follow else image
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
-            above = max(meter.level_of_rate(image, params.rate), background * (1.0 + _LEAST_NOISE))
+            above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
         return group.regions(judged, recorded, DetectionLevels(below, above, background))
 
-    learn = crests.learn if follow else meter.learn if params.levels == "false_alarm" else None
+    def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
+        crests.learn(next(iter(kinds)))  # which is the first kind
+
+    learn = learn_one_look if follow else tail.learn if params.levels == "false_alarm" else None
     return PreparedDetector(find, learn, refuses_nan=True)
 
 

@@ -1,6 +1,4 @@
-"""What an image looks like where nothing is: its background level, how much that fluctuates, and how high it peaks."""
-
-from collections.abc import Iterable
+"""What an image looks like where nothing is: its background level, and how much that fluctuates."""
 
 import numpy as np
 
@@ -8,19 +6,14 @@ from ods.base.arrays import Floats, Image, Ints
 from ods.compiled.kernel import kernel
 
 _BINS = 1024
-_FINE_BINS = 16384
 _SPAN = np.float32(8.0)
 """The histogram reaches to this multiple of the mean; all that is higher goes into its last bin."""
 _SAMPLES = 4096
 """Cells looked at: the spread of Rayleigh speckle is then known to about 3 %."""
 _FEWER = 8
 """The mean, which only sets the width of the bins, is taken of every so many-th of them."""
-_BULK = np.array([0.5, 0.9, 0.99])
-"""Quantiles by which an image is compared with speckle: echoes may fill some tenths of a per cent of it."""
 _NORMAL = np.array([0.5, 0.8413])
 """Quantiles that are one standard deviation apart in a normal distribution."""
-_TAIL = np.array([0.01, 3e-3, 1e-3, 3e-4, 1e-4, 3e-5, 1e-5])
-"""Shares of the cells of speckle that its tail is fitted at, each weighted by the fourth root of the share."""
 
 
 class NoiseMeter:
@@ -28,9 +21,6 @@ class NoiseMeter:
 
     def __init__(self) -> None:
         self._histogram = np.empty(_BINS, np.int64)
-        self._fine = np.empty(_FINE_BINS, np.int64)
-        self._of_speckle = np.log(np.sqrt(-2.0 * np.log(1.0 - _BULK)))
-        self._tail = np.array([0.0, 0.5, 0.5 * np.log(2.0)])
 
     def background_and_noise(self, image: Image) -> tuple[float, float]:
         """Return the median of image (beams, samples) and the distance from there to its 84 % quantile.
@@ -42,36 +32,6 @@ class NoiseMeter:
         stride = max(1, image.size // _SAMPLES) | 1  # odd: else it could fall in step with the rows
         middle, upper = quantiles(image, stride, _NORMAL, self._histogram)
         return float(middle), float(upper - middle)
-
-    def learn(self, images: Iterable[Image]) -> None:
-        """Take in the shape of the upper tail of images without echoes, all from the same chain.
-
-        What is not known of it before is that of speckle as it is: Rayleigh.
-        """
-        total = np.zeros(_FINE_BINS, np.int64)
-        unit = 0.0
-        for image in images:
-            unit = unit or bins_in_unit(image, 1, total)
-            fill_histogram(image, 1, unit, self._fine)
-            total += self._fine
-        if not unit:
-            return
-        ranks = np.concatenate([1.0 - _TAIL, _BULK]) * total.sum()
-        at = np.log([quantile(total, rank) for rank in ranks])
-        self._of_speckle = at[len(_TAIL) :]
-        self._tail = np.polyfit(np.log(-np.log(_TAIL)), at[: len(_TAIL)], 2, w=_TAIL**0.25)
-
-    def level_of_rate(self, image: Image, rate: float) -> float:
-        """Return the level that a share `rate` of the cells without echoes exceeds.
-
-        The image is taken for speckle of the shape learnt, raised to a power and times a factor, both fitted to its own
-        quantiles; the tail of the speckle is x = exp(a + b w + c w^2), w = log(-log(share)), which for Rayleigh
-        distributed amplitudes holds with b = 1/2 and c = 0.
-        """
-        own = np.log(quantiles(image, 1, _BULK, self._fine))
-        power, factor = np.polyfit(self._of_speckle, own, 1)
-        level = np.exp(factor + power * np.polyval(self._tail, np.log(-np.log(rate))))
-        return float(max(level, np.exp(own[-1])))
 
 
 @kernel
