@@ -54,9 +54,9 @@ class EchoSettings(Settings, frozen=True):
     """Probability that an object in full view gives a detection."""
     clutter_per_scan: Positive = 1.0
     """False alarms expected in a scan at the start; the tracker then counts them itself."""
-    births_per_scan: Positive = 0.005
+    births_per_scan: Positive = 0.03
     """New objects expected in a scan; against `clutter_per_scan` it says how much proof a new object needs."""
-    births_at_start: Positive = 0.1
+    births_at_start: Positive = 0.3
     """The same in the very first images, where every object is new."""
     gate_sigmas: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 4.0
     """Largest distance of a detection from the object's predicted place, standard deviations."""

@@ -191,7 +191,7 @@ class TwoLevelParams(GroupParams, frozen=True):
     """Cells above this level belong to it."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
     """Wanted share of the cells without echoes above the high level, when levels = "false_alarm"."""
-    follow: Fraction = 0.75
+    follow: Fraction = 0.3
     """With levels = "noise": how far levels rise in regions where the crests of the background reach higher than those
     of speckle do, as over a rough sea-bed. 1: until echoes without an object are as rare there; 0.75: three quarters of
     the way there in dB, as objects have to be found there, too; 0: one pair of levels for the whole image."""
@@ -210,7 +210,7 @@ class OneLevelParams(GroupParams, frozen=True):
     """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
     """Wanted share of the cells without echoes above the level, when levels = "false_alarm"."""
-    follow: Fraction = 0.75
+    follow: Fraction = 0.3
     """As in detect.two_level."""
 
 
