@@ -25,7 +25,7 @@ FAN_MEMORY, WORLD_MEMORY = 0.99, 0.997
 """What an image leaves of the counts of those before: they are of the last 15 and 50 s at 6.7 images a second."""
 CALM = 0.003
 """The chance where nothing is known, and an image has no false alarms;"""
-NEW = 0.3
+NEW = 0.03
 """what it rises by towards many of them,"""
 MANY = 10.0
 """of which so many are half of the way;"""
