@@ -9,7 +9,7 @@ from ods.base.arrays import Image
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.stage.step import PingContext
 
-LEARNT_CELLS = 16_000_000
+LEARNT_CELLS = 13_000_000
 """Cells of speckle from which a detector learns, if it has to, all kinds together,"""
 _LEARNT_IMAGES = 2
 """and the least number of images of each kind,"""
@@ -71,10 +71,11 @@ def drawn(kind: Speckle, rng: np.random.Generator) -> Callable[[Image], None]:
     textures = rng.standard_gamma(kind.texture, _TEXTURES, np.float32) / np.float32(kind.texture or 1.0)
 
     def draw(out: Image) -> None:
-        rng.standard_exponential(out=out, dtype=np.float32)
-        for _ in range(kind.looks - 1):
-            out += rng.standard_exponential(out.shape, np.float32)
-        out /= np.float32(kind.looks)
+        if kind.looks == 1:
+            rng.standard_exponential(out=out, dtype=np.float32)
+        else:
+            rng.standard_gamma(kind.looks, out=out, dtype=np.float32)
+            out /= np.float32(kind.looks)
         if kind.texture:
             high, long = kind.patch
             patches = (-(-out.shape[0] // high), -(-out.shape[1] // long))
