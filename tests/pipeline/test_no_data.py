@@ -119,7 +119,7 @@ def test_objects_where_data_are_are_found_in_their_places_and_those_in_gaps_are_
                 assert not found
             elif lost[around].mean() < 0.02:
                 assert len(found) == 1
-                assert abs(found[0].range_m - range_m) < 0.8
+                assert abs(found[0].near_m - (range_m - 1.0)) < 0.6
 
 
 def test_an_echo_that_is_strewn_with_losses_is_found() -> None:
