@@ -72,17 +72,18 @@ def mix(image: Floats, columns: Floats, first: int, last: int, shares: Floats) -
 
 
 @compiled
-def mix_column(image: Floats, rows: Floats, bins: tuple[int, int], shares: Floats) -> None:
-    """Add one column's `rows` (planes, samples), per radian of bearing, bins from first to last+1, to `image`.
+def mix_column(image: Floats, rows: Floats, bins: tuple[int, int], shares: Floats, heard_by: tuple[int, int]) -> None:
+    """Add one column's `rows` (planes, samples), per radian of bearing, to the beams `heard_by`, first to last+1.
 
-    `shares` (beams,), rad.
+    `bins`: first and last+1; `shares` (beams,), rad.
     """
     first, last = bins
-    beams = len(shares)
+    if first >= last:
+        return
     for plane in range(len(rows)):
         source = rows[plane, first:last]
-        for beam in range(beams):
-            share, target = shares[beam], image[plane * beams + beam, first:last]
+        for beam in range(heard_by[0], heard_by[1]):
+            share, target = shares[beam], image[plane * len(shares) + beam, first:last]
             for j in range(last - first):
                 target[j] += share * source[j]
 

@@ -21,6 +21,8 @@ from ods.sim_sonar.echo.reflection import reflectivity
 from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.sonar.grid import Grid, mean_two_way
 
+NEAR_WIDTHS = 3.0
+"""Beam widths from a column within which beams hear it on its own; the others hear it with its neighbours."""
 LEAST_SMEAR = 0.5
 """Bins under which a column's range counts as one."""
 
@@ -54,19 +56,53 @@ def add_object(image: Floats, bodies: Bodies, which: int, occluders: Occluders, 
 
     The ranges (bearings, elevations) are FAR where the object is not met first.
     """
-    body = bodies[which]
     ranges, echo = _trace(bodies, which, occluders, rays)
-    rows, shares = np.zeros((len(grid.vertical), grid.samples)), shares_of(rays.bearing, grid, math.inf)
-    flat = _surface_of(body, grid)
-    for a in range(len(ranges)):
-        if body["kind"] == PLANE:
-            first, last = _plane_column(rows, flat, ranges, (rays, a), grid)
-        else:
-            first, last = _column(rows, ranges, echo, (rays, a), grid)
-        if first < last:
-            mix_column(image, rows, (first, last), shares[:, a])
-            rows[:, first:last] = 0.0
+    bearing, beams = rays.bearing, len(grid.bearing_rad)
+    rows, shares = np.zeros((len(grid.vertical), grid.samples)), shares_of(bearing, grid, math.inf)
+    together, flat = np.zeros_like(rows), _surface_of(bodies[which], grid)
+    a, reach = 0, NEAR_WIDTHS * grid.beam_width_rad
+    while a < len(ranges):
+        end = _neighbours(bearing, a, grid)
+        low = np.searchsorted(grid.bearing_rad, bearing[a] - reach)
+        high = np.searchsorted(grid.bearing_rad, bearing[end] + reach)
+        begin, finish = grid.samples, 0
+        for column in range(a, end):
+            if bodies[which]["kind"] == PLANE:
+                first, last = _plane_column(rows, flat, ranges, (rays, column), grid)
+            else:
+                first, last = _column(rows, ranges, echo, (rays, column), grid)
+            mix_column(image, rows, (first, last), shares[:, column], (low, high))
+            _gather(together, rows, (first, last), bearing[column + 1] - bearing[column])
+            begin, finish = min(begin, first), max(finish, last)
+        far = shares[:, a:end].sum(axis=1) / (bearing[end] - bearing[a])
+        mix_column(image, together, (begin, finish), far, (0, low))
+        mix_column(image, together, (begin, finish), far, (high, beams))
+        together[:, begin:finish] = 0.0
+        a = end
     return ranges
+
+
+@compiled
+def _neighbours(bearing: Floats, a: int, grid: Grid) -> int:
+    """Return the end of the columns from `a` on that distant beams hear together; aside of all beams each is alone.
+
+    Those of one beam width, counted from straight ahead: left and right are alike.
+    """
+    mine, end = int((bearing[a] + bearing[a + 1]) / (2.0 * grid.beam_width_rad)), a + 1
+    while end < len(bearing) - 1 and int((bearing[end] + bearing[end + 1]) / (2.0 * grid.beam_width_rad)) == mine:
+        if bearing[a] < grid.bearing_rad[0] or bearing[end + 1] > grid.bearing_rad[-1]:
+            break
+        end += 1
+    return end
+
+
+@compiled
+def _gather(together: Floats, rows: Floats, bins: tuple[int, int], width: float) -> None:
+    """Add `rows` times `width` to `together`, both (planes, samples), between two bins; then set them to 0."""
+    for plane in range(len(rows)):
+        for j in range(bins[0], bins[1]):
+            together[plane, j] += width * rows[plane, j]
+            rows[plane, j] = 0.0
 
 
 @compiled

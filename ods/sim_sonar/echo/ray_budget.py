@@ -9,15 +9,19 @@ from ods.base.arrays import Floats, Mask
 from ods.sim_sonar.echo.bodies import FAR, PLANE, SPHERE, Bodies, Body, bounding_radius, hit
 from ods.sim_sonar.echo.silhouette import RIGHT, bearing_marks, elevation_span
 from ods.sim_sonar.kernel import compiled
-from ods.sim_sonar.sonar.grid import Grid, mean_two_way
+from ods.sim_sonar.sonar.grid import LIT_BEYOND_WIDTHS, Grid, mean_two_way
 
 MAX_CELLS = 720
 """Of one object in bearing, or in elevation."""
 FEWEST, LOBE = 3.0, 0.5
 """Columns of an object, and in its facets' lobe, at least, over the root of the allowed error."""
-SHIFT = 25.0
+SHIFT = 50.0
 """Samples by which the range may change from column to column, over that root."""
 MAX_PARTS = 16
+PLANE_LOBES = 1.6
+"""Cells of elevation of a plane, per radian, over those of a whole sphere: they tell what hides it."""
+ASIDE = 2.0
+"""Columns of endless planes that only side lobes hear are wider by this."""
 TINY = 1e-9
 """Share of a width that is next to none."""
 LOOSEST = 4.0
@@ -90,11 +94,16 @@ def ray_fan_of(bodies: Bodies, which: int, grid: Grid, max_error: float) -> RayF
         bearing = _borders(low, high, across)
     else:
         bearing = _uneven(body, marks, grid, max_error)
-    upward = finest if body["kind"] == PLANE else max(finest, 0.33 * finest / body["sigma_rad"])
-    cells = min(MAX_CELLS, math.ceil(upward))
-    elevation = np.zeros((len(bearing) - 1, cells + 1))
-    for a in range(len(elevation)):
-        bottom, top = elevation_span(body, 0.5 * (bearing[a] + bearing[a + 1]), end_m)
+    spans = np.empty((len(bearing) - 1, 2))
+    for a in range(len(spans)):
+        spans[a] = elevation_span(body, 0.5 * (bearing[a] + bearing[a + 1]), end_m)
+    lobes = 0.33 * finest / body["sigma_rad"]
+    if body["kind"] == PLANE:
+        lobes *= np.max(spans[:, 1] - spans[:, 0]) * PLANE_LOBES
+    cells = min(MAX_CELLS, math.ceil(max(finest, lobes)))
+    elevation = np.zeros((len(spans), cells + 1))
+    for a in range(len(spans)):
+        bottom, top = spans[a, 0], spans[a, 1]
         if bottom < top:
             elevation[a] = np.arange(0.0, cells + 1.0) * ((top - bottom) / cells) + bottom
     return RayFan(bearing, elevation, farthest)
@@ -111,18 +120,22 @@ def _uneven(body: Body, marks: Floats, grid: Grid, max_error: float) -> Floats:
     """Return borders of columns of a cylinder or plane: at its corners, and closer where its range changes fast."""
     root, span = math.sqrt(max_error), marks[-1] - marks[0]
     widest = min(_widest(grid, max_error), span * root / FEWEST, body["sigma_rad"] * root / LOBE)
+    margin, endless = LIT_BEYOND_WIDTHS * grid.beam_width_rad, bounding_radius(body) > grid.samples * grid.dr_m
+    west, east = grid.bearing_rad[0] - margin, grid.bearing_rad[-1] + margin
+    marks = np.sort(np.append(marks, np.array([min(max(x, marks[0]), marks[-1]) for x in (west, east)])))
     widest = max(widest, span / (MAX_CELLS - len(marks)))
     out = np.empty(MAX_CELLS + 1)
     out[0], used = marks[0], 0
     for mark in range(len(marks) - 1):
         start, part = marks[mark], marks[mark + 1] - marks[mark]
-        count = math.ceil(part / widest)
+        aside = endless and (start >= east or start + part <= west)
+        count = math.ceil(part / (ASIDE * widest if aside else widest))
         before = _middle_range(body, start + TINY * part)
         for k in range(count):
             begin, end = start + part * k / count, start + part * (k + 1) / count
             after = _middle_range(body, end - TINY * part)
             parts = 1
-            if before < FAR and after < FAR:
+            if before < FAR and after < FAR and not aside:
                 parts += int(abs(after - before) / (SHIFT * grid.dr_m * root))
             left = MAX_CELLS - used - (count - k) - math.ceil((marks[-1] - start - part) / widest) - len(marks)
             parts = max(1, min(parts, MAX_PARTS, left))

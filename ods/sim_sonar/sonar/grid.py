@@ -14,7 +14,7 @@ STEPS_PER_SINE = 128
 SUM_NODES = 4 * (ELEVATION_NODES - 1) + 1
 """Nodes of the vertical pattern's running integral, even in sin(elevation)."""
 LIT_BEYOND_WIDTHS = 3.0
-"""The columns of a rough sea-bed reach this many beam widths beyond the outer beams; on from there it is their mean."""
+"""Fine columns reach this many beam widths beyond the outer beams: there only side lobes hear what is further aside."""
 
 
 class Grid(NamedTuple):
