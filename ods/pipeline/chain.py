@@ -50,6 +50,8 @@ class Chain:
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
         """Since the first ping."""
+        self.prepared_anew = False
+        """For the last ping, as its geometry was another one: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
         self._lasted = LASTING_PINGS
         self._hurried = False
@@ -108,6 +110,8 @@ class Chain:
             self._scale = sample_scale_of(ping)
             self._sampling = sampling
         geometry = geometry_key(ping)
+        relearns = self._hurried and self._lasted >= LASTING_PINGS
+        self.prepared_anew = geometry != self._geometry or relearns
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             hurried = self._lasted < LASTING_PINGS
@@ -116,7 +120,7 @@ class Chain:
             self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
             self._hurried = hurried and any(each.learns for each in prepared)
             self._lasted = 0
-        elif self._hurried and self._lasted >= LASTING_PINGS:
+        elif relearns:
             self._prepared, self._hurried = self._prepared_for(self._plan, hurried=False), False
         self._lasted += 1
 

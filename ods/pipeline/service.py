@@ -42,6 +42,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Ping] = Backlog()
         self._failure, self._failed_ns = "", 0
+        self._prepared_anew = False
 
     def start(self) -> None:
         """Build the chain and compile it."""
@@ -88,7 +89,9 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._keep_time(clock.monotonic_ns() - began)
 
     def _keep_time(self, spent_ns: int) -> None:
-        self._backlog.worked(spent_ns)
+        anew, self._prepared_anew = self._prepared_anew, self._chain.prepared_anew
+        if anew or not self._prepared_anew:  # the first ping of a geometry tells nothing of those that follow
+            self._backlog.worked(spent_ns)
         counters = self.service.counters
         counters["process_mean_us"] = round(self._backlog.work_ns / 1000)
         counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
