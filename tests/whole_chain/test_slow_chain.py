@@ -143,6 +143,7 @@ def test_a_chain_too_slow_for_every_ping_takes_the_newest_and_the_recording_has_
     settled = [message for _, message in listed if message.ping_number - 100 > 30]
     assert all(message.valid for message in settled), [message.reasons for message in settled]
     assert [o.state for o in settled[-1].obstacles] == ["active"]
-    skipped = slow.health["pipeline"].counters["skipped_pings"]
-    assert skipped >= 80 - len(listed) - WAITING - SLACK
+    counters = slow.health["pipeline"].counters
+    left_out = counters["skipped_pings"] + counters.get("dropped_ping", 0)  # by itself, or by its queue as it learned
+    assert left_out >= 80 - len(listed) - WAITING - SLACK
     assert [ping.ping_number for ping in open_pings(slow.recording).pings] == list(range(100, 180))
