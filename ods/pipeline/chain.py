@@ -51,7 +51,7 @@ class Chain:
         self.geometry_changes = 0
         """Since the first ping."""
         self.prepared_anew = False
-        """For the last ping, as its geometry was another one: detectors may have learned from images, which takes long."""
+        """For the last ping, as its geometry was another: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
         self._lasted = LASTING_PINGS
         self._hurried = False
