@@ -39,6 +39,8 @@ SampleType = Literal["u1", "u2", "f4"]
 UtcSource = Literal["clock", "ins", "unsure"]
 """Whose UTC a message bears: this computer's clock, the INS's, or one that is not to be relied on."""
 Count = Annotated[int, msgspec.Meta(ge=0)]
+CountOrNone = Annotated[int, msgspec.Meta(ge=-1)]
+"""-1: none."""
 SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
 """What a sonar can be asked for, m."""
 SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
@@ -181,6 +183,9 @@ class Detections(msgspec.Struct, frozen=True):
     """Their share of the image."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    poses_until: CountOrNone = -1
+    """`Pose.seq` of the newest pose that the pipeline knew when it worked on the ping; -1: none. With the same poses,
+    the same ping gives the same detections."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -301,6 +306,10 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """Their share of the image; the list is not valid when most of it was unseen for longer than a moment."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    poses_until: CountOrNone = -1
+    """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
+    made_ns: Instant = 0
+    """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):

@@ -39,6 +39,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._chain: Chain
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = service.counters
+        self._poses_until = -1
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Ping] = Backlog()
         self._failure, self._failed_ns = "", 0
@@ -56,7 +57,9 @@ class PipelineWorker(Worker[PipelineConfig]):
         """Take one message; pings wait for the end of the round, when all poses are in."""
         if topic == "ping":
             self._backlog.add(message, message.seq, message.t_ns)
-        elif self._chain.over_pings:
+            return
+        self._poses_until = message.seq
+        if self._chain.over_pings:
             self._poses.insert(message)
 
     def tick(self) -> None:
@@ -80,7 +83,7 @@ class PipelineWorker(Worker[PipelineConfig]):
             self._failure, self._failed_ns = str(error), began
             self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
             return
-        self.service.publish("detections", result)
+        self.service.publish("detections", msgspec.structs.replace(result, poses_until=self._poses_until))
         self._failure = self._failure if began - self._failed_ns < FAILURE_SAID_NS else ""
         self.service.counters["geometry_changes"] = self._chain.geometry_changes
         self.service.counters["unseen_images"] += bool(result.unseen)

@@ -45,6 +45,7 @@ class TrackerWorker(Worker[TrackerConfig]):
     def __init__(self, service: Service, settings: TrackerConfig) -> None:
         super().__init__(service, settings)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
+        self._poses_until = -1
         self._mounting = Mounting(settings.mounting)
         self._backlog: Backlog[Detections] = Backlog()
         self._ping_seq: int | None = None
@@ -127,6 +128,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         """Take one message; detections wait for the end of the round, when all poses are in."""
         if topic == "pose":
             self._poses.insert(message)
+            self._poses_until = message.seq
             self._inputs.pose(message.t_ns)
             self._utc.hear(message)
         elif topic == "detections":
@@ -238,6 +240,8 @@ class TrackerWorker(Worker[TrackerConfig]):
             unseen=[] if shown is None else shown.unseen,
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
+            poses_until=self._poses_until,
+            made_ns=now_ns,
         )
         if self._tracker.next_id != self._left_id:
             self._leave(now_ns)  # or an id might be heard of and then be given again

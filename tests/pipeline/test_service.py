@@ -141,6 +141,7 @@ def test_filter_over_pings_follows_the_pose() -> None:
             number += 1
         found = next(found for found in process.found if found.detections)
         assert found.detections[0].range_m == pytest.approx(45.0 - found.ping_number % 25, abs=1.0)
+        assert found.ping_number <= found.poses_until < number  # each is sent after the pose of its instant
 
 
 def test_wrong_chain_ends_the_process_with_one_line(tmp_path: Path) -> None:

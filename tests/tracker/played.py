@@ -59,6 +59,8 @@ class Chain:
         self.alive = {"sonar", "pipeline", "nav"}
         self.problems: dict[str, list[str]] = {}
         self.poses = self.pings = True
+        self.last_pose = -1
+        """`Pose.seq` of the newest one sent."""
         self.echoes = list(ECHOES)
         self.heading: Callable[[float], float] = lambda _: 0.0
         """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
@@ -105,6 +107,7 @@ class Chain:
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
             pose = Pose(k, now, clock.utc_ns(now), (0.0, 0.0, 4.0), attitude, zeros, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)
+            self.last_pose = k
         if k % 10 == 0:
             for name in self.alive:
                 self.report(name)

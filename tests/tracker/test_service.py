@@ -23,6 +23,8 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     message = chain.until(good)
     assert message.ping_number >= 0
     assert message.t_rx_ns == message.t_ns + 2 * clock.MS
+    assert message.t_rx_ns < message.made_ns < clock.monotonic_ns()
+    assert 0 <= message.poses_until <= chain.last_pose
     assert {o.state for o in message.obstacles} == {"active"}
     assert message.obstacles[0].position_ned == pytest.approx((40.0, 0.0, 4.0), abs=0.5)
     approach = message.obstacles[0].cpa
@@ -42,6 +44,7 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     chain.poses = False
     blind = chain.until(says("no pose for 0."))
     assert blind.ping_number >= 0
+    assert blind.poses_until == chain.last_pose
     assert [o.cpa for o in blind.obstacles] == [None, None]
     chain.until(lambda _: chain.health is not None and "pings_without_reception_pose" in chain.health.counters)
     chain.poses = True
