@@ -44,7 +44,7 @@ COMMANDS = (
     Command("bench", "ods.bench.command", "whole chain against the simulated sonar and vehicle", BENCH),
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
-    Command("record", "ods.recording.command", "what the chain publishes, as a file that 7k software reads", ONBOARD),
+    Command("record", "ods.commands.record", "what the chain publishes, as a file that 7k software reads", ONBOARD),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
     Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),

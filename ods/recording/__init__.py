@@ -1,1 +1,1 @@
-"""`ods record`: what a running chain publishes, as a file."""
+"""What a running chain publishes, as files."""

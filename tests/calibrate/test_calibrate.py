@@ -18,7 +18,7 @@ from ods.calibrate.report import lines, results_of
 from ods.calibrate.sightings import echoes_of
 from ods.cli import main
 from ods.messages import Pose
-from ods.recording.recorder import RECORDED_DEVICES, Recorder
+from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath, Waypoint

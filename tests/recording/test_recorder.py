@@ -11,9 +11,9 @@ from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import quat_from_euler
 from ods.cli import main
+from ods.commands import record as command
 from ods.messages import ObstacleList, Ping, Pose
-from ods.recording import command
-from ods.recording.recorder import RECORDED_DEVICES, Recorder
+from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sonar_link.files.s7k.catalogue import encode_file_header, text_field, with_catalogue
 from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k, write_s7k
 from tests.recording.record_samples import LATITUDE_DEG, LONGITUDE_DEG, START_NS, obstacles_at, pose_at, rock

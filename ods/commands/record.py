@@ -12,12 +12,12 @@ import zmq
 
 from ods.base import clock
 from ods.base.arguments import duration_s
-from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.base.terminal import StatusLine
 from ods.config import OnboardConfig
-from ods.recording.recorder import RECORDED_DEVICES, Recorder
+from ods.recording.errors import RecordingError
+from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.runtime import bus
 from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k
 
@@ -29,10 +29,6 @@ SYNC_PERIOD_S = 5.0
 """The most that a loss of power takes; a crash of the recorder takes nothing."""
 QUEUE = bus.HIGH_WATER_MARK
 """Messages kept of each topic while the disk is slow."""
-
-
-class RecordingError(OdsError):
-    """A file cannot be recorded; the text is one line."""
 
 
 def add_arguments(parser: ArgumentParser) -> None:

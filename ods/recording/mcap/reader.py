@@ -1,0 +1,268 @@
+"""Reads recordings: one segment, or a folder of them, whole, torn, foreign or hostile, in bounded memory."""
+
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Collection, Iterator
+from functools import cached_property
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+import msgspec
+import zstandard
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Header, Metadata
+
+from ods.recording.errors import RecordingError
+from ods.recording.mcap.framing import (
+    CHUNK,
+    LONGEST_CHUNK_BYTES,
+    MAGIC,
+    MB,
+    MESSAGE,
+    PROFILE,
+    RECORD,
+    Frame,
+    frames,
+)
+from ods.recording.mcap.topics import decoded
+
+SUFFIX = ".mcap"
+ODS = "ods"
+"""Name of the metadata that every segment has; `utc_offset_ns` is among them."""
+MOST_EXTRAS_BYTES = 48 * MB
+"""Of all attachments and metadata of a recording: more are counted and left out."""
+CONTENTS = frozenset({Opcode.CHANNEL, Opcode.CHUNK, Opcode.MESSAGE, Opcode.METADATA})
+EXTRAS = frozenset({Opcode.METADATA, Opcode.ATTACHMENT})
+_BAD_RECORD = (McapError, struct.error, ValueError)
+"""What decoding a record's content may raise."""
+
+
+class Recorded(NamedTuple):
+    """One message of the bus."""
+
+    topic: str
+    log_ns: int
+    """When the recorder received it, CLOCK_MONOTONIC of the recorded computer."""
+    utc_ns: int
+    """The same instant, UTC by the offset of the recording's start: a step of UTC does not show."""
+    data: bytes
+    """Msgpack, exactly as on the wire."""
+
+    def message(self) -> msgspec.Struct:
+        """Return it decoded, types and bounds checked. Raises ValueError, of which msgspec's errors are some."""
+        return decoded(self.topic, self.data)
+
+
+def open_recording(path: Path) -> "Recording":
+    """Open a segment, or a folder of segments. Raises RecordingError."""
+    try:
+        folder = path.is_dir()
+        paths = sorted(path.glob(f"*{SUFFIX}")) if folder else [path]
+        if not paths:
+            raise RecordingError(f"{path}: no recording in it (no *{SUFFIX})")
+        losses: Counter[str] = Counter()
+        segments = []
+        for each in paths:
+            try:
+                _check_head(each)
+            except RecordingError:
+                if not folder:
+                    raise
+                losses["unreadable_segments"] += 1
+            else:
+                segments.append(each)
+    except OSError as error:
+        raise RecordingError(f"{path}: {error.strerror}") from error
+    if not segments:
+        raise RecordingError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ods")
+    return Recording(segments, losses)
+
+
+class Recording:
+    """What was recorded, in order of log time.
+
+    `losses`, as far as it has been read: torn (segments cut off), overlong (records beyond all bounds), bad_chunks
+    (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of a channel that was not
+    told, or is not msgpack), unreadable_segments, left_out (metadata and attachments beyond all bounds).
+    """
+
+    def __init__(self, segments: list[Path], losses: "Counter[str]") -> None:
+        """Take segments in their order, each seen to begin as one of ods."""
+        self.segments = segments
+        self.losses = losses
+
+    @property
+    def metadata(self) -> dict[str, dict[str, str]]:
+        """By name; of equal names the first. `ods` is there in each segment: versions, CPU, offset of UTC."""
+        return self._extras[0]
+
+    @property
+    def attachments(self) -> dict[str, bytes]:
+        """By name; of equal names the first: `config.toml`, `map.sqlite` (the map at the start, if there was any)."""
+        return self._extras[1]
+
+    @cached_property
+    def _extras(self) -> tuple[dict[str, dict[str, str]], dict[str, bytes]]:
+        metadata: dict[str, dict[str, str]] = {}
+        attachments: dict[str, bytes] = {}
+        held = 0
+        for path in self.segments:
+            for frame in self._frames(path, EXTRAS, Counter()):
+                held += len(frame.content)
+                if held > MOST_EXTRAS_BYTES:
+                    self.losses["left_out"] += 1
+                    return metadata, attachments
+                try:
+                    if frame.opcode == Opcode.METADATA:
+                        told = Metadata.read(_stream(frame.content))
+                        metadata.setdefault(told.name, told.metadata)
+                    else:
+                        enclosed = Attachment.read(_stream(frame.content))
+                        attachments.setdefault(enclosed.name, enclosed.data)
+                except _BAD_RECORD:
+                    self.losses["bad_records"] += 1
+        return metadata, attachments
+
+    def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
+        """Yield the messages of some topics, by default of all, in order of log time. Raises RecordingError."""
+        for path in self.segments:
+            segment = _Segment(topics, self.losses)
+            for frame in self._frames(path, CONTENTS, self.losses):
+                yield from segment.take(frame)
+
+    def _frames(self, path: Path, wanted: Collection[int], losses: "Counter[str]") -> Iterator[Frame]:
+        try:
+            with path.open("rb") as file:
+                file.seek(len(MAGIC))
+                yield from frames(file, wanted, losses)
+        except OSError as error:
+            raise RecordingError(f"{path}: {error.strerror}") from error
+
+
+class _Segment:
+    """What is known of one file while it is read."""
+
+    def __init__(self, topics: Collection[str] | None, losses: "Counter[str]") -> None:
+        self._topics = topics
+        self._losses = losses
+        self._offset_ns = 0
+        self._channels: dict[int, str] = {}
+        self._unzip = zstandard.ZstdDecompressor(max_window_size=LONGEST_CHUNK_BYTES)
+
+    def take(self, frame: Frame) -> Iterator[Recorded]:
+        """Yield the messages in a record of CONTENTS."""
+        try:
+            if frame.opcode == Opcode.CHANNEL:
+                self._learn(frame.content)
+            elif frame.opcode == Opcode.METADATA:
+                told = Metadata.read(_stream(frame.content))
+                if told.name == ODS:
+                    self._offset_ns = int(told.metadata["utc_offset_ns"])
+        except (*_BAD_RECORD, KeyError):
+            self._losses["bad_records"] += 1
+        if frame.opcode == Opcode.MESSAGE:
+            yield from self._message(memoryview(frame.content))
+        elif frame.opcode == Opcode.CHUNK:
+            yield from self._chunk(frame.content)
+
+    def _learn(self, content: bytes) -> None:
+        channel = Channel.read(_stream(content))
+        if channel.message_encoding == "msgpack":
+            self._channels[channel.id] = channel.topic
+
+    def _chunk(self, content: bytes) -> Iterator[Recorded]:
+        try:
+            records = _inside(content, self._unzip)
+        except (*_BAD_RECORD, zstandard.ZstdError, MemoryError):
+            self._losses["bad_chunks"] += 1
+            return
+        del content
+        held = sorted(self._records_inside(records), key=_log_time)
+        for message in held:
+            yield from self._message(message)
+
+    def _records_inside(self, records: bytes) -> Iterator[memoryview]:
+        """Yield the messages in a chunk, and learn its channels."""
+        whole, position = memoryview(records), 0
+        while position + RECORD.size <= len(whole):
+            opcode, length = RECORD.unpack_from(whole, position)
+            position += RECORD.size
+            if length > len(whole) - position:
+                break
+            if opcode == Opcode.MESSAGE and length >= MESSAGE.size:
+                yield whole[position : position + length]
+            elif opcode == Opcode.CHANNEL:
+                try:
+                    self._learn(bytes(whole[position : position + length]))
+                except _BAD_RECORD:
+                    self._losses["bad_records"] += 1
+            position += length
+        if position != len(whole):
+            self._losses["bad_records"] += 1
+
+    def _message(self, content: memoryview) -> Iterator[Recorded]:
+        if len(content) < MESSAGE.size:
+            self._losses["bad_records"] += 1
+            return
+        channel, _, utc_ns, _ = MESSAGE.unpack_from(content)
+        topic = self._channels.get(channel)
+        if topic is None:
+            self._losses["unknown_channels"] += 1
+        elif self._topics is None or topic in self._topics:
+            yield Recorded(topic, utc_ns - self._offset_ns, utc_ns, bytes(content[MESSAGE.size :]))
+
+
+def _log_time(message: memoryview) -> int:
+    _, _, utc_ns, _ = MESSAGE.unpack_from(message)
+    return int(utc_ns)
+
+
+def _inside(content: bytes, unzip: zstandard.ZstdDecompressor) -> bytes:
+    """Return the records in a chunk. Raises ZstdError, struct.error or ValueError."""
+    _, _, size, checksum, name_length = CHUNK.unpack_from(content)
+    if name_length > len(content) or size > LONGEST_CHUNK_BYTES:
+        raise ValueError("too large")
+    name = content[CHUNK.size : CHUNK.size + name_length]
+    start = CHUNK.size + name_length
+    (length,) = struct.unpack_from("<Q", content, start)
+    packed = memoryview(content)[start + 8 : start + 8 + length]
+    if name == b"zstd":
+        told = zstandard.frame_content_size(packed)
+        if told not in (-1, size):  # a bomb says itself how much it would take
+            raise ValueError("another size inside than outside")
+        records = unzip.decompress(packed, max_output_size=size)
+    elif name == b"":
+        records = bytes(packed)
+    else:
+        raise ValueError("unknown compression")
+    if checksum and zlib.crc32(records) != checksum:
+        raise ValueError("wrong checksum")
+    return records
+
+
+def _stream(content: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(content))
+
+
+def _check_head(path: Path) -> None:
+    """Raises RecordingError for a file that is no recording of ods; OSError."""
+    if path.exists() and not path.is_file():
+        raise RecordingError(f"{path}: no file")
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise RecordingError(f"{path}: no MCAP file")
+        if _profile(file) != PROFILE:
+            raise RecordingError(f"{path}: an MCAP file, but no recording of ods")
+
+
+def _profile(file: BinaryIO) -> str:
+    for frame in frames(file, {Opcode.HEADER}, Counter()):
+        try:
+            return str(Header.read(_stream(frame.content)).profile)
+        except _BAD_RECORD:
+            return ""
+    return ""

@@ -1,0 +1,41 @@
+"""What may be in a recording: the topics of the bus, and what their messages are."""
+
+import msgspec
+
+from ods.messages import Health
+from ods.runtime import bus
+
+MESSAGES: dict[str, type[msgspec.Struct]] = {
+    **{topic.name: topic.message for topic in bus.TOPICS.values()},
+    bus.HEALTH: Health,
+}
+"""By topic; `health` is that of all processes."""
+_DECODERS = {topic: msgspec.msgpack.Decoder(kind) for topic, kind in MESSAGES.items()}
+
+
+class Stamp(msgspec.Struct):
+    """What most messages have in common."""
+
+    seq: int | None = None
+    t_ns: int | None = None
+
+
+_STAMPS = msgspec.msgpack.Decoder(Stamp)
+
+
+def decoded(topic: str, data: bytes) -> msgspec.Struct:
+    """Return a message of the bus, types and bounds checked. Raises ValueError, of which msgspec's errors are some."""
+    if topic not in _DECODERS:
+        raise ValueError(f"no topic of this version: {topic!r}")
+    try:
+        return _DECODERS[topic].decode(data)
+    except RecursionError as error:
+        raise ValueError("nested too deep") from error
+
+
+def stamp_of(data: bytes) -> Stamp | None:
+    """Return the stamp of a message of any topic; None: it is no message."""
+    try:
+        return _STAMPS.decode(data)
+    except bus.UNDECODABLE:
+        return None
