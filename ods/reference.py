@@ -132,7 +132,8 @@ def _type_name(hint: object) -> str:
 def _bounds(meta: object) -> list[str]:
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     values = {sign: getattr(meta, name, None) for name, sign in signs.items()}
-    return [f"{sign} {value:g}" for sign, value in values.items() if value is not None]
+    odd = ["odd"] if (getattr(meta, "extra", None) or {}).get("odd") else []
+    return [*odd, *(f"{sign} {value:g}" for sign, value in values.items() if value is not None)]
 
 
 def _configuration() -> str:

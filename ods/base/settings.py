@@ -16,7 +16,8 @@ NonNegativeSeconds = Annotated[float, msgspec.Meta(ge=0.0, le=86_400.0)]
 Fraction = Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
 PositiveInt = Annotated[int, msgspec.Meta(ge=1)]
 NonNegativeInt = Annotated[int, msgspec.Meta(ge=0)]
-OddInt = Annotated[int, msgspec.Meta(ge=1, le=999)]
+OddInt = Annotated[int, msgspec.Meta(ge=1, le=999, extra={"odd": True})]
+"""Has a middle. No bound of a type can say so: `refuse_even` does."""
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -24,6 +25,16 @@ class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     `__post_init__` of a subclass may raise ValueError for what a type cannot say; name the key in its text.
     """
+
+
+def refuse_even(settings: Settings) -> None:
+    """Raise ValueError, which names the key, for an even number where an `OddInt` belongs."""
+    kind = msgspec.inspect.type_info(type(settings))
+    for field in kind.fields if isinstance(kind, msgspec.inspect.StructType) else ():
+        odd = isinstance(field.type, msgspec.inspect.Metadata) and (field.type.extra or {}).get("odd")
+        value = getattr(settings, field.name)
+        if odd and value % 2 == 0:
+            raise ValueError(f"{field.encode_name}: expected an odd number, got {value}")
 
 
 def complaint_of(error: msgspec.ValidationError, kind: type) -> str:

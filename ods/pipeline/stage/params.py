@@ -16,6 +16,7 @@ from ods.base.settings import (
     PositiveInt,
     Settings,
     complaint_of,
+    refuse_even,
 )
 
 
@@ -277,6 +278,10 @@ def stage_label(index: int, stage: Mapping[str, Any]) -> str:
 def read_params(kind: type[Settings], stage: Mapping[str, Any]) -> Settings:
     """Turn a `[[pipeline.stage]]` table into the stage's parameters. Raises StageError, which names the parameter."""
     try:
-        return msgspec.convert({key: value for key, value in stage.items() if key != "use"}, kind)
+        params = msgspec.convert({key: value for key, value in stage.items() if key != "use"}, kind)
+        refuse_even(params)
     except msgspec.ValidationError as error:
         raise StageError(complaint_of(error, kind)) from error
+    except ValueError as error:
+        raise StageError(str(error)) from error
+    return params
