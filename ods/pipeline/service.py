@@ -2,21 +2,16 @@
 
 from typing import Any
 
-import msgspec
-
 from ods.base import clock
-from ods.base.mounting import Mounting
 from ods.base.plugins import PluginError
 from ods.messages import Ping
-from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
+from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
 from ods.runtime import bus
 from ods.runtime.backlog import Backlog
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer
 from ods.runtime.service import Service, StartError, Worker
 
 FAILURE_SAID_NS = clock.NS
@@ -36,11 +31,7 @@ class PipelineWorker(Worker[PipelineConfig]):
 
     def __init__(self, service: Service, settings: PipelineConfig) -> None:
         super().__init__(service, settings)
-        self._chain: Chain
-        self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
-        self._poses.counters = service.counters
-        self._poses_until = -1
-        self._mounting = Mounting(settings.mounting)
+        self._processor: PingProcessor
         self._backlog: Backlog[Ping] = Backlog()
         self._failure, self._failed_ns = "", 0
         self._prepared_anew = False
@@ -48,7 +39,7 @@ class PipelineWorker(Worker[PipelineConfig]):
     def start(self) -> None:
         """Build the chain and compile it."""
         try:
-            self._chain = Chain(self.settings.pipeline)
+            self._processor = PingProcessor(self.settings, self.service.counters)
             warm_up(self.settings.pipeline)
         except (PluginError, StageError) as error:
             raise StartError(str(error)) from error
@@ -57,10 +48,8 @@ class PipelineWorker(Worker[PipelineConfig]):
         """Take one message; pings wait for the end of the round, when all poses are in."""
         if topic == "ping":
             self._backlog.add(message, message.seq, message.t_ns)
-            return
-        self._poses_until = message.seq
-        if self._chain.over_pings:
-            self._poses.insert(message)
+        else:
+            self._processor.hear_pose(message)
 
     def tick(self) -> None:
         """Process the pings that came, or the newest if that is all there is time for."""
@@ -72,10 +61,8 @@ class PipelineWorker(Worker[PipelineConfig]):
 
     def _process(self, message: Ping) -> None:
         began = clock.monotonic_ns()
-        pose = head_of(self._poses.at(message.t_ns), self._mounting) if self._chain.over_pings else None
-        self.service.counters["pings_without_pose"] += self._chain.over_pings and pose is None
         try:
-            result = self._chain.process(message, pose=pose)
+            result = self._processor.process(message)
         except PingError as error:
             self.service.complain_once("bad_ping", f"dropped ping {message.ping_number}: {error}")
             return
@@ -83,16 +70,16 @@ class PipelineWorker(Worker[PipelineConfig]):
             self._failure, self._failed_ns = str(error), began
             self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
             return
-        self.service.publish("detections", msgspec.structs.replace(result, poses_until=self._poses_until))
+        self.service.publish("detections", result)
         self._failure = self._failure if began - self._failed_ns < FAILURE_SAID_NS else ""
-        self.service.counters["geometry_changes"] = self._chain.geometry_changes
+        self.service.counters["geometry_changes"] = self._processor.chain.geometry_changes
         self.service.counters["unseen_images"] += bool(result.unseen)
         self.service.counters["detections"] += len(result.detections)
         self.service.counters["drop_out_image"] += not result.usable
         self._keep_time(clock.monotonic_ns() - began)
 
     def _keep_time(self, spent_ns: int) -> None:
-        anew, self._prepared_anew = self._prepared_anew, self._chain.prepared_anew
+        anew, self._prepared_anew = self._prepared_anew, self._processor.chain.prepared_anew
         if anew or not self._prepared_anew:  # the first ping of a geometry tells nothing of those that follow
             self._backlog.worked(spent_ns)
         counters = self.service.counters

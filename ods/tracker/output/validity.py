@@ -24,16 +24,12 @@ class InputMonitor:
         started_ns: int,
         processes: Iterable[str],
         why_ended: Callable[[str], str],
-        first_ping_ns: int | None = None,
     ) -> None:
-        """`why_ended`: what a process that is gone said last, "" for nothing.
-
-        `first_ping_ns`: the first ping of the tracker that this one goes on for, if it does.
-        """
+        """`why_ended`: what a process that is gone said last, "" for nothing."""
         self._why_ended = why_ended
         self._started_ns = started_ns
-        self.first_ping_ns = first_ping_ns
-        """Transmission of the first ping; None before it."""
+        self.first_ping_ns: int | None = None
+        """Transmission of the first ping, that of the tracker that this one goes on for, if it does; None before it."""
         self._ping_ns: int | None = None
         self._seen_ns: int | None = None
         self._unseen_why = ""

@@ -1,0 +1,43 @@
+"""What the pipeline process does between messages in and detections out: no sockets, no files, no clock.
+
+The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages.
+"""
+
+from collections import Counter
+
+import msgspec
+
+from ods.base.mounting import Mounting
+from ods.messages import Detections, Ping, Pose
+from ods.pipeline.chain import Chain
+from ods.pipeline.settings import PipelineConfig
+from ods.runtime.head_pose import head_of
+from ods.runtime.pose_buffer import PoseBuffer
+
+
+class PingProcessor:
+    """The chain and the poses that its stages may need.
+
+    `counters`: where a stage compares pings, pings_without_pose and those of the pose buffer.
+    """
+
+    def __init__(self, settings: PipelineConfig, counters: "Counter[str] | None" = None) -> None:
+        """Raises PluginError, StageError."""
+        self.counters: Counter[str] = Counter() if counters is None else counters
+        self.chain = Chain(settings.pipeline)
+        self._mounting = Mounting(settings.mounting)
+        self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
+        self._poses.counters = self.counters
+        self._poses_until = -1
+
+    def hear_pose(self, pose: Pose) -> None:
+        """Take in a pose."""
+        self._poses_until = pose.seq
+        if self.chain.over_pings:
+            self._poses.insert(pose)
+
+    def process(self, ping: Ping) -> Detections:
+        """Return the detections of a ping. Raises PingError, StageError."""
+        pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
+        self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
+        return msgspec.structs.replace(self.chain.process(ping, pose=pose), poses_until=self._poses_until)

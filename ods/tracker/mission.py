@@ -1,0 +1,211 @@
+"""What the tracker process does between messages in and obstacle lists out: no sockets, no files, no clock of its own.
+
+The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages and the time.
+"""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import NamedTuple
+
+import msgspec
+
+from ods.base import clock
+from ods.base.mounting import Mounting
+from ods.messages import Detections, Health, ObstacleList, Pose
+from ods.runtime.head_pose import head_of
+from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.tracker.checkpoint import Mission
+from ods.tracker.map.map_object import MapObject
+from ods.tracker.measurement.from_detections import received
+from ods.tracker.measurement.scan import Vehicle
+from ods.tracker.output.bottom import bottom_below, may_be_hit
+from ods.tracker.output.closest_approach import Course
+from ods.tracker.output.obstacle_list import ObstacleLister
+from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.output.validity import InputMonitor
+from ods.tracker.settings import TrackerConfig
+from ods.tracker.tracker import Tracker
+from ods.tracker.utc import VehicleUtc
+
+FUTURE_NS = clock.NS
+"""A ping stamped later than now by more than this has a wrong time."""
+
+Complain = Callable[[str, str], None]
+"""Takes a counter's name and a line: what is lost is counted, and said once."""
+
+
+class Told(NamedTuple):
+    """What one ping led to."""
+
+    message: ObstacleList
+    hibernated: list[MapObject]
+    """What belongs in the map from now on,"""
+    gone: list[int]
+    """and what does not any more."""
+
+
+class MissionTracker:
+    """The tracker of one mission with all that surrounds it: poses, reception, list, validity, UTC.
+
+    `counters`: pings_without_pose, pings_without_reception_pose, echoes_bad, those of the pose buffer and of the
+    lister; `complain`: detections_from_future, detections_late, utc_steps.
+    """
+
+    def __init__(
+        self,
+        settings: TrackerConfig,
+        inputs: InputMonitor,
+        utc: VehicleUtc,
+        *,
+        first_id: int = 1,
+        counters: "Counter[str] | None" = None,
+        complain: Complain | None = None,
+    ) -> None:
+        """New objects get ids from `first_id` on. Raises PluginError."""
+        self.settings = settings.tracker
+        self.counters: Counter[str] = Counter() if counters is None else counters
+        self._complain = self._count if complain is None else complain
+        self.tracker = Tracker(self.settings, first_id=first_id)
+        self._mounting = Mounting(settings.mounting)
+        self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
+        self._poses_until = -1
+        self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
+        self._poses.counters = self._lister.counters = self.counters
+        self._inputs = inputs
+        self._utc = utc
+        self._vehicle: Vehicle | None = None
+        self._ping_seq: int | None = None
+        self._seq = 0
+        self._listed_ns = 0
+        self.left_out = 0
+        """Objects that the newest list had no room for."""
+
+    def _count(self, name: str, _: str) -> None:
+        self.counters[name] += 1
+
+    def restore(self, mission: Mission, known: list[MapObject], first_id: int) -> None:
+        """Go on where a former tracker was. Raises ValueError when that makes no sense; this one is of no use then."""
+        self.tracker.restore(mission.tracker, known, first_id)
+        self._lister.restore(mission.announced)
+        self._inputs.first_ping_ns = mission.first_ping_ns
+        self._ping_seq = mission.ping_seq
+        self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
+
+    def state(self, unwritten: list[int], undeleted: list[int]) -> Mission:
+        """Return where it is in its work; `unwritten`, `undeleted`: ids that the map's file is behind with."""
+        return Mission(
+            tracker=self.tracker.state(),
+            map_changes=self.tracker.map_changes(),
+            announced=self._lister.state(),
+            unwritten=unwritten,
+            undeleted=undeleted,
+            first_ping_ns=self._inputs.first_ping_ns,
+            ping_seq=self._ping_seq,
+            started_ns=self._utc.started_ns,
+            utc_ahead_ns=self._utc.ahead_ns,
+        )
+
+    def hear_pose(self, pose: Pose) -> None:
+        """Take in a pose."""
+        self._poses.insert(pose)
+        self._poses_until = pose.seq
+        self._inputs.pose(pose.t_ns)
+        self._utc.hear(pose)
+
+    def hear_health(self, health: Health) -> None:
+        """Take in what a process says of itself."""
+        self._inputs.health(health)
+
+    def follow_utc(self, now_ns: int) -> list[MapObject]:
+        """Follow the UTC that the poses tell; return the objects of the map that this restamps."""
+        moved = self._utc.follow(now_ns)
+        if moved is None:
+            return []
+        step_s = moved.step_ns / clock.NS
+        self._complain("utc_steps", f"UTC steps by {step_s:+.1f} s: stamps since the start go with it")
+        return self.tracker.restamp(moved)
+
+    def track(self, message: Detections, now_ns: int) -> Told | None:
+        """Take in the detections of a ping; None: they came late, or from the future."""
+        if message.t_ns > now_ns + FUTURE_NS:
+            self._complain("detections_from_future", f"ping {message.ping_number} is stamped in the future")
+            return None
+        pose = self._poses.at(message.t_ns)
+        sent, utc_ns = head_of(pose, self._mounting), self._utc.at(message.t_ns)
+        scan, dropped, at_rest = received(message, sent, self._head_at, utc_ns, self._pings_between(message.seq))
+        self.counters["pings_without_reception_pose"] += at_rest
+        outcome = self.tracker.step(scan)
+        if not outcome.taken:
+            self._complain("detections_late", f"ping {message.ping_number} came after a later one")
+            return None
+        self._vehicle = scan.vehicle or self._vehicle
+        self._inputs.ping(message.t_ns)
+        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why)
+        self.counters["echoes_bad"] += dropped
+        self.counters["pings_without_pose"] += scan.vehicle is None
+        if outcome.ended is not None:
+            self._lister.end(outcome.ended)
+        gone = [] if outcome.ended is None else outcome.ended.id.tolist()
+        return Told(self._list(message.t_ns, now_ns, message, pose), outcome.hibernated, gone)
+
+    def silent_list_due(self, now_ns: int) -> bool:
+        """Tell whether a list without a ping is due, as none came."""
+        period_ns = self.settings.planner.period_s * clock.NS
+        return self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns
+
+    def silent_list(self, now_ns: int) -> ObstacleList:
+        """Return a list of the moment, without a ping."""
+        return self._list(now_ns, now_ns, None, self._poses.at(now_ns))
+
+    def resting(self, now_ns: int) -> list[MapObject]:
+        """Return what rests in view, as objects of the map: for the end of the mission."""
+        return self.tracker.resting(self._utc.at(now_ns))
+
+    def _head_at(self, t_ns: int) -> PoseEstimate | None:
+        return head_of(self._poses.at(t_ns), self._mounting)
+
+    def _pings_between(self, seq: int) -> int:
+        """Return how many pings there were, since the last one tracked, whose images nobody looked at."""
+        last, self._ping_seq = self._ping_seq, seq
+        return 0 if last is None else max(0, seq - last - 1)
+
+    def _list(self, t_ns: int, now_ns: int, shown: Detections | None, pose: PoseEstimate | None) -> ObstacleList:
+        """Return the list for the instant `t_ns`; `pose`: the vehicle's then; `shown`: what the ping did, if any."""
+        reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
+        course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
+        bottom, everything = bottom_below(pose), self._snapshot(t_ns)
+        hittable = everything.take(may_be_hit(everything, bottom, self.settings.bottom))
+        centre = None if self._vehicle is None else self._vehicle.position
+        nearest = hittable.nearest(self.settings.planner.most_listed, centre)
+        self.left_out = len(hittable) - len(nearest)
+        message = ObstacleList(
+            seq=self._seq,
+            ping_number=-1 if shown is None else shown.ping_number,
+            t_ns=t_ns,
+            utc_ns=self._utc.at(t_ns),
+            t_rx_ns=0 if shown is None else shown.t_rx_ns,
+            valid=not reasons,
+            reasons=reasons,
+            obstacles=self._lister.obstacles(nearest, course, bottom),
+            utc_source=self._utc.source,
+            left_out=self.left_out,
+            bottom_left_out=len(everything) - len(hittable),
+            unseen=[] if shown is None else shown.unseen,
+            unseen_share=0.0 if shown is None else shown.unseen_share,
+            unseen_why="" if shown is None else shown.unseen_why,
+            poses_until=self._poses_until,
+            made_ns=now_ns,
+        )
+        self._seq += 1
+        self._listed_ns = now_ns
+        return message
+
+    def _snapshot(self, t_ns: int) -> Snapshot:
+        within = None
+        if self._vehicle is not None:
+            within = (self._vehicle.position, self.settings.planner.hibernated_within_m)
+        snapshot = self.tracker.snapshot(within)
+        newest_ns = self.tracker.t_ns
+        if newest_ns is None:
+            return snapshot
+        return snapshot.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)
