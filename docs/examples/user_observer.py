@@ -92,7 +92,8 @@ class PlainAxes:
         s.covariance[:, rows] *= 1.0 - gain
         s.variance[:, rows] *= 1.0 - gain
         unlikely = np.log(at_rest / if_moving) + off_rest**2 / at_rest - off**2 / if_moving
-        return Learned(-0.5 * unlikely.sum(axis=0), np.zeros_like(heights.step), heights.variance)
+        as_before = heights.variance, heights.square, heights.square_variance
+        return Learned(-0.5 * unlikely.sum(axis=0), np.zeros_like(heights.step), *as_before)
 
     def rest_there(self, rows: Indices) -> None:
         """Let objects rest, if they do, where they are if they move."""

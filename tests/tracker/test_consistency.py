@@ -16,6 +16,7 @@ UNSEEN = (
     Case("level", 50.0),
     Case("pitched", 90.0, pitch_deg=10.0),
     Case("steeply pitched", 50.0, pitch_deg=20.0),
+    Case("level and under way", 50.0, vehicle_speed=1.5),
     Case("pitched and under way", 50.0, pitch_deg=20.0, vehicle_speed=1.5),
     Case("pitching", 50.0, swing_deg=10.0),
     Case("all of it", 70.0, pitch_deg=10.0, pose_m=0.3, yaw_deg=1.0, vehicle_speed=1.5),

@@ -48,7 +48,8 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
         seen = PositionMeasurement(
             rng.normal(50.0, 1.0, (3, k)), noise[0], noise[1], np.zeros(k), one, one, one, one, *level
         )
-        heights = Heights(np.ones((2, k)), np.ones((2, k)), np.zeros((2, k)))
+        ones = np.ones((2, k))
+        heights = Heights(ones, ones, ones, ones, np.zeros((2, k)))
         ratios = []
         for each in (plain, ours):
             each.predict(0.1 + 0.01 * step)

@@ -167,30 +167,31 @@ def _update(
     since_s: Floats,
     habits: Habits,
     heights: Heights,
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Update all filters of `rows`; return the fields of `Learned`. `tables`: factors, shares, derivatives."""
     s, share, unseen = tables
-    height, spread, of_fan = heights
     models = len(share)
     ratio, evidence = np.empty(len(rows)), np.empty(models)
-    step, variance = np.empty((2, len(rows))), np.empty((2, len(rows)))
-    steps, variances = np.empty(models), np.empty(models)
+    learned, by_model = np.empty((4, 2, len(rows))), np.empty((4, models))
+    step, variance, square, square_variance = learned
     scratch = scratch_for(models)
     for k, i in enumerate(rows):
         if models > 1:
             interact(s, share, unseen, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
-        at_rest = sensitivity.fix_of(measured, k, height[RESTING, k], spread[RESTING, k])
-        rest = _correct(s, unseen, RESTING, i, at_rest, of_fan[RESTING, k])
-        moved = sensitivity.fix_of(measured, k, height[1, k], spread[1, k])
+        rest = _correct(s, unseen, RESTING, i, sensitivity.fix_of(measured, k, heights, RESTING), heights.step[0, k])
+        moved = sensitivity.fix_of(measured, k, heights, 1)
         for m in range(models):
-            told = _correct(s, unseen, 1 + m, i, moved, of_fan[1, k])
-            evidence[m], steps[m], variances[m] = told.log_likelihood, told.step, told.variance
+            told = _correct(s, unseen, 1 + m, i, moved, heights.step[1, k])
+            evidence[m], by_model[0, m], by_model[1, m] = told.log_likelihood, told.step, told.variance
+            by_model[2, m], by_model[3, m] = told.square, told.square_variance
         ratio[k] = rest.log_likelihood - _weigh(share, i, evidence)
         step[RESTING, k], variance[RESTING, k] = rest.step, rest.variance
-        step[1, k], variance[1, k] = _mixed(share, i, steps, variances)
+        square[RESTING, k], square_variance[RESTING, k] = rest.square, rest.square_variance
+        step[1, k], variance[1, k] = _mixed(share, i, by_model[0], by_model[1])
+        square[1, k], square_variance[1, k] = _mixed(share, i, by_model[2], by_model[3])
         for h in range(1 + models):
             _lower(s, unseen, h, i, step[min(h, 1), k])
-    return ratio, step, variance
+    return ratio, step, variance, square, square_variance
 
 
 @kernel

@@ -204,22 +204,24 @@ def _velocity_variance(table: Floats) -> Floats:
 @kernel
 def _update(
     tables: _Tables, rows: Indices, measured: PositionMeasurement, heights: Heights
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Update all filters of `rows`, in place; return the fields of `Learned`."""
     table, together, unseen = tables
-    ratio, step, variance = np.empty(len(rows)), np.empty((2, len(rows))), np.empty((2, len(rows)))
+    ratio, learned = np.empty(len(rows)), np.empty((4, 2, len(rows)))
+    step, variance, square, square_variance = learned
     for k, i in enumerate(rows):
         for h in range(2):
             _shift(table, h, i, sensitivity.lowered(unseen, h, i, heights.step[h, k]))
-            fix = sensitivity.fix_of(measured, k, heights.height[h, k], heights.variance[h, k])
+            fix = sensitivity.fix_of(measured, k, heights, h)
             told = sensitivity.innovation(unseen, h, i, _place(table, together, h, i), fix)
             gain = _correct(table, h, i, told, fix)
             _correct_together(table, together, h, i, gain, fix.covariance_ne)
             sensitivity.correct(unseen, h, i, gain, fix)
             step[h, k], variance[h, k] = told.step, told.variance
+            square[h, k], square_variance[h, k] = told.square, told.square_variance
             _shift(table, h, i, sensitivity.lowered(unseen, h, i, told.step))
             ratio[k] = told.log_likelihood if h == RESTING else ratio[k] - told.log_likelihood
-    return ratio, step, variance
+    return ratio, step, variance, square, square_variance
 
 
 @kernel

@@ -75,7 +75,11 @@ class Learned(NamedTuple):
     step: Floats
     """(2, k) by which the height is another, at rest and moving,"""
     variance: Floats
-    """(2, k) and its variance then."""
+    """(2, k) and its variance then,"""
+    square: Floats
+    """(2, k) and the same of the height's square, as in `Heights`."""
+    square_variance: Floats
+    """(2, k)."""
 
 
 class HorizontalFilter(Protocol):
@@ -132,6 +136,12 @@ class CommonState(NamedTuple):
     pose_north: Floats
     """Variance of the vehicle's own position when the object was last seen, m^2: it is a bias, which echoes share."""
     pose_east: Floats
+    rest_square: Floats
+    """What is known of the square of the height, about its mean: mean and variance (`sensitivity.Heights`)."""
+    rest_square_variance: Floats
+    square: Floats
+    """And if it moves."""
+    square_variance: Floats
 
 
 @kernel
@@ -149,6 +159,10 @@ def _rows(table: Floats) -> CommonState:
         table[9],
         table[10],
         table[11],
+        table[12],
+        table[13],
+        table[14],
+        table[15],
     )
 
 
@@ -213,6 +227,7 @@ class StaticOrMovingObserver:
         new = self._table.grow(len(radius))
         new.rest_height[:] = new.height[:] = height
         new.rest_height_variance[:] = new.height_variance[:] = variance
+        new.rest_square_variance[:] = new.square_variance[:] = sensitivity.FOURTH_MOMENT * variance**2
         new.residual[:] = self._settings.vertical_velocity_sigma**2
         new.radius[:], new.radius_variance[:], new.odds[:] = radius, radius_variance, odds
         return new
@@ -251,6 +266,8 @@ class StaticOrMovingObserver:
         s.odds[rested], s.odds[moved] = REOPENED, -REOPENED
         s.height[rested], s.height_variance[rested] = s.rest_height[rested], s.rest_height_variance[rested]
         s.rest_height[moved], s.rest_height_variance[moved] = s.height[moved], s.height_variance[moved]
+        s.square[rested], s.square_variance[rested] = s.rest_square[rested], s.rest_square_variance[rested]
+        s.rest_square[moved], s.rest_square_variance[moved] = s.square[moved], s.square_variance[moved]
         s.climb[rested] = s.slope[rested] = 0.0
         s.residual[rested] = self._settings.vertical_velocity_sigma**2
         self._horizontal.set_out(rested)
@@ -305,9 +322,10 @@ def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
         np.empty((hypotheses, 3, n)),
     )
     for h in range(hypotheses):
-        height, height_variance = s.height, s.height_variance
+        height, height_variance, square, square_variance = s.height, s.height_variance, s.square, s.square_variance
         if h == RESTING:
             height, height_variance = s.rest_height, s.rest_height_variance
+            square, square_variance = s.rest_square, s.rest_square_variance
         for i in range(n):
             static = _static(s.odds[i])
             weight[h, i] = static if h == RESTING else (1.0 - static) * share[h - 1, i]
@@ -316,7 +334,7 @@ def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
                 variance[h, axis, i] = place_variance[h, axis, i]
                 by_height[h, axis, i] = unseen[h, HEIGHT, axis, i]
             position[h, 2, i], variance[h, 2, i] = height[i], height_variance[i]
-            nn, ee, ne = sensitivity.shared(unseen, h, i, 0, height_variance[i])
+            nn, ee, ne = sensitivity.shared(unseen, h, i, 0, (height_variance[i], square_variance[i] + square[i] ** 2))
             shared[h, 0, i], shared[h, 1, i], shared[h, 2, i] = nn + s.pose_north[i], ee + s.pose_east[i], ne
     return weight, position, variance, by_height, shared
 
@@ -333,11 +351,12 @@ def _velocity(table: Floats, mean: Floats, variance: Floats, share: Floats, unse
     mixed, spread = moments
     own = np.empty(3)
     for i in range(n):
+        squares = s.height_variance[i], s.square_variance[i] + s.square[i] ** 2
         moving = 1.0 - _static(s.odds[i])
         own[0], own[1] = variance[0, i], variance[1, i]
         own[2] = axis_kalman.velocity_variance(s.height_variance[i], s.slope[i], s.residual[i])
         for m in range(len(share)):
-            north, east, _ = sensitivity.shared(unseen, 1 + m, i, VELOCITY, s.height_variance[i])
+            north, east, _ = sensitivity.shared(unseen, 1 + m, i, VELOCITY, squares)
             own[0] += share[m, i] * north
             own[1] += share[m, i] * east
         for axis in range(3):
@@ -349,11 +368,13 @@ def _velocity(table: Floats, mean: Floats, variance: Floats, share: Floats, unse
 
 @kernel
 def _in_fan(table: Floats, rows: Indices, middle: Floats, half: Floats) -> Floats:
-    """Return the fields of `Heights`: (3, 2, k)."""
-    s, told = _rows(table), np.empty((3, 2, len(rows)))
+    """Return the fields of `Heights`: (5, 2, k)."""
+    s, told = _rows(table), np.empty((5, 2, len(rows)))
     for k, i in enumerate(rows):
         _into_fan(told, RESTING, k, s.rest_height[i], s.rest_height_variance[i], middle[k], half[k])
         _into_fan(told, 1, k, s.height[i], s.height_variance[i], middle[k], half[k])
+        told[2, RESTING, k], told[3, RESTING, k] = s.rest_square[i], s.rest_square_variance[i]
+        told[2, 1, k], told[3, 1, k] = s.square[i], s.square_variance[i]
     return told
 
 
@@ -366,7 +387,7 @@ def _into_fan(told: Floats, g: int, k: int, height: float, variance: float, midd
     """
     now = min(max(height, middle - half), middle + half)
     left = min(variance + (now - height) ** 2, half**2 / 3.0)
-    told[0, g, k], told[1, g, k], told[2, g, k] = now, left, now - height
+    told[0, g, k], told[1, g, k], told[4, g, k] = now, left, now - height
 
 
 @kernel
@@ -395,12 +416,19 @@ def _update(
         s.climb[i] += s.slope[i] * (heights.step[1, k] + learned.step[1, k])
         s.rest_height_variance[i] = max(learned.variance[RESTING, k], LEAST_VARIANCE)
         s.height_variance[i] = max(learned.variance[1, k], LEAST_VARIANCE)
+        s.rest_square[i], s.rest_square_variance[i] = sensitivity.possible_square(
+            learned.square[RESTING, k], learned.square_variance[RESTING, k], s.rest_height_variance[i]
+        )
+        s.square[i], s.square_variance[i] = sensitivity.possible_square(
+            learned.square[1, k], learned.square_variance[1, k], s.height_variance[i]
+        )
         s.pose_north[i], s.pose_east[i] = pose_variance
         s.radius[i], s.radius_variance[i] = axis_kalman.update_constant(
             s.radius[i], s.radius_variance[i], radius[k], radius_variance[k]
         )
         if odds < DISPROVED:
             s.rest_height[i], s.rest_height_variance[i] = s.height[i], s.height_variance[i]
+            s.rest_square[i], s.rest_square_variance[i] = s.square[i], s.square_variance[i]
             disproved[count] = i
             count += 1
         s.odds[i] = min(max(odds, DISPROVED), PROVED)

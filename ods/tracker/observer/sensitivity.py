@@ -24,7 +24,9 @@ STATE = 4
 VELOCITY = 2
 """First of the rows of the velocities."""
 FOURTH_MOMENT = 1.8
-"""Mean of the height's fourth power, from its middle, over the square of its variance: that of an even distribution."""
+"""Mean of the height's fourth power, from its middle, over the square of its variance: that of an even distribution;"""
+MOST_SQUARE = 3.0
+"""its largest square, over its variance."""
 
 Four = tuple[float, float, float, float]
 
@@ -44,6 +46,10 @@ class Heights(NamedTuple):
 
     height: Floats
     variance: Floats
+    square: Floats
+    """What was learned of the square of the height, about that mean: its mean, m^2,"""
+    square_variance: Floats
+    """and its variance, m^4."""
     step: Floats
     """By which the height changed."""
 
@@ -59,7 +65,11 @@ class Fix(NamedTuple):
     lower: float
     """The mean height less that which north and east are told for,"""
     variance: float
-    """and its variance."""
+    """and its variance;"""
+    square: float
+    """of its square the mean"""
+    square_variance: float
+    """and the variance."""
     by_height: tuple[float, float]
     """Derivatives at the mean height,"""
     bend: tuple[float, float]
@@ -83,7 +93,10 @@ class Innovation(NamedTuple):
     step: float
     """What it says of the height: change of the mean,"""
     variance: float
-    """and the variance then."""
+    """and the variance then,"""
+    square: float
+    """and the same of the height's square."""
+    square_variance: float
 
 
 @kernel
@@ -114,9 +127,9 @@ def carry_on(table: Floats, h: int, i: int, dt: float) -> None:
 
 
 @kernel
-def fix_of(measured: PositionMeasurement, k: int, height: float, variance: float) -> Fix:
-    """Return measurement k for an object of that mean height and variance, north and east at that height."""
-    told, lower = measured.sensitivity, height - measured.height[k]
+def fix_of(measured: PositionMeasurement, k: int, heights: Heights, g: int) -> Fix:
+    """Return measurement k for an object at rest or moving, g, north and east at its mean height."""
+    told, lower = measured.sensitivity, heights.height[g, k] - measured.height[k]
     bend_n, bend_e = told[BEND, 0, k], told[BEND, 1, k]
     return Fix(
         measured.position[0, k] + (told[HEIGHT, 0, k] + bend_n * lower) * lower,
@@ -125,7 +138,9 @@ def fix_of(measured: PositionMeasurement, k: int, height: float, variance: float
         measured.variance_east[k],
         measured.covariance_ne[k],
         lower,
-        variance,
+        heights.variance[g, k],
+        heights.square[g, k],
+        heights.square_variance[g, k],
         (told[HEIGHT, 0, k] + 2.0 * bend_n * lower, told[HEIGHT, 1, k] + 2.0 * bend_e * lower),
         (bend_n, bend_e),
         (told[YAW, 0, k], told[YAW, 1, k]),
@@ -155,7 +170,7 @@ def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovat
     by_n, by_e = table[h, HEIGHT, 0, i] - fix.by_height[0], table[h, HEIGHT, 1, i] - fix.by_height[1]
     bend_n, bend_e = table[h, BEND, 0, i] - fix.bend[0], table[h, BEND, 1, i] - fix.bend[1]
     yaw_n, yaw_e = table[h, YAW, 0, i] - fix.by_yaw[0], table[h, YAW, 1, i] - fix.by_yaw[1]
-    spread, bent = parameter_variance(HEIGHT, fix.variance), parameter_variance(BEND, fix.variance)
+    spread, bent = fix.variance, fix.square_variance
     shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + yaw_n * yaw_n
     shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + yaw_e * yaw_e
     shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + yaw_n * yaw_e
@@ -163,35 +178,38 @@ def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovat
     s_ee = place.variance_east + fix.variance_east + shared_ee
     s_ne = place.covariance_ne + fix.covariance_ne + shared_ne
     determinant = s_nn * s_ee - s_ne**2
-    whitened_north = (s_ee * north - s_ne * east) / determinant
-    whitened_east = (s_nn * east - s_ne * north) / determinant
+    new_north, new_east = north - bend_n * fix.square, east - bend_e * fix.square
+    whitened_north = (s_ee * new_north - s_ne * new_east) / determinant
+    whitened_east = (s_nn * new_east - s_ne * new_north) / determinant
     told = (s_ee * by_n**2 - 2.0 * s_ne * by_n * by_e + s_nn * by_e**2) / determinant
+    told_bend = (s_ee * bend_n**2 - 2.0 * s_ne * bend_n * bend_e + s_nn * bend_e**2) / determinant
     return Innovation(
         north,
         east,
-        -0.5 * (north * whitened_north + east * whitened_east + math.log(determinant)),
+        -0.5 * (new_north * whitened_north + new_east * whitened_east + math.log(determinant)),
         fix.variance * (by_n * whitened_north + by_e * whitened_east),
         fix.variance * max(1.0 - fix.variance * told, 0.0),
+        fix.square + bent * (bend_n * whitened_north + bend_e * whitened_east),
+        bent * max(1.0 - bent * told_bend, 0.0),
     )
 
 
 @kernel
-def parameter_variance(c: int, height_variance: float) -> float:
-    """Return the mean square of what is unseen, in the units of the derivatives."""
-    if c == HEIGHT:
-        return height_variance
-    if c == BEND:
-        return FOURTH_MOMENT * height_variance**2
-    return 1.0
+def possible_square(square: float, variance: float, height_variance: float) -> tuple[float, float]:
+    """Return mean and variance of the height's square that the variance of the height allows."""
+    return min(max(square, 0.0), MOST_SQUARE * height_variance), min(variance, FOURTH_MOMENT * height_variance**2)
 
 
 @kernel
-def shared(table: Floats, h: int, i: int, row: int, height_variance: float) -> tuple[float, float, float]:
-    """Return what all pings share of states `row` and `row` + 1: both variances and their covariance."""
+def shared(table: Floats, h: int, i: int, row: int, squares: tuple[float, float]) -> tuple[float, float, float]:
+    """Return what all pings share of states `row` and `row` + 1: both variances and their covariance.
+
+    squares: mean squares of the height and of its square, m^2 and m^4.
+    """
     nn, ee, ne = 0.0, 0.0, 0.0
     for c in range(UNSEEN):
         north, east = table[h, c, row, i], table[h, c, row + 1, i]
-        spread = parameter_variance(c, height_variance)
+        spread = 1.0 if c == YAW else squares[c]
         nn += spread * north * north
         ee += spread * east * east
         ne += spread * north * east

@@ -1,0 +1,103 @@
+"""What is learned of the height's square, filter and bias apart, against one large textbook filter of both."""
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from ods.base.arrays import Floats
+from ods.tracker.measurement.model import BEND, UNSEEN, PositionMeasurement
+from ods.tracker.observer.imm import InteractingModels, Model
+from ods.tracker.observer.motion_hypotheses import NewPlaces
+from ods.tracker.observer.sensitivity import Heights, possible_square
+from ods.tracker.settings import MotionSettings
+
+DT, NOISE, SQUARE_VARIANCE = 0.5, 0.02, 400.0
+NO_HEIGHT = 1e-12
+ONE = np.array([0])
+Fix = tuple[Floats, Floats, Floats]
+"""Place (2,), noise (2, 2), change of the place (2,) per m^2."""
+
+
+class LargeFilter:
+    """North, east, their velocities and the height's square in full matrices."""
+
+    def __init__(self, first: Fix, velocity_variance: float) -> None:
+        place, noise, bend = first
+        self.x = np.array([*place, 0.0, 0.0, 0.0])
+        by_square = np.array([*bend, 0.0, 0.0, 1.0])
+        self.p: Floats = SQUARE_VARIANCE * np.outer(by_square, by_square)
+        self.p[:2, :2] += noise
+        self.p[2:4, 2:4] += velocity_variance * np.eye(2)
+
+    def predict(self, noise: float) -> None:
+        f, one = np.eye(5), np.eye(2)
+        f[0, 2] = f[1, 3] = DT
+        self.x, self.p = f @ self.x, f @ self.p @ f.T
+        axis = noise * np.array([[DT**3 / 3.0, DT**2 / 2.0], [DT**2 / 2.0, DT]])
+        self.p[:4, :4] += np.kron(axis, one)
+
+    def update(self, fix: Fix) -> float:
+        """Return the log of the density of the fix, times 2 pi."""
+        place, noise, bend = fix
+        h = np.zeros((2, 5))
+        h[:, :2], h[:, 4] = np.eye(2), -bend
+        innovation, s = place - h @ self.x, h @ self.p @ h.T + noise
+        gain = np.linalg.solve(s, h @ self.p).T
+        self.x = self.x + gain @ innovation
+        keep = np.eye(5) - gain @ h
+        self.p = keep @ self.p @ keep.T + gain @ noise @ gain.T
+        return float(-0.5 * (innovation @ np.linalg.solve(s, innovation) + np.log(np.linalg.det(s))))
+
+
+def fixes(count: int) -> Iterator[Fix]:
+    """Yield fixes of which the square changes the place ever more, as when an object comes nearer."""
+    rng = np.random.default_rng(3)
+    for k in range(count):
+        root = 0.3 * rng.standard_normal((2, 2))
+        yield rng.standard_normal(2), root @ root.T + 0.01 * np.eye(2), 0.01 * (1.0 + k) * rng.standard_normal(2)
+
+
+def measurement(fix: Fix) -> PositionMeasurement:
+    place, noise, bend = fix
+    sensitivity = np.zeros((UNSEEN, 2, 1))
+    sensitivity[BEND, :, 0] = bend
+    zero, one = np.zeros(1), np.ones(1)
+    spread = noise[0, 0] * one, noise[1, 1] * one, noise[0, 1] * one
+    return PositionMeasurement(np.array([[*place, 0.0]]).T, *spread, one, one, one, zero, sensitivity, np.zeros(2))
+
+
+def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:
+    motion = MotionSettings(acceleration_noise=NOISE, static_noise=0.0)
+    filters = InteractingModels(motion, [Model(NOISE, 1.0)])
+    first, *others = fixes(12)
+    told = measurement(first)
+    noise = np.stack([told.variance_north, told.variance_east])
+    filters.append(NewPlaces(told.position[:2], noise, told.covariance_ne, told.sensitivity))
+    large = LargeFilter(first, 0.0), LargeFilter(first, motion.velocity_sigma**2)
+    square, variance, zero = np.zeros((2, 1)), np.full((2, 1), SQUARE_VARIANCE), np.zeros((2, 1))
+    for fix in others:
+        filters.predict(DT)
+        heights = Heights(zero, np.full((2, 1), NO_HEIGHT), square, variance, zero)
+        learned = filters.update(ONE, measurement(fix), np.zeros(1), heights)
+        square, variance = learned.square, learned.square_variance
+        large[0].predict(0.0)
+        large[1].predict(NOISE)
+        density = [one.update(fix) for one in large]
+        assert learned.ratio[0] == pytest.approx(density[0] - density[1], abs=1e-6)
+        for g, one in enumerate(large):
+            assert (square[g, 0], variance[g, 0]) == pytest.approx((one.x[4], one.p[4, 4]), rel=1e-6)
+            by_square = filters.state().unseen[g, BEND, :2, 0]
+            place = filters.state().position[g, :, 0] + by_square * square[g, 0]
+            np.testing.assert_allclose(place, one.x[:2], rtol=1e-6, atol=1e-9)
+            own = np.diag(filters.state().variance[g, :, 0]) + filters.state().covariance_ne[g, 0] * np.eye(2)[::-1]
+            whole = own + variance[g, 0] * np.outer(by_square, by_square)
+            np.testing.assert_allclose(whole, one.p[:2, :2], rtol=1e-6, atol=1e-9)
+
+
+def test_square_is_one_that_the_height_can_have() -> None:
+    """Even between -h and h: variance h^2 / 3, largest square h^2, mean fourth power h^4 / 5."""
+    half = 2.5
+    assert possible_square(100.0, 1e9, half**2 / 3.0) == pytest.approx((half**2, half**4 / 5.0))
+    assert possible_square(-1.0, 0.1, half**2 / 3.0) == (0.0, 0.1)
+    assert possible_square(1.0, 0.2, half**2 / 3.0) == (1.0, 0.2)
