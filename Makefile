@@ -7,7 +7,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test test-vcan test-missions test-systemd lint hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test test-vcan test-missions test-systemd lint npm hooks docs site benchmark compile wheel install install-program uninstall clean
 
 bench: compile
 	$(BIN)/ods bench --config config/bench.toml
@@ -52,6 +52,11 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --disable-pip-version-check -c constraints.txt -e .[dev]
 	touch $@
+
+# the readers of Foxglove and Lichtblick, for tests/export/test_by_node.py
+npm:
+	npm install --silent --no-audit --no-fund --no-package-lock --prefix out/npm @mcap/core@2.2.2 @mcap/support@1.1.0 \
+	  @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0
 
 # the checks of `make lint` before each commit
 hooks: $(VENV)/.ready

@@ -17,7 +17,8 @@ from ods.base.errors import OdsError
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"matplotlib", "rich", "scipy", "tomli_w"})
-"""Modules that no on-board process needs: the optional dependencies `bench` in pyproject.toml."""
+EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
+"""Modules that no on-board process needs: the optional dependencies `bench` and `export` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 """Default configurations; a command of the first kind takes none."""
@@ -45,6 +46,8 @@ COMMANDS = (
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
     Command("record", "ods.commands.record", "what the chain publishes, as a file that 7k software reads", ONBOARD),
+    Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", NO_CONFIG),
+    Command("replay", "ods.replay.command", "a recording played again", NO_CONFIG),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
     Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
@@ -88,9 +91,11 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 def _extra_missing(error: ModuleNotFoundError) -> str:
     """Return the line that says what to install, or raise `error` again where no extra would help."""
-    if error.name is None or error.name.partition(".")[0] not in BENCH_EXTRA:
-        raise error
-    return f"needs pip install 'ods[bench]': there is no {error.name}"
+    module = (error.name or "").partition(".")[0]
+    for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA)):
+        if module in modules:
+            return f"needs pip install 'ods[{extra}]': there is no {error.name}"
+    raise error
 
 
 class _Parser(argparse.ArgumentParser):

@@ -9,25 +9,40 @@ for picture in Obstacles("/run/ods"):
         print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
 
 Sonar("/run/ods").set_range(50.0)
+Replay("/run/ods").step()
 """
 
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Generic, TypeVar
 
 import msgspec
 import zmq
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, SonarAnswer, SonarRequest, UnseenPart
+from ods.messages import (
+    ClosestApproach,
+    Obstacle,
+    ObstacleList,
+    Prediction,
+    ReplayAnswer,
+    ReplayRequest,
+    SonarAnswer,
+    SonarRequest,
+    UnseenPart,
+)
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
 
 __all__ = [
-    "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Sonar", "SonarAnswer", "SonarError",
-    "SonarRequest", "UnseenPart",
+    "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Replay", "ReplayAnswer", "ReplayError",
+    "ReplayRequest", "Sonar", "SonarAnswer", "SonarError", "SonarRequest", "UnseenPart",
 ]  # fmt: skip
+
+RequestT = TypeVar("RequestT", bound=msgspec.Struct)
+AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer)
 
 
 class Obstacles:
@@ -80,14 +95,16 @@ class SonarError(OdsError):
     """The sonar does not work as asked; the text says why in one line."""
 
 
-class Sonar:
-    """Asks the sonar process to set the sonar. What is asked for lasts until the next request."""
+class ReplayError(OdsError):
+    """A live replay does not do as asked; the text says why in one line."""
 
-    def __init__(self, run_dir: str | Path, timeout_s: float = 6.0) -> None:
-        """`timeout_s`: how long each request may take; the sonar process itself gives up after 4 s by default."""
-        self._timeout_s = timeout_s
-        self._run_dir = Path(run_dir)
-        self._decoder = msgspec.msgpack.Decoder(SonarAnswer)
+
+class _Asker(Generic[RequestT, AnswerT]):
+    """Asks on one of the sockets for requests."""
+
+    def __init__(self, run_dir: Path, row: str, answer: type[AnswerT], timeout_s: float) -> None:
+        self._run_dir, self._row, self._timeout_s = run_dir, bus.REQUESTS[row], timeout_s
+        self._decoder: msgspec.msgpack.Decoder[AnswerT] = msgspec.msgpack.Decoder(answer)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket = self._context.socket(zmq.REQ)
         self._socket.setsockopt(zmq.LINGER, 0)
@@ -96,7 +113,35 @@ class Sonar:
         self._socket.setsockopt(zmq.REQ_CORRELATE, 1)
         self._socket.setsockopt(zmq.SNDTIMEO, round(timeout_s * 1000))
         self._socket.setsockopt(zmq.RCVTIMEO, round(timeout_s * 1000))
-        self._socket.connect(bus.endpoint(self._run_dir, "sonar-requests"))
+        self._socket.connect(bus.endpoint(run_dir, row))
+
+    def ask(self, request: RequestT, error: type[OdsError]) -> AnswerT:
+        """Send a request, wait for its answer. Raises `error` when it is not ok, or none comes in time."""
+        process = f"{self._row.process} process"
+        try:
+            self._socket.send(msgspec.msgpack.encode(request))
+            answer = self._decoder.decode(self._socket.recv())
+        except zmq.Again:
+            why = bus.hindrance(self._run_dir, self._row.name) or ": does it run?"
+            raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
+        except msgspec.DecodeError as wrong:
+            raise error(f"bad answer from the {process}: {wrong}") from None
+        if not answer.ok:
+            raise error(answer.reason)
+        return answer
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._socket.close()
+        self._context.term()
+
+
+class Sonar:
+    """Asks the sonar process to set the sonar. What is asked for lasts until the next request."""
+
+    def __init__(self, run_dir: str | Path, timeout_s: float = 6.0) -> None:
+        """`timeout_s`: how long each request may take; the sonar process itself gives up after 4 s by default."""
+        self._asker: _Asker[SonarRequest, SonarAnswer] = _Asker(Path(run_dir), "sonar-requests", SonarAnswer, timeout_s)
 
     def set_range(self, range_m: float) -> SonarAnswer:
         """Set the range, m; return when the sonar works with it. Raises SonarError."""
@@ -104,19 +149,38 @@ class Sonar:
 
     def ask(self, request: SonarRequest) -> SonarAnswer:
         """Send any request, wait for its answer. Raises SonarError when it is not ok, or none comes in time."""
-        try:
-            self._socket.send(msgspec.msgpack.encode(request))
-            answer = self._decoder.decode(self._socket.recv())
-        except zmq.Again:
-            why = bus.hindrance(self._run_dir, "sonar-requests") or ": does it run?"
-            raise SonarError(f"no answer from the sonar process within {self._timeout_s:g} s{why}") from None
-        except msgspec.DecodeError as error:
-            raise SonarError(f"bad answer from the sonar process: {error}") from None
-        if not answer.ok:
-            raise SonarError(answer.reason)
-        return answer
+        return self._asker.ask(request, SonarError)
 
     def close(self) -> None:
         """Give the socket back."""
-        self._socket.close()
-        self._context.term()
+        self._asker.close()
+
+
+class Replay:
+    """Asks a live replay to pause, to go on, to step."""
+
+    def __init__(self, run_dir: str | Path, timeout_s: float = 2.0) -> None:
+        """`timeout_s`: how long each request may take."""
+        self._asker: _Asker[ReplayRequest, ReplayAnswer] = _Asker(
+            Path(run_dir), "replay-requests", ReplayAnswer, timeout_s
+        )
+
+    def pause(self) -> ReplayAnswer:
+        """Stop after the message that was published last. Raises ReplayError."""
+        return self.ask(ReplayRequest(do="pause"))
+
+    def go(self, speed: float | None = None) -> ReplayAnswer:
+        """Go on. Raises ReplayError."""
+        return self.ask(ReplayRequest(do="go", speed=speed))
+
+    def step(self, steps: int = 1) -> ReplayAnswer:
+        """Go on until so many obstacle lists have been published, then pause. Raises ReplayError."""
+        return self.ask(ReplayRequest(do="step", steps=steps))
+
+    def ask(self, request: ReplayRequest) -> ReplayAnswer:
+        """Send any request, wait for its answer. Raises ReplayError when it is not ok, or none comes in time."""
+        return self._asker.ask(request, ReplayError)
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._asker.close()

@@ -46,6 +46,9 @@ SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
 SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
 """Power and gain that a sonar can be asked for, dB."""
 
+ReplaySpeed = Annotated[float, msgspec.Meta(ge=0.01, le=100.0)]
+"""Seconds of a recording in a second."""
+
 SAMPLE_DTYPES: dict[str, np.dtype[np.generic]] = {
     "u1": np.dtype(np.uint8),
     "u2": np.dtype("<u2"),
@@ -335,6 +338,30 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
     """What the sonar says of itself now; none: it has not said."""
     power_db: float | None = None
     gain_db: float | None = None
+
+
+class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+    """A wish to a live replay, `ods replay --live`."""
+
+    do: Literal["tell", "pause", "go", "step"] = "tell"
+    """tell: nothing but the answer; step: go on until so many obstacle lists have been published, then pause."""
+    steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
+    speed: ReplaySpeed | None = None
+    """From now on; none: as it is."""
+
+
+class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a live replay is, once the request has been followed."""
+
+    ok: bool
+    reason: str
+    """Why the request was not followed, in plain words; empty when ok."""
+    paused: bool = False
+    at_s: float = 0.0
+    """Of the recording, from its start: the newest message that was published."""
+    speed: float = 1.0
+    published: Count = 0
+    """Messages so far."""
 
 
 class Health(msgspec.Struct, frozen=True):

@@ -15,7 +15,8 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 
 from ods.base.arrays import Floats, Floats32
-from ods.messages import Detection, Detections, Ping, frame_of
+from ods.messages import Detection, Detections, Ping
+from ods.plots.polar import beam_edges, level_db
 from ods.plots.style import MARK, STRONG, outline
 
 PIXELS = 900
@@ -48,20 +49,6 @@ class Raster:
     """Left, right, bottom, top, m."""
 
 
-def level_db(ping: Ping) -> Floats32:
-    """Return the recorded amplitudes of a ping in dB, (beams, samples); 0 dB is an amplitude of one unit.
-
-    Raises ValueError when the ping's buffer does not fit its shape.
-    """
-    frame = frame_of(ping).astype(np.float32)
-    if ping.scale == "db":
-        return frame * np.float32(ping.scale_factor)
-    if ping.scale == "log8":
-        return frame * np.float32(20.0 / ping.scale_factor)
-    half_a_count = 0.0 if ping.dtype == "f4" else 0.5
-    return np.asarray(20.0 * np.log10(np.maximum(frame + half_a_count, 1e-6)), np.float32)
-
-
 def polar_image(ping: Ping) -> PolarImage:
     """Return the image of a ping; of several planes the highest level.
 
@@ -79,16 +66,16 @@ def rasterize(image: PolarImage, pixels: int = PIXELS) -> Raster:
     shows the highest, so that small echoes stay visible.
     """
     level, bearing, range0_m, dr_m = image
-    borders = _borders(bearing)
+    edges = beam_edges(bearing)
     far = range0_m + (level.shape[1] - 0.5) * dr_m
-    arc = np.linspace(borders[0], borders[-1], 181)
+    arc = np.linspace(edges[0], edges[-1], 181)
     left, right = min(0.0, far * np.sin(arc).min()), max(0.0, far * np.sin(arc).max())
     bottom, top = min(0.0, far * np.cos(arc).min()), max(0.0, far * np.cos(arc).max())
     size = max(right - left, top - bottom) / pixels
     x = left + (np.arange(max(1, round((right - left) / size))) + 0.5) * size
     y = bottom + (np.arange(max(1, round((top - bottom) / size))) + 0.5) * size
     raster = _look_up(image._replace(level=_pool(level, max(1, round(size / dr_m)))), x, y)
-    crowded = int(np.clip((size / np.diff(borders).min() - range0_m) / dr_m, 0, level.shape[1]))
+    crowded = int(np.clip((size / np.diff(edges).min() - range0_m) / dr_m, 0, level.shape[1]))
     if crowded:  # so near, beams are finer than pixels
         _keep_highest(raster, image.part(crowded), (left, bottom, size))
     return Raster(raster, (left, left + len(x) * size, bottom, bottom + len(y) * size))
@@ -100,20 +87,12 @@ def _pool(level: Floats32, window: int) -> Floats32:
     return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, window, axis=1).max(axis=-1))
 
 
-def _borders(bearing: Floats) -> Floats:
-    """Return (beams + 1,) bearings half-way between the beams and as far outside at the ends; a lone beam has 1 deg."""
-    if len(bearing) < 2:
-        return np.asarray(bearing[0] + np.radians([-0.5, 0.5]))
-    middle = 0.5 * (bearing[1:] + bearing[:-1])
-    return np.concatenate(([2.0 * bearing[0] - middle[0]], middle, [2.0 * bearing[-1] - middle[-1]]))
-
-
 def _look_up(image: PolarImage, x: Floats, y: Floats) -> Floats32:
     """Return what the cell at each pixel's centre shows, (len(y), len(x)); NaN where the fan is half a pixel away."""
     level, bearing, range0_m, dr_m = image
-    borders = _borders(bearing)
+    edges = beam_edges(bearing)
     across, ahead = np.meshgrid(x, y)
-    beam = np.searchsorted(borders, np.arctan2(across, ahead)) - 1
+    beam = np.searchsorted(edges, np.arctan2(across, ahead)) - 1
     sample = np.rint((np.hypot(across, ahead) - range0_m) / dr_m).astype(np.int64)
     nearest = np.clip(sample, 0, level.shape[1] - 1)
     inside = (beam >= 0) & (beam < level.shape[0]) & (np.abs(sample - nearest) * dr_m <= 0.5 * (x[-1] - x[0]) / len(x))
@@ -154,8 +133,8 @@ def aspect_of(bearing_rad: Floats) -> float:
 
 def _size(bearing_rad: Floats) -> tuple[float, float]:
     """Return width and height of a fan of radius 1 with its apex."""
-    borders = _borders(bearing_rad)
-    arc = np.linspace(borders[0], borders[-1], 181)
+    edges = beam_edges(bearing_rad)
+    arc = np.linspace(edges[0], edges[-1], 181)
     across = max(0.0, float(np.sin(arc).max())) - min(0.0, float(np.sin(arc).min()))
     return across, max(0.0, float(np.cos(arc).max())) - min(0.0, float(np.cos(arc).min()))
 
@@ -196,7 +175,7 @@ def draw_bare_fan(axes: Axes, image: PolarImage, limits_db: tuple[float, float],
         interpolation="nearest",
         aspect="equal",
     )
-    _draw_rings(axes, _borders(image.bearing_rad), image.range0_m + image.dr_m * image.level.shape[1])
+    _draw_rings(axes, beam_edges(image.bearing_rad), image.range0_m + image.dr_m * image.level.shape[1])
     _dress(axes)
     return picture
 

@@ -84,7 +84,11 @@ class Request:
 
 
 REQUESTS: dict[str, Request] = {
-    row.name: row for row in (Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar"),)
+    row.name: row
+    for row in (
+        Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar"),
+        Request("replay-requests", messages.ReplayRequest, messages.ReplayAnswer, "replay"),
+    )
 }
 
 HEALTH = "health"

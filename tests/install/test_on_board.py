@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 import ods
-from ods.cli import BENCH_EXTRA
+from ods.cli import BENCH_EXTRA, EXPORT_EXTRA
 from ods.compiled import cache_folder
 from ods.runtime.processes import on_board
 from tests.install.clean_venv import ROOT, bare, build_wheel, install
@@ -70,10 +70,11 @@ def said(venv: Path, *arguments: str, **environment: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
-def test_the_extra_is_what_the_commands_name() -> None:
+@pytest.mark.parametrize(("name", "modules"), [("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA)])
+def test_the_extra_is_what_the_commands_name(name: str, modules: frozenset[str]) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    extra = {line.partition(">")[0] for line in project["optional-dependencies"]["bench"]}
-    brought = {distribution for name in BENCH_EXTRA for distribution in packages_distributions()[name]}
+    extra = {line.partition(">")[0] for line in project["optional-dependencies"][name]}
+    brought = {distribution for module in modules for distribution in packages_distributions()[module]}
     assert {name.replace("_", "-") for name in brought} == extra
 
 

@@ -7,6 +7,7 @@ import pytest
 from ods.base.arrays import Bytes
 from ods.messages import Detection, Detections, Ping, Sector
 from ods.plots import fan
+from ods.plots.polar import level_db
 from tests.pipeline.pings import fan_bearings, make_ping
 
 
@@ -46,11 +47,11 @@ def test_no_bright_sample_is_lost_or_misplaced(beam: int, sample: int) -> None:
 
 def test_level_of_every_scale() -> None:
     counts = np.array([[0, 100]], np.uint8)
-    np.testing.assert_allclose(fan.level_db(make_ping(counts, scale="db", scale_factor=0.3)), [[0.0, 30.0]])
-    np.testing.assert_allclose(fan.level_db(make_ping(counts, scale="log8", scale_factor=40.0)), [[0.0, 50.0]])
-    linear = fan.level_db(make_ping(counts))
+    np.testing.assert_allclose(level_db(make_ping(counts, scale="db", scale_factor=0.3)), [[0.0, 30.0]])
+    np.testing.assert_allclose(level_db(make_ping(counts, scale="log8", scale_factor=40.0)), [[0.0, 50.0]])
+    linear = level_db(make_ping(counts))
     np.testing.assert_allclose(linear, 20.0 * np.log10([[0.5, 100.5]]), rtol=1e-5)
-    assert np.isfinite(fan.level_db(make_ping(np.zeros((1, 2), np.float32)))).all()
+    assert np.isfinite(level_db(make_ping(np.zeros((1, 2), np.float32)))).all()
 
 
 def detections(*found: Detection) -> Detections:

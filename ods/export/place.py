@@ -1,0 +1,60 @@
+"""Where a mission was and where the sonar sat: what formats need of a configuration, as a rule the recording's own."""
+
+import tomllib
+from pathlib import Path
+
+import msgspec
+
+from ods.base.errors import OdsError, one_line
+from ods.base.geodesy import LocalFrame, SiteSettings
+from ods.base.mounting import Mounting, MountingSettings
+from ods.base.settings import Settings, complaint_of
+
+ATTACHMENT = "config.toml"
+"""Name of the configuration in a recording."""
+
+
+class _Sonar(Settings, frozen=True, forbid_unknown_fields=False):
+    mounting: MountingSettings = MountingSettings()
+
+
+class _File(Settings, frozen=True, forbid_unknown_fields=False):
+    """The part of a configuration, of whatever version, that is looked at."""
+
+    site: SiteSettings
+    sonar: _Sonar = _Sonar()
+
+
+class PlaceError(OdsError):
+    """There is no site to be had; the text is one line."""
+
+
+class Place(msgspec.Struct, frozen=True):
+    """Site and mounting."""
+
+    frame: LocalFrame
+    mounting: Mounting
+
+
+def place_in(text: bytes, where: str) -> Place:
+    """Return the place that a configuration tells; `where` it comes from, for errors. Raises PlaceError."""
+    try:
+        found = msgspec.convert(tomllib.loads(text.decode()), _File)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise PlaceError(f"{where}: not valid TOML: {one_line(error)}") from error
+    except msgspec.ValidationError as error:
+        raise PlaceError(f"{where}: {complaint_of(error, _File)}") from error
+    frame = LocalFrame(found.site.latitude_deg, found.site.longitude_deg)
+    return Place(frame, Mounting(found.sonar.mounting))
+
+
+def place_of(attachments: dict[str, bytes], config: Path | None) -> Place:
+    """Return the place of a recording: by `config` if given, else by its own configuration. Raises PlaceError."""
+    if config is None:
+        if ATTACHMENT not in attachments:
+            raise PlaceError("the recording does not tell its configuration: name one by --config")
+        return place_in(attachments[ATTACHMENT], "the recording's configuration")
+    try:
+        return place_in(config.read_bytes(), str(config))
+    except OSError as error:
+        raise PlaceError(f"{config}: {error.strerror}") from error

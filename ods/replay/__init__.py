@@ -1,0 +1,1 @@
+"""`ods replay`: recordings played again. Never imported on board."""

@@ -1,0 +1,51 @@
+"""`ods replay`: a recording played again."""
+
+import math
+from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from pathlib import Path
+
+from ods.recording.mcap.reader import open_recording
+from ods.replay.live import Wanted, play
+from ods.runtime import bus
+from ods.runtime.run_dir import default_run_dir
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Recording, and how."""
+    parser.add_argument("recording", type=Path, metavar="RECORDING", help="file or folder that `ods record` wrote")
+    how = parser.add_mutually_exclusive_group(required=True)
+    how.add_argument("--live", action="store_true", help="onto the bus, in its own time, as if its processes ran now")
+    live = parser.add_argument_group("live")
+    live.add_argument("--speed", type=_speed, default=1.0, metavar="N", help="0.01 to 100 times as fast, default: 1")
+    live.add_argument("--from", type=_seconds, default=0.0, dest="begin", metavar="S", help="of the recording")
+    live.add_argument("--to", type=_seconds, default=math.inf, dest="end", metavar="S", help="of the recording")
+    live.add_argument("--loop", action="store_true", help="again and again, until Ctrl-C")
+    live.add_argument("--topics", nargs="+", choices=tuple(bus.TOPICS), default=tuple(bus.TOPICS), metavar="TOPIC",
+                      help=f"only these of {', '.join(bus.TOPICS)}; processes of the others may run")  # fmt: skip
+    live.add_argument("--run-dir", type=Path, help=f"where processes meet, default: {default_run_dir()}")
+
+
+def run(args: Namespace) -> None:
+    """Replay. Raises OdsError."""
+    recording = open_recording(args.recording)
+    wanted = Wanted(args.speed, (args.begin, args.end), args.loop, args.topics)
+    played = play(recording.messages, args.run_dir or default_run_dir(), wanted)
+    lost = [f"{what} {count}" for what, count in sorted((played.losses + recording.losses).items())]
+    print(", ".join([f"{args.recording}: {played.messages} messages published", *lost]))
+
+
+def _seconds(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0.0 <= value < 1e9:
+        raise ArgumentTypeError(f"{text}: seconds, 0 or more")
+    return value
+
+
+def _speed(text: str) -> float:
+    value = _seconds(text)
+    if not 0.01 <= value <= 100.0:
+        raise ArgumentTypeError(f"{text}: 0.01 to 100")
+    return value
