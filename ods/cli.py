@@ -21,6 +21,7 @@ EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 """Modules that no on-board process needs: the optional dependencies `bench` and `export` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
+RECORDED = "the recording's own"
 """Default configurations; a command of the first kind takes none."""
 
 
@@ -46,7 +47,7 @@ COMMANDS = (
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
     Command("record", "ods.commands.record", "what the chain publishes, as a file that 7k software reads", ONBOARD),
-    Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", NO_CONFIG),
+    Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", RECORDED),
     Command("replay", "ods.replay.command", "a recording played again", NO_CONFIG),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
     Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
@@ -134,7 +135,7 @@ def _parser() -> argparse.ArgumentParser:
 def _add_command(parser: _Parser, row: Command) -> None:
     parser.module = row.module
     parser.add_argument("--log-level", choices=LEVELS, default="info")
-    if row.config == BUILT_IN_SETTINGS:
-        parser.add_argument("--config", type=Path, help=f"take the settings from there (default: {BUILT_IN_SETTINGS})")
+    if row.config in (BUILT_IN_SETTINGS, RECORDED):
+        parser.add_argument("--config", type=Path, help=f"take the settings from there (default: {row.config})")
     elif row.config != NO_CONFIG:
         parser.add_argument("--config", type=Path, default=Path(row.config), help=f"default: {row.config}")

@@ -21,7 +21,6 @@ FORMATS = {
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording and format."""
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="file or folder that `ods record` wrote")
-    parser.add_argument("--config", type=Path, help="site and mounting from there (default: the recording's own)")
     formats = parser.add_mutually_exclusive_group(required=True)
     for name, text in FORMATS.items():
         formats.add_argument(f"--{name}", type=Path, metavar="OUT", help=text)
