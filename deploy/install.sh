@@ -80,7 +80,7 @@ make_user() {
 
 install_configuration() {
     install -d $ETC
-    sed 's|^path = "~/.local/state/ods/|path = "/var/lib/ods/|' "$CONFIG" >"$scratch/onboard.toml"
+    sed 's|^\(path\|folder\) = "~/.local/state/ods/|\1 = "/var/lib/ods/|' "$CONFIG" >"$scratch/onboard.toml"
     for file in "$scratch/onboard.toml" config/*.eds config/*.dbc; do
         target=$ETC/$(basename "$file")
         if [ ! -e "$target" ]; then
@@ -103,6 +103,8 @@ compile_kernels() { # into the package's own folder, which nobody but root can w
 install_units() {
     sed "s|/opt/ods/|$PREFIX/|" deploy/ods@.service >"$scratch/ods@.service"
     install -m 644 "$scratch/ods@.service" deploy/ods.target $UNITS
+    sed "s|/opt/ods/|$PREFIX/|" deploy/record.conf >"$scratch/record.conf"
+    install -D -m 644 "$scratch/record.conf" $UNITS/ods@record.service.d/record.conf
     install -D -m 644 deploy/90-ods-serial.rules /etc/udev/rules.d/90-ods-serial.rules
     install -D -m 644 deploy/90-ods.conf /etc/sysctl.d/90-ods.conf
     [ -n "$there" ] || systemctl --quiet enable ods.target # whoever disabled it since, meant it

@@ -7,6 +7,7 @@ from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
+from ods.recording.settings import RecordSettings
 from ods.runtime.bus import BusSettings
 from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.supervisor import SuperviseSettings
@@ -29,6 +30,7 @@ class OnboardConfig(Settings, frozen=True):
     pose: PoseSettings = PoseSettings()
     supervise: SuperviseSettings = SuperviseSettings()
     recordings: RecordingsSettings = RecordingsSettings()
+    record: RecordSettings = RecordSettings()
 
     @property
     def mounting(self) -> MountingSettings:

@@ -68,8 +68,8 @@ def _messages() -> str:
     text = HEAD + "| topic | message | published by | rate | stale after |\n|---|---|---|---|---|\n"
     for topic in bus.TOPICS.values():
         name = topic.message.__name__
-        text += f"| `{topic.name}` | [{name}](#{name.lower()}) | {topic.publisher} | {topic.rate_hz:g}/s |"
-        text += f" {topic.stale_s:g} s |\n"
+        text += f"| `{topic.name}` | [{name}](#{name.lower()}) | {topic.publisher} |"
+        text += f" {topic.rate_hz:g}/s | {topic.stale_s:g} s |\n" if topic.rate_hz else " now and then | |\n"
     publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
     text += f"| `{bus.HEALTH}` | [Health](#health) | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s |\n"

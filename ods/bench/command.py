@@ -20,12 +20,13 @@ def add_arguments(parser: ArgumentParser) -> None:
     """What goes before the configuration."""
     parser.add_argument("--seconds", type=float, help="length of the mission (default: from the configuration)")
     parser.add_argument("--out", type=Path, help="folder of the results (default: from the configuration)")
+    parser.add_argument("--record", type=Path, metavar="DIR", help="record everything into a new folder there")
     add_style(parser)
 
 
 def run(args: Namespace) -> int:
     """Run the bench; return 0 when every limit holds, 1 when one is broken. Raises OdsError."""
-    settings = _overridden(load(args.config, BenchConfig), args.seconds, args.out)
+    settings = _overridden(load(args.config, BenchConfig), args.seconds, args.out, args.record)
     record = fly_mission(settings)
     summary = summarize(record, settings.limits, settings.settle_s)
     settings.out.mkdir(parents=True, exist_ok=True)
@@ -36,7 +37,7 @@ def run(args: Namespace) -> int:
     return 1 if summary.broken else 0
 
 
-def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None) -> BenchConfig:
+def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None, record: Path | None) -> BenchConfig:
     changes: dict[str, Any] = {}
     if seconds is not None:
         if not 0.0 < seconds < 1e6:
@@ -44,4 +45,6 @@ def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None) 
         changes["seconds"] = seconds
     if out is not None:
         changes["out"] = out.resolve()
+    if record is not None:
+        changes["record"] = record.resolve()
     return msgspec.structs.replace(settings, **changes)

@@ -29,6 +29,8 @@ def write_configs(settings: BenchConfig) -> tuple[Path, Path]:
     if settings.sim.ins == "nmea":
         onboard["nav"]["nmea"]["port"] = str(run_dir / PORT)
     onboard["tracker"]["map"]["path"] = str(settings.out / "map.sqlite")
+    if settings.record:
+        onboard["record"] |= {"on": True, "folder": str(settings.record)}
     files = settings.out / "onboard.toml", settings.out / "bench.toml"
     for file, content in zip(files, (onboard, _as_dict(settings)), strict=True):
         file.write_text(tomli_w.dumps(content), encoding="utf-8")

@@ -49,4 +49,6 @@ class BenchConfig(SimConfig, frozen=True):
     limits: BenchLimits
     settle_s: NonNegative = 3.0
     """Time from the first sight of an object by which it must be tracked."""
+    record: Path | None = None
+    """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)

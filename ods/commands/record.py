@@ -1,158 +1,63 @@
-"""`ods record`: pings, obstacles and poses of a running chain into a file that others' 7k software reads."""
+"""`ods record`: everything on the bus to files; the record process, too."""
 
-import signal
-import threading
 from argparse import ArgumentParser, Namespace
-from collections import Counter
-from collections.abc import Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
 from pathlib import Path
 
-import zmq
-
-from ods.base import clock
 from ods.base.arguments import duration_s
-from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
-from ods.base.terminal import StatusLine
 from ods.config import OnboardConfig
 from ods.recording.errors import RecordingError
-from ods.recording.s7k import RECORDED_DEVICES, Recorder
-from ods.runtime import bus
-from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k
-
-RECORDED_TOPICS = ("ping", "obstacles", "pose")
-WRITTEN = ("pings", "contacts", "poses")
-"""Counters of what is in the file; the others count losses."""
-STATUS_PERIOD_S = 0.25
-SYNC_PERIOD_S = 5.0
-"""The most that a loss of power takes; a crash of the recorder takes nothing."""
-QUEUE = bus.HIGH_WATER_MARK
-"""Messages kept of each topic while the disk is slow."""
+from ods.recording.mend import mend
+from ods.recording.record_s7k import record_s7k
+from ods.recording.service import RecordWorker
+from ods.recording.settings import RecordConfig
+from ods.runtime.processes import PROCESSES
+from ods.runtime.service import run_worker, words_at_the_end
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Record, or finish what was cut off."""
-    what = parser.add_mutually_exclusive_group(required=True)
+    what = parser.add_mutually_exclusive_group()
+    what.add_argument("--out", type=Path, metavar="DIR", help="record everything (default: in record.folder)")
     what.add_argument("--s7k", type=Path, metavar="FILE", help="record pings, contacts and poses; a new file")
-    what.add_argument("--finish", type=Path, metavar="FILE", help="complete a recording that was cut off")
+    what.add_argument("--finish", type=Path, metavar="PATH", help="complete recordings that were cut off: file, folder")
+    what.add_argument("--is-on", action="store_true", help="exit code 0 if `[record] on = true`, else 1; for systemd")
     parser.add_argument("--seconds", type=duration_s, metavar="S", help="default: until Ctrl-C or SIGTERM")
 
 
-def run(args: Namespace) -> None:
-    """Do what was asked for. Raises OdsError."""
+def run(args: Namespace) -> int:
+    """Do what was asked for; return the exit code. Raises OdsError."""
+    if args.is_on:
+        return 0 if load(args.config, OnboardConfig).record.on else 1
     if args.finish:
-        finish(args.finish)
+        mend(args.finish)
+    elif args.s7k:
+        config = load(args.config, OnboardConfig)
+        origin_deg = config.site.latitude_deg, config.site.longitude_deg
+        record_s7k(args.s7k, config.bus.run_dir, origin_deg, args.seconds)
     else:
-        record(args.s7k, load(args.config, OnboardConfig), args.seconds)
+        _record(args)
+    return 0
 
 
-def record(path: Path, config: OnboardConfig, seconds: float | None = None) -> None:
-    """Record what `config.bus.run_dir` publishes until SIGINT, SIGTERM or for `seconds`; print a summary.
-
-    Raises RecordingError: the file exists or cannot be written, nothing came.
-    """
-    frame = LocalFrame(config.site.latitude_deg, config.site.longitude_deg)
-    kept = ""
-    try:
-        with (
-            path.open("xb", buffering=0) as file,
-            closing(S7kWriter(file, path.name, clock.utc_ns(), RECORDED_DEVICES)) as writer,
-        ):
-            recorder = Recorder(writer, frame)
-            try:
-                _follow(recorder, writer, path, config.bus.run_dir, seconds)
-            finally:
-                kept = _summary(writer, recorder.counters)
-    except FileExistsError:
-        raise RecordingError(f"{path}: exists already, and is not overwritten") from None
-    except OSError as error:
-        raise RecordingError(f"{path}: {error.strerror}" + (f"; kept: {kept}" if kept else "")) from error
-    if not any(recorder.counters[what] for what in WRITTEN):
-        path.unlink()
-        raise RecordingError(
-            f"nothing to record came from {config.bus.run_dir}: does `ods run` run with this configuration?"
+def _record(args: Namespace) -> None:
+    process = PROCESSES["record"]
+    with words_at_the_end(process.name) as home:
+        config = load(args.config, OnboardConfig)
+        home.run_dir = config.bus.run_dir
+        settings = RecordConfig(
+            record=config.record,
+            tracker=config.tracker,
+            text=args.config.read_text(encoding="utf-8"),
+            out=None if args.out is None else _new(args.out),
+            seconds=args.seconds,
         )
-    print(f"{path}: {kept}")
+        if settings.out is None and config.record.folder is None:
+            raise RecordingError(f"{args.config}: record.folder: missing; or say where by --out DIR")
+        run_worker(RecordWorker, process, config.bus.run_dir, settings)
 
 
-def finish(path: Path) -> None:
-    """Complete a recording that was cut off. Raises RecordingError."""
-    try:
-        records = mend_s7k(path)
-    except OSError as error:
-        raise RecordingError(f"{path}: {error.strerror}") from error
-    except ValueError as error:
-        raise RecordingError(f"{path}: {error}") from error
-    print(f"{path}: complete, {records} records")
-
-
-def _follow(recorder: Recorder, writer: S7kWriter, path: Path, run_dir: Path, seconds: float | None) -> None:
-    begun = clock.monotonic_ns()
-    heard = {"ping": begun, "obstacles": begun}
-    status_due, sync_due = _Every(STATUS_PERIOD_S, begun), _Every(SYNC_PERIOD_S, begun)
-    with ExitStack() as stack:
-        stopped = stack.enter_context(_stop_signals())
-        context = stack.enter_context(zmq.Context())
-        subscriber = stack.enter_context(bus.Subscriber(context, run_dir, RECORDED_TOPICS, queue=QUEUE))
-        status = StatusLine()
-        stack.callback(status.clear)
-        now = begun
-        while not stopped.is_set() and (seconds is None or now - begun < seconds * clock.NS):
-            received, _ = subscriber.receive(STATUS_PERIOD_S)
-            now = clock.monotonic_ns()
-            for topic, message in sorted(received, key=lambda item: item[1].t_ns):
-                heard[topic] = now
-                recorder.take(message)
-            for subscription in subscriber.subscriptions:
-                recorder.counters.update(_unreadable(subscription.counters))
-            if sync_due.at(now):
-                writer.sync()
-            if status_due.at(now):
-                status.show(f"{path.name}: {_summary(writer, recorder.counters)}{_silence(heard, now)}")
-
-
-class _Every:
-    """Tells when something that is done once a period is due."""
-
-    def __init__(self, period_s: float, begun_ns: int) -> None:
-        self._period_ns = round(period_s * clock.NS)
-        self._last_ns = begun_ns
-
-    def at(self, now_ns: int) -> bool:
-        due = now_ns - self._last_ns >= self._period_ns
-        if due:
-            self._last_ns = now_ns
-        return due
-
-
-def _unreadable(counters: "Counter[str]") -> dict[str, int]:
-    """Return the counts of bad messages and set all to 0; what was dropped shows in the gaps of the sequences."""
-    bad = {name: count for name, count in counters.items() if not name.startswith("dropped_")}
-    counters.clear()
-    return bad
-
-
-def _silence(heard: dict[str, int], now: int) -> str:
-    silent = {topic: (now - heard[topic]) / clock.NS for topic in ("ping", "obstacles")}
-    return "".join(f", no {topic} for {s:.0f} s" for topic, s in silent.items() if s > bus.TOPICS[topic].stale_s)
-
-
-def _summary(writer: S7kWriter, counters: "Counter[str]") -> str:
-    written = [f"{counters[name]} {name}" for name in WRITTEN]
-    losses = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name not in WRITTEN]
-    return ", ".join([*written, f"{writer.size / 1e6:.1f} MB", *losses])
-
-
-@contextmanager
-def _stop_signals() -> Iterator[threading.Event]:
-    """Give an event that the signals to end set, a closed terminal's too; what they did before is put back."""
-    stopped = threading.Event()
-    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)}
-    with suppress(ValueError):  # not the main thread: no signals
-        for number in before:
-            signal.signal(number, lambda *_: stopped.set())
-    yield stopped
-    with suppress(ValueError):
-        for number, handler in before.items():
-            signal.signal(number, handler)
+def _new(folder: Path) -> Path:
+    if any(folder.glob("*.mcap")):
+        raise RecordingError(f"{folder}: holds a recording already, and is not overwritten")
+    return folder.resolve()

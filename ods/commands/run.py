@@ -5,7 +5,7 @@ from argparse import ArgumentParser, Namespace
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.runtime import supervisor
-from ods.runtime.processes import on_board
+from ods.runtime.processes import PROCESSES, on_board
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -15,4 +15,5 @@ def add_arguments(_parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Supervise until SIGTERM or SIGINT. Raises OdsError."""
     settings = load(args.config, OnboardConfig)
-    supervisor.supervise(on_board(), args.config, settings.bus.run_dir, settings.supervise)
+    recorder = [PROCESSES["record"]] if settings.record.on else []
+    supervisor.supervise([*recorder, *on_board()], args.config, settings.bus.run_dir, settings.supervise)

@@ -8,6 +8,7 @@ multipart messages.
 
 import contextlib
 import logging
+import math
 import os
 import time
 from collections import Counter, deque
@@ -51,10 +52,10 @@ class Topic:
     publisher: str
     """The process that publishes it."""
     rate_hz: float
-    """Expected rate; a topic is stale when nothing came for `stale_s`."""
+    """Expected rate, 0: now and then; a topic is stale when nothing came for `stale_s`."""
     queue: int
     """Messages a subscriber keeps when it lags: the newest."""
-    stale_s: float
+    stale_s: float = math.inf
     """Silence after which a consumer calls the topic dead."""
 
 
@@ -66,6 +67,8 @@ TOPICS: dict[str, Topic] = {
         Topic("detections", messages.Detections, "pipeline", 6.7, queue=16, stale_s=1.0),
         Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+        Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
+        Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),
     )
 }
 """Every topic but health, which each process publishes under the name `health` on its own socket."""
@@ -81,12 +84,14 @@ class Request:
     answer: type[msgspec.Struct]
     process: str
     """The process that answers."""
+    answers: str = ""
+    """Topic on which it publishes its answers; the requests are published on that of the socket's name. '': neither."""
 
 
 REQUESTS: dict[str, Request] = {
     row.name: row
     for row in (
-        Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar"),
+        Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar", "sonar-answers"),
         Request("replay-requests", messages.ReplayRequest, messages.ReplayAnswer, "replay"),
     )
 }
@@ -245,7 +250,7 @@ class Responder:
 
 
 class Subscription:
-    """One SUB socket: the newest messages of one topic, decoded and checked."""
+    """One SUB socket: the newest messages of one topic, decoded and checked, or as they are."""
 
     def __init__(
         self,
@@ -253,13 +258,16 @@ class Subscription:
         run_dir: Path,
         topic: str,
         publisher: str,
-        message: type[msgspec.Struct],
+        message: type[msgspec.Struct] | None,
         queue: int,
     ) -> None:
+        """`message`: its type; None: messages stay bytes."""
         self.topic = topic
         self.counters: Counter[str] = Counter()
         self.longest = 0
-        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(message)
+        self._decoder: msgspec.msgpack.Decoder[Any] | None = (
+            None if message is None else msgspec.msgpack.Decoder(message)
+        )
         self._waiting: deque[bytes] = deque(maxlen=queue)
         self._complained = False
         self.socket = context.socket(zmq.SUB)
@@ -292,6 +300,8 @@ class Subscription:
         return good
 
     def _decode(self, body: bytes) -> Any:
+        if self._decoder is None:
+            return body
         try:
             return self._decoder.decode(body)
         except UNDECODABLE as error:
@@ -316,14 +326,18 @@ class Subscriber:
         topics: Iterable[str],
         health_of: Iterable[str] = (),
         queue: int | None = None,
+        raw: bool = False,
     ) -> None:
-        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number."""
-        rows = [TOPICS[name] for name in topics]
+        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number.
+
+        raw: messages are the bytes as they were on the wire.
+        """
+        own = [(row.name, row.publisher, row.message, queue or row.queue) for row in map(TOPICS.__getitem__, topics)]
+        health = [(HEALTH, process, messages.Health, queue or 4) for process in health_of]
+        wanted: list[tuple[str, str, type[msgspec.Struct], int]] = [*own, *health]
         self.subscriptions = [
-            Subscription(context, run_dir, row.name, row.publisher, row.message, queue or row.queue) for row in rows
-        ]
-        self.subscriptions += [
-            Subscription(context, run_dir, HEALTH, process, messages.Health, queue=4) for process in health_of
+            Subscription(context, run_dir, topic, publisher, None if raw else message, length)
+            for topic, publisher, message, length in wanted
         ]
         self._poller = zmq.Poller()
         for subscription in self.subscriptions:

@@ -26,8 +26,9 @@ class CounterRow(NamedTuple):
 
 
 REFUSE = "ODS_REFUSE_UNKNOWN_COUNTERS"
-RECORDER, RECORDINGS, SIM_DEVICES = "ods record", "recordings", "simulated devices"
-"""Who counts, beside the processes of the process table: the recorder, the decoders of files, the bench's devices."""
+RECORDER, RECORDINGS, SIM_DEVICES = "s7k recorder", "recordings", "simulated devices"
+OWN_RECORDINGS = "recordings of ods"
+"""Who counts, beside the processes of the process table: recorders and readers of files, the bench's devices."""
 
 _POSE_BUFFER = (
     CounterRow("pose_bad", "poses dropped: not finite, attitude no unit quaternion, negative sigma"),
@@ -193,6 +194,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("pings_late", "pings that were sent after their time"),
         CounterRow("sonar_bytes_lost", "bytes of pings that nobody took"),
     ),
+    "record": (
+        CounterRow("messages", "messages written", trouble=False),
+        CounterRow("segments", "files begun", trouble=False),
+        CounterRow("dropped_messages", "messages dropped: the disk was full, or too slow for longer than "
+                   "`record.queue_mb` lasts"),
+        *(CounterRow(f"missed_{topic}", f"`{topic}` messages that were published and never came: gaps in `seq`")
+          for topic in ("ping", "pose", "detections", "obstacles", "truth", "health")),
+        CounterRow("write_failed", "attempts to write that failed", trouble=False),
+        CounterRow("deleted_segments", "files deleted as the disk was full: `record.when_full`", trouble=False),
+    ),
     RECORDER: (
         CounterRow("pings", "pings written", trouble=False),
         CounterRow("contacts", "changes of obstacles written", trouble=False),
@@ -214,6 +225,15 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
         CounterRow("other_messages", "Oculus: messages of no use here"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
+    ),
+    OWN_RECORDINGS: (
+        CounterRow("torn", "files cut off: what follows the last whole record is not read"),
+        CounterRow("bad_chunks", "chunks that cannot be used: wrong checksum, unknown compression, too large"),
+        CounterRow("bad_records", "records that contradict themselves"),
+        CounterRow("overlong", "records longer than any that are written"),
+        CounterRow("unknown_channels", "messages that are not of the bus"),
+        CounterRow("unreadable_segments", "files of a folder that are no recordings"),
+        CounterRow("left_out", "metadata and attachments beyond 48 MB"),
     ),
     SIM_DEVICES: (
         CounterRow("frames", "CAN adapter: frames passed on", trouble=False),

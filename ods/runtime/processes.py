@@ -24,6 +24,10 @@ class Process:
     """Processes whose health it reads."""
     answers: str = ""
     """Name of its socket for requests; '': it takes none."""
+    raw: bool = False
+    """It gets messages as the bytes that they are on the wire."""
+    by_configuration: bool = False
+    """It runs only where the configuration says so: its table has `on = true`."""
 
 
 SUPERVISOR = "run"
@@ -32,6 +36,12 @@ SUPERVISOR = "run"
 PROCESSES: dict[str, Process] = {
     process.name: process
     for process in (
+        Process(
+            "record", "everything on the bus to files",
+            reads=("ping", "pose", "detections", "obstacles", "truth", "sonar-requests", "sonar-answers"), publishes=(),
+            worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
+            watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
+        ),
         Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
@@ -46,8 +56,9 @@ PROCESSES: dict[str, Process] = {
             worker="ods.pipeline.service:PipelineWorker", settings="ods.pipeline.settings:PipelineConfig",
         ),
         Process(
-            "sonar", "sonar bytes to pings", reads=(), publishes=("ping",), answers="sonar-requests",
+            "sonar", "sonar bytes to pings", reads=(), publishes=("ping", "sonar-requests", "sonar-answers"),
             worker="ods.sonar_link.service:SonarWorker", settings="ods.sonar_link.settings:SonarConfig",
+            answers="sonar-requests",
         ),
         Process(
             "sim", "simulated sonar and vehicle", reads=(), publishes=("truth",), on_board=False,
@@ -60,5 +71,5 @@ PROCESSES: dict[str, Process] = {
 
 
 def on_board() -> list[Process]:
-    """Return the processes that `ods run` keeps up."""
-    return [process for process in PROCESSES.values() if process.on_board]
+    """Return the processes that `ods run` keeps up, whatever the configuration says."""
+    return [process for process in PROCESSES.values() if process.on_board and not process.by_configuration]

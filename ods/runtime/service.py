@@ -58,7 +58,8 @@ class Service:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._publisher = bus.Publisher(self._context, run_dir, process.name)
         health_of = (*process.watches, SUPERVISOR) if process.watches else ()
-        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, health_of)
+        queue = bus.HIGH_WATER_MARK if process.raw else None
+        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, health_of, queue, process.raw)
         self._responder = bus.Responder(self._context, run_dir, process.answers) if process.answers else None
         self._flow: Counter[str] = Counter()
         self._newest_ns: dict[str, int] = {}
@@ -74,12 +75,16 @@ class Service:
 
     def requests(self) -> list[tuple[list[bytes], Any]]:
         """Return the requests that have come since: whom to answer, and the request."""
-        return self._responder.receive() if self._responder else []
+        received = self._responder.receive() if self._responder else []
+        for _, request in received:
+            self.publish(self.process.answers, request)
+        return received
 
     def answer(self, peer: list[bytes], message: msgspec.Struct) -> None:
         """Answer a request, at once or later."""
         if self._responder:
             self._responder.answer(peer, message)
+            self.publish(bus.REQUESTS[self.process.answers].answers, message)
 
     def stay_reachable(self) -> None:
         """Make lock and sockets anew if somebody removed their files. Raises RunDirError, BusError."""

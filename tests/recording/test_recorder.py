@@ -11,8 +11,8 @@ from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import quat_from_euler
 from ods.cli import main
-from ods.commands import record as command
 from ods.messages import ObstacleList, Ping, Pose
+from ods.recording import record_s7k
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sonar_link.files.s7k.catalogue import encode_file_header, text_field, with_catalogue
 from ods.sonar_link.files.s7k.writer import S7kWriter, mend_s7k, write_s7k
@@ -124,7 +124,7 @@ def test_gaps_in_each_sequence_are_counted_whoever_dropped_what(tmp_path: Path) 
 
 def test_what_the_bus_dropped_is_not_counted_beside_the_gaps_that_it_left() -> None:
     counters = Counter({"dropped_ping": 3, "dropped_obstacles": 1, "bad_pose": 2})
-    assert command._unreadable(counters) == {"bad_pose": 2}
+    assert record_s7k._unreadable(counters) == {"bad_pose": 2}
     assert not counters
 
 

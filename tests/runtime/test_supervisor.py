@@ -14,7 +14,7 @@ import pytest
 import zmq
 
 from ods.runtime import bus, service
-from ods.runtime.processes import PROCESSES, SUPERVISOR, on_board
+from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.supervisor import Child, SuperviseSettings
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
@@ -168,7 +168,10 @@ def test_a_child_that_ignores_sigterm_is_killed_in_time(tmp_path: Path) -> None:
 def test_deploy_units_name_the_processes_of_the_table() -> None:
     target = (DEPLOY / "ods.target").read_text()
     wants = next(line for line in target.splitlines() if line.startswith("Wants="))
-    assert wants.removeprefix("Wants=").split() == [f"ods@{process.name}.service" for process in on_board()]
+    assert wants.removeprefix("Wants=").split() == [
+        f"ods@{process.name}.service" for process in PROCESSES.values() if process.on_board
+    ]
+    assert "ExecCondition=/opt/ods/bin/ods record --is-on --config" in (DEPLOY / "record.conf").read_text()
     assert "ExecStart=/opt/ods/bin/ods %i --config" in (DEPLOY / "ods@.service").read_text()
 
 

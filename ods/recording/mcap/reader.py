@@ -58,12 +58,10 @@ class Recorded(NamedTuple):
 
 
 def open_recording(path: Path) -> "Recording":
-    """Open a segment, or a folder of segments. Raises RecordingError."""
+    """Open a segment, a folder of segments, or one with a single such folder. Raises RecordingError."""
     try:
         folder = path.is_dir()
-        paths = sorted(path.glob(f"*{SUFFIX}")) if folder else [path]
-        if not paths:
-            raise RecordingError(f"{path}: no recording in it (no *{SUFFIX})")
+        paths = _segments_in(path) if folder else [path]
         losses: Counter[str] = Counter()
         segments = []
         for each in paths:
@@ -80,6 +78,19 @@ def open_recording(path: Path) -> "Recording":
     if not segments:
         raise RecordingError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ods")
     return Recording(segments, losses)
+
+
+def _segments_in(folder: Path) -> list[Path]:
+    """Raises RecordingError, OSError."""
+    if here := sorted(folder.glob(f"*{SUFFIX}")):
+        return here
+    inner = sorted({path.parent for path in folder.glob(f"*/*{SUFFIX}")})
+    if len(inner) > 1:
+        names = ", ".join(path.name for path in inner[-5:])
+        raise RecordingError(f"{folder}: holds {len(inner)} recordings, name one of them: {names}")
+    if not inner:
+        raise RecordingError(f"{folder}: no recording in it (no *{SUFFIX})")
+    return sorted(inner[0].glob(f"*{SUFFIX}"))
 
 
 class Recording:

@@ -39,3 +39,20 @@ def stamp_of(data: bytes) -> Stamp | None:
         return _STAMPS.decode(data)
     except bus.UNDECODABLE:
         return None
+
+
+class _Sender(msgspec.Struct):
+    process: str = ""
+    pid: int = 0
+
+
+_SENDERS = msgspec.msgpack.Decoder(_Sender)
+
+
+def process_of(health: bytes) -> tuple[str, int]:
+    """Return whose health a message tells, and the process's id; ("", 0) for what is none."""
+    try:
+        sender = _SENDERS.decode(health)
+    except bus.UNDECODABLE:
+        return "", 0
+    return sender.process, sender.pid

@@ -89,6 +89,10 @@ class MapStore:
         with _told(self._path):
             self._db.execute(RESERVE, (next_id,))
 
+    def image(self) -> bytes:
+        """Return the map as the bytes of its file."""
+        return self._db.serialize()
+
     def close(self) -> None:
         """Close the file."""
         self._db.close()

@@ -1,0 +1,37 @@
+"""`ods record --finish`: completes recordings that were cut off."""
+
+from pathlib import Path
+
+from ods.base.errors import one_line
+from ods.recording.errors import RecordingError
+from ods.recording.mcap.reader import SUFFIX, open_recording
+from ods.recording.mcap.rewrite import rewrite
+from ods.recording.mcap.session import is_finished
+from ods.sonar_link.files.s7k.writer import mend_s7k
+
+
+def mend(path: Path) -> None:
+    """Complete a .s7k file, a segment, or the segments in a folder; say what became of each. Raises RecordingError."""
+    try:
+        if path.is_dir():
+            segments = open_recording(path).segments
+            for each in segments:
+                _mend_segment(each)
+        elif path.suffix == SUFFIX:
+            _mend_segment(path)
+        else:
+            print(f"{path}: complete, {mend_s7k(path)} records")
+    except OSError as error:
+        raise RecordingError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise RecordingError(f"{path}: {one_line(error)}") from error
+
+
+def _mend_segment(path: Path) -> None:
+    open_recording(path)
+    if is_finished(path):
+        print(f"{path}: is complete")
+        return
+    messages, losses = rewrite(path)
+    lost = "".join(f", {name} {count}" for name, count in sorted(losses.items()))
+    print(f"{path}: complete, {messages} messages{lost}")

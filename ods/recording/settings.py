@@ -1,0 +1,44 @@
+"""Settings of the `recording` package."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import NonNegative, Settings
+from ods.tracker.settings import TrackerSettings
+
+
+class RecordSettings(Settings, frozen=True):
+    """The recorder: everything on the bus to files."""
+
+    on: bool = False
+    """`ods run`, or systemd, runs the recorder. `ods record` by hand needs it not."""
+    folder: Path | None = None
+    """Where each mission gets a folder of its own."""
+    segment_min: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
+    """Length of a file, minutes; their index is kept in memory."""
+    when_full: Literal["wait", "delete_oldest", "stop"] = "wait"
+    """The disk is full: wait for room, delete the oldest file in `folder` that is complete, or record no more."""
+    keep_free_mb: NonNegative = 100.0
+    """The disk counts as full when less is free, so that the map can still be written."""
+    queue_mb: Annotated[float, msgspec.Meta(ge=1.0, le=1000.0)] = 32.0
+    """Memory for what waits for the disk; beyond it the oldest messages are dropped and counted."""
+
+    def __post_init__(self) -> None:
+        if self.on and self.folder is None:
+            raise ValueError("folder: missing, and `on` is true")
+
+
+class RecordConfig(Settings, frozen=True):
+    """What the record process reads of the configuration."""
+
+    record: RecordSettings
+    tracker: TrackerSettings = TrackerSettings()
+    """For the map at the start."""
+    text: str = ""
+    """The configuration itself, which is recorded too."""
+    out: Path | None = None
+    """Folder for this recording alone, instead of one in `record.folder`."""
+    seconds: float | None = None
+    """End by itself after so long."""
