@@ -77,10 +77,11 @@ class Player:
             return
         self._wait_for(recorded.log_ns)
         try:
-            self._publish(process, recorded.topic, moved(message, self._line, recorded.utc_ns - recorded.log_ns))
-        except OverflowError:  # a time that no message can tell
+            now = moved(message, self._line, recorded.utc_ns - recorded.log_ns)
+        except ValueError:
             self.losses[f"bad_{recorded.topic}"] += 1
             return
+        self._publish(process, recorded.topic, now)
         self.published += 1
         self._at_ns = after_ns
         if recorded.topic == STEP_TOPIC and self._steps:

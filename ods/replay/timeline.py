@@ -4,6 +4,9 @@ import msgspec
 
 from ods.messages import ObstacleList
 
+FARTHEST_NS = 2**62
+"""Bounds of the instants of messages."""
+
 
 class Timeline:
     """Where recorded instants are on this computer's clocks: at speed 1 all are moved by one offset, else stretched.
@@ -33,7 +36,10 @@ class Timeline:
 
 
 def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> msgspec.Struct:
-    """Return a message with all its times moved: fields named *_ns, of which 0 tells that there was none."""
+    """Return a message with all its times moved: fields named *_ns, of which 0 tells that there was none.
+
+    Raises ValueError for a time that no message can tell.
+    """
     changes: dict[str, object] = {}
     for name in message.__struct_fields__:
         value = getattr(message, name)
@@ -43,4 +49,6 @@ def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> m
             changes[name] = line.at(value)
     if isinstance(message, ObstacleList):
         changes["obstacles"] = [moved(o, line, recorded_offset_ns) for o in message.obstacles]
+    if any(isinstance(value, int) and abs(value) > FARTHEST_NS for value in changes.values()):
+        raise ValueError("a time out of all bounds")
     return msgspec.structs.replace(message, **changes)

@@ -11,7 +11,7 @@ import zmq
 
 from ods.base import clock
 from ods.client import Obstacles, Replay, ReplayError
-from ods.messages import ReplayRequest
+from ods.messages import ObstacleList, ReplayRequest
 from ods.recording.mcap.reader import Recorded
 from ods.replay import live
 from ods.replay.live import Wanted
@@ -115,9 +115,24 @@ def test_long_silence_and_another_start_of_the_computer_are_skipped() -> None:
 
 def test_what_cannot_be_read_is_counted() -> None:
     bench = Bench()
-    far = msgspec.structs.replace(mission.LIST, made_ns=2**62, utc_ns=2**63, t_ns=2**63)
-    bench.play([Recorded("ping", T_NS, UTC_NS, b"?"), Recorded("obstacles", T_NS, UTC_NS, msgspec.msgpack.encode(far))])
-    assert bench.player.losses["bad_ping"] == 1
+    bench.play([Recorded("ping", T_NS, UTC_NS, b"?"), recorded(mission.PING, 0)])
+    assert (bench.player.losses, bench.topics()) == ({"bad_ping": 1}, ["ping"])
+
+
+@pytest.mark.parametrize("field", ["t_ns", "utc_ns", "t_rx_ns", "first_seen_utc_ns"])
+@pytest.mark.parametrize("far_ns", [2**64 - 1, 2**62, -(2**63)])
+def test_a_time_that_no_message_can_tell_is_counted(field: str, far_ns: int) -> None:
+    bench = Bench()
+    if field == "first_seen_utc_ns":
+        rock = msgspec.structs.replace(mission.ROCK, first_seen_utc_ns=far_ns)
+        far = msgspec.structs.replace(mission.LIST, obstacles=[rock])
+    else:
+        far = msgspec.structs.replace(mission.LIST, **{field: far_ns})
+    lists = [msgspec.msgpack.encode(picture) for picture in (mission.LIST, far, mission.LIST)]
+    bench.play([Recorded("obstacles", T_NS, UTC_NS, data) for data in lists])
+    assert bench.player.published == 3 - bench.player.losses["bad_obstacles"]
+    for _, message, _ in bench.out:
+        msgspec.msgpack.decode(msgspec.msgpack.encode(message), type=ObstacleList)
 
 
 def test_a_planner_sees_the_mission_again_and_may_stop_it(tmp_path: Path) -> None:
