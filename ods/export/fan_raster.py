@@ -9,7 +9,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Bytes, Floats32
 from ods.messages import Ping, frame_of
-from ods.plots.polar import beam_edges, decibels, level_db
+from ods.plots.polar import beam_edges, decibels
 
 PIXELS = 800
 """Of the longer side, at most."""
@@ -59,7 +59,8 @@ class FanRaster:
         geometry = Geometry(tuple(ping.bearing_rad[:beams]), ping.planes, ping.samples, ping.range0_m, ping.dr_m)
         if geometry != self._geometry:
             self._view, self._geometry = _View(geometry), geometry
-        return self._view.draw(self._grey(ping).reshape(ping.planes, beams, ping.samples).max(axis=0))
+        frame = frame_of(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
+        return self._view.draw(self._grey(self._view.pooled(frame), ping))
 
     def pixel(self, range_m: float, bearing_rad: float) -> tuple[float, float]:
         """Return column and row of a place in the last image."""
@@ -70,12 +71,11 @@ class FanRaster:
         """Of the last image; 0 before there was one."""
         return self._view.size_m if self._geometry else 0.0
 
-    def _grey(self, ping: Ping) -> Bytes:
-        """Return (beams, samples) grey levels, 1 to 255."""
-        frame = frame_of(ping)
+    def _grey(self, frame: AnyArray, ping: Ping) -> Bytes:
+        """Return the grey levels, 1 to 255, of some of a ping's samples."""
         shades = Shades(ping.setting, ping.dtype, ping.scale, ping.scale_factor)
         if shades != self._shades:
-            level = level_db(ping)[:: max(1, ping.beams // 64)]
+            level = decibels(frame[:: max(1, len(frame) // 64)], ping)
             level = level[np.isfinite(level)]
             low, high = np.quantile(level, (LOWEST, HIGHEST)).tolist() if level.size else (0.0, 0.0)
             if high - low < LEAST_SPAN_DB:  # a drop-out tells nothing of the images to come
@@ -105,15 +105,23 @@ class _View:
         self._left, right = min(0.0, far * np.sin(arc).min()), max(0.0, far * np.sin(arc).max())
         bottom, self._top = min(0.0, far * np.cos(arc).min()), max(0.0, far * np.cos(arc).max())
         self.size_m = max(right - self._left, self._top - bottom) / min(PIXELS, max(64, geometry.samples))
+        self._pool = min(geometry.samples, max(1, int(self.size_m / geometry.dr_m)))
+        range0_m, dr_m = geometry.range0_m + 0.5 * (self._pool - 1) * geometry.dr_m, self._pool * geometry.dr_m
+        samples = geometry.samples // self._pool
         x = self._left + (np.arange(max(1, round((right - self._left) / self.size_m))) + 0.5) * self.size_m
         y = self._top - (np.arange(max(1, round((self._top - bottom) / self.size_m))) + 0.5) * self.size_m
         across, ahead = np.meshgrid(x, y)
         turn = np.arctan2(across, ahead)
         beam = np.searchsorted(edges, turn) - 1
-        sample = np.rint((np.hypot(across, ahead) - geometry.range0_m) / geometry.dr_m).astype(np.int64)
-        inside = (beam >= 0) & (beam < len(bearing)) & (sample >= 0) & (sample < geometry.samples)
-        self._index = np.where(inside, beam * geometry.samples + sample, 0)
+        sample = np.rint((np.hypot(across, ahead) - range0_m) / dr_m).astype(np.int64)
+        inside = (beam >= 0) & (beam < len(bearing)) & (sample >= 0) & (sample < samples)
+        self._index = np.where(inside, beam * samples + sample, 0)
         self._outside = ~inside
+
+    def pooled(self, frame: AnyArray) -> AnyArray:
+        """Return the highest of the samples that fall into a pixel together, so that small echoes stay visible."""
+        beams, samples = len(frame), frame.shape[1] // self._pool
+        return np.asarray(frame[:, : samples * self._pool].reshape(beams, samples, self._pool).max(axis=2))
 
     def draw(self, grey: AnyArray) -> Bytes:
         picture = grey.ravel()[self._index]

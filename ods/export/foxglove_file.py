@@ -4,6 +4,7 @@ Frames: `map`, ENU with its origin at the site; `base_link`, the vehicle, FLU; `
 """
 
 import math
+import re
 from collections import Counter
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,7 @@ NOT_VALID = (0.5, 0.5, 0.5)
 """Of all objects of a list that is not to be relied on."""
 SIGMAS = 2.0
 """The halo around an object: as far out as so many standard deviations of its place."""
+NUMBER = re.compile(r"\d+(\.\d+)?")
 LIFETIME_S = BUS_TOPICS["obstacles"].stale_s
 """What is not told again disappears after this."""
 
@@ -136,9 +138,10 @@ class FoxgloveMessages:
         )  # fmt: skip
 
     def _news(self, stamp: fg.Timestamp, who: str, problems: list[str]) -> list[tuple[str, Any]]:
-        """Return a line of the log where what is wrong is not what was wrong before."""
-        before, self._said[who] = self._said.get(who, []), problems
-        if problems == before:
+        """Return a line of the log where what is wrong is not what was wrong before, whatever its numbers are now."""
+        what = [NUMBER.sub("#", problem) for problem in problems]
+        before, self._said[who] = self._said.get(who, []), what
+        if what == before:
             return []
         level = fg.LogLevel.Warning if problems else fg.LogLevel.Info
         return [("/log", fg.Log(timestamp=stamp, level=level, message="; ".join(problems) or "all is well", name=who))]

@@ -65,3 +65,18 @@ def test_what_is_no_fan_is_refused(changes: dict[str, object]) -> None:
     ping = make_ping(np.arange(BEAMS * SAMPLES, dtype=np.float32).reshape(BEAMS, SAMPLES))
     with pytest.raises(ValueError, match=r"fit|fan|hold"):
         FanRaster().image(msgspec.structs.replace(ping, **changes))
+
+
+def test_an_echo_of_one_sample_is_seen() -> None:
+    samples = 4000
+    counts = np.random.default_rng(8).integers(1, 40, (BEAMS, samples)).astype(np.uint8)
+    ping = make_ping(counts, dr_m=0.01)
+    raster = FanRaster()
+    raster.image(ping)  # shades
+    for at in range(3000, 3007):
+        counts[30] = 1
+        counts[30, at] = 255
+        picture = raster.image(make_ping(counts, dr_m=0.01))
+        x, y = raster.pixel(at * 0.01, ping.bearing_rad[30])
+        around = picture[int(y) - 1 : int(y) + 2, int(x) - 2 : int(x) + 3]
+        assert around.max() == 255
