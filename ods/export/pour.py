@@ -3,6 +3,7 @@
 import shutil
 from collections import Counter
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -38,10 +39,7 @@ class Done(NamedTuple):
 
 def export(messages: Iterable[Recorded], out: Path, make: Callable[[Path], Sink]) -> Done:
     """Write `messages` to `out` by the format that `make` makes. Raises OdsError; then there is no `out`."""
-    if out.exists() or out.is_symlink():
-        raise ExportError(f"{out}: exists already, and is not overwritten")
-    if not out.parent.is_dir():
-        raise ExportError(f"{out}: there is no folder {out.parent}")
+    _refuse(out)
     status = StatusLine()
     try:
         done = _written(messages, make(out), status)
@@ -93,8 +91,21 @@ def _take(recorded: Recorded, sink: Sink) -> str:
     return ""
 
 
+def _refuse(out: Path) -> None:
+    """Raises ExportError where nothing new can be made."""
+    try:
+        there, folder = out.exists() or out.is_symlink(), out.parent.is_dir()
+    except OSError as error:
+        raise ExportError(f"{out}: {reason_of(error)}") from error
+    if there:
+        raise ExportError(f"{out}: exists already, and is not overwritten")
+    if not folder:
+        raise ExportError(f"{out}: there is no folder {out.parent}")
+
+
 def _remove(out: Path) -> None:
-    if out.is_dir():
-        shutil.rmtree(out, ignore_errors=True)
-    else:
-        out.unlink(missing_ok=True)
+    with suppress(OSError):
+        if out.is_dir():
+            shutil.rmtree(out, ignore_errors=True)
+        else:
+            out.unlink(missing_ok=True)

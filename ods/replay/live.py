@@ -22,7 +22,7 @@ from ods.runtime.run_dir import Lock
 PROCESS = "replay"
 REQUESTS = "replay-requests"
 WARM_UP_S = 0.5
-"""Subscribers that wait already need up to 0.2 s to find the new sockets."""
+"""Subscribers that wait already need up to 0.2 s to find the new sockets; also between loops, be they ever so short."""
 
 
 Messages = Callable[[Collection[str]], Iterable[Recorded]]
@@ -74,8 +74,8 @@ def play(messages: Messages, run_dir: Path, wanted: Wanted) -> Played:
             publishers[process].publish(topic, message)
 
         player = Player(Timeline(wanted.speed, clock.utc_offset_ns()), publish, responder, status.show)
-        time.sleep(WARM_UP_S)
         while True:
+            time.sleep(WARM_UP_S)
             before = player.published
             player.play(messages([*wanted.topics, bus.HEALTH]), wanted.span_s, processes)
             if player.published == before:

@@ -104,6 +104,14 @@ def test_nothing_is_left_where_nothing_can_be_exported(tmp_path: Path, capsys: p
     assert {path.name for path in tmp_path.iterdir()} == {"a.mcap"}
 
 
+def test_a_place_that_cannot_be_looked_at_is_one_line(
+    record: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / ("x" * 300)  # as for a folder of another user, which root could look into
+    assert main(["export", str(record), "--csv", str(out)]) == 2
+    assert capsys.readouterr().err == f"ods export: {out}: file name too long\n"
+
+
 @pytest.mark.parametrize("name", FORMATS)
 def test_a_full_disk_is_one_line_and_leaves_nothing(name: str, tmp_path: Path) -> None:
     record = recording(tmp_path / "a.mcap", long_mission(30))
