@@ -8,12 +8,15 @@ from typing import Any
 import msgspec
 import pytest
 import zmq
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from ods.base import clock
 from ods.client import Obstacles, Replay, ReplayError
 from ods.messages import ObstacleList, ReplayRequest
-from ods.recording.mcap.reader import Recorded
-from ods.replay import live
+from ods.recording.mcap.reader import Recorded, open_recording
+from ods.recording.mcap.topics import decoded
+from ods.replay import live, player
 from ods.replay.live import Wanted
 from ods.replay.player import Player
 from ods.replay.timeline import Timeline
@@ -21,6 +24,8 @@ from ods.runtime import bus
 from ods.runtime.run_dir import RunDirError
 from tests.export import mission
 from tests.export.mission import T_NS, UTC_NS
+from tests.recording.mcap_samples import mission as long_mission
+from tests.recording.mcap_samples import write_segment
 
 TOPIC_OF = {"Ping": "ping", "Pose": "pose", "Detections": "detections", "ObstacleList": "obstacles", "Health": "health"}
 PERIOD_NS = 20_000_000
@@ -175,3 +180,22 @@ def test_processes_that_run_are_not_played_over(tmp_path: Path) -> None:
     finally:
         publisher.close()
         context.term()
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_of_a_damaged_recording_only_messages_are_published(
+    data: st.DataObject, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(player, "LONGEST_GAP_NS", 0)  # nothing is waited for
+    if not (tmp_path / "whole.mcap").exists():
+        write_segment(tmp_path / "whole.mcap", long_mission(3), finish=False)
+    damaged = bytearray((tmp_path / "whole.mcap").read_bytes())
+    for place in data.draw(st.lists(st.integers(200, len(damaged) - 1), min_size=1, max_size=8)):
+        damaged[place] ^= data.draw(st.integers(1, 255))
+    (tmp_path / "a.mcap").write_bytes(damaged)
+    bench = Bench()
+    bench.play(list(open_recording(tmp_path / "a.mcap").messages([*bus.TOPICS, bus.HEALTH])))
+    for topic, message, _ in bench.out:
+        sent = msgspec.msgpack.encode(message)
+        assert msgspec.msgpack.encode(decoded(topic, sent)) == sent
