@@ -40,7 +40,8 @@ HIGH_WATER_MARK = 256
 MOST_A_ROUND = 4096
 """Messages of a topic read at a time: 10 ms."""
 FIRST_PART, LAST_PART = int(zmq.SNDMORE | zmq.DONTWAIT), int(zmq.DONTWAIT)
-"""Plain integers: the sum of two flags is dear."""
+_DONTWAIT, _MORE = int(zmq.DONTWAIT), int(zmq.RCVMORE)
+"""Plain integers: the sum of two flags is dear, and enumerations are."""
 
 
 @dataclass(frozen=True)
@@ -250,7 +251,7 @@ class Responder:
 
 
 class Subscription:
-    """One SUB socket: the newest messages of one topic, decoded and checked, or as they are."""
+    """One SUB socket: the newest messages of one topic, decoded and checked."""
 
     def __init__(
         self,
@@ -258,16 +259,13 @@ class Subscription:
         run_dir: Path,
         topic: str,
         publisher: str,
-        message: type[msgspec.Struct] | None,
+        message: type[msgspec.Struct],
         queue: int,
     ) -> None:
-        """`message`: its type; None: messages stay bytes."""
         self.topic = topic
         self.counters: Counter[str] = Counter()
         self.longest = 0
-        self._decoder: msgspec.msgpack.Decoder[Any] | None = (
-            None if message is None else msgspec.msgpack.Decoder(message)
-        )
+        self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(message)
         self._waiting: deque[bytes] = deque(maxlen=queue)
         self._complained = False
         self.socket = context.socket(zmq.SUB)
@@ -300,8 +298,6 @@ class Subscription:
         return good
 
     def _decode(self, body: bytes) -> Any:
-        if self._decoder is None:
-            return body
         try:
             return self._decoder.decode(body)
         except UNDECODABLE as error:
@@ -326,17 +322,13 @@ class Subscriber:
         topics: Iterable[str],
         health_of: Iterable[str] = (),
         queue: int | None = None,
-        raw: bool = False,
     ) -> None:
-        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number.
-
-        raw: messages are the bytes as they were on the wire.
-        """
+        """Connect to everything named; `queue`: messages to keep of each topic, instead of the topic's own number."""
         own = [(row.name, row.publisher, row.message, queue or row.queue) for row in map(TOPICS.__getitem__, topics)]
         health = [(HEALTH, process, messages.Health, queue or 4) for process in health_of]
         wanted: list[tuple[str, str, type[msgspec.Struct], int]] = [*own, *health]
         self.subscriptions = [
-            Subscription(context, run_dir, topic, publisher, None if raw else message, length)
+            Subscription(context, run_dir, topic, publisher, message, length)
             for topic, publisher, message, length in wanted
         ]
         self._poller = zmq.Poller()
@@ -375,3 +367,46 @@ class Subscriber:
         """Close all sockets."""
         for subscription in self.subscriptions:
             subscription.close()
+
+
+class RawSubscriber(Subscriber):
+    """Everything that several processes publish, as bytes, in the order of arrival: one SUB socket for all."""
+
+    def __init__(
+        self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, topics: Iterable[str], health_of: Iterable[str]
+    ) -> None:
+        """Connect to the publishers of all topics, and to those of health."""
+        super().__init__(context, run_dir, ())
+        rows = [TOPICS[name] for name in topics]
+        self._socket = context.socket(zmq.SUB)
+        self._socket.setsockopt(zmq.LINGER, 0)
+        self._socket.setsockopt(zmq.RCVHWM, 4 * HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LONGEST_MESSAGE_BYTES)
+        self._socket.setsockopt(zmq.RECONNECT_IVL, 50)
+        self._socket.setsockopt(zmq.RECONNECT_IVL_MAX, 200)
+        for process in dict.fromkeys([*(row.publisher for row in rows), *health_of]):
+            self._socket.connect(endpoint(run_dir, process))
+        self._poller.register(self._socket, zmq.POLLIN)
+        for topic in (*(row.name for row in rows), HEALTH):
+            self._socket.setsockopt(zmq.SUBSCRIBE, topic.encode())
+
+    def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
+        """Wait at most `timeout_s`; return (topic, bytes) pairs; no descriptors are watched."""
+        received: list[tuple[str, Any]] = []
+        socket = self._socket
+        if not self._poller.poll(max(0, round(timeout_s * 1000))):
+            return received, []
+        while len(received) < MOST_A_ROUND:
+            try:
+                topic = socket.recv(_DONTWAIT)
+            except zmq.Again:
+                break
+            body = socket.recv(_DONTWAIT)
+            while socket.getsockopt(_MORE):
+                body = socket.recv(_DONTWAIT)
+            received.append((topic.decode(errors="replace"), body))
+        return received, []
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()

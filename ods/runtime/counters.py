@@ -249,7 +249,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
 def _of_bus(process: str) -> list[CounterRow]:
     """Return what a process's sockets count: topics that it reads, health that it watches, requests that it answers."""
     row = PROCESSES[process]
-    topics = [*row.reads, *([bus.HEALTH] if row.watches else [])]
+    topics = [] if row.raw else [*row.reads, *([bus.HEALTH] if row.watches else [])]
     dropped = [CounterRow(f"dropped_{topic}", f"`{topic}` messages dropped: newer ones waited") for topic in topics]
     bad = [CounterRow(f"bad_{topic}", f"`{topic}` messages that are none", logged=True) for topic in topics]
     requests = [CounterRow(f"bad_{row.answers}", "requests that are none, or too long")] if row.answers else []

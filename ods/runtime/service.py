@@ -58,8 +58,8 @@ class Service:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._publisher = bus.Publisher(self._context, run_dir, process.name)
         health_of = (*process.watches, SUPERVISOR) if process.watches else ()
-        queue = bus.HIGH_WATER_MARK if process.raw else None
-        self.subscriber = bus.Subscriber(self._context, run_dir, process.reads, health_of, queue, process.raw)
+        subscriber = bus.RawSubscriber if process.raw else bus.Subscriber
+        self.subscriber = subscriber(self._context, run_dir, process.reads, health_of)
         self._responder = bus.Responder(self._context, run_dir, process.answers) if process.answers else None
         self._flow: Counter[str] = Counter()
         self._newest_ns: dict[str, int] = {}
