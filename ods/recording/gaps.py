@@ -21,7 +21,11 @@ class Gaps:
         stamp = stamp_of(data)
         if stamp is None or stamp.seq is None:
             return
-        source = f"{topic} {process_of(data)[0]}" if topic == bus.HEALTH else topic
+        source = topic
+        if topic == bus.HEALTH:
+            source = process_of(data)[0]
+            if not source:
+                return
         last = self._last.get(source, stamp.seq)
         self._last[source] = stamp.seq
         if stamp.seq > last + 1:

@@ -7,10 +7,8 @@ from ods.base import clock
 from ods.recording.inbox import Inbox, Received
 from ods.recording.scribe import Scribe
 from ods.recording.settings import RecordConfig
-from ods.runtime.service import TICK_S, Service, Worker
+from ods.runtime.service import Service, Worker
 
-HELD_NS = 20 * clock.MS
-"""Messages are handed over together: one by one, poses took 5 % of a core; and a kill takes what is not handed over."""
 STALLED_NS = 3 * clock.NS
 """A disk that holds a write up for longer is told of."""
 AT_THE_END_S = 1.2
@@ -38,16 +36,12 @@ class RecordWorker(Worker[RecordConfig]):
         self._round.append(Received(topic, clock.monotonic_ns(), message))
 
     def tick(self) -> None:
-        """Hand over what came."""
-        if self._round and clock.monotonic_ns() - self._round[0].log_ns >= HELD_NS:
+        """Hand over what came in this round."""
+        if self._round:
             self._inbox.put(self._round)
             self._round = []
         if self._end_ns is not None and clock.monotonic_ns() >= self._end_ns:
             os.kill(os.getpid(), signal.SIGTERM)
-
-    def wait_s(self) -> float:
-        """Wake up in time to hand over."""
-        return HELD_NS / clock.NS if self._round else TICK_S
 
     def ready(self) -> bool:
         """Tell whether there is a folder to write to."""

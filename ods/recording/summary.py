@@ -1,5 +1,6 @@
 """What a recording holds, as numbers: topics, rates, gaps, sizes, processes, and the faults that these told of."""
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 
@@ -11,6 +12,8 @@ from ods.recording.gaps import Gaps
 from ods.recording.mcap.reader import Recorded, Recording
 from ods.recording.mcap.session import is_finished
 from ods.runtime import bus
+
+NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 @dataclass
@@ -95,12 +98,10 @@ def _hear(found: Summary, message: Recorded) -> None:
         health = msgspec.convert(message.message(), Health)
     except ValueError:
         return
-    if health.pid:
+    if health.rss_mb > 0.0:  # not told by `ods run` in its place
         found.started.setdefault((health.process, health.pid), message.log_ns)
     for problem in health.problems:
-        text = "".join("#" if letter.isdigit() else letter for letter in problem)
-        while "##" in text or "#.#" in text:
-            text = text.replace("#.#", "#").replace("##", "#")
+        text = NUMBER.sub("#", problem).partition(" so far: ")[0]  # what compiles names each kernel
         fault = found.faults.setdefault((health.process, text), Fault(message.log_ns, message.log_ns))
         fault.last_ns = message.log_ns
         fault.reports += 1

@@ -12,7 +12,7 @@ from tests.recording.mcap_samples import Sample, mission, write_segment
 
 
 def _health(process: str, pid: int, seq: int, at_ns: int, *problems: str) -> Sample:
-    return "health", at_ns, Health(process, pid, seq, at_ns, 0, True, list(problems), {}, {}, {}, {}, 0.0, 0.0)
+    return "health", at_ns, Health(process, pid, seq, at_ns, 0, True, list(problems), {}, {}, {}, {}, 1.0, 50.0)
 
 
 def test_the_table_tells_counts_rates_gaps_processes_and_faults(

@@ -121,6 +121,8 @@ class Session:
             if message.topic == bus.HEALTH and (sender := process_of(message.data)) not in self._senders:
                 self._senders.add(sender)
                 name, pid = sender
+                if not name:
+                    continue
                 segment.tell(f"process {name} {pid}", {"process": name, "pid": str(pid), "at_ns": str(message.log_ns)})
 
 

@@ -44,15 +44,16 @@ def stamp_of(data: bytes) -> Stamp | None:
 class _Sender(msgspec.Struct):
     process: str = ""
     pid: int = 0
+    rss_mb: float = 0.0
 
 
 _SENDERS = msgspec.msgpack.Decoder(_Sender)
 
 
 def process_of(health: bytes) -> tuple[str, int]:
-    """Return whose health a message tells, and the process's id; ("", 0) for what is none."""
+    """Return which process tells its own health, and its id; ("", 0): no health, or told by `ods run` in its place."""
     try:
         sender = _SENDERS.decode(health)
     except bus.UNDECODABLE:
         return "", 0
-    return sender.process, sender.pid
+    return (sender.process, sender.pid) if sender.rss_mb > 0.0 else ("", 0)
