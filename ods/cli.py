@@ -55,7 +55,7 @@ COMMANDS = (
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
     Command("calibrate", "ods.calibrate.command", "the sonar's mounting, from a recording of one object", ONBOARD),
-    Command("track", "ods.commands.track", "tracks of a recorded scenario", BUILT_IN_SETTINGS),
+    Command("track", "ods.track.command", "obstacles of recorded or simulated pings", BUILT_IN_SETTINGS),
     Command("map list", "ods.map.commands.list", "table of the objects", ONBOARD),
     Command("map export", "ods.map.commands.export", "the objects as geographic data", ONBOARD),
     Command("map prune", "ods.map.commands.prune", "remove objects; any one criterion is enough", ONBOARD),

@@ -1,31 +1,15 @@
 """The bench's planner client: listens to everything and keeps what the summary and the picture need."""
 
-from collections import defaultdict, deque
-from dataclasses import dataclass, field
+from collections import deque
 from pathlib import Path
 
 import zmq
 
 from ods.base import clock
 from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.offline.run_record import RunRecord
 from ods.runtime import bus
 from ods.runtime.processes import PROCESSES, SUPERVISOR
-
-
-@dataclass
-class RunRecord:
-    """What a bench run leaves."""
-
-    lists: list[tuple[int, ObstacleList]] = field(default_factory=list)
-    """(arrival, list) in order of arrival; arrival in CLOCK_MONOTONIC ns."""
-    truths: dict[int, Truth] = field(default_factory=dict)
-    """By ping number."""
-    health: dict[str, list[Health]] = field(default_factory=lambda: defaultdict(list))
-    """By process."""
-    kills: list[tuple[str, int]] = field(default_factory=list)
-    """(process, monotonic ns)."""
-    image: tuple[Ping, Detections] | None = None
-    """The newest ping and its detections."""
 
 
 class Collector:

@@ -8,11 +8,12 @@ import msgspec
 
 from ods.base.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
-from ods.bench import picture, report
+from ods.bench import report
 from ods.bench.metrics import summarize
 from ods.bench.program import BenchError
 from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
+from ods.offline import picture
 from ods.plots.style import add_style, drawn_in
 
 

@@ -1,35 +1,16 @@
 """Judges a bench run: truth against obstacle lists. Pure."""
 
 import math
-from collections import defaultdict
-from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.bench.collector import RunRecord
 from ods.bench.settings import BenchLimits
-from ods.messages import Health, Obstacle, ObstacleList, Truth, TruthObject
-
-STANDS_FOR_M = 5.0
-"""An obstacle farther from an object than this does not stand for it."""
-IN_PLAY = ("active", "stand_by", "hibernated")
-
-
-class ObjectScore(msgspec.Struct, frozen=True):
-    """How one object fared."""
-
-    name: str
-    tracked_share: float
-    """Share of the lists, after `settle_s` in the sector, that have a track on it."""
-    position_rms_m: float
-    radius_error: float
-    """Mean of estimated / true radius - 1."""
-    ids: list[int]
-    """Identities it had, in order."""
+from ods.messages import Health, ObstacleList
+from ods.offline.run_record import RunRecord
+from ods.offline.score import ObjectScore, position_rms_m, score_objects
 
 
 class ProcessScore(msgspec.Struct, frozen=True):
@@ -77,7 +58,7 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
     answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
     latencies_ms = _latencies_ms(record, answered)
-    objects, false_ids = _score_objects(record, settle_s)
+    objects, false_ids = score_objects(record, settle_s)
     times = [truth.t_ns for truth in record.truths.values()]
     summary = Summary(
         seconds=(max(times) - min(times)) / NS if times else 0.0,
@@ -89,7 +70,7 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
         latency_p50_ms=_percentile(latencies_ms, 50),
         latency_p99_ms=_percentile(latencies_ms, 99),
         latency_max_ms=_percentile(latencies_ms, 100),
-        position_rms_m=_position_rms_m(objects),
+        position_rms_m=position_rms_m(objects),
         radius_error=max((abs(o.radius_error) for o in objects), default=math.inf),
         tracked_share=min((o.tracked_share for o in objects), default=0.0),
         false_tracks=len(false_ids),
@@ -116,84 +97,12 @@ def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList
     return np.array(found)
 
 
-def _position_rms_m(objects: list[ObjectScore]) -> float:
-    """Return the rms over all objects, each weighted by its share of the lists."""
-    squares = [(o.position_rms_m**2, o.tracked_share) for o in objects if math.isfinite(o.position_rms_m)]
-    return math.sqrt(sum(s * w for s, w in squares) / sum(w for _, w in squares)) if squares else math.inf
-
-
 def _not_zero(counters: dict[str, int]) -> dict[str, int]:
     return {name: value for name, value in counters.items() if value}
 
 
 def _percentile(values: Floats, percent: float) -> float:
     return float(np.percentile(values, percent)) if len(values) else math.inf
-
-
-@dataclass
-class _ObjectLog:
-    """What the lists said about one object."""
-
-    first_sight_ns: int | None = None
-    expected: int = 0
-    errors: list[float] = field(default_factory=list)
-    ratios: list[float] = field(default_factory=list)
-    ids: list[int] = field(default_factory=list)
-
-    def note(self, target: TruthObject, found: Obstacle | None, t_ns: int, settle_s: float) -> None:
-        if found is not None and self.ids[-1:] != [found.id]:
-            self.ids.append(found.id)
-        if not target.in_sector:
-            return
-        self.first_sight_ns = t_ns if self.first_sight_ns is None else self.first_sight_ns
-        if t_ns - self.first_sight_ns < settle_s * NS:
-            return
-        self.expected += 1
-        if found is not None:
-            self.errors.append(_distance(found, target))
-            self.ratios.append(found.radius_m / target.radius_m)
-
-    def score(self, name: str) -> ObjectScore:
-        return ObjectScore(
-            name=name,
-            tracked_share=len(self.errors) / self.expected,
-            position_rms_m=float(np.sqrt(np.mean(np.square(self.errors)))) if self.errors else math.inf,
-            radius_error=float(np.mean(self.ratios) - 1.0) if self.ratios else math.inf,
-            ids=self.ids,
-        )
-
-
-def _score_objects(record: RunRecord, settle_s: float) -> tuple[list[ObjectScore], set[int]]:
-    """Match obstacles with objects in every list; return a score an object and the ids that matched none, ever."""
-    logs: dict[str, _ObjectLog] = defaultdict(_ObjectLog)
-    all_ids: set[int] = set()
-    for _, item in record.lists:
-        truth = record.truths.get(item.ping_number)
-        obstacles = [obstacle for obstacle in item.obstacles if obstacle.state in IN_PLAY]
-        all_ids |= {obstacle.id for obstacle in obstacles}
-        if truth is None:
-            continue
-        matched = match(truth, obstacles)
-        for target in truth.objects:
-            logs[target.name].note(target, matched.get(target.name), truth.t_ns, settle_s)
-    true_ids = {number for log in logs.values() for number in log.ids}
-    return [log.score(name) for name, log in sorted(logs.items()) if log.expected], all_ids - true_ids
-
-
-def match(truth: Truth, obstacles: list[Obstacle]) -> dict[str, Obstacle]:
-    """Return the obstacle that stands for each object, by name: least sum of horizontal distances in STANDS_FOR_M."""
-    if not obstacles or not truth.objects:
-        return {}
-    far = 1e6
-    cost = np.array([[_distance(obstacle, target) for obstacle in obstacles] for target in truth.objects])
-    cost[cost > STANDS_FOR_M] = far
-    rows, columns = linear_sum_assignment(cost)
-    return {truth.objects[i].name: obstacles[j] for i, j in zip(rows, columns, strict=True) if cost[i, j] < far}
-
-
-def _distance(obstacle: Obstacle, target: TruthObject) -> float:
-    """Horizontal: one plane does not resolve depth."""
-    return math.dist(obstacle.position_ned[:2], target.position_ned[:2])
 
 
 def _process_score(name: str, reports: list[Health]) -> ProcessScore:

@@ -5,9 +5,10 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
-from ods.bench.collector import RunRecord
 from ods.bench.metrics import Summary
 from ods.bench.settings import BenchConfig
+from ods.offline.run_record import RunRecord
+from ods.offline.score_table import objects_table
 
 PLAIN_EVERY_S = 10
 """Where the output is no terminal, one line each so many seconds."""
@@ -49,7 +50,7 @@ def show(summary: Summary, settings: BenchConfig) -> None:
     """Print the summary tables and the verdict."""
     console = Console()
     console.print(_figures(summary, settings))
-    console.print(_objects(summary))
+    console.print(objects_table(summary.objects))
     console.print(_processes(summary))
     for name, seconds in summary.back_s.items():
         console.print(f"{name} was killed and back after {seconds:.1f} s")
@@ -79,19 +80,6 @@ def _figures(summary: Summary, settings: BenchConfig) -> Table:
     ]
     for row in rows:
         table.add_row(*row)
-    return table
-
-
-def _objects(summary: Summary) -> Table:
-    table = Table("object", "tracked", "position rms", "radius error", "track ids")
-    for item in summary.objects:
-        table.add_row(
-            item.name,
-            f"{item.tracked_share:.1%}",
-            f"{item.position_rms_m:.2f} m",
-            f"{item.radius_error:+.0%}",
-            " ".join(map(str, item.ids)),
-        )
     return table
 
 

@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 from ods.base import clock
 from ods.bench import report
-from ods.bench.collector import Collector, RunRecord
+from ods.bench.collector import Collector
 from ods.bench.program import BenchError, Program
 from ods.bench.run_files import write_configs
 from ods.bench.settings import BenchConfig
+from ods.offline.run_record import RunRecord
 
 START_S = 180.0
 """For the next sign of progress: the first start compiles the pipeline's and the simulator's kernels."""

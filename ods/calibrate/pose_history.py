@@ -9,8 +9,8 @@ from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
+from ods.offline.poses import way_of
 from ods.sonar_link.files.ping_sequence import PingSequence
-from ods.sonar_link.files.s7k.recorded_poses import read_poses
 
 LONGEST_GAP_S = 0.4
 """Between two poses: no instant in between is used. Poses of a .npz stand at the pings, 0.27 s apart at 200 m."""
@@ -42,19 +42,7 @@ class PoseHistory:
 
 def history_of(path: Path, recording: PingSequence, frame: LocalFrame) -> tuple[PoseHistory, int]:
     """Return the poses of a recording, in the frame of the site, and the UTC, ns, of time 0. Raises OdsError."""
-    if recording.position_ned is not None and recording.attitude is not None and recording.timed:
-        t_ns = np.array([ping.utc_ns for ping in recording.pings])
-        attitude = Rotation.from_quat(recording.attitude, scalar_first=True)
-        return PoseHistory((t_ns - t_ns[0]) / NS, recording.position_ned, attitude), int(t_ns[0])
-    try:
-        poses = read_poses(path)
-    except OSError as error:
-        raise OdsError(f"{path}: {error.strerror}") from error
-    if not poses:
-        raise OdsError(f"{path}: no poses in it: .s7k of `ods record`, or .npz with pos_ned and quat, has them")
-    t_ns = np.array([told for told, _ in poses])
-    latitude, longitude, height, roll, pitch, heading = np.array([pose for _, pose in poses]).T
-    there = np.degrees(latitude), np.degrees(longitude)
-    turns = Rotation.from_quat([frame.turn(*place) for place in zip(*there, strict=True)], scalar_first=True)
-    attitude = turns * Rotation.from_euler("ZYX", np.column_stack([heading, pitch, roll]))
-    return PoseHistory((t_ns - t_ns[0]) / NS, frame.ned(*there, height), attitude), int(t_ns[0])
+    poses, _ = way_of(path, recording, frame)
+    t_ns = np.array([pose.t_ns for pose in poses])
+    attitude = Rotation.from_quat([pose.attitude for pose in poses], scalar_first=True)
+    return PoseHistory((t_ns - t_ns[0]) / NS, np.array([pose.position_ned for pose in poses]), attitude), int(t_ns[0])

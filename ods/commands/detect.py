@@ -12,13 +12,13 @@ from ods.base.arguments import Choice, choice
 from ods.base.errors import OdsError
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
+from ods.offline.source import pings_of
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import StageImage
 from ods.plots.style import add_style, drawn_in
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.fan_image import FanGeometry
-from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.files.settings import RecordingsSettings
 
 MOST_ON_A_SHEET = 48
@@ -31,7 +31,9 @@ class DetectError(OdsError):
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording, which pings of it, and what is made of them."""
-    parser.add_argument("file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris, Oculus .raw, .avi")
+    parser.add_argument(
+        "file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris, Oculus .raw, .avi, a recording of ods record"
+    )
     parser.add_argument("--fan", type=Path, metavar="FAN.toml", help="geometry of the fan images of an .avi clip")
     parser.add_argument(
         "--pings", type=choice, metavar="WHICH", help="only these, counted from 0: 10:20, ::5, 7, or 0,3,20:30"
@@ -57,7 +59,7 @@ def run(args: Namespace) -> None:
     draws = args.plot or args.sheet or args.plot_stages
     if draws:
         importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work
-    recording = open_pings(args.file, load(args.fan, FanGeometry) if args.fan else None)
+    recording = pings_of(args.file, load(args.fan, FanGeometry) if args.fan else None)
     places = _places(args, len(recording.pings))
     stages: list[StageImage] = []
     results = []

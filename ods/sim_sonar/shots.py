@@ -1,6 +1,7 @@
 """The pings of a scene one after the other at the sonar's own rate, each with what is true behind it."""
 
 from collections.abc import Iterator
+from itertools import count
 from typing import NamedTuple
 
 from ods.base import clock
@@ -20,13 +21,15 @@ class Shot(NamedTuple):
 
 def shots_of(images: ImageSimulator) -> Iterator[Shot]:
     """Yield pings without end, the first at scene time 0."""
-    number = 0
-    while True:
-        t_ns = round(number * images.sonar.ping_period_s * clock.NS)
-        t_s = t_ns / clock.NS
-        vehicle = images.scene.vehicle_at(t_s)
-        north, east, down = vehicle.position_ned.tolist()
-        w, x, y, z = vehicle.attitude.tolist()
-        ping = images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
-        yield Shot(ping, Truth(number, t_ns, t_ns, (north, east, down), (w, x, y, z), images.truth(t_s, number)))
-        number += 1
+    return (shot_at(images, number) for number in count())
+
+
+def shot_at(images: ImageSimulator, number: int) -> Shot:
+    """Return the ping of that number."""
+    t_ns = round(number * images.sonar.ping_period_s * clock.NS)
+    t_s = t_ns / clock.NS
+    vehicle = images.scene.vehicle_at(t_s)
+    north, east, down = vehicle.position_ned.tolist()
+    w, x, y, z = vehicle.attitude.tolist()
+    ping = images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+    return Shot(ping, Truth(number, t_ns, t_ns, (north, east, down), (w, x, y, z), images.truth(t_s, number)))

@@ -13,10 +13,10 @@ from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
 from ods.plots.style import DARK, add_style, drawn_in
+from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import Shot, shots_of
-from ods.simulate.files import find_sonar
 from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.files.s7k.writer import write_s7k
 

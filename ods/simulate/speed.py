@@ -11,6 +11,7 @@ from rich.table import Table
 from scipy.ndimage import uniform_filter
 
 from ods.base.arrays import Floats
+from ods.sim_sonar.by_name import find_scene
 from ods.sim_sonar.echo.detail import LEVEL_ERRORS
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.mean_area import Surroundings, mean_area
@@ -20,7 +21,6 @@ from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.grid import grid_of
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.simulate.files import find_scene
 
 TABLE_SCENES = ("figure11_imperfect", "rough_figure11")
 TABLE_1 = {"objects": 85, "sea-bed": 103, "imperfections": 7, "noise": 29, "total": 224}

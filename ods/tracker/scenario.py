@@ -86,6 +86,15 @@ class TrackedScenario:
     """(K,) time of each step."""
 
 
+def is_scenario(path: Path) -> bool:
+    """Tell whether a file is a scenario, by the names of its arrays: no recording of pings has echoes."""
+    try:
+        with zipfile.ZipFile(path) as file:
+            return "det.npy" in file.namelist()
+    except (OSError, zipfile.BadZipFile):
+        return False
+
+
 def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises ScenarioError."""
     try:

@@ -4,10 +4,11 @@ import math
 
 import pytest
 
-from ods.bench.collector import RunRecord
-from ods.bench.metrics import match, summarize
+from ods.bench.metrics import summarize
 from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, TrackState, Truth, TruthObject
+from ods.offline.run_record import RunRecord
+from ods.offline.score import match
 
 NS = 1_000_000_000
 LIMITS = BenchLimits(

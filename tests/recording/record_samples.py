@@ -17,9 +17,9 @@ import zmq
 from ods.base.geometry import quat_from_euler
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, TrackState
 from ods.runtime import bus
+from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
-from ods.simulate.files import find_sonar
 
 ROOT = Path(__file__).parents[2]
 START_NS = 1_700_000_000_250_000_000

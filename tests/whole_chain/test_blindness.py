@@ -11,9 +11,9 @@ import pytest
 from ods.base.clock import NS
 from ods.base.settings_file import load
 from ods.bench import runner
-from ods.bench.collector import RunRecord
 from ods.bench.settings import BenchConfig
 from ods.messages import ObstacleList, UnseenWhy
+from ods.offline.run_record import RunRecord
 from ods.runtime.bus import BusSettings
 from ods.sim_sonar.settings import Blindness, FaultSettings
 

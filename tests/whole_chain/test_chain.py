@@ -14,11 +14,11 @@ import zmq
 from ods.base.clock import NS
 from ods.base.settings_file import load
 from ods.bench import runner
-from ods.bench.collector import RunRecord
 from ods.bench.metrics import Summary, summarize
 from ods.bench.settings import BenchConfig
 from ods.client import Sonar
 from ods.messages import ObstacleList, Ping
+from ods.offline.run_record import RunRecord
 from ods.runtime import bus
 from ods.runtime.bus import BusSettings
 

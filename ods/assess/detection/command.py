@@ -17,12 +17,12 @@ from ods.assess.detection.table import attention_costs, setting_table
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.assess.images.tank import tank_images
-from ods.assess.scene_files import sonar_named
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
 from ods.plots.style import add_style
+from ods.sim_sonar.by_name import find_sonar
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
 
@@ -86,7 +86,7 @@ def run(args: Namespace) -> None:
         settings = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)
     if args.own:
         images = own_images(
-            [(recording, labels) for recording, labels in args.real], args.scene, sonar_named(args.sonar)
+            [(recording, labels) for recording, labels in args.real], args.scene, find_sonar(args.sonar)
         )
         assess_own(images, settings, effort)
         return

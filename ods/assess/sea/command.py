@@ -11,7 +11,7 @@ from typing import NamedTuple
 from rich.console import Console
 from rich.progress import track as progress
 
-from ods.assess.scene_files import scene_files, sonar_named
+from ods.assess.scene_files import scene_files
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import images_of, listed, scene_with_seed
@@ -24,6 +24,7 @@ from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
 from ods.plots.style import add_style, drawn_in
+from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.settings import TrackerSettings
 
@@ -83,7 +84,7 @@ def run(args: Namespace) -> None:
         tracker = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
     if args.images is not None and not args.images.is_dir():
         raise OdsError(f"--images {args.images}: no such folder")
-    trial = Trial(sonar_named(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker)
+    trial = Trial(find_sonar(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker)
     files = list(scene_files(args.scene)) if args.scene else shipped_scenes(args.scenes)
     scores = scores_of([Draw(file, seed) for file in files for seed in range(args.seeds)], trial, args.jobs)
     console = Console(width=120)

@@ -1,4 +1,4 @@
-"""How `ods simulate` finds sonars and scenes that are given by name, whatever folder it runs in."""
+"""Finds sonars and scenes that are given by name, whatever folder it runs in."""
 
 from pathlib import Path
 

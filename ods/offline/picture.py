@@ -1,7 +1,9 @@
-"""scene.png: the last image with its detections beside the plan of vehicle, truth and tracks."""
+"""The last image with its detections beside the plan of vehicle, truth and tracks: the picture of a run."""
 
 import math
+from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,46 +11,66 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 
 from ods.base import geometry
+from ods.base.arrays import Floats
 from ods.base.mounting import AT_ORIGIN, Mounting
-from ods.bench.collector import RunRecord
-from ods.messages import Detections, Obstacle, ObstacleList, Ping, Quaternion, Sector, Vector3
-from ods.plots.fan import draw_detections, draw_fan, polar_image
+from ods.messages import Detections, Obstacle, ObstacleList, Ping, Quaternion, Sector, TruthObject, Vector3
+from ods.offline.run_record import RunRecord
+from ods.plots.fan import PIXELS, draw_detections, draw_fan, polar_image
 from ods.plots.style import BAD, GOOD, MARK, QUIET, STRONG, WARN
 
 STATE_COLOURS = {"active": GOOD, "stand_by": WARN, "hibernated": MARK, "terminated": QUIET}
 
 
+class View(NamedTuple):
+    """What a picture shows."""
+
+    image: tuple[Ping, Detections] | None
+    path: Floats
+    """(n, 3) of the vehicle, m."""
+    vehicle: tuple[Vector3, Quaternion] | None
+    """Its pose at the image."""
+    targets: Sequence[TruthObject]
+    """What is true at the newest list."""
+    lists: Sequence[ObstacleList]
+
+
 def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> None:
     """Draw a run's last image and its plan into `file`; `mounting`: the sonar's."""
+    truths = [record.truths[number] for number in sorted(record.truths)]
+    lists = [item for _, item in record.lists]
+    newest = record.truths.get(lists[-1].ping_number) if lists else None
+    path = np.array([each.position_ned for each in truths]).reshape(-1, 3)
+    view = View(record.image, path, None, (), lists)
+    if truths:
+        truth = newest or truths[-1]
+        view = view._replace(vehicle=(truth.position_ned, truth.attitude), targets=truth.objects)
     figure = Figure(figsize=(15, 7.5), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    if record.image is not None:
-        _image(left, *record.image)
-    if record.truths:
-        _plan(right, record, mounting)
+    draw_view(figure, view, mounting)
     figure.savefig(file, dpi=110)
 
 
-def _image(axes: Axes, ping: Ping, detections: Detections) -> None:
-    draw_fan(axes, polar_image(ping))
-    draw_detections(axes, detections.detections)
-    axes.set_title(f"ping {ping.ping_number} and its {len(detections.detections)} detections")
+def draw_view(figure: Figure, view: View, mounting: Mounting = AT_ORIGIN, pixels: int = PIXELS) -> None:
+    """Draw an image and the plan; `pixels`: of the longer side of the fan."""
+    left, right = figure.subplots(1, 2)
+    if view.image is not None:
+        ping, found = view.image
+        draw_fan(left, polar_image(ping), pixels=pixels)
+        draw_detections(left, found.detections)
+        left.set_title(f"ping {ping.ping_number} and its {len(found.detections)} detections")
+    if len(view.path):
+        _plan(right, view, mounting)
 
 
-def _plan(axes: Axes, record: RunRecord, mounting: Mounting) -> None:
-    truths = [record.truths[number] for number in sorted(record.truths)]
-    path = np.array([truth.position_ned for truth in truths])
-    axes.plot(path[:, 1], path[:, 0], color=STRONG, lw=2, label="vehicle path")
-    newest = record.lists[-1][1] if record.lists else None
-    truth = record.truths.get(newest.ping_number, truths[-1]) if newest else truths[-1]
-    if record.image is not None:
-        _sector(axes, record.image[1].sector, *mounting.head(truth.position_ned, truth.attitude)[:2])
-    for index, target in enumerate(truth.objects):
+def _plan(axes: Axes, view: View, mounting: Mounting) -> None:
+    axes.plot(view.path[:, 1], view.path[:, 0], color=STRONG, lw=2, label="vehicle path")
+    if view.image is not None and view.vehicle is not None:
+        _sector(axes, view.image[1].sector, *mounting.head(*view.vehicle)[:2])
+    for index, target in enumerate(view.targets):
         circle = Circle(_plane(target.position_ned), target.radius_m, fill=False, ls="--", color=BAD, lw=1.5)
         circle.set_label("truth" if index == 0 else "")
         axes.add_patch(circle)
-    if newest is not None:
-        _tracks(axes, newest, record)
+    if view.lists:
+        _tracks(axes, view.lists)
     axes.set_aspect("equal")
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
@@ -70,9 +92,10 @@ def _sector(axes: Axes, sector: Sector, place: Vector3, attitude: Quaternion) ->
     axes.fill(world[:, 1], world[:, 0], color=MARK, alpha=0.12, label="insonified sector")
 
 
-def _tracks(axes: Axes, newest: ObstacleList, record: RunRecord) -> None:
+def _tracks(axes: Axes, lists: Sequence[ObstacleList]) -> None:
+    newest = lists[-1]
     history: dict[int, list[tuple[float, float]]] = {}
-    for _, item in record.lists:
+    for item in lists:
         for obstacle in item.obstacles:
             history.setdefault(obstacle.id, []).append(_plane(obstacle.position_ned))
     named: set[str] = set()

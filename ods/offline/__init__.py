@@ -1,0 +1,1 @@
+"""Pings to obstacle lists as on board, without sockets: files, scenes, and what came of them, scored and drawn."""

@@ -1,0 +1,108 @@
+"""Whatever `ods track` and `ods detect` take: recordings of pings, those of `ods record`, scenes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.messages import Ping, Pose, Truth
+from ods.offline.poses import poses_along, way_of
+from ods.offline.recorded import RecordedPings, decoded_of, is_recording
+from ods.recording.mcap.reader import open_recording
+from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.shots import START_UTC_NS, shot_at
+from ods.sonar_link.files.fan_image import FanGeometry
+from ods.sonar_link.files.opening import open_pings
+from ods.sonar_link.files.ping_sequence import LazyPings, PingSequence
+
+TRUTH_SUFFIX = ".truth.jsonl"
+"""Of what `ods simulate` writes beside pings."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Pings with the vehicle's poses."""
+
+    pings: Sequence[Ping]
+    """Made when they are asked for."""
+    poses: Sequence[Pose]
+    """In order of time."""
+    truths: Mapping[int, Truth] = field(default_factory=dict)
+    """By ping number; of a scene, those of the pings that were asked for; empty: not known."""
+    losses: Mapping[str, int] = field(default_factory=dict)
+    frame: LocalFrame | None = None
+    """Where the poses' origin is, as far as the file tells."""
+
+
+def open_source(path: Path, *, sonar: str, fan: FanGeometry | None = None, site: LocalFrame | None = None) -> Source:
+    """Open a scene (.toml), which `sonar` sees, or a recording with poses. Raises OdsError, one line.
+
+    site: the origin of geographic positions; none: where the first pose is.
+    """
+    if path.suffix == ".toml":
+        return scene_source(path, sonar)
+    if is_recording(path):
+        return _recorded_source(path, site)
+    recording = open_pings(path, fan)
+    if not recording.timed:
+        raise OdsError(f"{path}: its pings have no times: single images, of which nothing can be tracked")
+    poses, frame = way_of(path, recording, site)
+    return Source(recording.pings, poses, truths_beside(path), recording.losses, frame)
+
+
+def pings_of(path: Path, fan: FanGeometry | None = None) -> PingSequence:
+    """Open a recording of pings of any format, those of `ods record` too. Raises OdsError, one line."""
+    if is_recording(path):
+        recorded = open_recording(path)
+        return PingSequence(RecordedPings(recorded), losses=recorded.losses)
+    return open_pings(path, fan)
+
+
+def scene_source(path: Path, sonar: str) -> Source:
+    """Return the pings of a whole scene, as `ods simulate` writes them. Raises OdsError."""
+    scene, model = load_scene(path), find_sonar(sonar, path)
+    try:
+        images = ImageSimulator(model, scene)
+    except ValueError as error:
+        raise OdsError(f"{path}: {error}") from error
+    truths: dict[int, Truth] = {}
+
+    def make(number: int) -> Ping:
+        ping, truths[number] = shot_at(images, number)
+        return ping
+
+    count = int(scene.file.duration_s / model.ping_period_s) + 1
+    shots = range(count)
+    times = [round(number * model.ping_period_s * 1e9) for number in shots]
+    vehicles = [scene.vehicle_at(t_ns / 1e9) for t_ns in times]
+    attitudes = [tuple(vehicle.attitude.tolist()) for vehicle in vehicles]
+    places = np.array([vehicle.position_ned for vehicle in vehicles])
+    return Source(LazyPings(count, make), poses_along(times, places, attitudes, START_UTC_NS), truths)
+
+
+def _recorded_source(path: Path, site: LocalFrame | None) -> Source:
+    recorded = open_recording(path)
+    pings = RecordedPings(recorded)
+    poses = sorted(decoded_of(recorded, Pose), key=lambda pose: pose.t_ns)
+    if not pings or not poses:
+        raise OdsError(f"{path}: no {'poses' if pings else 'pings'} in it")
+    truths = {truth.ping_number: truth for truth in decoded_of(recorded, Truth)}
+    return Source(pings, poses, truths, recorded.losses, site)
+
+
+def truths_beside(path: Path) -> dict[int, Truth]:
+    """Return what `ods simulate` wrote beside a file, by ping number; empty where it did not. Raises OdsError."""
+    file = path.with_suffix(TRUTH_SUFFIX)
+    if not file.is_file():
+        return {}
+    try:
+        truths = [msgspec.json.decode(line, type=Truth) for line in file.read_bytes().splitlines()]
+    except (OSError, msgspec.MsgspecError) as error:
+        raise OdsError(f"{file}: {error}") from error
+    return {truth.ping_number: truth for truth in truths}

@@ -1,0 +1,53 @@
+"""A run as a moving picture: each ping's image beside the plan, as an animated WebP or GIF."""
+
+from io import BytesIO
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+from PIL import Image
+
+from ods.base.clock import MS
+from ods.base.mounting import Mounting
+from ods.offline.picture import View, draw_view
+
+MOST_FRAMES = 120
+"""All are in memory while the file is written, 1 MB each."""
+SIZE_INCHES, DPI = (11.0, 5.0), 80
+FAN_PIXELS = 360
+LAST_MS = 2000
+"""The last picture stands so long before it begins anew."""
+
+
+class Movie:
+    """Draws pictures of a run, and writes them as one file. Both inside `drawn_in`."""
+
+    def __init__(self, pings: int, mounting: Mounting) -> None:
+        """`pings`: of the whole run; of more than MOST_FRAMES every second, third, ... is shown."""
+        self._every = -(-pings // MOST_FRAMES)
+        self._mounting = mounting
+        self._frames: list[Image.Image] = []
+        self._times_ns: list[int] = []
+
+    def wants(self, place: int) -> bool:
+        """Tell whether the ping at a place of the run is shown."""
+        return place % self._every == 0
+
+    def add(self, view: View, t_ns: int) -> None:
+        """Draw what is to be seen at a time."""
+        figure = Figure(figsize=SIZE_INCHES, dpi=DPI)  # a layout engine takes longer than all drawing
+        figure.subplots_adjust(left=0.06, right=0.99, bottom=0.1, top=0.92)
+        draw_view(figure, view, self._mounting, FAN_PIXELS)
+        pixels = BytesIO()
+        figure.savefig(pixels, format="rgba", dpi=DPI)
+        width, height = (round(DPI * inches) for inches in SIZE_INCHES)
+        self._frames.append(Image.frombytes("RGBA", (width, height), pixels.getvalue()).convert("RGB"))
+        self._times_ns.append(t_ns)
+
+    def save(self, path: Path) -> None:
+        """Write the file, in the mission's own time. Raises OSError, ValueError."""
+        if not self._frames:
+            raise ValueError("no picture to show")
+        spent_ms = [max(20, round(span / MS)) for span in np.diff(self._times_ns).tolist()]
+        first, *others = self._frames
+        first.save(path, save_all=True, append_images=others, duration=[*spent_ms, LAST_MS], loop=0)
