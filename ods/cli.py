@@ -49,7 +49,7 @@ COMMANDS = (
     Command("record", "ods.commands.record", "what is on the bus, to files", ONBOARD),
     Command("info", "ods.commands.info", "what is in a recording", NO_CONFIG),
     Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", RECORDED),
-    Command("replay", "ods.replay.command", "a recording played again", NO_CONFIG),
+    Command("replay", "ods.replay.command", "a recording played again: live, or checked", RECORDED),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
     Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),

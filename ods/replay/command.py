@@ -4,7 +4,10 @@ import math
 from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from pathlib import Path
 
-from ods.recording.mcap.reader import open_recording
+from ods.base.errors import OdsError
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
+from ods.recording.mcap.reader import Recording, open_recording
 from ods.replay.live import Wanted, play
 from ods.runtime import bus
 from ods.runtime.run_dir import default_run_dir
@@ -15,6 +18,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("recording", type=Path, metavar="RECORDING", help="file or folder that `ods record` wrote")
     how = parser.add_mutually_exclusive_group(required=True)
     how.add_argument("--live", action="store_true", help="onto the bus, in its own time, as if its processes ran now")
+    how.add_argument(
+        "--check", action="store_true", help="pipeline and tracker again: is what comes what was recorded?"
+    )
     live = parser.add_argument_group("live")
     live.add_argument("--speed", type=_speed, default=1.0, metavar="N", help="0.01 to 100 times as fast, default: 1")
     live.add_argument("--from", type=_seconds, default=0.0, dest="begin", metavar="S", help="of the recording")
@@ -25,13 +31,32 @@ def add_arguments(parser: ArgumentParser) -> None:
     live.add_argument("--run-dir", type=Path, help=f"where processes meet, default: {default_run_dir()}")
 
 
-def run(args: Namespace) -> None:
-    """Replay. Raises OdsError."""
+def run(args: Namespace) -> int:
+    """Replay; return 1 when a check does not hold. Raises OdsError."""
     recording = open_recording(args.recording)
+    if args.check:
+        return _check(args, recording)
+    if args.config:
+        raise OdsError("--config: goes with --check")
     wanted = Wanted(args.speed, (args.begin, args.end), args.loop, args.topics)
     played = play(recording.messages, args.run_dir or default_run_dir(), wanted)
     lost = [f"{what} {count}" for what, count in sorted((played.losses + recording.losses).items())]
     print(", ".join([f"{args.recording}: {played.messages} messages published", *lost]))
+    return 0
+
+
+def _check(args: Namespace, recording: Recording) -> int:
+    if args.config:
+        from ods.replay.what_if import compare_runs, tell_differences
+
+        tell_differences(*compare_runs(recording, load(args.config, OnboardConfig)))
+        return 0
+    from ods.replay.check import check, tell
+
+    result = check(recording)
+    result.counters.update(recording.losses)
+    tell(result, args.recording)
+    return 0 if result.holds else 1
 
 
 def _seconds(text: str) -> float:

@@ -75,7 +75,8 @@ class MissionTracker:
         self._utc = utc
         self._vehicle: Vehicle | None = None
         self._ping_seq: int | None = None
-        self._seq = 0
+        self.seq = 0
+        """Of the next list."""
         self._listed_ns = 0
         self.left_out = 0
         """Objects that the newest list had no room for."""
@@ -179,7 +180,7 @@ class MissionTracker:
         nearest = hittable.nearest(self.settings.planner.most_listed, centre)
         self.left_out = len(hittable) - len(nearest)
         message = ObstacleList(
-            seq=self._seq,
+            seq=self.seq,
             ping_number=-1 if shown is None else shown.ping_number,
             t_ns=t_ns,
             utc_ns=self._utc.at(t_ns),
@@ -196,7 +197,7 @@ class MissionTracker:
             poses_until=self._poses_until,
             made_ns=now_ns,
         )
-        self._seq += 1
+        self.seq += 1
         self._listed_ns = now_ns
         return message
 

@@ -34,6 +34,12 @@ def provisional_first_id() -> int:
     return PROVISIONAL_IDS + secrets.randbelow(1 << 52)
 
 
+def of_earlier_mission(known: MapObject, position_sigma_m: float) -> MapObject:
+    """Return an object as far as it can be relied on in another mission, whose pose has other errors."""
+    north, east = (math.hypot(s, position_sigma_m) for s in known.sigma[:2])
+    return msgspec.structs.replace(known, sigma=(north, east, known.sigma[2]))
+
+
 class MapKeeper:
     """Collects changes, has them written one at a time, and hands out what earlier missions left."""
 
@@ -139,12 +145,8 @@ class MapKeeper:
             self._lag.done(now_ns)
             self._lag.wanted = WRITTEN
         gone = set(self.pending.removes())
-        return Known([self._older(o) for o in objects if o.id not in gone], first_id) if news else None
-
-    def _older(self, known: MapObject) -> MapObject:
-        """Return an object as far as it can be relied on in another mission, whose pose has other errors."""
-        north, east = (math.hypot(s, self._settings.position_sigma_m) for s in known.sigma[:2])
-        return msgspec.structs.replace(known, sigma=(north, east, known.sigma[2]))
+        sigma_m = self._settings.position_sigma_m
+        return Known([of_earlier_mission(o, sigma_m) for o in objects if o.id not in gone], first_id) if news else None
 
     def _written(self, now_ns: int) -> None:
         if self._sent is not None:

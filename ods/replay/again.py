@@ -1,0 +1,177 @@
+"""Pipeline and tracker of a recorded mission once more, by the code that runs on board, fed with what they knew."""
+
+from collections import Counter, deque
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import msgspec
+
+from ods.base.clock import NS
+from ods.config import OnboardConfig, part_of
+from ods.messages import Detections, ObstacleList, Ping
+from ods.pipeline.plan import PingError
+from ods.pipeline.processor import PingProcessor
+from ods.pipeline.settings import PipelineConfig
+from ods.pipeline.stage.params import StageError
+from ods.recording.mcap.reader import Recorded, Recording
+from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
+from ods.replay.streams import DetectionsStream, HealthStream, PoseStream, message_of
+from ods.runtime.processes import PROCESSES
+from ods.tracker.checkpoint import Mission
+from ods.tracker.map.keeper import of_earlier_mission
+from ods.tracker.mission import MissionTracker
+from ods.tracker.output.validity import InputMonitor
+from ods.tracker.settings import TrackerConfig
+from ods.tracker.utc import VehicleUtc
+
+PATIENCE_NS = 2 * NS
+"""A ping that the recorder heard of so much later than of its detections, or never, is missing."""
+
+
+class DetectionsPair(NamedTuple):
+    """The detections of one ping."""
+
+    log_ns: int
+    recorded: Detections
+    data: bytes
+    """As recorded."""
+    again: Detections | None
+    """None: not to be had, see the counters."""
+
+
+class ListPair(NamedTuple):
+    """One obstacle list."""
+
+    recorded: ObstacleList
+    data: bytes
+    again: ObstacleList | None
+
+
+class PipelineAgain:
+    """The pipeline once more. `counters`: missing_pings, missing_poses, failed_pings, pipeline_restarts."""
+
+    def __init__(self, recording: Recording, config: OnboardConfig, counters: "Counter[str]") -> None:
+        """Raises PluginError, StageError."""
+        self.counters = counters
+        self._recording = recording
+        self._settings = part_of(config, PipelineConfig)
+        self._processor = PingProcessor(self._settings)
+        self._poses = PoseStream(recording)
+        self._starts = deque(pipeline_starts(recording))
+        self._pings: deque[Ping] = deque()
+        self._waiting: deque[tuple[Recorded, Detections]] = deque()
+
+    def run(self) -> Iterator[DetectionsPair]:
+        """Yield the detections of each ping that has some, in order. Raises RecordingError."""
+        for recorded in self._recording.messages(["ping", "detections"]):
+            message = message_of(self._recording, recorded)
+            if isinstance(message, Ping):
+                self._pings.append(message)
+            elif isinstance(message, Detections):
+                self._waiting.append((recorded, message))
+            yield from self._work_off(recorded.log_ns)
+        yield from self._work_off(None)
+        self.counters["missing_poses"] += self._poses.missing
+
+    def _work_off(self, now_ns: int | None) -> Iterator[DetectionsPair]:
+        """Yield what can be: None: there is no more to wait for."""
+        while self._waiting:
+            recorded, found = self._waiting[0]
+            ping = next((ping for ping in self._pings if ping.t_ns == found.t_ns), None)
+            if ping is None and now_ns is not None and now_ns < recorded.log_ns + PATIENCE_NS:
+                return
+            self._waiting.popleft()
+            self.counters["missing_pings"] += ping is None
+            again = None if ping is None else self._process(ping, recorded, found)
+            while self._pings and self._pings[0].t_ns <= found.t_ns:
+                self._pings.popleft()
+            yield DetectionsPair(recorded.log_ns, found, recorded.data, again)
+
+    def _process(self, ping: Ping, recorded: Recorded, found: Detections) -> Detections | None:
+        if self._starts and recorded.log_ns >= self._starts[0]:
+            self._starts.popleft()
+            self.counters["pipeline_restarts"] += 1
+            self._processor = PingProcessor(self._settings)
+        for pose in self._poses.until(found.poses_until, recorded.log_ns):
+            self._processor.hear_pose(pose)
+        try:
+            return self._processor.process(ping)
+        except (PingError, StageError):
+            self.counters["failed_pings"] += 1
+            return None
+
+
+class TrackerAgain:
+    """The tracker once more, over given detections.
+
+    `counters`: missing_detections, missing_lists, missing_poses, tracker_restarts (those that went on where the former
+    one was), tracker_anew (those that did not, as far as lists tell).
+    """
+
+    def __init__(self, recording: Recording, config: OnboardConfig, counters: "Counter[str]") -> None:
+        """Raises OdsError."""
+        self.counters = counters
+        self._recording = recording
+        self._settings = part_of(config, TrackerConfig)
+        sigma_m = self._settings.tracker.map.position_sigma_m
+        known = recorded_map(recording)
+        self._known = [of_earlier_mission(o, sigma_m) for o in known]
+        self._lives: deque[Life] = deque(tracker_lives(recording, known))
+        self.lists = sum(life.lists for life in self._lives)
+        self._poses, self._health = PoseStream(recording), HealthStream(recording)
+        self._tracker: MissionTracker | None = None
+
+    def run(self, detections: Iterator[tuple[int, Detections]]) -> Iterator[ListPair]:
+        """Yield each list, as recorded and once more. Raises RecordingError, PluginError."""
+        found = DetectionsStream(detections)
+        for recorded in self._recording.messages(["obstacles"]):
+            told = message_of(self._recording, recorded)
+            if isinstance(told, ObstacleList):
+                yield ListPair(told, recorded.data, self._again(told, found))
+        self.counters["missing_poses"] += self._poses.missing
+
+    def _again(self, told: ObstacleList, found: DetectionsStream) -> ObstacleList | None:
+        tracker = self._tracker_of(told)
+        for pose in self._poses.until(told.poses_until, told.made_ns):
+            tracker.hear_pose(pose)
+        for report in self._health.until(told.made_ns):
+            tracker.hear_health(report)
+        self.counters["missing_lists"] += max(0, told.seq - tracker.seq)
+        tracker.seq = told.seq
+        tracker.follow_utc(told.made_ns)
+        if told.ping_number < 0:
+            return tracker.silent_list(told.made_ns)
+        of_ping = found.of(told.t_ns)
+        if of_ping is None:
+            self.counters["missing_detections"] += 1
+            return None
+        answer = tracker.track(of_ping, told.made_ns)
+        return None if answer is None else answer.message
+
+    def _tracker_of(self, told: ObstacleList) -> MissionTracker:
+        """Return the tracker that made a list: one whose lists begin anew took over from the former one."""
+        former = self._tracker
+        if former is not None and told.seq >= former.seq:
+            return former
+        first_id = self._lives.popleft().first_id
+        utc = VehicleUtc(told.made_ns, told.utc_ns - told.t_ns, told.utc_source)
+        watches = PROCESSES["tracker"].watches
+        tracker = MissionTracker(
+            self._settings, InputMonitor(told.made_ns, watches, lambda _: ""), utc, first_id=first_id
+        )
+        if former is not None and _goes_on(told, former):
+            self.counters["tracker_restarts"] += 1
+            left: Mission = msgspec.msgpack.decode(msgspec.msgpack.encode(former.state([], [])), type=Mission)
+            tracker.restore(left, left.map_changes.put, former.tracker.next_id)
+        else:
+            self.counters["tracker_anew"] += former is not None
+            tracker.seq = told.seq
+            tracker.tracker.join(self._known, first_id)
+        self._tracker = tracker
+        return tracker
+
+
+def _goes_on(told: ObstacleList, former: MissionTracker) -> bool:
+    """Tell whether a new tracker's first list knows what the former tracker's objects were."""
+    live = {o.id for o in told.obstacles if o.state != "hibernated"}
+    return bool(live & set(former.tracker.snapshot().id.tolist())) or not len(former.tracker.snapshot())

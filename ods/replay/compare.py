@@ -1,0 +1,107 @@
+"""Is what came once more what was recorded? To the byte, or within tolerances."""
+
+from enum import Enum
+from typing import NamedTuple
+
+import msgspec
+
+from ods.messages import Detections, ObstacleList
+from ods.replay.again import DetectionsPair, ListPair
+from ods.runtime.processes import PROCESSES
+
+NEAR_M = 0.05
+"""Tolerance of places, ranges and radii on another type of CPU,"""
+NEAR_RAD = 0.002
+"""of bearings,"""
+ENOUGH = 0.98
+"""and the share of messages that have to be within: a decision at a threshold may fall otherwise."""
+
+_ENCODER = msgspec.msgpack.Encoder()
+
+
+class Verdict(Enum):
+    """How a message compares with the recorded one."""
+
+    SAME = "identical"
+    SAME_BUT_HEALTH = "identical but for reasons that rest on other processes' health"
+    NEAR = "within tolerances"
+    OTHER = "different"
+    NONE = "not to be had"
+
+
+class Compared(NamedTuple):
+    """The verdict, and where the first difference is."""
+
+    verdict: Verdict
+    where: str = ""
+
+
+def compare_detections(pair: DetectionsPair) -> Compared:
+    """Compare the detections of a ping."""
+    if pair.again is None:
+        return Compared(Verdict.NONE)
+    if _ENCODER.encode(pair.again) == pair.data:
+        return Compared(Verdict.SAME)
+    where = f"ping {pair.recorded.ping_number}: {_first_difference(pair.recorded, pair.again)}"
+    return Compared(Verdict.NEAR if _near_detections(pair.recorded, pair.again) else Verdict.OTHER, where)
+
+
+def compare_lists(pair: ListPair) -> Compared:
+    """Compare a list; one without a ping by its obstacles, as when it was made depends on the clock."""
+    told, again = pair.recorded, pair.again
+    if again is None:
+        return Compared(Verdict.NONE)
+    if _ENCODER.encode(again) == pair.data or (told.ping_number < 0 and again.obstacles == told.obstacles):
+        return Compared(Verdict.SAME)
+    if again.reasons != told.reasons and _of_health(again.reasons) != _of_health(told.reasons):
+        judged = msgspec.structs.replace(again, valid=told.valid, reasons=told.reasons)
+        if _of_input(again.reasons) == _of_input(told.reasons) and _ENCODER.encode(judged) == pair.data:
+            return Compared(Verdict.SAME_BUT_HEALTH)
+    where = f"list {told.seq}: {_first_difference(told, again)}"
+    return Compared(Verdict.NEAR if _near_lists(told, again) else Verdict.OTHER, where)
+
+
+def _of_health(reasons: list[str]) -> list[str]:
+    return [reason for reason in reasons if reason.partition(":")[0] in PROCESSES]
+
+
+def _of_input(reasons: list[str]) -> list[str]:
+    return [reason for reason in reasons if reason.partition(":")[0] not in PROCESSES]
+
+
+def _near_detections(told: Detections, again: Detections) -> bool:
+    return (
+        len(told.detections) == len(again.detections)
+        and told.usable == again.usable
+        and all(
+            abs(a.range_m - b.range_m) <= NEAR_M
+            and abs(a.radius_m - b.radius_m) <= NEAR_M
+            and abs(a.bearing_rad - b.bearing_rad) <= NEAR_RAD
+            for a, b in zip(told.detections, again.detections, strict=True)
+        )
+    )
+
+
+def _near_lists(told: ObstacleList, again: ObstacleList) -> bool:
+    here, there = ({(o.id, o.state): o for o in each.obstacles} for each in (told, again))
+    return here.keys() == there.keys() and all(
+        abs(o.radius_m - there[key].radius_m) <= NEAR_M
+        and all(abs(a - b) <= NEAR_M for a, b in zip(o.position_ned, there[key].position_ned, strict=True))
+        for key, o in here.items()
+    )
+
+
+def _first_difference(told: msgspec.Struct, again: msgspec.Struct) -> str:
+    """Name the first field that differs, with both values where they are short."""
+    for name in told.__struct_fields__:
+        a, b = getattr(told, name), getattr(again, name)
+        if a == b:
+            continue
+        if isinstance(a, list) and isinstance(b, list):
+            if len(a) != len(b):
+                return f"{name}: {len(a)} recorded, {len(b)} now"
+            for place, (x, y) in enumerate(zip(a, b, strict=True)):
+                if x != y and isinstance(x, msgspec.Struct):
+                    return f"{name}[{place}].{_first_difference(x, y)}"
+        return f"{name}: {str(a)[:60]} recorded, {str(b)[:60]} now"
+    return "the bytes, as of a message of another version"

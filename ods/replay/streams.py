@@ -1,0 +1,100 @@
+"""What was recorded of one topic, taken as far as a process knew it at the time."""
+
+from collections.abc import Iterator
+from typing import Generic, TypeVar
+
+import msgspec
+
+from ods.base.clock import NS
+from ods.messages import Detections, Health, Pose
+from ods.recording.mcap.reader import Recorded, Recording
+
+MessageT = TypeVar("MessageT", bound=msgspec.Struct)
+
+SLACK_NS = NS
+"""The recorder may hear of a message later than who made use of it, by so much at most."""
+
+
+class Stream(Generic[MessageT]):
+    """The messages of one topic in the order in which they came, with a look at the next one."""
+
+    def __init__(self, messages: Iterator[tuple[int, MessageT]]) -> None:
+        """Take (log time, message) pairs."""
+        self._messages = messages
+        self.upcoming = next(messages, None)
+
+    def take(self) -> MessageT:
+        """Return the upcoming message, and go on."""
+        if self.upcoming is None:
+            raise LookupError("there is no more")
+        _, message = self.upcoming
+        self.upcoming = next(self._messages, None)
+        return message
+
+
+def messages_of(recording: Recording, topic: str, kind: type[MessageT]) -> Iterator[tuple[int, MessageT]]:
+    """Yield log time and message; what is none is counted among the recording's losses. Raises RecordingError."""
+    for recorded in recording.messages([topic]):
+        message = message_of(recording, recorded)
+        if isinstance(message, kind):
+            yield recorded.log_ns, message
+
+
+def message_of(recording: Recording, recorded: Recorded) -> msgspec.Struct | None:
+    """Return a recorded message; None, and counted, where it is none."""
+    try:
+        return recorded.message()
+    except ValueError:
+        recording.losses[f"bad_{recorded.topic}"] += 1
+        return None
+
+
+class PoseStream:
+    """Poses, told up to that which a process knew: `poses_until` of what it made.
+
+    `missing`: how often that pose was not recorded.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        self._poses = Stream(messages_of(recording, "pose", Pose))
+        self._last: int | None = None
+        self.missing = 0
+
+    def until(self, seq: int, now_ns: int) -> Iterator[Pose]:
+        """Yield the poses not told yet up to the one of that number, which was known at `now_ns`; -1: none was."""
+        while seq >= 0 and self._last != seq:
+            upcoming = self._poses.upcoming
+            lost = upcoming is not None and (self._last is None or self._last < seq) and seq < upcoming[1].seq
+            later = upcoming is not None and upcoming[0] > now_ns + SLACK_NS
+            if upcoming is None or lost or later:
+                self.missing += 1
+                return
+            self._last = upcoming[1].seq
+            yield self._poses.take()
+
+
+class HealthStream:
+    """Health reports up to an instant. When a process heard of one is not recorded, only when the recorder did."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._reports = Stream(messages_of(recording, "health", Health))
+
+    def until(self, now_ns: int) -> Iterator[Health]:
+        """Yield the reports not told yet that had come by then."""
+        while self._reports.upcoming is not None and self._reports.upcoming[0] <= now_ns:
+            yield self._reports.take()
+
+
+class DetectionsStream:
+    """Detections, found by the instant of their ping."""
+
+    def __init__(self, detections: Iterator[tuple[int, Detections]]) -> None:
+        self._found = Stream(detections)
+
+    def of(self, t_ns: int) -> Detections | None:
+        """Return the detections of the ping sent at `t_ns`, behind those asked for before; None: not recorded."""
+        while self._found.upcoming is not None and self._found.upcoming[1].t_ns < t_ns:
+            self._found.take()
+        if self._found.upcoming is None or self._found.upcoming[1].t_ns != t_ns:
+            return None
+        return self._found.take()
