@@ -7,11 +7,9 @@ import msgspec
 
 from ods.base.geodesy import LocalFrame
 from ods.messages import ObstacleList, Ping, Pose
+from ods.recording.record_s7k import WRITTEN
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sonar_link.files.s7k.writer import S7kWriter
-
-WRITTEN = frozenset({"pings", "contacts", "poses"})
-"""Counters of what is in the file; the others count losses."""
 
 
 class S7kFile:
