@@ -22,6 +22,8 @@ from ods.tracker.utc import Restamp
 
 FIRST_SCANS = 2
 """In so many images after the start all objects are new: one that is there may be missed in the very first."""
+SEEN_AS_OBJECT = 2.0 / 3.0
+"""See `Tracks.rarely_seen`: a confirmed object that was seen more often teaches nothing by its end."""
 
 
 class Tracker:
@@ -105,9 +107,13 @@ class Tracker:
         return outcome
 
     def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
-        """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
+        """Take the objects that this image ends, (n,) next states, as places where echoes come and go.
+
+        Not confirmed ones that were seen nearly as often as an object is: they were there, whatever ended them.
+        """
         tracks, places = self._tracks, prediction.places
-        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside).nonzero()[0]
+        real = prediction.reported & ~tracks.rarely_seen(self.settings.echo.detection_probability, SEEN_AS_OBJECT)
+        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside & ~real).nonzero()[0]
         seen = tracks.looks
         self._alarms.flicker.learn(
             Places(*(each[ended] for each in places)), seen.hits[ended], seen.looks[ended], scan.sector

@@ -24,11 +24,7 @@ CELLS = 128
 FAN_MEMORY, WORLD_MEMORY = 0.99, 0.997
 """What an image leaves of the counts of those before: they are of the last 15 and 50 s at 6.7 images a second."""
 CALM = 0.003
-"""The chance where nothing is known, and an image has no false alarms;"""
-NEW = 0.03
-"""what it rises by towards many of them,"""
-MANY = 10.0
-"""of which so many are half of the way;"""
+"""The chance where nothing is known;"""
 CALM_LOOKS = 30.0
 """it counts for so many looks in the image as a whole,"""
 POOLED_LOOKS = 10.0
@@ -89,13 +85,9 @@ class Flicker:
         """Take in the tracks that an image ended: (k,) echoes after the first, and looks. Called for every image."""
         _learn(self._fan, self._world, ended, np.array([np.minimum(hits, looks), looks]), _span_of(sector))
 
-    def chance(self, places: Places, sector: Sector, per_scan: float) -> Floats:
-        """Return (n,) the chance that an echo comes back to each place if there is no object.
-
-        per_scan: false alarms of an image.
-        """
-        prior = CALM + NEW * per_scan**2 / (per_scan**2 + MANY**2)
-        return _chance(self._fan, self._world, places, _span_of(sector), prior)
+    def chance(self, places: Places, sector: Sector) -> Floats:
+        """Return (n,) the chance that an echo comes back to each place if there is no object."""
+        return _chance(self._fan, self._world, places, _span_of(sector), CALM)
 
 
 def _span_of(sector: Sector) -> _Span:

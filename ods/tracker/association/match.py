@@ -86,7 +86,7 @@ def match_scan(
     rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
     measurement = _measured(shown, merged, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    flicker = alarms.flicker.chance(prediction.places, scan.sector, clutter.per_scan)
+    flicker = alarms.flicker.chance(prediction.places, scan.sector)
     if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(

@@ -17,6 +17,7 @@ from ods.tracker.utc import Restamp
 
 FLICKERING = 0.1
 """A place flickers when its chance to show an echo without an object is above this."""
+HALF_WAY = 0.5
 
 
 class History(NamedTuple):
@@ -148,11 +149,15 @@ class Tracks:
         seen.looks[:] += looks
         seen.flickers[:] += flicker * looks
 
+    def rarely_seen(self, detection_probability: float, share: float) -> Mask:
+        """Tell (n,) which are seen less often than this `share` of the way from where echoes come and go to objects."""
+        seen = self._looks.rows
+        return np.asarray(seen.hits < share * detection_probability * seen.looks + (1.0 - share) * seen.flickers)
+
     def intermittent(self, detection_probability: float) -> Mask:
         """Tell (n,) which are seen as places where echoes come and go are, and not as objects are there."""
         seen = self._looks.rows
-        half_way = 0.5 * (detection_probability * seen.looks + seen.flickers)
-        return (seen.flickers > FLICKERING * seen.looks) & (seen.hits < half_way)
+        return (seen.flickers > FLICKERING * seen.looks) & self.rarely_seen(detection_probability, HALF_WAY)
 
     def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: Floats) -> None:
         """Append tentative objects, one a measurement, given births and (k,) false alarms a scan."""
