@@ -17,6 +17,7 @@ from ods.config import OnboardConfig
 from ods.runtime import bus
 from ods.runtime.counters import COUNTERS
 from ods.runtime.processes import PROCESSES, SUPERVISOR
+from ods.runtime.raw_bytes import RawBytes
 
 HEAD = """# Messages
 
@@ -88,7 +89,7 @@ def _schema() -> str:
 
 def _structs() -> list[type[msgspec.Struct]]:
     found = [item for item in vars(messages).values() if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
-    return sorted(found, key=lambda kind: inspect.getsourcelines(kind)[1])
+    return [*sorted(found, key=lambda kind: inspect.getsourcelines(kind)[1]), RawBytes]
 
 
 def _section(kind: type[msgspec.Struct]) -> str:

@@ -15,7 +15,7 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.messages import Health, ObstacleList, UnseenPart
 from ods.runtime import bus
-from ods.runtime.processes import SUPERVISOR, on_board
+from ods.runtime.processes import SUPERVISOR, may_be_on_board
 
 REFRESH_S = 0.25
 UNSEEN_SHOWN_S = 1.0
@@ -33,7 +33,7 @@ def run(args: Namespace) -> None:
 def watch(run_dir: Path) -> None:
     """Show what `run_dir` publishes until interrupted."""
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-    names = [*(process.name for process in on_board()), SUPERVISOR]
+    names = [*(process.name for process in may_be_on_board()), SUPERVISOR]
     newest: ObstacleList | None = None
     health: dict[str, Health] = {}
     with bus.Subscriber(context, run_dir, ["obstacles"], names) as subscriber, Live(console=Console()) as live:
@@ -104,8 +104,10 @@ def _obstacles(newest: ObstacleList | None) -> Table:
 
 def _processes(health: dict[str, Health], now_ns: int) -> Table:
     table = Table("process", "state", "rates Hz", "CPU %", "MB", "counters")
-    for process in on_board():
+    for process in may_be_on_board():
         item = health.get(process.name)
+        if item is None and process.by_configuration:
+            continue
         if item is None:
             table.add_row(process.name, Text("not seen", style="red"))
             continue

@@ -10,7 +10,7 @@ from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus
-from ods.runtime.processes import SUPERVISOR, on_board
+from ods.runtime.processes import SUPERVISOR, may_be_on_board, on_board
 from ods.runtime.run_dir import is_locked
 
 LISTEN_S = 1.5
@@ -21,13 +21,15 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
     if run_dir.exists() and not os.access(run_dir, os.R_OK | os.X_OK):
         yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
         return
-    running = [process.name for process in on_board() if is_locked(run_dir, process.name)]
+    running = [process.name for process in may_be_on_board() if is_locked(run_dir, process.name)]
     if not running:
         yield Finding("note", "processes", f"none runs on {run_dir}")
         return
     health = _listen(run_dir, running)
-    for process in on_board():
+    for process in may_be_on_board():
         report = health.get(process.name)
+        if process.name not in running and process.by_configuration:
+            continue
         if process.name not in running:
             told = "; ".join(report.problems) if report else ""
             yield Finding("wrong", process.name, told or "does not run, though others do")
@@ -45,7 +47,7 @@ def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:
     health: dict[str, Health] = {}
     deadline_ns = clock.monotonic_ns() + int(LISTEN_S * clock.NS)
     with bus.Subscriber(context, run_dir, [], [*names, SUPERVISOR]) as subscriber:
-        while len(health) < len(on_board()) and clock.monotonic_ns() < deadline_ns:
+        while len(health) < max(len(names), len(on_board())) and clock.monotonic_ns() < deadline_ns:
             for _, message in subscriber.receive(0.1)[0]:
                 health[message.process] = message
     context.term()

@@ -24,6 +24,7 @@ import zmq
 from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
+from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, sockets_made
 
 log = logging.getLogger(__name__)
@@ -70,6 +71,7 @@ TOPICS: dict[str, Topic] = {
         Topic("detections", messages.Detections, "pipeline", 6.7, queue=16, stale_s=1.0),
         Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+        Topic("raw", RawBytes, "sonar", 0.0, queue=HIGH_WATER_MARK),
         Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
         Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),
     )

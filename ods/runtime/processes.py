@@ -38,7 +38,8 @@ PROCESSES: dict[str, Process] = {
     for process in (
         Process(
             "record", "everything on the bus to files",
-            reads=("ping", "pose", "detections", "obstacles", "truth", "sonar-requests", "sonar-answers"), publishes=(),
+            reads=("ping", "pose", "detections", "obstacles", "truth", "raw", "sonar-requests", "sonar-answers"),
+            publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
         ),
@@ -56,7 +57,7 @@ PROCESSES: dict[str, Process] = {
             worker="ods.pipeline.service:PipelineWorker", settings="ods.pipeline.settings:PipelineConfig",
         ),
         Process(
-            "sonar", "sonar bytes to pings", reads=(), publishes=("ping", "sonar-requests", "sonar-answers"),
+            "sonar", "sonar bytes to pings", reads=(), publishes=("ping", "raw", "sonar-requests", "sonar-answers"),
             worker="ods.sonar_link.service:SonarWorker", settings="ods.sonar_link.settings:SonarConfig",
             answers="sonar-requests",
         ),
@@ -73,3 +74,8 @@ PROCESSES: dict[str, Process] = {
 def on_board() -> list[Process]:
     """Return the processes that `ods run` keeps up, whatever the configuration says."""
     return [process for process in PROCESSES.values() if process.on_board and not process.by_configuration]
+
+
+def may_be_on_board() -> list[Process]:
+    """Return those, and the ones that run where the configuration says so."""
+    return [process for process in PROCESSES.values() if process.on_board]

@@ -9,6 +9,7 @@ from ods.base import clock
 from ods.messages import Ping, SonarRequest
 from ods.runtime.bus import TOPICS
 from ods.runtime.counters import logged_names
+from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.service import Service, Worker
 from ods.sonar_link.link import SonarLink
 from ods.sonar_link.planner_requests import PlannerRequests
@@ -34,6 +35,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._link = SonarLink(sonar, self._protocol, self._counters)
         self._planners = PlannerRequests(self._protocol.orders, sonar.control_patience_s, service.answer)
         self._watched: int | None = None
+        self._reads = 0
         self._newest_ns = clock.monotonic_ns()
         self._logged: set[str] = set()
 
@@ -48,6 +50,9 @@ class SonarWorker(Worker[SonarConfig]):
             pings = self._link.read(clock.monotonic_ns())
             if pings is None:
                 break
+            if self.settings.sonar.publish_raw:
+                self.service.publish("raw", RawBytes(self._reads, clock.monotonic_ns(), self._link.newest))
+                self._reads += 1
             self._publish(pings)
         self._follow_port()
 

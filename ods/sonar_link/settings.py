@@ -26,6 +26,8 @@ class SonarSettings(Settings, frozen=True):
     """Python files, or modules by name, that register protocols of the user's own."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
     """Bits a second of the serial line."""
+    publish_raw: bool = False
+    """Publish the bytes of the line, too, on the topic `raw`, for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0)] = 0.0
     """From the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only to
     even out an INS that is later than the sonar."""

@@ -18,6 +18,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Ping
 from ods.runtime import bus
+from ods.runtime.raw_bytes import RawBytes
 from ods.sonar_link.s7k import records
 from tests.sonar_link.sonar_samples import Device, make_ping
 
@@ -37,7 +38,7 @@ def step_wall_clock(*_):
 
 signal.signal(signal.SIGUSR1, step_wall_clock)
 folder = Path(sys.argv[1])
-sonar = SonarSettings(port=str(folder / "seabat"))
+sonar = SonarSettings(port=str(folder / "seabat"), publish_raw=True)
 service.run_worker(SonarWorker, PROCESSES["sonar"], folder, SonarConfig(sonar=sonar))
 """
 PATIENCE_S = 20.0
@@ -49,10 +50,11 @@ class Process:
     def __init__(self, folder: Path) -> None:
         self.link = folder / "seabat"
         self.pings: list[Ping] = []
+        self.raw: list[RawBytes] = []
         self.health: Health | None = None
         self._process = subprocess.Popen([sys.executable, "-c", PROGRAM, str(folder)])
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._subscriber = bus.Subscriber(self._context, folder, ["ping"], ["sonar"])
+        self._subscriber = bus.Subscriber(self._context, folder, ["ping", "raw"], ["sonar"])
 
     def wait(self, wanted: Callable[[], Any], meanwhile: Callable[[], object] = lambda: None) -> float:
         """Take messages until `wanted` holds; return how long that took, s."""
@@ -73,6 +75,8 @@ class Process:
         for topic, message in self._subscriber.receive(timeout_s)[0]:
             if topic == "ping":
                 self.pings.append(message)
+            elif topic == "raw":
+                self.raw.append(message)
             else:
                 self.health = message
 

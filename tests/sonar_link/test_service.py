@@ -43,6 +43,7 @@ def test_pings_come_out_and_survive_noise_and_a_pulled_line(process: Process) ->
     process.wait(lambda: process.pings[-1].ping_number == 500)
     ping = process.pings[-1]
     assert np.array_equal(frame_of(ping), frame_of(sent))
+    assert records.encode_ping(sent) in b"".join(each.data for each in process.raw)  # the bytes of the line, too
     assert ping.t_ns < ping.t_rx_ns <= clock.monotonic_ns()
     assert abs(ping.utc_ns - clock.utc_ns(ping.t_ns)) < 1_000_000_000
     process.wait(lambda: process.counter("truncated_record") == 1)  # given up after record_timeout_s

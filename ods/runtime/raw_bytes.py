@@ -1,0 +1,14 @@
+"""The message of the topic `raw`: what a device sent, as it came."""
+
+from typing import Annotated
+
+import msgspec
+
+
+class RawBytes(msgspec.Struct, frozen=True):
+    """What the sonar sent, as one read of the line gave it; published only with `sonar.publish_raw`."""
+
+    seq: Annotated[int, msgspec.Meta(ge=0)]
+    t_ns: int
+    """When it was read."""
+    data: bytes
