@@ -1,5 +1,6 @@
 """`ods record --finish`: completes recordings that were cut off."""
 
+import fcntl
 from pathlib import Path
 
 from ods.base.errors import one_line
@@ -32,6 +33,19 @@ def _mend_segment(path: Path) -> None:
     if is_finished(path):
         print(f"{path}: is complete")
         return
+    if _is_being_written(path):
+        raise RecordingError(f"{path}: is being written")
     messages, losses = rewrite(path)
     lost = "".join(f", {name} {count}" for name, count in sorted(losses.items()))
     print(f"{path}: complete, {messages} messages{lost}")
+
+
+def _is_being_written(path: Path) -> bool:
+    with path.open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:  # some file systems have no locks
+            return False
+    return False

@@ -137,6 +137,8 @@ def test_everything_is_recorded_as_it_was_on_the_wire() -> None:
         chain.play(samples, 0.01)
         chain.until(lambda: _kept(chain.out, samples).get("sonar-answers") is not None)
         after = clock.monotonic_ns()
+        finish = [sys.executable, "-m", "ods", "record", "--finish", str(chain.out)]
+        assert "is being written" in subprocess.run(finish, capture_output=True, text=True, check=False).stderr
         chain.process.send_signal(signal.SIGTERM)
         assert chain.process.wait(10) == 0
         assert _kept(chain.out, samples) == _wire(samples)

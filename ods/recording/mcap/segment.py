@@ -5,6 +5,7 @@ of those since the last one. A writer that is killed leaves the last ones as the
 Places are told to each write, so that no error leaves the file in a state of which the writer does not know.
 """
 
+import fcntl
 import json
 import os
 import zlib
@@ -75,6 +76,8 @@ class Segment:
         self._channels = [Channel(number, topic, "msgpack", {}, number) for number, topic in enumerate(MESSAGES, 1)]
         self._numbers = {topic: number for number, topic in enumerate(MESSAGES, 1)}
         self._file = path.open("xb", buffering=0)
+        with suppress(OSError):  # some file systems have none
+            fcntl.flock(self.fd, fcntl.LOCK_EX | fcntl.LOCK_NB)  # who completes files leaves it alone
         try:
             self._append(MAGIC + encoded(Header(PROFILE, f"ods {__version__}")))
             for name, fields in metadata.items():
