@@ -27,7 +27,7 @@ class CounterRow(NamedTuple):
 
 REFUSE = "ODS_REFUSE_UNKNOWN_COUNTERS"
 RECORDER, RECORDINGS, SIM_DEVICES = "s7k recorder", "recordings", "simulated devices"
-OWN_RECORDINGS = "recordings of ods"
+OWN_RECORDINGS, REPLAY = "recordings of ods", "ods replay"
 """Who counts, beside the processes of the process table: recorders and readers of files, the bench's devices."""
 
 _POSE_BUFFER = (
@@ -234,6 +234,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("unknown_channels", "messages that are not of the bus"),
         CounterRow("unreadable_segments", "files of a folder that are no recordings"),
         CounterRow("left_out", "metadata and attachments beyond 48 MB"),
+    ),
+    REPLAY: (
+        CounterRow("missing_pings", "detections whose ping was not recorded"),
+        CounterRow("missing_detections", "lists whose detections were not recorded"),
+        CounterRow("missing_lists", "lists that were made and not recorded, by gaps in `seq`"),
+        CounterRow("missing_poses", "poses that were known on board and not recorded"),
+        CounterRow("failed_pings", "pings that the pipeline cannot process"),
+        CounterRow("pipeline_restarts", "times the pipeline began anew", trouble=False),
+        CounterRow("tracker_restarts", "times a tracker went on where the former one was", trouble=False),
+        CounterRow("tracker_anew", "times a tracker began anew", trouble=False),
     ),
     SIM_DEVICES: (
         CounterRow("frames", "CAN adapter: frames passed on", trouble=False),
