@@ -189,6 +189,8 @@ class Detections(msgspec.Struct, frozen=True):
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the pipeline knew when it worked on the ping; -1: none. With the same poses,
     the same ping gives the same detections."""
+    poses_heard: Count = 0
+    """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -311,6 +313,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """Why, in plain words; empty when all was seen."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
+    poses_heard: Count = 0
+    """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
     made_ns: Instant = 0
     """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
 

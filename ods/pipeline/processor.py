@@ -28,11 +28,12 @@ class PingProcessor:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = self.counters
-        self._poses_until = -1
+        self._poses_until, self._poses_heard = -1, 0
 
     def hear_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
+        self._poses_heard += 1
         if self.chain.over_pings:
             self._poses.insert(pose)
 
@@ -40,4 +41,5 @@ class PingProcessor:
         """Return the detections of a ping. Raises PingError, StageError."""
         pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
         self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
-        return msgspec.structs.replace(self.chain.process(ping, pose=pose), poses_until=self._poses_until)
+        found = self.chain.process(ping, pose=pose)
+        return msgspec.structs.replace(found, poses_until=self._poses_until, poses_heard=self._poses_heard)

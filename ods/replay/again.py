@@ -92,7 +92,8 @@ class PipelineAgain:
             self._starts.popleft()
             self.counters["pipeline_restarts"] += 1
             self._processor = PingProcessor(self._settings)
-        for pose in self._poses.until(found.poses_until, recorded.log_ns):
+            self._poses.begin()
+        for pose in self._poses.until(found, recorded.log_ns):
             self._processor.hear_pose(pose)
         try:
             return self._processor.process(ping)
@@ -132,7 +133,7 @@ class TrackerAgain:
 
     def _again(self, told: ObstacleList, found: DetectionsStream) -> ObstacleList | None:
         tracker = self._tracker_of(told)
-        for pose in self._poses.until(told.poses_until, told.made_ns):
+        for pose in self._poses.until(told, told.made_ns):
             tracker.hear_pose(pose)
         for report in self._health.until(told.made_ns):
             tracker.hear_health(report)
@@ -167,6 +168,7 @@ class TrackerAgain:
             self.counters["tracker_anew"] += former is not None
             tracker.seq = told.seq
             tracker.tracker.join(self._known, first_id)
+        self._poses.begin()
         self._tracker = tracker
         return tracker
 

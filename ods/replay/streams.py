@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 import msgspec
 
 from ods.base.clock import NS
-from ods.messages import Detections, Health, Pose
+from ods.messages import Detections, Health, ObstacleList, Pose
 from ods.recording.mcap.reader import Recorded, Recording
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
@@ -50,27 +50,39 @@ def message_of(recording: Recording, recorded: Recorded) -> msgspec.Struct | Non
 
 
 class PoseStream:
-    """Poses, told up to that which a process knew: `poses_until` of what it made.
+    """Poses as a process heard them, by what it told of them in what it made: `poses_until` and `poses_heard`.
 
-    `missing`: how often that pose was not recorded.
+    `missing`: how often the newest pose that it knew was not recorded.
     """
 
     def __init__(self, recording: Recording) -> None:
         self._poses = Stream(messages_of(recording, "pose", Pose))
         self._last: int | None = None
+        self._heard = 0
         self.missing = 0
 
-    def until(self, seq: int, now_ns: int) -> Iterator[Pose]:
-        """Yield the poses not told yet up to the one of that number, which was known at `now_ns`; -1: none was."""
+    def begin(self) -> None:
+        """From now on another process hears them."""
+        self._heard = 0
+
+    def until(self, message: Detections | ObstacleList, now_ns: int) -> list[Pose]:
+        """Return the poses that the process heard since the last call and before it made a message, at `now_ns`.
+
+        Of those in between it heard the newest: the others were sent before it was connected, or it was busy.
+        """
+        seq, found = message.poses_until, list[Pose]()
         while seq >= 0 and self._last != seq:
             upcoming = self._poses.upcoming
             lost = upcoming is not None and (self._last is None or self._last < seq) and seq < upcoming[1].seq
             later = upcoming is not None and upcoming[0] > now_ns + SLACK_NS
             if upcoming is None or lost or later:
                 self.missing += 1
-                return
+                break
             self._last = upcoming[1].seq
-            yield self._poses.take()
+            found.append(self._poses.take())
+        new = message.poses_heard - self._heard
+        self._heard = message.poses_heard
+        return found[max(0, len(found) - new) :] if message.poses_heard else found
 
 
 class HealthStream:

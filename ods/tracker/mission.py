@@ -68,7 +68,7 @@ class MissionTracker:
         self.tracker = Tracker(self.settings, first_id=first_id)
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
-        self._poses_until = -1
+        self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._poses.counters = self._lister.counters = self.counters
         self._inputs = inputs
@@ -110,6 +110,7 @@ class MissionTracker:
         """Take in a pose."""
         self._poses.insert(pose)
         self._poses_until = pose.seq
+        self._poses_heard += 1
         self._inputs.pose(pose.t_ns)
         self._utc.hear(pose)
 
@@ -195,6 +196,7 @@ class MissionTracker:
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
             poses_until=self._poses_until,
+            poses_heard=self._poses_heard,
             made_ns=now_ns,
         )
         self.seq += 1
