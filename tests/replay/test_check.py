@@ -1,7 +1,7 @@
 """Recorded missions again: what the processes said on the bench comes out of today's code. Regression tests.
 
-Within the tolerances of another computer: to the byte it is right after they were made, until a kernel changes. Where they
-differ on purpose: `python -m tests.replay.recordings` makes the recordings anew.
+Within the tolerances of another computer: to the byte it is right after they were made, until a kernel changes. Where
+they differ on purpose: `python -m tests.replay.recordings` makes the recordings anew.
 """
 
 from collections import Counter
