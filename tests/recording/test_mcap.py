@@ -93,6 +93,16 @@ def test_a_file_cut_off_anywhere_gives_its_whole_messages(tmp_path: Path) -> Non
     assert counts[0] < counts[-1] == len(samples) - 1
 
 
+def test_a_kill_between_the_chunk_and_the_cut_behind_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    samples = mission(1, 15, samples=2000)[:16]
+    with monkeypatch.context() as patch:
+        patch.setattr("os.ftruncate", lambda fd, size: None)
+        path = write_segment(tmp_path / "a.mcap", samples, finish=False)
+    recording = open_recording(path)
+    assert [(each.topic, each.log_ns, each.message()) for each in recording.messages()] == samples
+    assert recording.losses == Counter()
+
+
 @pytest.mark.parametrize(
     ("content", "says"),
     [

@@ -40,6 +40,8 @@ from ods.recording.mcap.topics import MESSAGES, stamp_of
 
 LEVEL = 1
 """Of zstd: higher ones gain nothing on sonar images."""
+PRIVATE = 0x80
+"""First opcode that is nobody's."""
 U64, U32 = 2**64 - 1, 2**32 - 1
 
 
@@ -191,7 +193,7 @@ class Segment:
             indexes += encoded(MessageIndex(channel, entries))
         self._in_place = False
         try:
-            self._put(chunk + indexes, place)
+            self._put(chunk + indexes + _filler(self._inside - len(chunk) - len(indexes)), place)
         except OSError:
             with suppress(OSError):
                 self._restore()
@@ -249,6 +251,14 @@ class Segment:
             metadata_count=len(self._told),
             schema_count=len(self._schemas),
         )
+
+
+def _filler(size: int) -> bytes:
+    """Return the head of a record of `size` bytes that readers skip: what is left of the messages until it is cut off.
+
+    A kill may come before that. Too few bytes for a record are counted as torn then, and nothing is lost by them.
+    """
+    return RECORD.pack(PRIVATE, size - RECORD.size) if size >= RECORD.size else b""
 
 
 def _schema(number: int, topic: str) -> Schema:
