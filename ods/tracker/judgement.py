@@ -16,8 +16,10 @@ def judge(tracks: Tracks, prediction: ScanPrediction, match: ScanMatch, t_ns: in
     history, estimate, hit = tracks.history, prediction.estimate, match.hit
     tentative, probabilities = ~prediction.reported, tracks.probabilities
     carried = existence.carry_on(probabilities, history.echoes, match.watched, tracks.unjudged_s, settings.echo)
-    probabilities[...] = existence.after_image(carried, hit, match.llr, match.expected, match.flicker)
-    tracks.looked(hit, match.watched, match.flicker)
+    often = existence.returns(tracks.looks.hits, tracks.looks.looks, settings.echo.detection_probability)
+    probabilities[...] = existence.after_image(carried, hit, match.llr, match.expected, often)
+    tracks.compare(match.strength, match.typical, match.spots, settings.motion.static_prior)
+    tracks.looked(hit, match.watched, existence.SPOT_SEEN * match.spots)
     tracks.unjudged_s = 0.0
     evidence = lifecycle.Evidence(
         hit=hit,

@@ -34,6 +34,13 @@ class FlickerState(msgspec.Struct, frozen=True):
     """and these."""
 
 
+class StrengthState(msgspec.Struct, frozen=True):
+    """How strong the echoes of nothing are."""
+
+    rings: list[float]
+    """Number, sum and sum of squares by class of range."""
+
+
 class TrackerState(msgspec.Struct, frozen=True):
     """All but the objects of the map."""
 
@@ -42,6 +49,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     tracks: TracksState
     clutter: ClutterState
     flicker: FlickerState
+    strength: StrengthState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

@@ -6,6 +6,7 @@ from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.registry import association_of
+from ods.tracker.association.strength import Strength
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -22,8 +23,6 @@ from ods.tracker.utc import Restamp
 
 FIRST_SCANS = 2
 """In so many images after the start all objects are new: one that is there may be missed in the very first."""
-SEEN_AS_OBJECT = 2.0 / 3.0
-"""See `Tracks.rarely_seen`: a confirmed object that was seen more often teaches nothing by its end."""
 
 
 class Tracker:
@@ -35,7 +34,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker())
+        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength())
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -56,8 +55,9 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker = self._alarms
-        return TrackerState(self._t_ns, self._scans, self._tracks.state(), clutter.state(), flicker.state())
+        clutter, flicker, strength = self._alarms
+        counted = clutter.state(), flicker.state(), strength.state()
+        return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
         """Return how the objects that belong in the map differ from those at the last `whole_map`."""
@@ -77,6 +77,7 @@ class Tracker:
         refuse_absurd(self._tracks, state.t_ns or 0)
         self._alarms.clutter.restore(state.clutter)
         self._alarms.flicker.restore(state.flicker)
+        self._alarms.strength.restore(state.strength)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -103,21 +104,16 @@ class Tracker:
         if match.unexplained is not None:
             echo = settings.echo
             births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
-            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, match.clutter)
+            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, match.unknown)
         return outcome
 
     def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
-        """Take the objects that this image ends, (n,) next states, as places where echoes come and go.
-
-        Not confirmed ones that were seen nearly as often as an object is: they were there, whatever ended them.
-        """
+        """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
         tracks, places = self._tracks, prediction.places
-        real = prediction.reported & ~tracks.rarely_seen(self.settings.echo.detection_probability, SEEN_AS_OBJECT)
-        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside & ~real).nonzero()[0]
-        seen = tracks.looks
-        self._alarms.flicker.learn(
-            Places(*(each[ended] for each in places)), seen.hits[ended], seen.looks[ended], scan.sector
-        )
+        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside).nonzero()[0]
+        where, doubt = Places(*(each[ended] for each in places)), tracks.doubt
+        spots, nothing = doubt.spot[ended], doubt.nothing[ended]
+        self._alarms.flicker.learn(where, spots, spots + nothing, scan.sector)
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

@@ -3,8 +3,10 @@
 from itertools import pairwise
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.special import betaln
 
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
@@ -76,10 +78,11 @@ def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> N
 @given(st.integers(0, 100_000), st.floats(0.0, 1e6))
 def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     rng = np.random.default_rng(seed)
-    start = rng.dirichlet(np.ones(3), 50).T
+    start = rng.dirichlet(np.ones(4), 50).T
     carried = existence.carry_on(start, rng.integers(1, 1000, 50), rng.random(50), dt, ECHO)
     hit = rng.random(50) < 0.5
-    judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99, rng.random(50) * 0.6)
+    often = existence.returns(rng.integers(0, 50, 50), rng.integers(50, 60, 50), 0.9)
+    judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99, often)
     for probabilities in (carried, judged):
         np.testing.assert_allclose(probabilities.sum(axis=0), 1.0)
         assert (probabilities >= 0.0).all()
@@ -87,15 +90,36 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
 
 
 def test_bayes_by_hand() -> None:
-    """Prior 0.2 visible, 0.3 silent, 0.5 nothing; an echo 9 times as likely from the object: 1.8 : 0.3 : 0.5.
+    """Prior 0.2 visible, 0.3 silent, 0.4 nothing, 0.1 spot; a body has an echo in 0.9 of the images, a spot in 0.45.
 
-    To the silent object the echo is a false alarm: it is no proof against it.
+    An echo 9 times as likely from the object, at its setting of 0.9: (0.1 + 9) 0.2 : 0.3 : 0.4 : (0.55 + 4.5) 0.1. To
+    the silent object the echo is a false alarm: it is no proof against it.
     """
-    start = np.array([[0.2], [0.3], [0.5]])
-    hit = existence.after_image(start, np.array([True]), np.log([9.0]), np.array([0.9]), np.zeros(1))
-    np.testing.assert_allclose(hit[:, 0], [1.8 / 2.6, 0.3 / 2.6, 0.5 / 2.6])
-    missed = existence.after_image(start, np.array([False]), np.zeros(1), np.array([0.9]), np.zeros(1))
-    np.testing.assert_allclose(missed[:, 0], [0.02 / 0.82, 0.3 / 0.82, 0.5 / 0.82])
+    start, often = np.array([[0.2], [0.3], [0.4], [0.1]]), existence.Returns(np.array([1.0]), np.array([0.5]))
+    hit = existence.after_image(start, np.array([True]), np.log([9.0]), np.array([0.9]), often)
+    np.testing.assert_allclose(hit[:, 0], np.array([1.82, 0.3, 0.4, 0.505]) / 3.025)
+    missed = existence.after_image(start, np.array([False]), np.zeros(1), np.array([0.9]), often)
+    np.testing.assert_allclose(missed[:, 0], np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
+
+
+@pytest.mark.parametrize(("hits", "looks"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
+def test_many_images_prove_what_the_beta_binomial_law_says(hits: int, looks: int) -> None:
+    """A body over a spot, whatever the order: no place where it is known how often it is seen beforehand."""
+    order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
+    told, seen, often = np.array([[0.5], [0.0], [0.0], [0.5]]), 0.0, 0.9
+    for k, hit in enumerate(order):
+        how = existence.returns(np.array([seen]), np.array([float(k)]), often)
+        # a sharp echo: 1e6 times as likely as a false alarm, which then is no other explanation
+        told = existence.after_image(told, np.array([hit]), np.log([1e6]), np.array([often]), how)
+        seen += float(hit)
+
+    def log_law(share: float, weight: float) -> float:
+        a, b = weight * share, weight * (1.0 - share)
+        return float(betaln(a + hits, b + looks - hits) - betaln(a, b))
+
+    expected = log_law(existence.BODY_SEEN, existence.BODY_LOOKS) - log_law(existence.SPOT_SEEN, existence.SPOT_LOOKS)
+    ratio = np.log(told[existence.VISIBLE, 0] / told[existence.SPOT, 0])
+    assert ratio == pytest.approx(expected, abs=1e-3)
 
 
 def test_a_drop_out_counts_against_nobody() -> None:

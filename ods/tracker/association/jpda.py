@@ -87,7 +87,7 @@ def _put_together(
     predicted_table: Floats,
     radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (7, k) each.
+    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (8, k) each.
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
@@ -122,6 +122,7 @@ def _put_together(
     for k in range(count):
         i = objects[k]
         made.elevation[k] = echoes.elevation[hypotheses.echoes[best[k]]]
+        made.strength[k] = echoes.strength[hypotheses.echoes[best[k]]]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],

@@ -7,17 +7,20 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
+from ods.messages import Sector
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
-from ods.tracker.association.flicker import Flicker
+from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
+from ods.tracker.association.strength import Strength, Typical
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
+from ods.tracker.track.tracks import Unexplained
 
 DROP_OUT_EXPECTED = 3.0
 """So many confirmed objects expected,"""
@@ -34,6 +37,7 @@ class FalseAlarms(NamedTuple):
 
     clutter: Clutter
     flicker: Flicker
+    strength: Strength
 
 
 class ScanMatch(NamedTuple):
@@ -51,12 +55,16 @@ class ScanMatch(NamedTuple):
     """(n,) probability that the sonar looked at the object,"""
     expected: Floats
     """and that a visible object would have given an echo; 0 in a drop-out."""
-    flicker: Floats
-    """(n,) chance that there would be an echo without an object: see `flicker`."""
+    spots: Floats
+    """(n,) share of spots, which come and go, among echoes of nothing at each: see `flicker`."""
+    strength: Floats
+    """(n,) of the echo, dB; 0: none, or not told."""
+    typical: Typical
+    """Of n echoes of nothing, where the objects are."""
     unexplained: PositionMeasurement | None
-    """Where echoes come from that no object explains, k; None: there are none."""
-    clutter: Floats
-    """(k,) false alarms a scan if it had as many everywhere as there."""
+    """Where echoes come from that no object explains, k; None: there are none,"""
+    unknown: Unexplained
+    """and what is known of them."""
 
 
 def match_scan(
@@ -86,7 +94,11 @@ def match_scan(
     rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
     measurement = _measured(shown, merged, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    flicker = alarms.flicker.chance(prediction.places, scan.sector)
+    strength = np.zeros(len(hit))
+    strength[shown.objects] = shown.echoes.rows.strength
+    alarms.strength.count(_not_of_confirmed(echoes, assignment.pairs, reported), scan.sector)
+    spots = alarms.flicker.share(prediction.places, scan.sector, alarms.strength.per_scan)
+    typical = alarms.strength.typical(prediction.measurement.rows.range_m, scan.sector)
     if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
@@ -96,9 +108,31 @@ def match_scan(
         llr=np.asarray(np.bincount(shown.objects, shown.llr, len(hit)), np.float64),
         watched=watched,
         expected=watched * (0.0 if drop_out else chance.detection_probability),
-        flicker=flicker,
+        spots=spots,
+        strength=strength,
+        typical=typical,
         unexplained=elsewhere,
-        clutter=clutter.density(rest, scan.sector).per_scan,
+        unknown=_unknown(rest, elsewhere, alarms, scan.sector),
+    )
+
+
+def _not_of_confirmed(echoes: Echoes, pairs: Hypotheses, reported: Mask) -> Echoes:
+    """Return the echoes that no confirmed object explains."""
+    free = np.ones(len(echoes), bool)
+    free[pairs.echoes[reported[pairs.objects]]] = False
+    return echoes.take(free.nonzero()[0])
+
+
+def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
+    """Return what is known of the echoes `rest`, which no object explains and which come from `places`."""
+    clutter, nowhere = alarms.clutter, np.zeros(0)
+    north, east = (nowhere, nowhere) if places is None else places.position[:2]
+    where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
+    return Unexplained(
+        clutter.density(rest, sector).per_scan,
+        alarms.flicker.share(where, sector, alarms.strength.per_scan),
+        rest.rows.strength,
+        alarms.strength.typical(rest.rows.range_m, sector),
     )
 
 

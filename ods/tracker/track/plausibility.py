@@ -22,6 +22,10 @@ def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
     most = looks * (1.0 + ROUNDING)
     if not (np.isfinite(looks) & (hits >= 0.0) & (flickers >= 0.0) & (hits <= most) & (flickers <= most)).all():
         raise ValueError("looks that are none")
+    nature = tracks.nature
+    bounded = (np.abs(np.stack(nature)) < FARTHEST).all()
+    if not bounded or not ((nature.told >= 0.0) & (nature.spots > 0.0) & (nature.spots < 1.0)).all():
+        raise ValueError("strengths or shares of spots that are none")
     _refuse_absurd_filters(tracks)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
+from ods.tracker.association.strength import Typical, evidence
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import TrackTable
@@ -15,9 +16,12 @@ from ods.tracker.state import TracksState
 from ods.tracker.track import existence, lifecycle
 from ods.tracker.utc import Restamp
 
-FLICKERING = 0.1
+FLICKERING = 0.03
 """A place flickers when its chance to show an echo without an object is above this."""
-HALF_WAY = 0.5
+
+
+EVEN = 0.5
+"""Share of spots that an object of the map, which is none, is judged by."""
 
 
 class History(NamedTuple):
@@ -42,13 +46,27 @@ class History(NamedTuple):
 
 
 class Doubt(NamedTuple):
-    """Whether n objects exist: (n,) probabilities, the first three as in `existence`."""
+    """Whether n objects exist: (n,) probabilities, the first four as in `existence`."""
 
     visible: Floats
     silent: Floats
     nothing: Floats
+    spot: Floats
     first_visible: Floats
     """That it existed after the first echo."""
+
+
+class Unexplained(NamedTuple):
+    """What is known of k echoes that no object explains: (k,) each."""
+
+    clutter: Floats
+    """False alarms a scan if it had as many everywhere as there,"""
+    spots: Floats
+    """and the share of spots among them: see `flicker`."""
+    strength: Floats
+    """dB; 0: not told."""
+    typical: Typical
+    """Of the echoes of nothing there."""
 
 
 class Looks(NamedTuple):
@@ -62,6 +80,21 @@ class Looks(NamedTuple):
     """and how many of these would have had one if there were no object: see `flicker`."""
 
 
+class Nature(NamedTuple):
+    """What tells n objects from the spots of a bottom, beside how often they are seen: (n,) each."""
+
+    strength: Floats
+    """Sum over their echoes of what they have over the echoes of nothing, in standard deviations of these,"""
+    told: Floats
+    """and number of the echoes that tell their strength;"""
+    by_strength: Floats
+    """the log-likelihood ratio taken of that, and"""
+    by_motion: Floats
+    """that of their motion;"""
+    spots: Floats
+    """the share of spots at their place that they are judged by."""
+
+
 class Tracks:
     """Live objects, filtered together."""
 
@@ -72,6 +105,7 @@ class Tracks:
         self._history = TrackTable(History, (len(History._fields),), np.int64)
         self._doubt = TrackTable(Doubt, (len(Doubt._fields),))
         self._looks = TrackTable(Looks, (len(Looks._fields),))
+        self._nature = TrackTable(Nature, (len(Nature._fields),))
         self._told: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -84,7 +118,7 @@ class Tracks:
 
     @property
     def probabilities(self) -> Floats:
-        """(3, n) of `existence`: visible, silent, nothing."""
+        """(4, n) of `existence`: visible, silent, nothing, spot."""
         first: Floats = self._doubt.table[: existence.EXISTENCE_STATES]
         return first
 
@@ -99,9 +133,14 @@ class Tracks:
         return self._looks.rows
 
     @property
+    def nature(self) -> Nature:
+        """Views."""
+        return self._nature.rows
+
+    @property
     def existence(self) -> Floats:
         """(n,) probability."""
-        return 1.0 - self._doubt.rows.nothing
+        return self._doubt.rows.visible + self._doubt.rows.silent
 
     def told(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
@@ -149,27 +188,50 @@ class Tracks:
         seen.looks[:] += looks
         seen.flickers[:] += flicker * looks
 
-    def rarely_seen(self, detection_probability: float, share: float) -> Mask:
-        """Tell (n,) which are seen less often than this `share` of the way from where echoes come and go to objects."""
-        seen = self._looks.rows
-        return np.asarray(seen.hits < share * detection_probability * seen.looks + (1.0 - share) * seen.flickers)
+    def compare(self, strength: Floats, typical: Typical, spots: Floats, static_prior: float) -> None:
+        """Judge existence by how strong the newest echoes are and by motion: (n,) each, as in `ScanMatch`.
+
+        Confirmed objects are judged by what is known of their places by now.
+        """
+        nature = self._nature.rows
+        self._take_strength(slice(None), strength, typical)
+        by_motion = existence.evidence_of_motion(self.told()[1].static, static_prior)
+        known = np.where(self.history.state == lifecycle.TENTATIVE, nature.spots, spots)
+        change = by_motion - nature.by_motion - (logit(known) - logit(nature.spots))
+        nature.by_motion[:], nature.spots[:] = by_motion, known
+        self.probabilities[...] = existence.told_apart(self.probabilities, np.zeros(len(self)), change)
+
+    def _take_strength(self, rows: slice, strength: Floats, typical: Typical) -> None:
+        nature, told = self._nature.rows, strength > 0.0
+        nature.strength[rows] += np.where(told, (strength - typical.mean_db) / typical.sigma_db, 0.0)
+        nature.told[rows] += told
+        mean = nature.strength[rows] / np.maximum(nature.told[rows], 1.0)
+        before = nature.by_strength[rows].copy()
+        nature.by_strength[rows] = np.where(told, evidence(mean, nature.told[rows], typical), before)
+        change = nature.by_strength[rows] - before
+        self.probabilities[:, rows] = existence.told_apart(self.probabilities[:, rows], change, change)
 
     def intermittent(self, detection_probability: float) -> Mask:
         """Tell (n,) which are seen as places where echoes come and go are, and not as objects are there."""
         seen = self._looks.rows
-        return (seen.flickers > FLICKERING * seen.looks) & self.rarely_seen(detection_probability, HALF_WAY)
+        half_way = 0.5 * (detection_probability * seen.looks + seen.flickers)
+        return (seen.flickers > FLICKERING * seen.looks) & (seen.hits < half_way)
 
-    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, clutter: Floats) -> None:
-        """Append tentative objects, one a measurement, given births and (k,) false alarms a scan."""
+    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, unknown: Unexplained) -> None:
+        """Append tentative objects, one a measurement, given births a scan and what is known of these k echoes."""
         count = len(measured.radius)
         new, doubt = self._history.grow(count), self._doubt.grow(count)
         new.state[:], new.echoes[:] = lifecycle.TENTATIVE, 1
         new.first_utc[:] = new.last_utc[:] = utc_ns
         new.born[:] = new.last[:] = t_ns
         new.unwatched[:] = 0
-        doubt.visible[:] = doubt.first_visible[:] = births / (births + clutter)
-        doubt.nothing[:] = clutter / (births + clutter)
+        none = unknown.clutter / (births + unknown.clutter)
+        doubt.visible[:] = 1.0 - none
+        doubt.nothing[:], doubt.spot[:] = (1.0 - unknown.spots) * none, unknown.spots * none
         self._looks.grow(count)
+        self._nature.grow(count).spots[:] = unknown.spots
+        self._take_strength(slice(len(self) - count, None), unknown.strength, unknown.typical)
+        doubt.first_visible[:] = doubt.visible
         self._observer.start(measured)
         self._told = None
 
@@ -186,6 +248,7 @@ class Tracks:
         doubt.visible[:] = doubt.first_visible[:] = [o.existence for o in objects]
         doubt.nothing[:] = 1.0 - doubt.visible
         self._looks.grow(len(objects))
+        self._nature.grow(len(objects)).spots[:] = EVEN
         self._observer.recall(
             np.array([o.position for o in objects]).T,
             np.array([o.sigma for o in objects]).T ** 2,
@@ -209,8 +272,8 @@ class Tracks:
         self.unjudged_s, self._told = state.unjudged_s, None
 
     def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects: history, doubt, looks, and the observer's."""
-        return [self._history, self._doubt, self._looks, *self._observer.tables()]
+        """Return all that is known of the objects: history, doubt, looks, nature, and the observer's."""
+        return [self._history, self._doubt, self._looks, self._nature, *self._observer.tables()]
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
@@ -238,5 +301,11 @@ class Tracks:
         self._history.keep(mask)
         self._doubt.keep(mask)
         self._looks.keep(mask)
+        self._nature.keep(mask)
         self._observer.keep(mask)
         self._told = None
+
+
+def logit(share: Floats) -> Floats:
+    """Return the logarithms of the odds."""
+    return np.asarray(np.log(share / (1.0 - share)))
