@@ -23,7 +23,7 @@ CELLS = 128
 """The world's cells: so large, and so many to the north and to the east; after these they are used anew."""
 FAN_MEMORY, WORLD_MEMORY = 0.99, 0.997
 """What an image leaves of the counts of those before: they are of the last 15 and 50 s at 6.7 images a second."""
-CALM = 5e-4
+CALM = 1e-4
 """The share of spots where nothing is known, and an image has no echoes of nothing that tell their strength;"""
 NEW = 0.1
 """what it rises by towards many of them: a chain's levels leave next to none of noise, so they are of a bottom;"""
