@@ -81,7 +81,7 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     start = rng.dirichlet(np.ones(4), 50).T
     carried = existence.carry_on(start, rng.integers(1, 1000, 50), rng.random(50), dt, ECHO)
     hit = rng.random(50) < 0.5
-    often = existence.returns(rng.integers(0, 50, 50), rng.integers(50, 60, 50), 0.9)
+    often = existence.returns(np.floor(50.0 * rng.random(50)), 50.0 + 10.0 * rng.random(50), 0.9)
     judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99, often)
     for probabilities in (carried, judged):
         np.testing.assert_allclose(probabilities.sum(axis=0), 1.0)
