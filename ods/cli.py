@@ -1,4 +1,5 @@
-"""The `ods` command: the one table of its commands. Any error is one line and exit code 2, a broken limit exit code 1.
+"""The `ods` command: the one table of its commands. Any error is one line and exit code 2; a broken limit, a check that
+fails and a recording that cannot be read are exit code 1.
 
 A command's module has `add_arguments(parser)` and `run(args)`, which returns an exit code or None for 0. It is imported
 only when its command is chosen.
@@ -69,7 +70,7 @@ COMMANDS = (
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the `ods` command; return its exit code: 0 good, 1 a limit was broken, 2 an error that one line explains."""
+    """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
     args = _parser().parse_args(argv)
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
@@ -80,7 +81,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return int(args.run(args) or 0)
     except OdsError as error:
         print(f"ods {args.command}: {error}", file=sys.stderr)
-        return 2
+        return error.exit_code
     except ModuleNotFoundError as error:
         print(f"ods {args.command}: {_extra_missing(error)}", file=sys.stderr)
         return 2

@@ -1,10 +1,14 @@
-"""The one error that the `ods` command turns into a line and exit code 2, and other people's errors in one line."""
+"""The one error that the `ods` command turns into a line and an exit code, and other people's errors in one line."""
 
 import os
+from typing import ClassVar
 
 
 class OdsError(Exception):
     """Something the user can put right: a bad file, key, device or option. Its text is one line."""
+
+    exit_code: ClassVar[int] = 2
+    """Of the `ods` command that it ends."""
 
 
 def one_line(error: object) -> str:

@@ -55,5 +55,5 @@ def _span_s(samples: list[Sample], topic: str) -> float:
 
 def test_what_is_no_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.mcap").write_bytes(b"rubbish")
-    assert main(["info", str(tmp_path / "a.mcap")]) == 2
+    assert main(["info", str(tmp_path / "a.mcap")]) == 1
     assert capsys.readouterr().err == f"ods info: {tmp_path / 'a.mcap'}: no MCAP file\n"

@@ -156,8 +156,8 @@ def test_no_recording_and_none_with_a_configuration_are_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Segment(tmp_path / "bare.mcap", 0, {"ods": {"utc_offset_ns": "0"}}).finish()
-    for path, said in (("absent", "No such file"), ("bare.mcap", "no configuration")):
-        assert main(["replay", str(tmp_path / path), "--check"]) == 2
+    for path, said, code in (("absent", "No such file", 1), ("bare.mcap", "no configuration", 2)):
+        assert main(["replay", str(tmp_path / path), "--check"]) == code
         told = capsys.readouterr().err
         assert said in told
         assert told.count("\n") == 1

@@ -59,7 +59,7 @@ def test_bad_input_is_one_line(record: Path, run_dir: Path, capsys: pytest.Captu
     live = ["--live", "--run-dir", str(run_dir)]
     assert main(["replay", str(record), *live, "--from", "100"]) == 2
     assert capsys.readouterr().err == "ods replay: there is nothing to replay in the recording\n"
-    assert main(["replay", str(ROOT / "README.md"), *live]) == 2
+    assert main(["replay", str(ROOT / "README.md"), *live]) == 1
     assert capsys.readouterr().err.count("\n") == 1
     with chain("tracker") as running:
         assert main(["replay", str(record), "--live", "--run-dir", str(running.run_dir)]) == 2

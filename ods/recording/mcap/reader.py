@@ -16,7 +16,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Header, Metadata
 
-from ods.recording.errors import RecordingError
+from ods.recording.errors import RecordingError, UnreadableError
 from ods.recording.mcap.framing import (
     CHUNK,
     LONGEST_CHUNK_BYTES,
@@ -67,16 +67,16 @@ def open_recording(path: Path) -> "Recording":
         for each in paths:
             try:
                 _check_head(each)
-            except RecordingError:
+            except UnreadableError:
                 if not folder:
                     raise
                 losses["unreadable_segments"] += 1
             else:
                 segments.append(each)
     except OSError as error:
-        raise RecordingError(f"{path}: {error.strerror}") from error
+        raise UnreadableError(f"{path}: {error.strerror}") from error
     if not segments:
-        raise RecordingError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ods")
+        raise UnreadableError(f"{path}: none of its {len(paths)} files *{SUFFIX} is a recording of ods")
     return Recording(segments, losses)
 
 
@@ -89,7 +89,7 @@ def _segments_in(folder: Path) -> list[Path]:
         names = ", ".join(path.name for path in inner[-5:])
         raise RecordingError(f"{folder}: holds {len(inner)} recordings, name one of them: {names}")
     if not inner:
-        raise RecordingError(f"{folder}: no recording in it (no *{SUFFIX})")
+        raise UnreadableError(f"{folder}: no recording in it (no *{SUFFIX})")
     return sorted(inner[0].glob(f"*{SUFFIX}"))
 
 
@@ -139,7 +139,7 @@ class Recording:
         return metadata, attachments
 
     def messages(self, topics: Collection[str] | None = None) -> Iterator[Recorded]:
-        """Yield the messages of some topics, by default of all, in order of log time. Raises RecordingError."""
+        """Yield the messages of some topics, by default of all, in order of log time. Raises UnreadableError."""
         for path in self.segments:
             segment = _Segment(topics, self.losses)
             for frame in self._frames(path, CONTENTS, self.losses):
@@ -151,7 +151,7 @@ class Recording:
                 file.seek(len(MAGIC))
                 yield from frames(file, wanted, losses)
         except OSError as error:
-            raise RecordingError(f"{path}: {error.strerror}") from error
+            raise UnreadableError(f"{path}: {error.strerror}") from error
 
 
 class _Segment:
@@ -260,14 +260,14 @@ def _stream(content: bytes) -> ReadDataStream:
 
 
 def _check_head(path: Path) -> None:
-    """Raises RecordingError for a file that is no recording of ods; OSError."""
+    """Raises UnreadableError for a file that is no recording of ods; OSError."""
     if path.exists() and not path.is_file():
-        raise RecordingError(f"{path}: no file")
+        raise UnreadableError(f"{path}: no file")
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
-            raise RecordingError(f"{path}: no MCAP file")
+            raise UnreadableError(f"{path}: no MCAP file")
         if _profile(file) != PROFILE:
-            raise RecordingError(f"{path}: an MCAP file, but no recording of ods")
+            raise UnreadableError(f"{path}: an MCAP file, but no recording of ods")
 
 
 def _profile(file: BinaryIO) -> str:
