@@ -58,8 +58,8 @@ def _of_utc(recording: Recording) -> str:
 def _machine(facts: dict[str, str]) -> Iterator[str]:
     libraries = ("python", "numba", "llvmlite", "numpy", "msgspec", "pyzmq")
     yield f"ods {facts.get('version', '?')}; " + ", ".join(f"{name} {facts.get(name) or '?'}" for name in libraries)
-    told = (facts.get(name) or "?" for name in ("host", "cpu", "system"))
-    yield one_line(", ".join(told))
+    told = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
+    yield one_line(", ".join(told)) or "on a computer that is not told"
     yield f"configuration {facts.get('config_sha256', '?')[:12]}" + (f", map {facts['map']}" if "map" in facts else "")
 
 

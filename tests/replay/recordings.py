@@ -86,6 +86,11 @@ def listening(run_dir: Path, heard: list[Logged]) -> Iterator[None]:
         thread.join()
 
 
+def nowhere(text: str) -> str:
+    """Return a configuration without the paths of the computer that flew it."""
+    return text.replace(str(ROOT), "/opt/ods").replace(str(Path.home()), "/home/ods")
+
+
 def make(name: str) -> None:
     """Fly a mission of the bench, and leave its recording in the tests' data."""
     with tempfile.TemporaryDirectory(prefix="ods-") as place:  # a socket path must be short
@@ -94,14 +99,14 @@ def make(name: str) -> None:
         config = bench_config(name, folder)
         with listening(folder / "run", heard):
             fly_mission(config)
-        about = facts("") | {"host": ""}
+        text = nowhere((folder / "out" / "onboard.toml").read_text().replace(place, "/tmp/replayed"))
+        about = facts(text) | dict.fromkeys(("host", "boot_id", "system"), "")
         offset_ns = int(about["utc_offset_ns"])
         FOLDER.mkdir(parents=True, exist_ok=True)
         path = FOLDER / f"{name}.mcap"
         path.unlink(missing_ok=True)
         segment = Segment(path, offset_ns, {"ods": about})
-        text = (folder / "out" / "onboard.toml").read_bytes().replace(place.encode(), b"/tmp/replayed")
-        segment.enclose("config.toml", "application/toml", text, offset_ns)
+        segment.enclose("config.toml", "application/toml", text.encode(), offset_ns)
         for message in heard:
             segment.write([message._replace(utc_ns=message.utc_ns + offset_ns)])
             if segment.waiting_bytes > 256 * 1024:
