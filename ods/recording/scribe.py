@@ -119,7 +119,7 @@ class Scribe(threading.Thread):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
             session.look_around()
         session.write(batch)
-        self.counters["segments"] = session.segments
+        self.counters["segments"], self.counters["oversized_messages"] = session.segments, session.left_out
         if session.path != self.path:
             self.path = session.path
             self._sync.watch(session.fd)

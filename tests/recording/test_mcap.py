@@ -16,8 +16,10 @@ from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, Header, Message, Schema
 
 from ods.recording.errors import RecordingError
-from ods.recording.mcap.framing import MAGIC, RECORD, encoded
+from ods.recording.inbox import Received
+from ods.recording.mcap.framing import LONGEST_MESSAGE_BYTES, MAGIC, RECORD, encoded
 from ods.recording.mcap.reader import open_recording
+from ods.recording.mcap.session import Session
 from tests.recording.mcap_samples import OFFSET_NS, Sample, mission, write_segment
 
 
@@ -66,6 +68,19 @@ def test_the_mcap_library_reads_the_same_by_the_index(tmp_path: Path) -> None:
         assert message.sequence == 0
         late = list(reader.iter_messages(["ping"], starting_at=samples[-1][1] + OFFSET_NS - 500_000))
         assert [m.sequence for _, _, m in late] == [4]
+
+
+def test_a_message_longer_than_any_reader_takes_is_counted_and_left_out(tmp_path: Path) -> None:
+    session = Session(tmp_path, {"utc_offset_ns": str(OFFSET_NS)}, 10**12)
+    short = msgspec.msgpack.encode({"seq": 1})
+    long = Received("raw", 2, bytes(LONGEST_MESSAGE_BYTES + 1))
+    session.write([Received("pose", 1, short), long, Received("pose", 3, short)])
+    session.finish()
+    assert session.left_out == 1
+    assert [(message.topic, message.log_ns) for message in open_recording(tmp_path).messages()] == [
+        ("pose", 1),
+        ("pose", 3),
+    ]
 
 
 def test_a_folder_is_read_in_order_and_a_broken_file_in_it_is_counted(tmp_path: Path) -> None:
@@ -180,6 +195,7 @@ READ_ALL = r"""
 import re, sys
 from pathlib import Path
 from ods.recording.mcap.reader import open_recording
+from ods.recording.mcap.session import Session
 recording = open_recording(Path(sys.argv[1]))
 print(sum(len(each.data) for each in recording.messages()), dict(recording.losses), len(recording.attachments))
 print(re.search(r"VmHWM:\s+(\d+) kB", Path("/proc/self/status").read_text())[1])

@@ -29,7 +29,8 @@ class Session:
     def __init__(self, folder: Path, facts: Mapping[str, str], segment_ns: int) -> None:
         """`folder`: there already; segments in it go on being counted."""
         self.folder = folder
-        self.segments = 0
+        self.segments = self.left_out = 0
+        """So far: files begun; messages too long for one."""
         self._facts = dict(facts)
         self._offset_ns = self._utc_ns = int(facts["utc_offset_ns"])
         self._segment_ns = segment_ns
@@ -60,6 +61,7 @@ class Session:
         segment = self._segment_at(now_ns)
         fitting = [message for message in messages if len(message.data) <= LONGEST_MESSAGE_BYTES]
         segment.write(Logged(each.topic, max(0, each.log_ns + self._offset_ns), each.data) for each in fitting)
+        self.left_out += len(messages) - len(fitting)
         old = now_ns - self._chunk_ns >= CHUNK_NS or segment.waiting_bytes >= CHUNK_BYTES
         with suppress(OSError):  # they are written, and a next attempt tells whether the disk is full
             if old or any(message.topic == "ping" for message in messages):
