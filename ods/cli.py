@@ -17,7 +17,7 @@ from ods import __version__
 from ods.base.errors import OdsError
 from ods.runtime.processes import PROCESSES
 
-BENCH_EXTRA = frozenset({"matplotlib", "rich", "scipy", "tomli_w"})
+BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 """Modules that no on-board process needs: the optional dependencies `bench` and `export` in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")

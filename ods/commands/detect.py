@@ -12,7 +12,7 @@ from ods.base.arguments import Choice, choice
 from ods.base.errors import OdsError
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
-from ods.offline.source import pings_of
+from ods.offline.recorded import pings_of
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import StageImage

@@ -8,7 +8,10 @@ import msgspec
 
 from ods.messages import Ping, Pose, Truth
 from ods.recording.mcap.framing import MAGIC
-from ods.recording.mcap.reader import Recording
+from ods.recording.mcap.reader import Recording, open_recording
+from ods.sonar_link.files.fan_image import FanGeometry
+from ods.sonar_link.files.opening import open_pings
+from ods.sonar_link.files.ping_sequence import PingSequence
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 TOPICS: dict[type[msgspec.Struct], str] = {Ping: "ping", Pose: "pose", Truth: "truth"}
@@ -75,3 +78,11 @@ class RecordedPings(Sequence[Ping]):
                 self._newest = place, ping
                 return ping
         raise IndexError(index)
+
+
+def pings_of(path: Path, fan: FanGeometry | None = None) -> PingSequence:
+    """Open a recording of pings of any format, those of `ods record` too. Raises OdsError, one line."""
+    if is_recording(path):
+        recorded = open_recording(path)
+        return PingSequence(RecordedPings(recorded), losses=recorded.losses)
+    return open_pings(path, fan)

@@ -1,4 +1,4 @@
-"""Whatever `ods track` and `ods detect` take: recordings of pings, those of `ods record`, scenes."""
+"""Whatever `ods track` takes: recordings of pings, those of `ods record`, scenes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import START_UTC_NS, shot_at
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
-from ods.sonar_link.files.ping_sequence import LazyPings, PingSequence
+from ods.sonar_link.files.ping_sequence import LazyPings
 
 TRUTH_SUFFIX = ".truth.jsonl"
 """Of what `ods simulate` writes beside pings."""
@@ -54,14 +54,6 @@ def open_source(path: Path, *, sonar: str, fan: FanGeometry | None = None, site:
         raise OdsError(f"{path}: its pings have no times: single images, of which nothing can be tracked")
     poses, frame = way_of(path, recording, site)
     return Source(recording.pings, poses, truths_beside(path), recording.losses, frame)
-
-
-def pings_of(path: Path, fan: FanGeometry | None = None) -> PingSequence:
-    """Open a recording of pings of any format, those of `ods record` too. Raises OdsError, one line."""
-    if is_recording(path):
-        recorded = open_recording(path)
-        return PingSequence(RecordedPings(recorded), losses=recorded.losses)
-    return open_pings(path, fan)
 
 
 def scene_source(path: Path, sonar: str) -> Source:

@@ -40,7 +40,9 @@ def record(tmp_path: Path) -> Path:
 def ods(*arguments: str | Path, prelude: str = "") -> "subprocess.CompletedProcess[str]":
     program = f"{prelude}\nimport sys\nfrom ods.cli import main\nsys.exit(main(sys.argv[1:]))"
     command = [sys.executable, "-c", program, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=dict(os.environ))
+    # coverage would write, too, with a full disk
+    own = {name: value for name, value in os.environ.items() if not name.startswith("COVERAGE_")}
+    return subprocess.run(command, capture_output=True, text=True, check=False, cwd=ROOT, env=own)
 
 
 @pytest.mark.parametrize("name", FORMATS)

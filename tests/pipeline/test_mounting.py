@@ -9,7 +9,7 @@ import pytest
 
 from ods.base.mounting import MountingSettings
 from ods.messages import Detections, Ping, Pose, Sector
-from ods.pipeline import service
+from ods.pipeline import processor, service
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
 from ods.runtime.pose_buffer import PoseEstimate, PoseSettings
 from ods.runtime.service import Service
@@ -23,6 +23,7 @@ class ChainOverPings:
 
     over_pings = True
     geometry_changes = 0
+    prepared_anew = False
     poses: list[PoseEstimate]
 
     def __init__(self, _settings: PipelineSettings) -> None:
@@ -34,7 +35,7 @@ class ChainOverPings:
 
 
 def test_a_stage_over_pings_is_given_the_pose_of_the_head(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(service, "Chain", ChainOverPings)
+    monkeypatch.setattr(processor, "Chain", ChainOverPings)
     monkeypatch.setattr(service, "warm_up", lambda _settings: None)
     stub = SimpleNamespace(counters=Counter(), publish=lambda *_: None, complain_once=print)
     mounting = MountingSettings(position_m=(3.0, 0.0, 0.5), yaw_deg=90.0)
