@@ -55,7 +55,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt
 
 # the readers of Foxglove and Lichtblick, for tests/export/test_by_node.py
 npm:
-	npm install --silent --no-audit --no-fund --no-package-lock --prefix out/npm @mcap/core@2.2.2 @mcap/support@1.1.0 \
+	npm install --silent --no-audit --no-fund --no-package-lock --fetch-retries 2 --fetch-timeout 30000 --prefix out/npm @mcap/core@2.2.2 @mcap/support@1.1.0 \
 	  @foxglove/rosmsg@5.0.5 @foxglove/rosmsg2-serialization@3.1.0
 
 # the checks of `make lint` before each commit

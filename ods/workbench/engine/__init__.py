@@ -1,0 +1,1 @@
+"""What the pages of the workbench let compute: no widgets."""

@@ -1,0 +1,65 @@
+"""Newest wins: of requests that come faster than they are done, all but the latest are dropped."""
+
+import logging
+import threading
+from collections.abc import Callable
+from typing import Generic, TypeVar
+
+AskT = TypeVar("AskT")
+AnswerT = TypeVar("AnswerT")
+log = logging.getLogger(__name__)
+
+
+class Newest(Generic[AskT, AnswerT]):
+    """A thread of its own that does one request at a time, always the latest.
+
+    `tell` and `fail` are called in that thread; `fail` with whatever `work` raised.
+    """
+
+    def __init__(
+        self, work: Callable[[AskT], AnswerT], tell: Callable[[AskT, AnswerT], None],
+        fail: Callable[[AskT, Exception], None],
+    ) -> None:  # fmt: skip
+        self._work, self._tell, self._fail = work, tell, fail
+        self._waiting: list[AskT] = []
+        """One at most."""
+        self._changed = threading.Condition()
+        self._ends = False
+        self.dropped = 0
+        """Requests that a later one overtook."""
+        self._thread = threading.Thread(target=self._run, daemon=True, name=getattr(work, "__name__", "newest"))
+        self._thread.start()
+
+    def ask(self, request: AskT) -> None:
+        """Ask for something, instead of what still waits."""
+        with self._changed:
+            self.dropped += len(self._waiting)
+            self._waiting[:] = [request]
+            self._changed.notify()
+
+    @property
+    def overtaken(self) -> bool:
+        """Tell work that lasts long whether a later request waits, so that it may give up."""
+        return bool(self._waiting) or self._ends
+
+    def close(self) -> None:
+        """End the thread, after what it does now."""
+        with self._changed:
+            self._ends = True
+            self._waiting.clear()
+            self._changed.notify()
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._changed.wait_for(lambda: self._waiting or self._ends)
+                if self._ends:
+                    return
+                request = self._waiting.pop()
+            try:
+                answer = self._work(request)
+            except Exception as error:  # whatever a stage of the user's own may raise
+                log.debug("%s", error, exc_info=True)
+                self._fail(request, error)
+            else:
+                self._tell(request, answer)

@@ -1,0 +1,141 @@
+"""What can be done in a workbench: each action is plain data, that can be recorded, written down and done again."""
+
+from typing import Any, Literal
+
+import msgspec
+
+from ods.workbench.model.state import DataReference, Tuning
+
+Place = tuple[float, float, float]
+
+
+class Action(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
+    """Base of all actions; `do` tells them apart in JSON."""
+
+
+class SetSetting(Action, frozen=True, tag="set"):
+    """Give one setting of A another value."""
+
+    path: str
+    """In MissionSettings: "pipeline.stage[2].high", "tracker.observer"."""
+    value: Any
+
+
+class AddStage(Action, frozen=True, tag="add_stage"):
+    """Put a stage into the chain of A, with its default parameters."""
+
+    use: str
+    at: int
+
+
+class RemoveStage(Action, frozen=True, tag="remove_stage"):
+    """Take a stage out."""
+
+    at: int
+
+
+class MoveStage(Action, frozen=True, tag="move_stage"):
+    """Put a stage to another place."""
+
+    at: int
+    to: int
+
+
+class BypassStage(Action, frozen=True, tag="bypass_stage"):
+    """Leave a stage out for now, or take it in again."""
+
+    at: int
+    on: bool
+
+
+class SetTuning(Action, frozen=True, tag="set_tuning"):
+    """Take another configuration for A."""
+
+    tuning: Tuning
+    name: str
+    """How the history calls it: a preset, a file."""
+
+
+class KeepAsB(Action, frozen=True, tag="keep_as_b"):
+    """Keep today's configuration, so that what comes is compared with it."""
+
+
+class SwapAB(Action, frozen=True, tag="swap"):
+    """Exchange A and B."""
+
+
+class DropB(Action, frozen=True, tag="drop_b"):
+    """Compare no more."""
+
+
+class OpenData(Action, frozen=True, tag="open"):
+    """Take pings from elsewhere. The scene of State stays, unless `scene` brings another."""
+
+    data: DataReference
+    scene: dict[str, Any] | None = None
+    """Tables of the scene's file."""
+
+
+class ShowPing(Action, frozen=True, tag="ping"):
+    """Go to a ping. Not a step of the history."""
+
+    ping: int
+
+
+class SetView(Action, frozen=True, tag="view"):
+    """Show things otherwise."""
+
+    name: str
+    """A field of View."""
+    value: Any
+
+
+class SetBookmark(Action, frozen=True, tag="bookmark"):
+    """Mark a ping; without a text the mark is taken away."""
+
+    ping: int
+    text: str
+
+
+class SetScene(Action, frozen=True, tag="set_scene"):
+    """Give one setting of the scene another value."""
+
+    path: str
+    """In SceneFile: "objects[0].radius_m", "vehicle.waypoints[1].position_ned", "sea_bed"."""
+    value: Any
+
+
+class AddObject(Action, frozen=True, tag="add_object"):
+    """Put an object into the scene."""
+
+    shape: Literal["sphere", "cylinder", "plane"]
+    position_ned: Place
+
+
+class RemoveObject(Action, frozen=True, tag="remove_object"):
+    """Take an object out."""
+
+    at: int
+
+
+class AddWaypoint(Action, frozen=True, tag="add_waypoint"):
+    """Put a way-point into a path; a straight path becomes a curve through its beginning and end first."""
+
+    of: str
+    """Path in SceneFile: "vehicle" or "objects[2]"."""
+    t_s: float
+    position_ned: Place
+
+
+class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
+    """Take a way-point out of a path; of the last two none."""
+
+    of: str
+    at: int
+
+
+Step = (
+    SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | SetTuning | KeepAsB | SwapAB | DropB | OpenData
+    | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint | RemoveWaypoint
+)  # fmt: skip
+"""Any action; messages and macros are decoded as this."""

@@ -1,0 +1,76 @@
+"""What an action is called in the history."""
+
+from collections.abc import Callable
+from typing import Any
+
+from ods.base.settings import Settings
+from ods.workbench.model import actions as do
+from ods.workbench.model.apply import STAGE
+from ods.workbench.model.paths import PathError, value_at
+from ods.workbench.model.state import State
+
+LONGEST_VALUE = 24
+
+
+def name_of(action: do.Action, before: State) -> str:
+    """Return the name of an action on a state: "filter.fir taps 9 → 15"."""
+    return _NAMES[type(action)](action, before)
+
+
+def _set(action: do.SetSetting, before: State) -> str:
+    chain = before.tuning.config.pipeline.chain()
+    place, _, name = action.path.removeprefix(STAGE).partition("].")
+    if action.path.startswith(STAGE) and place.isdecimal() and int(place) < len(chain):
+        stage = chain[int(place)]
+        return f"{stage['use']} {name} {_change(stage.get(name), action.value)}"
+    return f"{action.path} {_change(_value(before.tuning.config, action.path), action.value)}"
+
+
+def _set_scene(action: do.SetScene, before: State) -> str:
+    return f"scene {action.path} {_change(_value(before.scene, action.path), action.value)}"
+
+
+def _value(settings: Settings | None, path: str) -> Any:
+    try:
+        return None if settings is None else value_at(settings, path)
+    except PathError:
+        return None
+
+
+def _change(old: Any, new: Any) -> str:
+    return f"= {_short(new)}" if old is None else f"{_short(old)} → {_short(new)}"
+
+
+def _short(value: Any) -> str:
+    text = f"{value:.4g}" if isinstance(value, float) else str(value)
+    return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 1]}…"
+
+
+def _stage(before: State, at: int) -> str:
+    return str(before.tuning.config.pipeline.chain()[at]["use"])
+
+
+def _object(before: State, at: int) -> str:
+    return before.scene.objects[at].name if before.scene else ""
+
+
+_NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
+    do.SetSetting: _set,
+    do.AddStage: lambda a, _: f"add {a.use}",
+    do.RemoveStage: lambda a, before: f"remove {_stage(before, a.at)}",
+    do.MoveStage: lambda a, before: f"move {_stage(before, a.at)} to {a.to + 1}",
+    do.BypassStage: lambda a, before: f"{'bypass' if a.on else 'use'} {_stage(before, a.at)}",
+    do.SetTuning: lambda a, _: a.name,
+    do.KeepAsB: lambda _, __: "keep as B",
+    do.SwapAB: lambda _, __: "swap A and B",
+    do.DropB: lambda _, __: "drop B",
+    do.OpenData: lambda a, _: f"open {a.data.path or a.data.kind}",
+    do.ShowPing: lambda a, _: f"ping {a.ping}",
+    do.SetView: lambda a, _: f"view {a.name} = {_short(a.value)}",
+    do.SetBookmark: lambda a, _: f"bookmark {a.text}" if a.text else "remove bookmark",
+    do.SetScene: _set_scene,
+    do.AddObject: lambda a, _: f"add {a.shape}",
+    do.RemoveObject: lambda a, before: f"remove {_object(before, a.at)}",
+    do.AddWaypoint: lambda a, _: f"way-point of {a.of} at {a.t_s:g} s",
+    do.RemoveWaypoint: lambda a, _: f"remove way-point of {a.of}",
+}

@@ -1,0 +1,94 @@
+"""The one state of a workbench: all that it shows follows from this and from the data that it names."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import NonNegativeInt, Settings
+from ods.offline.mission import MissionSettings
+from ods.pipeline.settings import PipelineSettings
+from ods.sim_sonar.scene.settings import SceneFile
+
+
+class Tuning(Settings, frozen=True):
+    """A configuration that is being tuned."""
+
+    config: MissionSettings = MissionSettings()
+    bypassed: tuple[NonNegativeInt, ...] = ()
+    """Places in the chain of stages that are left out for now, rising."""
+
+    def pipeline(self) -> PipelineSettings:
+        """Return what runs: the chain without the stages that are bypassed."""
+        settings = self.config.pipeline
+        if not self.bypassed:
+            return settings
+        kept = tuple(stage for place, stage in enumerate(settings.chain()) if place not in self.bypassed)
+        return msgspec.structs.replace(settings, stage=kept)
+
+    def mission(self) -> MissionSettings:
+        """Return the whole configuration that runs: with `pipeline()`."""
+        return msgspec.structs.replace(self.config, pipeline=self.pipeline())
+
+
+class DataReference(Settings, frozen=True):
+    """Where pings come from."""
+
+    kind: Literal["none", "file", "scene", "live"] = "none"
+    """file: whatever `ods track` or `ods detect` read; scene: `State.scene`, simulated; live: a vehicle's bus."""
+    path: str = ""
+    """File, folder of segments, scene's file (empty: not saved yet) or run_dir."""
+    sonar: str = "seabat6012"
+    """That sees a scene."""
+
+
+class View(Settings, frozen=True):
+    """How things are shown; nothing here changes a result."""
+
+    presentation: Literal["fan", "polar"] = "fan"
+    shown_stage: int = -1
+    """Place in the chain of the stage after which the image is shown; -1: as recorded."""
+    compared_stage: int | None = None
+    """The same of a second picture beside it; none: one picture."""
+    comparison: Literal["split", "blink", "difference"] = "split"
+    """How A and B are shown, where there is a B."""
+    palette: Literal["viridis", "cividis", "gray"] = "viridis"
+    lowest_db: Annotated[float, msgspec.Meta(ge=-60.0, le=60.0)] = -5.0
+    """Lower end of the colour scale, dB over the image's median."""
+    highest_db: Annotated[float, msgspec.Meta(ge=-60.0, le=120.0)] = 30.0
+    """Upper end."""
+    attention: bool = False
+    """Ranges that this ping skips are dimmed."""
+    pinned_beam: int | None = None
+    """Whose range profile is shown, however the mouse moves."""
+    marked_obstacle: int | None = None
+    """Id of the obstacle that is looked at."""
+    dark: bool = True
+
+    def __post_init__(self) -> None:
+        if self.highest_db <= self.lowest_db:
+            raise ValueError("highest_db: must be above lowest_db")
+
+
+class Bookmark(Settings, frozen=True):
+    """A ping worth coming back to."""
+
+    ping: NonNegativeInt
+    """Place in the recording."""
+    text: str = ""
+
+
+class State(Settings, frozen=True):
+    """All that a workbench shows."""
+
+    tuning: Tuning = Tuning()
+    """A."""
+    other: Tuning | None = None
+    """B of A/B; none: nothing is compared."""
+    view: View = View()
+    data: DataReference = DataReference()
+    scene: SceneFile | None = None
+    """That the simulator's menu edits."""
+    ping: NonNegativeInt = 0
+    """Place in the data of the ping that is shown."""
+    bookmarks: tuple[Bookmark, ...] = ()
+    """In order of pings."""

@@ -1,0 +1,57 @@
+"""The latest request is done, whatever came before it."""
+
+import threading
+
+from ods.workbench.engine.newest import Newest
+
+
+def test_requests_that_a_later_one_overtook_are_dropped() -> None:
+    begun, may_end, done = threading.Event(), threading.Event(), threading.Event()
+    told: list[int] = []
+
+    def work(request: int) -> int:
+        begun.set()
+        assert may_end.wait(10.0)
+        return 10 * request
+
+    def tell(_: int, answer: int) -> None:
+        told.append(answer)
+        if answer == 50:
+            done.set()
+
+    newest = Newest(work, tell, lambda _, error: told.append(-1))
+    newest.ask(0)
+    assert begun.wait(10.0)
+    for request in range(1, 6):
+        newest.ask(request)
+    assert newest.overtaken
+    may_end.set()
+    assert done.wait(10.0)
+    assert told == [0, 50]
+    assert newest.dropped == 4
+    newest.close()
+
+
+def test_a_request_that_fails_is_told_and_the_next_is_done() -> None:
+    told: list[str] = []
+    done = threading.Event()
+
+    def work(request: int) -> float:
+        return 1.0 / request
+
+    def tell(_: int, answer: float) -> None:
+        told.append(f"{answer}")
+        done.set()
+
+    def fail(request: int, error: Exception) -> None:
+        told.append(f"{request}: {error}")
+        done.set()
+
+    newest = Newest(work, tell, fail)
+    newest.ask(0)
+    assert done.wait(10.0)
+    done.clear()
+    newest.ask(4)
+    assert done.wait(10.0)
+    assert told == ["0: float division by zero", "0.25"]
+    newest.close()
