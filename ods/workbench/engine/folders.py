@@ -1,0 +1,36 @@
+"""Which files a workbench may read and write: those under the folders it was given at the start."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from ods.base.errors import OdsError
+from ods.base.shipped import FOLDER as SHIPPED
+
+
+class FolderError(OdsError):
+    """A file lies elsewhere; the text is one line."""
+
+
+def readable(path: str | Path, folders: Iterable[Path]) -> Path:
+    """Return where a file is, links followed: under one of `folders`, or of those that come with ODS.
+
+    Raises FolderError.
+    """
+    return _under(Path(path), [*folders, SHIPPED])
+
+
+def writable(path: str | Path, folders: Iterable[Path]) -> Path:
+    """Return where a file is to be written: under one of `folders`. Raises FolderError."""
+    return _under(Path(path), list(folders))
+
+
+def _under(path: Path, folders: list[Path]) -> Path:
+    try:
+        place = path.expanduser().resolve()
+        inside = any(place.is_relative_to(folder.resolve()) for folder in folders)
+    except (OSError, RuntimeError, ValueError) as error:  # a loop of links, no home, a zero byte
+        raise FolderError(f"{path}: {' '.join(str(error).split())}") from error
+    if not inside:
+        shown = ", ".join(map(str, folders)) or "none"
+        raise FolderError(f"{path}: not under the workbench's folders ({shown}); --folder gives another")
+    return place
