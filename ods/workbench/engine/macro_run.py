@@ -1,5 +1,7 @@
 """A recorded macro: written to a folder, and done again by its script."""
 
+import contextlib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -46,28 +48,25 @@ class MacroRun:
         self.state = apply(self.state, msgspec.convert({"do": name, **fields}, Step, dec_hook=lambda kind, v: kind(v)))
 
     def write_results(self, folder: Path) -> None:
-        """Write detections and, where pings have times and poses, obstacle lists as JSON lines. Raises OdsError."""
+        """Write the detections of a file and, where pings have times and poses, obstacle lists, as JSON lines.
+
+        Raises OdsError.
+        """
         data, settings = self.state.data, self.state.tuning.mission()
-        if data.kind not in ("file", "scene"):
-            return
-        path = folder / SCENE if data.kind == "scene" else Path(data.path)
-        if data.kind == "scene" and self.state.scene is not None:
-            path.write_text(scene_text(self.state.scene), encoding="utf-8")
-        source = _source_of(path, data.sonar)
-        pings = source.pings if source else pings_of(path).pings
-        _write(folder / DETECTIONS, [json_line(result) for result in detect_pings(pings, settings.pipeline)])
-        if source:
-            steps = Mission(settings).steps(source.pings, source.poses)
-            _write(folder / OBSTACLES, [msgspec.json.encode(step.list).decode() for step in steps])
+        if data.kind == "file":
+            file = Path(data.path)
+            results = detect_pings(pings_of(file).pings, settings.pipeline)
+            _write(folder / DETECTIONS, map(json_line, results))
+            with contextlib.suppress(OdsError):  # single images, or no poses: nothing can be tracked
+                self._write_obstacles(open_source(file, sonar=data.sonar), folder)
+        elif data.kind == "scene" and self.state.scene is not None:
+            (folder / SCENE).write_text(scene_text(self.state.scene), encoding="utf-8")
+            self._write_obstacles(open_source(folder / SCENE, sonar=data.sonar), folder)
+
+    def _write_obstacles(self, source: Source, folder: Path) -> None:
+        steps = Mission(self.state.tuning.mission()).steps(source.pings, source.poses)
+        _write(folder / OBSTACLES, (msgspec.json.encode(step.list).decode() for step in steps))
 
 
-def _source_of(path: Path, sonar: str) -> Source | None:
-    """Return pings with poses; None for a file whose pings have none."""
-    try:
-        return open_source(path, sonar=sonar)
-    except OdsError:
-        return None
-
-
-def _write(file: Path, lines: list[str]) -> None:
+def _write(file: Path, lines: Iterable[str]) -> None:
     file.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")

@@ -57,10 +57,8 @@ def _commands(state: State) -> str:
     data = state.data
     lines = ["#!/bin/sh", "set -eu", "# The same by commands; pings without times or poses have no obstacles."]
     if data.kind == "scene":
-        quoted = shlex.quote(data.sonar)
-        lines.append(f"ods simulate {SCENE} --sonar {quoted} --out pings.npz")
-        lines.append(f"ods detect pings.npz --config {CONFIG} --json > {DETECTIONS}")
-        lines.append(f"ods track {SCENE} --sonar {quoted} --config {CONFIG} --json > {OBSTACLES}")
+        sonar = shlex.quote(data.sonar)
+        lines.append(f"ods track {SCENE} --sonar {sonar} --config {CONFIG} --json > {OBSTACLES}")
     elif data.kind == "file":
         file = shlex.quote(data.path)
         lines.append(f"ods detect {file} --config {CONFIG} --json > {DETECTIONS}")

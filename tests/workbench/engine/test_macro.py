@@ -10,6 +10,7 @@ import pytest
 
 from ods.base.shipped import shipped_file
 from ods.offline.mission import Mission
+from ods.offline.recorded import pings_of
 from ods.offline.source import open_source
 from ods.pipeline.offline import detect_pings, json_line
 from ods.sim_sonar.scene.timeline import load_scene
@@ -42,7 +43,7 @@ def _results(folder: Path) -> tuple[str, str]:
 def _both(folder: Path) -> tuple[tuple[str, str], tuple[str, str]]:
     """Run the script, then the commands, as somebody would who was given the folder."""
     environment = os.environ | {"PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
-    environment["PYTHONPATH"] = str(Path.cwd())
+    environment["PYTHONPATH"] = os.pathsep.join(filter(None, [str(Path.cwd()), os.environ.get("PYTHONPATH", "")]))
     environment.pop("COVERAGE_PROCESS_START", None)
     subprocess.run([sys.executable, SCRIPT], cwd=folder, env=environment, check=True)
     by_script = _results(folder)
@@ -64,15 +65,8 @@ def test_script_and_commands_write_the_same_detections_of_a_file(tmp_path: Path)
     write_macro(history, loaded, tmp_path / "macro")
     by_script, by_commands = _both(tmp_path / "macro")
     assert by_script == by_commands
-    pings = open_source_pings()
-    wanted = [json_line(result) for result in detect_pings(pings, history.state.tuning.pipeline())]
+    wanted = [json_line(result) for result in detect_pings(pings_of(PINGS).pings, history.state.tuning.pipeline())]
     assert by_script[0].splitlines() == wanted
-
-
-def open_source_pings() -> list:  # type: ignore[type-arg]
-    from ods.offline.recorded import pings_of
-
-    return list(pings_of(PINGS).pings)
 
 
 def test_script_and_commands_write_the_same_obstacles_of_a_scene(tmp_path: Path) -> None:

@@ -1,0 +1,59 @@
+"""The chart inside is that of `ods assess detect`, on fewer images."""
+
+import numpy as np
+import pytest
+
+from ods.assess.detection.measure import score_of
+from ods.pipeline.settings import PipelineSettings
+from ods.workbench.engine import assessment
+from ods.workbench.engine.assessment import GivenUpError, even_values, point_of, swept
+from ods.workbench.model.paths import PathError
+from ods.workbench.model.state import State
+from tests.workbench.model.test_history import LAST
+
+HIGH = f"pipeline.stage[{LAST}].high"
+
+
+@pytest.fixture(autouse=True)
+def _few_images(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = assessment.images()[:2]
+    monkeypatch.setattr(assessment, "images", lambda: few)
+
+
+def test_the_point_has_what_the_chain_finds_at_its_own_levels() -> None:
+    point = point_of("mine", PipelineSettings())
+    own = score_of(PipelineSettings(), assessment.images())
+    assert (point.found_as_set, point.false_as_set) == (own.detection_probability, own.false_per_image)
+    assert point.interval[0] <= point.found <= point.interval[1]
+    assert point.ms > 0.0
+
+
+def test_a_higher_level_finds_less_and_errs_less() -> None:
+    told: list[float] = []
+
+    def tell(share: float) -> bool:
+        told.append(share)
+        return True
+
+    points = swept(State(), HIGH, [4.0, 8.0, 100.0], tell)
+    assert [point.value for point in points] == [4.0, 8.0, 100.0]
+    assert points[0].false_alarms > points[1].false_alarms >= points[2].false_alarms == 0.0
+    assert points[0].found >= points[1].found >= points[2].found
+    assert told == [0.0, 1 / 3, 2 / 3]
+
+
+def test_values_that_a_setting_refuses_are_left_out() -> None:
+    assert [point.value for point in swept(State(), HIGH, [-1.0, 8.0], lambda _: True)] == [8.0]
+    with pytest.raises(PathError, match="high"):
+        swept(State(), HIGH, [-1.0], lambda _: True)
+
+
+def test_a_sweep_ends_when_it_is_not_wanted_any_more() -> None:
+    with pytest.raises(GivenUpError):
+        swept(State(), HIGH, [8.0, 9.0], lambda share: share == 0.0)
+
+
+def test_values_run_from_end_to_end() -> None:
+    assert even_values(1.0, 3.0, 5, by_factors=False, whole=False) == [1.0, 1.5, 2.0, 2.5, 3.0]
+    assert even_values(1.0, 3.0, 5, by_factors=False, whole=True) == [1, 2, 3]
+    np.testing.assert_allclose(even_values(0.01, 1.0, 3, by_factors=True, whole=False), [0.01, 0.1, 1.0])
