@@ -4,7 +4,7 @@ from typing import Any, Literal
 
 import msgspec
 
-from ods.workbench.model.state import DataReference, Tuning
+from ods.workbench.model.state import DataReference, State, Tuning
 
 Place = tuple[float, float, float]
 
@@ -54,6 +54,14 @@ class SetTuning(Action, frozen=True, tag="set_tuning"):
     tuning: Tuning
     name: str
     """How the history calls it: a preset, a file."""
+
+
+class SetState(Action, frozen=True, tag="set_state"):
+    """Show all as in another state: of a preset, a link, the gallery."""
+
+    state: State
+    name: str
+    """How the history calls it."""
 
 
 class KeepAsB(Action, frozen=True, tag="keep_as_b"):
@@ -135,7 +143,7 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 
 Step = (
-    SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | SetTuning | KeepAsB | SwapAB | DropB | OpenData
-    | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint | RemoveWaypoint
+    SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | SetTuning | SetState | KeepAsB | SwapAB | DropB
+    | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

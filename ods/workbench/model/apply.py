@@ -82,6 +82,7 @@ _DOING: dict[type[do.Action], Callable[[State, Any], State]] = {
     do.MoveStage: lambda state, a: replace(state, tuning=chain_edits.with_stage_moved(state.tuning, a.at, a.to)),
     do.BypassStage: lambda state, a: replace(state, tuning=chain_edits.with_bypass(state.tuning, a.at, a.on)),
     do.SetTuning: lambda state, a: replace(state, tuning=a.tuning),
+    do.SetState: lambda _, a: a.state,
     do.KeepAsB: lambda state, _: replace(state, other=state.tuning),
     do.SwapAB: _swap,
     do.DropB: lambda state, _: replace(state, other=None),

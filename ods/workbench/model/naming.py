@@ -61,6 +61,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.MoveStage: lambda a, before: f"move {_stage(before, a.at)} to {a.to + 1}",
     do.BypassStage: lambda a, before: f"{'bypass' if a.on else 'use'} {_stage(before, a.at)}",
     do.SetTuning: lambda a, _: a.name,
+    do.SetState: lambda a, _: a.name,
     do.KeepAsB: lambda _, __: "keep as B",
     do.SwapAB: lambda _, __: "swap A and B",
     do.DropB: lambda _, __: "drop B",

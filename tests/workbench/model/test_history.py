@@ -36,6 +36,7 @@ ACTIONS: tuple[do.Action, ...] = (
     do.BypassStage(0, False),
     do.BypassStage(LAST, True),
     do.SetTuning(Tuning(), "preset default"),
+    do.SetState(State(tuning=Tuning(bypassed=(1,)), scene=SCENE), "preset mine"),
     do.KeepAsB(),
     do.SwapAB(),
     do.DropB(),

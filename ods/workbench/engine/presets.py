@@ -1,0 +1,48 @@
+"""States kept under a name, as files of the user's own in the first of the workbench's folders."""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from ods.base.errors import OdsError, reason_of
+from ods.workbench.model.share import shared_text, state_of
+from ods.workbench.model.state import State
+
+FOLDER, SUFFIX = "workbench-presets", ".preset"
+NAME = re.compile(r"[\w][\w .,+-]{0,59}")
+MOST_BYTES = 1 << 20
+
+
+def preset_names(folders: Sequence[Path]) -> list[str]:
+    """Return the names of what is kept, in order."""
+    return sorted(file.stem for folder in folders[:1] for file in (folder / FOLDER).glob(f"*{SUFFIX}"))
+
+
+def save_preset(name: str, state: State, folders: Sequence[Path]) -> Path:
+    """Keep a state, instead of one of the same name; return its file. Raises OdsError."""
+    file = _file(name, folders)
+    try:
+        file.parent.mkdir(exist_ok=True)
+        file.write_text(shared_text(state) + "\n", encoding="ascii")
+    except OSError as error:
+        raise OdsError(f"{file}: {reason_of(error)}") from error
+    return file
+
+
+def load_preset(name: str, trusted: State, folders: Sequence[Path]) -> State:
+    """Return a state that was kept; files of code are those of `trusted`. Raises OdsError."""
+    file = _file(name, folders)
+    try:
+        with file.open("rb") as content:
+            text = content.read(MOST_BYTES).decode("ascii", "replace")
+    except OSError as error:
+        raise OdsError(f"{file}: {reason_of(error)}") from error
+    return state_of(text.strip(), trusted)
+
+
+def _file(name: str, folders: Sequence[Path]) -> Path:
+    if not NAME.fullmatch(name):
+        raise OdsError(f"preset {name!r}: a name has letters, digits, blanks, and . , + - _")
+    if not folders:
+        raise OdsError("presets: the workbench has no folder to keep them in; --folder gives one")
+    return folders[0] / FOLDER / f"{name}{SUFFIX}"

@@ -1,0 +1,35 @@
+"""What is kept under a name comes back; nothing else is written or read."""
+
+from pathlib import Path
+
+import pytest
+
+from ods.base.errors import OdsError
+from ods.workbench.engine.presets import load_preset, preset_names, save_preset
+from ods.workbench.model.state import State
+from tests.workbench.model.test_history import START
+
+
+def test_a_preset_comes_back(tmp_path: Path) -> None:
+    save_preset("rocky, calm", START, [tmp_path])
+    save_preset("a", State(), [tmp_path])
+    assert preset_names([tmp_path]) == ["a", "rocky, calm"]
+    assert load_preset("rocky, calm", State(), [tmp_path]) == START
+
+
+@pytest.mark.parametrize("name", ["", "../up", "a/b", ".hidden", "x" * 61, "a\nb", "nul\0"])
+def test_names_lead_nowhere_else(tmp_path: Path, name: str) -> None:
+    with pytest.raises(OdsError, match="preset"):
+        save_preset(name, START, [tmp_path])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_is_no_preset_is_one_line(tmp_path: Path) -> None:
+    with pytest.raises(OdsError, match="no such file"):
+        load_preset("none", State(), [tmp_path])
+    file = save_preset("bad", START, [tmp_path])
+    file.write_bytes(b"\xff\x00" * 3_000_000)
+    with pytest.raises(OdsError, match="link"):
+        load_preset("bad", State(), [tmp_path])
+    with pytest.raises(OdsError, match="no folder"):
+        save_preset("a", START, [])
