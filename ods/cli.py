@@ -19,7 +19,8 @@ from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
-"""Modules that no on-board process needs: the optional dependencies `bench` and `export` in pyproject.toml."""
+WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
+"""Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -57,6 +58,8 @@ COMMANDS = (
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
     Command("calibrate", "ods.calibrate.command", "the sonar's mounting, from a recording of one object", ONBOARD),
     Command("track", "ods.track.command", "obstacles of recorded or simulated pings", BUILT_IN_SETTINGS),
+    Command("workbench", "ods.workbench.command", "all of it in a browser: sliders, images, tracks, scenes",
+            BUILT_IN_SETTINGS),
     Command("map list", "ods.map.commands.list", "table of the objects", ONBOARD),
     Command("map export", "ods.map.commands.export", "the objects as geographic data", ONBOARD),
     Command("map prune", "ods.map.commands.prune", "remove objects; any one criterion is enough", ONBOARD),
@@ -95,7 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _extra_missing(error: ModuleNotFoundError) -> str:
     """Return the line that says what to install, or raise `error` again where no extra would help."""
     module = (error.name or "").partition(".")[0]
-    for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA)):
+    for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA), ("workbench", WORKBENCH_EXTRA)):
         if module in modules:
             return f"needs pip install 'ods[{extra}]': there is no {error.name}"
     raise error

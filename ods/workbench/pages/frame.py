@@ -1,0 +1,239 @@
+"""The frame of the page: header with undo and redo, the menus as tabs, and the keys that do the same everywhere."""
+
+import importlib
+import importlib.util
+import logging
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
+
+from nicegui import ui
+from nicegui.elements.button import Button
+from nicegui.events import KeyEventArguments
+
+from ods.base.errors import OdsError, one_line
+from ods.workbench.model.actions import SetView
+from ods.workbench.model.state import DataReference, State
+from ods.workbench.session import Session
+from ods.workbench.web.follow import follow
+
+log = logging.getLogger(__name__)
+
+
+class Menu(NamedTuple):
+    """A tab. Its module has `build(session)`, which makes the page in NiceGUI's current slot, and may have `KEYS`."""
+
+    name: str
+    module: str
+    icon: str
+
+
+MENUS = (
+    Menu("Image processing", "ods.workbench.pages.processing", "tune"),
+    Menu("Observer", "ods.workbench.pages.observer", "my_location"),
+    Menu("Simulator", "ods.workbench.pages.simulator", "waves"),
+    Menu("Demonstrator", "ods.workbench.pages.demonstrator", "collections"),
+    Menu("Utilities", "ods.workbench.pages.utilities", "build"),
+    Menu("Assess", "ods.workbench.pages.assess", "insights"),
+    Menu("Live", "ods.workbench.pages.live", "sensors"),
+)
+"""Loaded when first opened; one whose module is not there is not shown."""
+KEYS = (
+    ("Ctrl Z", "undo"),
+    ("Ctrl Y, Ctrl Shift Z", "redo"),
+    ("P", "fan or beams beside each other"),
+    ("D", "dark or light"),
+    ("1 ... 7", "menus"),
+    ("?", "these keys"),
+    ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
+    ("click", "in an image: pin its beam"),
+)
+FIRST_MENU = {"none": 0, "file": 0, "scene": 2, "live": 6}
+"""Place in MENUS of what opens first, by the kind of the data."""
+
+_open_menu: "WeakKeyDictionary[Session, str]" = WeakKeyDictionary()
+"""That a page shows which is built again."""
+
+
+def build(session: Session) -> None:
+    """Build the whole page. An error of a handler is shown as one line, and the page goes on."""
+    ui.context.client.on_exception(_tell)
+    ui.query(".nicegui-content").classes("p-0 gap-0")
+    ui.colors(primary="#0969da")
+    dark = ui.dark_mode(session.state.view.dark)
+    follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
+    menus = _Menus(session)
+    with ui.header().classes("items-center gap-1 px-3 py-0").style("background: #161b22; color: #e6edf3"):
+        ui.label("ODS workbench").classes("text-base font-medium")
+        _data_name(session)
+        ui.space()
+        _undo_and_redo(session)
+        keys = _Keys(session, menus)
+        _icon("contrast", "dark or light (D)", keys.toggle_dark)
+        _icon("help_outline", "keys (?)", keys.show)
+        with ui.row().classes("w-full"):
+            menus.build_tabs()
+    menus.build_panels()
+
+
+def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:
+    return ui.button(icon=icon, on_click=lambda: clicked()).props("flat round dense color=white").tooltip(tip)
+
+
+def _tell(error: Exception) -> None:
+    """Say on the page what went wrong."""
+    if not isinstance(error, OdsError):
+        log.error("%s: %s", type(error).__name__, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
+    ui.notify(one_line(error) or type(error).__name__, type="negative", close_button=True)
+
+
+def _data_name(session: Session) -> None:
+    label = ui.label(name_of(session.state.data)).classes("text-sm opacity-80 ml-3").mark("data")
+    follow(session, label, lambda _, after: label.set_text(name_of(after.data)))
+
+
+def name_of(data: DataReference) -> str:
+    """Return what the header calls the data."""
+    name = Path(data.path).name or data.path
+    if data.kind == "none":
+        return "no data open"
+    return {"file": name, "scene": f"scene {name or 'not saved yet'}", "live": f"live: {data.path}"}[data.kind]
+
+
+def _undo_and_redo(session: Session) -> None:
+    """Build two buttons that say what they would do, and the list of all steps."""
+    undo = _step_button("undo", "undo (Ctrl Z)", session.undo).mark("undo")
+    redo = _step_button("redo", "redo (Ctrl Y)", session.redo).mark("redo")
+    with _icon("history", "all steps", lambda: None).mark("history"), ui.menu().classes("min-w-64") as steps:
+        pass
+
+    def list_steps() -> None:
+        steps.clear()
+        with steps:
+            for at, step in enumerate(session.history.steps):
+                item = ui.menu_item(step.name, lambda at=at: session.move_to(at))
+                item.classes("" if at <= session.history.at else "opacity-50")
+                item.props("active" if at == session.history.at else "")
+
+    def show(_: State | None = None, __: State | None = None) -> None:
+        history = session.history
+        for button, name in ((undo, history.undoes), (redo, history.redoes)):
+            button.set_text(name)
+            button.set_enabled(bool(name))
+
+    steps.on("before-show", list_steps)
+    follow(session, undo, show)
+    show()
+
+
+def _step_button(icon: str, tip: str, clicked: Callable[[], None]) -> Button:
+    button = ui.button(icon=icon, on_click=lambda: clicked())
+    button.props("flat dense no-caps color=white").classes("max-w-64").tooltip(tip)
+    return button
+
+
+class _Menus:
+    """The tabs and what belongs to each, built when it is opened for the first time."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.shown = [menu for menu in MENUS if importlib.util.find_spec(menu.module) is not None]
+        wanted = _open_menu.get(session, MENUS[FIRST_MENU[session.state.data.kind]].name)
+        names = [menu.name for menu in self.shown]
+        self._first = wanted if wanted in names else next(iter(names), "")
+        self._panels: dict[str, ui.column] = {}
+
+    def build_tabs(self) -> None:
+        """Build the row of tabs."""
+        self._tabs = ui.tabs(on_change=lambda event: self.open(event.value))
+        self._tabs.props("dense no-caps inline-label align=left").classes("w-full")
+        with self._tabs:
+            for menu in self.shown:
+                ui.tab(menu.name, icon=menu.icon).mark(menu.name)
+
+    def build_panels(self) -> None:
+        """Build the place for the menus, and the first of them."""
+        self._place = ui.column().classes("w-full gap-0 p-2")
+        if not self.shown:
+            with self._place:
+                ui.label("There are no menus.")
+        self._tabs.set_value(self._first)
+
+    def choose(self, number: int) -> None:
+        """Open the tab with this number, from 1 on, if there is one."""
+        if 1 <= number <= len(self.shown):
+            self._tabs.set_value(self.shown[number - 1].name)
+
+    def open(self, name: str) -> None:
+        """Show one menu and hide the others."""
+        _open_menu[self._session] = name
+        for menu in self.shown:
+            if menu.name == name and name not in self._panels:
+                self._panels[name] = self._built(menu)
+        for other, panel in self._panels.items():
+            panel.set_visibility(other == name)
+
+    def _built(self, menu: Menu) -> ui.column:
+        with self._place, ui.column().classes("w-full gap-2") as panel:
+            try:
+                importlib.import_module(menu.module).build(self._session)
+            except Exception as error:  # one menu that fails does not take the others away
+                log.exception("%s", menu.name)
+                panel.clear()
+                with panel:
+                    ui.label(f"{menu.name} cannot be shown: {one_line(error)}").classes("text-negative p-4")
+        return panel
+
+
+class _Keys:
+    """What keys do on every menu, and the overlay that lists them."""
+
+    def __init__(self, session: Session, menus: _Menus) -> None:
+        self._session, self._menus = session, menus
+        with ui.dialog() as self._overlay, ui.card():
+            ui.label("Keys").classes("text-lg")
+            self._list = ui.grid(columns="auto auto").classes("gap-x-6 gap-y-1")
+        ui.keyboard(self._pressed, repeating=False, ignore=["input", "select", "textarea"])
+
+    def show(self) -> None:
+        """Show the keys of the frame and of the menus that are loaded."""
+        self._list.clear()
+        with self._list:
+            for keys, what in (*KEYS, *_keys_of(self._menus.shown)):
+                ui.label(keys).classes("font-mono")
+                ui.label(what)
+        self._overlay.open()
+
+    def toggle_dark(self) -> None:
+        """Dark to light and back."""
+        self._session.do(SetView("dark", not self._session.state.view.dark))
+
+    def toggle_presentation(self) -> None:
+        """Fan to beams beside each other and back."""
+        fan = self._session.state.view.presentation == "fan"
+        self._session.do(SetView("presentation", "polar" if fan else "fan"))
+
+    def _pressed(self, event: KeyEventArguments) -> None:
+        if not event.action.keydown:
+            return
+        key, pressed = event.key.name, event.modifiers
+        if pressed.ctrl or pressed.meta:
+            self._step(key.lower(), pressed.shift)
+        elif key.isdecimal():
+            self._menus.choose(int(key))
+        else:
+            does = {"?": self.show, "p": self.toggle_presentation, "d": self.toggle_dark}.get(key.lower())
+            if does and not pressed.alt:
+                does()
+
+    def _step(self, key: str, shift: bool) -> None:
+        if key == "y" or (key == "z" and shift):
+            self._session.redo()
+        elif key == "z":
+            self._session.undo()
+
+
+def _keys_of(menus: list[Menu]) -> list[tuple[str, str]]:
+    """Return the KEYS of the menus' modules; they are all imported for it."""
+    return [row for menu in menus for row in getattr(importlib.import_module(menu.module), "KEYS", ())]

@@ -1,0 +1,1 @@
+"""The workbench's server: who may speak to it, images to the browser, the fan view."""

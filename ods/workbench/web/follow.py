@@ -1,0 +1,35 @@
+"""From the session and from threads to the widgets: always in NiceGUI's loop, and only while the widget lives."""
+
+from collections.abc import Callable
+
+from nicegui import core
+from nicegui.element import Element
+
+from ods.workbench.model.state import State
+from ods.workbench.session import Session
+
+
+def in_loop(element: Element, call: Callable[[], object]) -> None:
+    """Call something soon in NiceGUI's loop and in the element's slot, unless the element is gone. From any thread."""
+
+    def run() -> None:
+        if not element.is_deleted:
+            with element:
+                call()
+
+    if core.is_loop_running():
+        assert core.loop is not None
+        core.loop.call_soon_threadsafe(run)
+
+
+def follow(session: Session, element: Element, changed: Callable[[State, State], object]) -> None:
+    """Call `changed` with the state before and after each change, as `in_loop`, while the element lives."""
+
+    def told(before: State, after: State) -> None:
+        if element.is_deleted:
+            stop()
+        else:
+            in_loop(element, lambda: changed(before, after))
+
+    stop = session.listen(told)
+    element.client.on_delete(stop)

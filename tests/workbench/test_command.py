@@ -1,0 +1,72 @@
+"""`ods workbench`: what each browser begins with, and errors as one line."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+import pytest
+
+from ods.cli import main
+from ods.workbench.command import add_arguments, first_state, folders_of
+
+SCENES = Path(__file__).parents[2] / "config" / "scenes"
+CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"
+
+
+def arguments(*words: str) -> Namespace:
+    parser = ArgumentParser()
+    add_arguments(parser)
+    parser.add_argument("--config", type=Path)
+    return parser.parse_args(words)
+
+
+def test_files_folders_scenes_and_buses_are_told_apart(tmp_path: Path) -> None:
+    file = tmp_path / "pings.npz"
+    file.touch()
+    assert first_state(arguments()).data.kind == "none"
+    for path in (file, tmp_path):
+        data = first_state(arguments(str(path))).data
+        assert (data.kind, data.path) == ("file", str(path))
+    assert first_state(arguments("--live", str(tmp_path))).data.kind == "live"
+    scene = first_state(arguments(str(SCENES / "figure11.toml")))
+    assert scene.data.kind == "scene"
+    assert scene.scene is not None
+    assert scene.scene.objects
+
+
+def test_the_configuration_is_what_is_tuned() -> None:
+    config = first_state(arguments("--config", str(CONFIG))).tuning.config
+    assert config != first_state(arguments()).tuning.config
+
+
+def test_folders_are_those_named_and_those_of_what_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    here, there, named = (tmp_path / name for name in ("here", "there", "named"))
+    for folder in (here, there, named):
+        folder.mkdir()
+    monkeypatch.chdir(here)
+    words = (str(there / "x.npz"), "--folder", str(named), "--folder", str(here))
+    assert folders_of(arguments(*words)) == (here, there, named)
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("no.npz",), "no.npz: no such file or folder"),
+        (("--live", ".", "x.npz"), "--live: goes without a file"),
+        (("--folder", "nowhere"), "--folder: {here}/nowhere: no such folder"),
+        (("bad.toml",), "bad.toml: not valid TOML: "),
+        (("--config", "bad.toml"), "bad.toml: not valid TOML: "),
+    ],
+)
+def test_errors_are_one_line(
+    words: tuple[str, ...],
+    told: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("bad.toml").write_text("[")
+    assert main(["workbench", "--no-browser", *words]) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"ods workbench: {told.format(here=tmp_path)}")
+    assert error.count("\n") == 1
