@@ -15,8 +15,9 @@ from ods.offline.recorded import RecordedPings, decoded_of, is_recording
 from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.shots import START_UTC_NS, shot_at
+from ods.sim_sonar.sonar.model import SonarModel
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.files.ping_sequence import LazyPings
@@ -60,9 +61,14 @@ def scene_source(path: Path, sonar: str) -> Source:
     """Return the pings of a whole scene, as `ods simulate` writes them. Raises OdsError."""
     scene, model = load_scene(path), find_sonar(sonar, path)
     try:
-        images = ImageSimulator(model, scene)
+        return simulated(scene, model)
     except ValueError as error:
         raise OdsError(f"{path}: {error}") from error
+
+
+def simulated(scene: Scene, model: SonarModel) -> Source:
+    """Return the pings of a scene that a sonar sees. Raises ValueError where they do not fit."""
+    images = ImageSimulator(model, scene)
     truths: dict[int, Truth] = {}
 
     def make(number: int) -> Ping:

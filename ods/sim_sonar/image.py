@@ -1,5 +1,6 @@
 """One call renders one image: a scene, or arrays, seen by a sonar at one time."""
 
+import copy
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -79,6 +80,18 @@ class ImageSimulator:
         self._make_ping = PingMaker(sonar, levels)
         self._grid = grid_of(sonar)
         self._newest: _Moment | None = None
+
+    def seeing(self, scene: Scene) -> "ImageSimulator":
+        """Return the same sonar before other surroundings, at once: the tables are kept.
+
+        Raises ValueError when the scene's levels or seed are others, of which the tables are made.
+        """
+        old, new = self.scene.file, scene.file
+        if (new.image, new.seed) != (old.image, old.seed):
+            raise ValueError("image: other levels or another seed")
+        other = copy.copy(self)
+        other.scene, other._newest = scene, None
+        return other
 
     def mean_area(self, t_s: float) -> Floats:
         """Return the area, m2, (beams, samples) float64, that each sample hears of a ping sent at scene time `t_s`.

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from rich.console import Console
@@ -29,8 +30,18 @@ NOISE_KEYS = ("gain", "noise_counts", "looks", "range_correlation", "beam_correl
 """Levels that are no imperfection."""
 SMOOTHING = (3, 9)
 """Beams and samples over which images are averaged before they are compared."""
-FEWEST_TURNS, SHORTEST_S = 41, 0.1
-"""Turns of a measurement, and CPU time of each figure, at least."""
+
+
+class Effort(NamedTuple):
+    """How well times are measured."""
+
+    turns: int
+    """At least."""
+    shortest_s: float
+    """CPU time of each figure, at least."""
+
+
+THOROUGH, QUICK = Effort(41, 0.1), Effort(5, 0.0)
 
 
 @dataclass(frozen=True)
@@ -53,7 +64,7 @@ class Curve:
     picked: CurvePoint
 
 
-def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
+def parts_of(sonar: SonarModel, scene: Scene, effort: Effort = THOROUGH) -> dict[str, float]:
     """Return the CPU time, ms, of the parts of an image, under the names of table 1."""
     file, grid = scene.file, grid_of(sonar)
     sent = Transmission(scene.head_at(0.0))
@@ -65,16 +76,16 @@ def parts_of(sonar: SonarModel, scene: Scene) -> dict[str, float]:
         return mean_area(grid, surroundings, sent.pose, file.image.max_error)
 
     area = area_of(whole)
-    clean = cpu_ms(lambda: perfect.receive(area, sent))
-    dirty = cpu_ms(lambda: imperfect.receive(area, sent))
+    clean = cpu_ms(effort, lambda: perfect.receive(area, sent))
+    dirty = cpu_ms(effort, lambda: imperfect.receive(area, sent))
     images = ImageSimulator(sonar, scene)
     times = iter(np.arange(1e6) * sonar.ping_period_s)
     return {
-        "objects": cpu_ms(lambda: area_of(whole._replace(sea_bed=None))),
-        "sea-bed": cpu_ms(lambda: area_of(whole._replace(objects=whole.objects[:0]))),
+        "objects": cpu_ms(effort, lambda: area_of(whole._replace(sea_bed=None))),
+        "sea-bed": cpu_ms(effort, lambda: area_of(whole._replace(objects=whole.objects[:0]))),
         "imperfections": max(0.0, dirty - clean),
         "noise": clean,
-        "total": cpu_ms(lambda: images.render(float(next(times)) % file.duration_s, 0)),
+        "total": cpu_ms(effort, lambda: images.render(float(next(times)) % file.duration_s, 0)),
     }
 
 
@@ -120,17 +131,17 @@ def relative_error(area: Floats, reference: Floats) -> float:
     return float(np.linalg.norm(_smooth(area - reference))) / size if size > 0.0 else float(np.any(area != 0.0))
 
 
-def cpu_ms(job: Callable[[], object]) -> float:
+def cpu_ms(effort: Effort, job: Callable[[], object]) -> float:
     """Return the median CPU time of a job, ms, once it is compiled."""
-    return interleaved_ms([job])[0]
+    return interleaved_ms([job], effort)[0]
 
 
-def interleaved_ms(jobs: Sequence[Callable[[], object]]) -> list[float]:
+def interleaved_ms(jobs: Sequence[Callable[[], object]], effort: Effort = THOROUGH) -> list[float]:
     """Return the median CPU time of each job, ms; they take turns, so that a busy machine hits all alike."""
     for job in jobs:
         job()
     spent: list[list[float]] = []
-    while len(spent) < FEWEST_TURNS or sum(map(sum, spent)) < SHORTEST_S * len(jobs):
+    while len(spent) < effort.turns or sum(map(sum, spent)) < effort.shortest_s * len(jobs):
         spent.append([_cpu_s(job) for job in jobs])
     return [1e3 * float(value) for value in np.median(spent, axis=0)]
 

@@ -1,0 +1,75 @@
+"""A mission before it is run: its scene simulated, what pipeline and tracker make of it, and how well they do."""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.messages import Truth
+from ods.offline.mission import Mission, MissionSettings
+from ods.offline.run_record import RunRecord
+from ods.offline.score import ObjectScore, position_rms_m, score_objects
+from ods.offline.source import simulated
+from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.workbench.engine.scene_view import SceneError
+
+SETTLE_S = 3.0
+"""From the first sight of an object until it counts as missed, as on the bench."""
+
+
+class Rehearsal(NamedTuple):
+    """What came of a mission."""
+
+    record: RunRecord
+    """Lists and truth of every ping, the last image."""
+    objects: list[ObjectScore]
+    false_tracks: int
+    """Tracks that stood for no object, ever."""
+    position_rms_m: float
+    detections: int
+    """Of all pings together."""
+    chain_ms: float
+    """Median of a ping."""
+    tracker_ms: float
+    """The same."""
+    took_s: float
+    """To simulate, detect, track and score."""
+
+    @property
+    def truths(self) -> list[Truth]:
+        """In order of pings."""
+        return [self.record.truths[number] for number in sorted(self.record.truths)]
+
+
+def rehearse(
+    scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: Callable[[float], None],
+    ends: Callable[[], bool] = lambda: False,
+) -> Rehearsal | None:  # fmt: skip
+    """Rehearse a whole scene; None: `ends` told to give up. Raises OdsError.
+
+    tell: gets the share that is done, 0 to 1, after each ping.
+    """
+    began = time.monotonic()
+    try:
+        source = simulated(scene, sonar)
+    except ValueError as error:
+        raise SceneError(str(error)) from error
+    record, costs, mission = RunRecord(), list[tuple[float, float]](), Mission(settings)
+    detections = 0
+    for done, step in enumerate(mission.steps(source.pings, source.poses), 1):
+        if ends():
+            return None
+        record.lists.append((step.list.made_ns, step.list))
+        record.image = step.ping, step.detections
+        detections += len(step.detections.detections)
+        costs.append((step.chain_ms, step.tracker_ms))
+        tell(done / len(source.pings))
+    record.truths.update(source.truths)
+    objects, false_ids = score_objects(record, SETTLE_S)
+    chain_ms, tracker_ms = np.median(np.array(costs).reshape(-1, 2), axis=0).tolist() if costs else (0.0, 0.0)
+    return Rehearsal(
+        record, objects, len(false_ids), position_rms_m(objects), detections, chain_ms, tracker_ms,
+        time.monotonic() - began,
+    )  # fmt: skip
