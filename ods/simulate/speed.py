@@ -102,7 +102,7 @@ def print_table(sonar: SonarModel) -> None:
     Console().print(shown)
 
 
-def curve_of(sonar: SonarModel, name: str) -> Curve:
+def curve_of(sonar: SonarModel, name: str, effort: Effort = THOROUGH) -> Curve:
     """Measure all model levels on the scene of that name. Raises ConfigError."""
     scene = find_scene(name)
     file, grid = scene.file, grid_of(sonar)
@@ -116,7 +116,7 @@ def curve_of(sonar: SonarModel, name: str) -> Curve:
     reference = area_of(finest)
     chosen = sorted({*forced, file.image.max_error}, reverse=True)
     noise, *areas = interleaved_ms(
-        [lambda: receiver.receive(reference, sent)] + [partial(area_of, level) for level in chosen]
+        [lambda: receiver.receive(reference, sent)] + [partial(area_of, level) for level in chosen], effort
     )
     points = [
         CurvePoint(level, noise + ms, relative_error(area_of(level), reference))

@@ -180,16 +180,15 @@ def test_errors_of_a_mean_image() -> None:
     assert simulate_speed.relative_error(shaken, reference) == pytest.approx(0.27 / np.sqrt(27.0), rel=0.25)
 
 
-def test_parts_and_curves_are_measured(small: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(simulate_speed, "SHORTEST_S", 0.0)
-    monkeypatch.setattr(simulate_speed, "FEWEST_TURNS", 1)
+def test_parts_and_curves_are_measured(small: str) -> None:
+    once = simulate_speed.Effort(1, 0.0)
     sonar = load_sonar(Path(small))
-    parts = simulate_speed.parts_of(sonar, load_scene(SCENE))
+    parts = simulate_speed.parts_of(sonar, load_scene(SCENE), once)
     assert list(parts) == list(simulate_speed.TABLE_1)
     assert parts["total"] > 0.0
-    curve = simulate_speed.curve_of(sonar, "figure11")
+    curve = simulate_speed.curve_of(sonar, "figure11", once)
     errors = [point.error for point in curve.points]
     assert errors[0] > errors[-1]
     assert curve.picked.error < curve.picked.max_error
-    empty = simulate_speed.curve_of(sonar, "empty")
+    empty = simulate_speed.curve_of(sonar, "empty", once)
     assert {point.error for point in empty.points} == {0.0}

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.messages import Truth
+from ods.messages import Obstacle, TrackState, Truth
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.run_record import RunRecord
 from ods.offline.score import ObjectScore, position_rms_m, score_objects
@@ -17,6 +17,18 @@ from ods.workbench.engine.scene_view import SceneError
 
 SETTLE_S = 3.0
 """From the first sight of an object until it counts as missed, as on the bench."""
+
+
+class Course(NamedTuple):
+    """A track as the lists told of it."""
+
+    id: int
+    state: TrackState
+    """The last one."""
+    radius_m: float
+    """The last one."""
+    places: list[tuple[float, float]]
+    """North and east, m."""
 
 
 class Rehearsal(NamedTuple):
@@ -36,6 +48,16 @@ class Rehearsal(NamedTuple):
     """The same."""
     took_s: float
     """To simulate, detect, track and score."""
+
+    def courses(self) -> list[Course]:
+        """Return where each track went."""
+        places: dict[int, list[tuple[float, float]]] = {}
+        last: dict[int, Obstacle] = {}
+        for _, told in self.record.lists:
+            for item in told.obstacles:
+                places.setdefault(item.id, []).append(item.position_ned[:2])
+                last[item.id] = item
+        return [Course(number, last[number].state, last[number].radius_m, ways) for number, ways in places.items()]
 
     @property
     def truths(self) -> list[Truth]:

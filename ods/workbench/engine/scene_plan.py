@@ -8,8 +8,11 @@ from scipy.spatial import ConvexHull
 from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import PLANE, SPHERE, Bodies
+from ods.sim_sonar.scene.motion import Motion
+from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
+from ods.workbench.engine.scene_curves import Curve
 
 ROUND = np.linspace(0.0, 2.0 * np.pi, 49)
 LONGEST_M = 200.0
@@ -55,6 +58,14 @@ def plan_of(scene: Scene, sonar: SonarModel, t_s: float) -> Plan:
     bow = geometry.body_to_global(np.array([1.0, 0.0, 0.0]), *head) - head.position_ned
     north, east = head.position_ned[:2].tolist()
     return Plan(outlines, paths, edge[:, :2], (north, east, float(np.arctan2(bow[1], bow[0]))))
+
+
+def strip_of(file: SceneFile, of: str) -> list[Curve]:
+    """Return depth, m, and speed over ground, m/s, of a path over scene time, s; `of`: "vehicle" or "objects[2]"."""
+    moving = Motion(file.vehicle if of == "vehicle" else file.objects[int(of[len("objects[") : -1])])
+    times = np.linspace(0.0, file.duration_s, PATH_POINTS)
+    speed = np.linalg.norm(moving.velocity(times), axis=-1)
+    return [Curve(times, moving.position(times)[:, 2]), Curve(times, np.asarray(speed, np.float64))]
 
 
 def _edge(bodies: Bodies, place: int) -> Floats:

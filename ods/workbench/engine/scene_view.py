@@ -5,22 +5,26 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats32, Image
+from ods.base import geometry
+from ods.base.arrays import Floats, Floats32, Image
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import Ping, TruthObject
 from ods.plots.polar import level_db
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
-from ods.sim_sonar.pose import Transmission
+from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import shot_at
 from ods.sim_sonar.sonar.model import SonarModel
+from ods.workbench.engine.scene_curves import Curve
+from ods.workbench.engine.scene_plan import Plan, plan_of
 from ods.workbench.model.scene_effects import perfect
 
+PROFILE_POINTS = 500
 FAINTEST = 1e-3
 """Amplitude, counts, that stands for silence."""
 
@@ -52,6 +56,30 @@ class Pictured(NamedTuple):
     """The same without speckle: root mean square, with what is wrong with sonar and water."""
     perfect_db: Floats32
     """The same with nothing wrong."""
+    head: VehiclePose
+    """Of the sonar."""
+    plan: Plan
+
+    @property
+    def fan_db(self) -> Floats32:
+        """As it is sent: (beams of one plane, samples), of several planes the highest, dB over the median."""
+        level = self.level_db.reshape(self.sonar.planes, -1, self.ping.samples).max(axis=0)
+        return np.asarray(level - np.median(level))
+
+    def profile(self, beam: int) -> list[Curve]:
+        """Return one beam's levels over range, m, figure 10 of [SSIE]: sent, expected, expected of a perfect sonar."""
+        near, step = self.sonar.range0_m, self.sonar.dr_m
+        starts = (self.ping.range0_m, near, near)
+        rows = (each[beam] for each in (self.level_db, self.expected_db, self.perfect_db))
+        return [_pooled(start, step, row) for start, row in zip(starts, rows, strict=True)]
+
+    def truth_circles(self) -> list[tuple[float, float, float]]:
+        """Return range, bearing and radius of the objects in the fan."""
+        shown = [item for item in self.truth if item.in_sector]
+        places = np.array([item.position_ned for item in shown]).reshape(-1, 3)
+        distance, bearing, _ = geometry.body_to_polar(geometry.global_to_body(places, *self.head))
+        radii = [item.radius_m for item in shown]
+        return list(zip(distance.tolist(), bearing.tolist(), radii, strict=True))
 
     @property
     def t_s(self) -> float:
@@ -91,11 +119,13 @@ class ScenePictures:
             ideal = self._perfect_receiver(asked.file, sonar)
         except ValueError as error:  # levels that do not fit the sonar
             raise SceneError(str(error)) from error
-        sent = Transmission(images.scene.head_at(t_s), t_s, number)
+        head = images.scene.head_at(t_s)
+        sent = Transmission(head, t_s, number)
         expected = ideal.mean_image(images.mean_area(t_s), ideal.levels_of(sent))
         return Pictured(
             asked, sonar, shot.ping, list(shot.truth.objects), level_db(shot.ping),
-            _decibels(images.mean_image(t_s, number)), _decibels(expected),
+            _decibels(images.mean_image(t_s, number)), _decibels(expected), head,
+            plan_of(images.scene, sonar, t_s),
         )  # fmt: skip
 
     def _sonar_of(self, asked: Asked) -> SonarModel:
@@ -116,6 +146,15 @@ class ScenePictures:
         if self._perfect is None or self._perfect[0] != levels:
             self._perfect = levels, Receiver(sonar, levels, file.seed)
         return self._perfect[1]
+
+
+def _pooled(start_m: float, step_m: float, level_db: Floats32) -> Curve:
+    """Return a curve of at most PROFILE_POINTS points, each the highest of its neighbours."""
+    window = -(-len(level_db) // PROFILE_POINTS)
+    padded = np.pad(level_db, (0, -len(level_db) % window), constant_values=-np.inf)
+    points: Floats = padded.astype(np.float64).reshape(-1, window).max(axis=1)
+    first = start_m + step_m * 0.5 * (window - 1)
+    return Curve(np.asarray(first + step_m * window * np.arange(len(points))), points)
 
 
 def _decibels(image: Image) -> Floats32:

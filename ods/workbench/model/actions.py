@@ -7,6 +7,7 @@ import msgspec
 from ods.workbench.model.state import DataReference, State, Tuning
 
 Place = tuple[float, float, float]
+ShapeName = Literal["sphere", "cylinder", "plane"]
 
 
 class Action(msgspec.Struct, frozen=True, forbid_unknown_fields=True, tag_field="do"):
@@ -116,7 +117,7 @@ class SetScene(Action, frozen=True, tag="set_scene"):
 class AddObject(Action, frozen=True, tag="add_object"):
     """Put an object into the scene."""
 
-    shape: Literal["sphere", "cylinder", "plane"]
+    shape: ShapeName
     position_ned: Place
 
 

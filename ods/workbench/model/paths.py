@@ -42,7 +42,14 @@ def with_tables(settings: SettingsT, path: str, change: Any) -> SettingsT:
 
 def tables_of(settings: Settings) -> Any:
     """Return settings as tables of their own, lists and plain values."""
-    return msgspec.to_builtins(settings, enc_hook=str, builtin_types=())
+    return _with_lists(msgspec.to_builtins(settings, enc_hook=str, builtin_types=()))
+
+
+def _with_lists(value: Any) -> Any:
+    """Return builtins with lists for tuples, so that a place in them can be changed."""
+    if isinstance(value, dict):
+        return {name: _with_lists(item) for name, item in value.items()}
+    return [_with_lists(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 def typed(tables: Any, kind: type[SettingsT]) -> SettingsT:
