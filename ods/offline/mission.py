@@ -42,54 +42,105 @@ class Step(NamedTuple):
     tracker_ms: float
 
 
-class Mission:
-    """One run over pings. `counters`: those of pipeline and tracker, bad_ping, detections_late."""
+class Found(NamedTuple):
+    """What the chain made of one ping, and what is needed to track it later."""
 
-    def __init__(self, settings: MissionSettings) -> None:
+    ping_number: int
+    t_ns: int
+    """Of the ping's transmission,"""
+    utc_ns: int
+    """and its UTC."""
+    ended_ns: int
+    """When its last echo had come, or been read."""
+    heard: list[Pose]
+    """Poses that came after those of the ping before."""
+    detections: Detections | None
+    """None: it was a bad ping."""
+    chain_ms: float
+
+
+class Detecting:
+    """The chain of one run over pings. `counters`: those of the pipeline, bad_ping."""
+
+    def __init__(self, settings: MissionSettings, counters: "Counter[str] | None" = None) -> None:
         """Raises PluginError, StageError."""
-        self.counters: Counter[str] = Counter()
-        self._settings = settings
+        self.counters: Counter[str] = Counter() if counters is None else counters
         self._processor = PingProcessor(part_of(settings, PipelineConfig), self.counters)
-        self._tracker: MissionTracker | None = None
 
-    def steps(self, pings: Iterable[Ping], poses: Iterable[Pose]) -> Iterator[Step]:
-        """Yield what comes of each ping; poses and pings stand in order of time. Raises StageError.
+    def found(self, pings: Iterable[Ping], poses: Iterable[Pose]) -> Iterator[tuple[Ping, Found]]:
+        """Yield what is found in each ping; poses and pings stand in order of time. Raises StageError.
 
         Of each ping the poses are known up to the first one after its last echo, as on board by the time it is read.
         """
         waiting = iter(poses)
         heard_ns: int | None = None
         for ping in pings:
-            tracker = self._tracker = self._tracker or self._tracker_from(ping)
             ended_ns = _end_of_reception_ns(ping)
+            heard: list[Pose] = []
             while heard_ns is None or heard_ns < ended_ns:
                 pose = next(waiting, None)
                 if pose is None:
                     break
                 self._processor.hear_pose(pose)
-                tracker.hear_pose(pose)
+                heard.append(pose)
                 heard_ns = pose.t_ns
-            step = self._step(ping, tracker, max(ended_ns, ping.t_rx_ns))
-            if step is not None:
-                yield step
+            began = time.perf_counter()
+            detections = self._detections(ping)
+            spent_ms = 1e3 * (time.perf_counter() - began)
+            until_ns = max(ended_ns, ping.t_rx_ns)
+            yield ping, Found(ping.ping_number, ping.t_ns, ping.utc_ns, until_ns, heard, detections, spent_ms)
 
-    def _step(self, ping: Ping, tracker: MissionTracker, now_ns: int) -> Step | None:
-        began = time.perf_counter()
+    def _detections(self, ping: Ping) -> Detections | None:
         try:
-            found = self._processor.process(ping)
+            return self._processor.process(ping)
         except PingError:
             self.counters["bad_ping"] += 1
             return None
-        between = time.perf_counter()
-        tracker.follow_utc(now_ns)
-        told = tracker.track(found, now_ns)
-        spent = 1e3 * (between - began), 1e3 * (time.perf_counter() - between)
-        return None if told is None else Step(ping, found, told.message, *spent)
 
-    def _tracker_from(self, ping: Ping) -> MissionTracker:
-        inputs = InputMonitor(ping.t_ns, (), lambda _: "")
-        utc = VehicleUtc(ping.t_ns, ping.utc_ns - ping.t_ns, "unsure")
-        return MissionTracker(part_of(self._settings, TrackerConfig), inputs, utc, counters=self.counters)
+
+class Tracking:
+    """The tracker of one run over what was found. `counters`: those of the tracker, detections_late."""
+
+    def __init__(self, settings: MissionSettings, counters: "Counter[str] | None" = None) -> None:
+        self.counters: Counter[str] = Counter() if counters is None else counters
+        self._settings = part_of(settings, TrackerConfig)
+        self.tracker: MissionTracker | None = None
+        """None before the first ping."""
+
+    def told(self, found: Found) -> ObstacleList | None:
+        """Return the list of one ping; None: it was bad, or came late. Raises PluginError."""
+        tracker = self.tracker = self.tracker or self._tracker_from(found)
+        for pose in found.heard:
+            tracker.hear_pose(pose)
+        if found.detections is None:
+            return None
+        tracker.follow_utc(found.ended_ns)
+        told = tracker.track(found.detections, found.ended_ns)
+        return None if told is None else told.message
+
+    def _tracker_from(self, found: Found) -> MissionTracker:
+        inputs = InputMonitor(found.t_ns, (), lambda _: "")
+        utc = VehicleUtc(found.t_ns, found.utc_ns - found.t_ns, "unsure")
+        return MissionTracker(self._settings, inputs, utc, counters=self.counters)
+
+
+class Mission:
+    """One run over pings. `counters`: those of pipeline and tracker, bad_ping, detections_late."""
+
+    def __init__(self, settings: MissionSettings) -> None:
+        """Raises PluginError, StageError."""
+        self.counters: Counter[str] = Counter()
+        self._detecting = Detecting(settings, self.counters)
+        self._tracking = Tracking(settings, self.counters)
+
+    def steps(self, pings: Iterable[Ping], poses: Iterable[Pose]) -> Iterator[Step]:
+        """Yield what comes of each ping; poses and pings stand in order of time. Raises StageError."""
+        for ping, found in self._detecting.found(pings, poses):
+            began = time.perf_counter()
+            told = self._tracking.told(found)
+            spent_ms = 1e3 * (time.perf_counter() - began)
+            if told is not None and found.detections is not None:
+                yield Step(ping, found.detections, told, found.chain_ms, spent_ms)
 
 
 def _end_of_reception_ns(ping: Ping) -> int:

@@ -1,0 +1,129 @@
+// What the plan and the time view share: colours by role, ticks, sharp canvases, labels that keep apart.
+
+// Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
+const ROLES = {
+  vehicle: { colours: ["#e6edf3", "#1f2328"], label: "vehicle", width: 2 },
+  truth: { colours: ["#ff8c42", "#c24a00"], label: "truth", dash: [5, 4] },
+  tentative: { colours: ["#d98cba", "#a5518a"], label: "tentative" },
+  active: { colours: ["#1fc79a", "#00795a"], label: "active", width: 2 },
+  stand_by: { colours: ["#f0b429", "#a86a00"], label: "stand-by", width: 2 },
+  hibernated: { colours: ["#56b4e9", "#0072b2"], label: "hibernated", width: 2 },
+  terminated: { colours: ["#8b949e", "#6e7781"], label: "terminated" },
+  uncertainty: { colours: ["#1fc79a", "#00795a"], label: "two standard deviations" },
+  prediction: { colours: ["#b6a4ff", "#6a4fc9"], label: "predicted", dash: [2, 3] },
+  approach: { colours: ["#ff6b6b", "#c1121f"], label: "closest approach" },
+  sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", width: 1 },
+  object: { colours: ["#f0b429", "#a86a00"], label: "object", width: 2 },
+  path: { colours: ["#56b4e9", "#0072b2"], label: "path" },
+  first: { colours: ["#56b4e9", "#0072b2"] },
+  second: { colours: ["#f0b429", "#a86a00"] },
+  third: { colours: ["#1fc79a", "#00795a"] },
+  quiet: { colours: ["#8b949e", "#6e7781"] },
+};
+
+export function isDark() {
+  return document.body.classList.contains("body--dark");
+}
+
+export const ink = () => (isDark() ? "#c9d1d9" : "#1f2328");
+export const paper = () => (isDark() ? "#0d1117" : "#ffffff");
+export const gridInk = () => (isDark() ? "rgba(201,209,217,0.14)" : "rgba(31,35,40,0.12)");
+
+export function styleOf(role) {
+  const { colours, ...style } = ROLES[role] || ROLES.quiet;
+  return { width: 1.5, dash: [], label: role.replace("_", "-"), ...style, colour: colours[isDark() ? 0 : 1] };
+}
+
+// Clears a canvas of the size of its box, in CSS pixels; null while it is not shown.
+export function prepare(canvas) {
+  const { clientWidth: width, clientHeight: height } = canvas;
+  if (!width || !height) return null;
+  const ratio = window.devicePixelRatio || 1;
+  const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];
+  if (canvas.width !== w || canvas.height !== h) Object.assign(canvas, { width: w, height: h });
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.clearRect(0, 0, width, height);
+  context.font = "12px system-ui, sans-serif";
+  context.lineJoin = "round";
+  return { context, width, height };
+}
+
+export function ticks(low, high, most) {
+  const rough = (high - low) / Math.max(1, most);
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const step = power * [1, 2, 5, 10].find((each) => each * power >= rough * (1 - 1e-9));
+  const found = [];
+  for (let value = Math.ceil(low / step - 1e-9) * step; value <= high + 1e-9 * step; value += step) found.push(value);
+  const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+  return found.map((value) => [value, (Math.abs(value) < step / 2 ? 0 : value).toFixed(digits)]);
+}
+
+export function halo(context, text, x, y, colour = ink()) {
+  context.save();
+  context.setLineDash([]);
+  context.lineWidth = 3;
+  context.strokeStyle = paper();
+  context.strokeText(text, x, y);
+  context.fillStyle = colour;
+  context.fillText(text, x, y);
+  context.restore();
+}
+
+// Writes labels beside their points where no other one is.
+export class Labels {
+  constructor(context, width, height) {
+    Object.assign(this, { context, width, height, taken: [] });
+  }
+  write(text, x, y, colour, gap = 8) {
+    const { context } = this;
+    context.textAlign = "left";
+    context.textBaseline = "middle";
+    const length = context.measureText(text).width;
+    const places = [[gap, 0], [gap, -15], [gap, 15], [-gap - length, 0], [-gap - length, -15], [-gap - length, 15]];
+    for (const far of [30, 45]) places.push([gap, -far], [gap, far]);
+    for (const [dx, dy] of places) {
+      const box = [x + dx, y + dy - 7, x + dx + length, y + dy + 7];
+      const outside = box[0] < 0 || box[2] > this.width || box[1] < 0 || box[3] > this.height;
+      if (outside || this.taken.some((other) => meet(box, other))) continue;
+      this.taken.push(box);
+      halo(context, text, x + dx, y + dy, colour);
+      return;
+    }
+  }
+}
+
+function meet(one, other) {
+  return one[0] < other[2] && one[2] > other[0] && one[1] < other[3] && one[3] > other[1];
+}
+
+// Lines of a legend: [[role, label], ...] at a place; returns the width taken.
+export function legend(context, entries, x, y, perLine = 18) {
+  context.textAlign = "left";
+  context.textBaseline = "middle";
+  entries.forEach(([role, label], place) => {
+    const style = styleOf(role);
+    const middle = y + place * perLine;
+    context.strokeStyle = style.colour;
+    context.lineWidth = Math.max(2, style.width);
+    context.setLineDash(style.dash);
+    context.beginPath();
+    context.moveTo(x, middle);
+    context.lineTo(x + 22, middle);
+    context.stroke();
+    context.setLineDash([]);
+    halo(context, label || style.label, x + 28, middle);
+  });
+}
+
+// Calls back when the page turns dark or light, and when the element's size changes; returns what ends that.
+export function watch(element, changed) {
+  const theme = new MutationObserver(changed);
+  theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
+  const size = new ResizeObserver(changed);
+  size.observe(element);
+  return () => {
+    theme.disconnect();
+    size.disconnect();
+  };
+}

@@ -1,0 +1,162 @@
+"""A plan in metres, north up: paths, objects, ellipses; with handles that can be dragged."""
+
+from collections.abc import Callable, Sequence
+from typing import Literal, NamedTuple
+
+import msgspec
+from nicegui.element import Element
+from nicegui.events import GenericEventArguments
+
+Place = tuple[float, float]
+"""North and east, m."""
+Role = Literal[
+    "vehicle", "truth", "tentative", "active", "stand_by", "hibernated", "terminated", "uncertainty", "prediction",
+    "approach", "sector", "object", "path",
+]  # fmt: skip
+"""What a shape stands for; says its colour and its line in the legend."""
+
+
+class Line(msgspec.Struct, frozen=True, tag_field="kind", tag="line"):
+    """Places joined by straight lines."""
+
+    points: Sequence[Place]
+    role: Role
+    label: str = ""
+    """At its last point."""
+    dashed: bool = False
+    marked: bool = False
+    """Drawn strongly."""
+
+
+class Area(msgspec.Struct, frozen=True, tag_field="kind", tag="area"):
+    """What lies within a line around it."""
+
+    points: Sequence[Place]
+    role: Role
+    label: str = ""
+    dashed: bool = False
+    marked: bool = False
+
+
+class Circle(msgspec.Struct, frozen=True, tag_field="kind", tag="circle"):
+    """Something round."""
+
+    at: Place
+    radius_m: float
+    role: Role
+    label: str = ""
+    id: str = ""
+    """Told when it is clicked at; empty: it cannot be."""
+    dashed: bool = False
+    marked: bool = False
+
+
+class Ellipse(msgspec.Struct, frozen=True, tag_field="kind", tag="ellipse"):
+    """How well a place is known."""
+
+    at: Place
+    semi_m: tuple[float, float]
+    """Half axes."""
+    turn_rad: float
+    """Of the first axis, from north to east."""
+    role: Role = "uncertainty"
+
+
+class Mark(msgspec.Struct, frozen=True, tag_field="kind", tag="mark"):
+    """A cross, or an arrow head that shows a heading; as large at every scale."""
+
+    at: Place
+    role: Role
+    heading_rad: float | None = None
+    """None: a cross."""
+    label: str = ""
+    id: str = ""
+
+
+class Handle(msgspec.Struct, frozen=True, tag_field="kind", tag="handle"):
+    """Something to drag."""
+
+    id: str
+    at: Place
+    role: Role
+    label: str = ""
+    marked: bool = False
+
+
+Shape = Line | Area | Circle | Ellipse | Mark | Handle
+
+
+class Pick(NamedTuple):
+    """A click."""
+
+    id: str | None
+    """Of the shape that was hit; None: beside all."""
+    place: Place
+
+
+class Drag(NamedTuple):
+    """Where a handle is dragged to."""
+
+    id: str
+    place: Place
+    done: bool
+    """It was let go there."""
+
+
+class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
+    """Shapes in layers, drawn in the order in which the layers came first; what is set anew replaces its layer only.
+
+    Wheel: zoom; drag: pan; double click: all of it again. It fills the width that it is given; `height` as in CSS.
+    """
+
+    def __init__(self, *, title: str = "", height: str = "60vh") -> None:
+        super().__init__()
+        self._layers: dict[str, str] = {}
+        self._props.update({"layers": {}, "title": title, "busy": "", "fitted": 0})
+        self.style(f"height: {height}; width: 100%")
+
+    def show(self, layer: str, shapes: Sequence[Shape]) -> None:
+        """Show these shapes as a layer, in place of those it had."""
+        told = msgspec.json.encode(shapes).decode()  # as text: NiceGUI would watch each number for changes
+        if told != self._layers.get(layer):
+            self._layers[layer] = told
+            with self._props.suspend_updates():  # for pages that come later; this one gets what is new only
+                self._props["layers"] = dict(self._layers)
+            self.run_method("setLayer", layer, told)
+
+    def fit(self) -> None:
+        """Show all of it: after another scene was opened."""
+        self._set("fitted", self._props["fitted"] + 1)
+
+    def set_title(self, title: str) -> None:
+        """Write something over it."""
+        self._set("title", title)
+
+    def set_busy(self, why: str) -> None:
+        """Dim the plan and say why, while a newer one is computed; empty: it is the newest."""
+        self._set("busy", why)
+
+    def on_pick(self, told: Callable[[Pick], None]) -> None:
+        """Call `told` with each click."""
+        self.on("pick", lambda event: told(_pick(event)))
+
+    def on_drag(self, told: Callable[[Drag], None]) -> None:
+        """Call `told` as a handle is dragged, some times a second, and when it is let go."""
+        self.on("drag", lambda event: told(_drag(event)))
+
+    def _set(self, name: str, value: object) -> None:
+        """Tell the script of one property; NiceGUI would send all of them."""
+        if self._props.get(name) != value:
+            with self._props.suspend_updates():
+                self._props[name] = value
+            self.run_method("set", name, value)
+
+
+def _pick(event: GenericEventArguments) -> Pick:
+    told = event.args
+    return Pick(None if told["id"] is None else str(told["id"]), (float(told["north"]), float(told["east"])))
+
+
+def _drag(event: GenericEventArguments) -> Drag:
+    told = event.args
+    return Drag(str(told["id"]), (float(told["north"]), float(told["east"])), bool(told["done"]))
