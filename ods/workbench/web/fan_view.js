@@ -247,7 +247,10 @@ export default {
     over.addEventListener("pointerup", (event) => this.released(event));
     over.addEventListener("pointerleave", () => point(null));
     over.addEventListener("wheel", (event) => this.zoomed(event), { passive: false });
-    over.addEventListener("dblclick", () => this.setZoom({ factor: 1, x: 0, y: 0 }));
+    over.addEventListener("dblclick", () => {
+      clearTimeout(this.picking);
+      this.setZoom({ factor: 1, x: 0, y: 0 });
+    });
     request();
   },
   beforeUnmount() {
@@ -577,7 +580,10 @@ export default {
       const wasClick = this.drag && !this.drag.moved;
       this.drag = null;
       const spot = wasClick && event.button === 0 ? this.placeOf(event) : null;
-      if (spot) this.$emit("pick", spot);
+      if (!spot) return;
+      if (this.zoom.factor === 1) return this.$emit("pick", spot);
+      clearTimeout(this.picking); // zoomed in, a second click may follow, which shows the whole image
+      this.picking = setTimeout(() => this.$emit("pick", spot), 300);
     },
     zoomed(event) {
       event.preventDefault();
