@@ -1,0 +1,202 @@
+"""Where pings come from: a file, or a scene that is simulated as it is looked at. Opened once, then read by place."""
+
+import threading
+from collections import OrderedDict
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from typing import NamedTuple, overload
+
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.base.geodesy import LocalFrame
+from ods.base.settings_file import load
+from ods.messages import Ping, Pose, Truth
+from ods.offline.poses import Way, way_of
+from ods.offline.recorded import is_recording, pings_of
+from ods.offline.source import open_source, simulated, truths_beside
+from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.scene.settings import SceneFile
+from ods.sim_sonar.scene.timeline import Scene
+from ods.sonar_link.files.fan_image import FanGeometry
+from ods.sonar_link.files.opening import open_pings
+from ods.workbench.model.state import DataReference
+
+KEPT_BYTES = 48 << 20
+"""Of samples of the last pings, which are kept: going back is at once."""
+FAN_SUFFIX = ".toml"
+"""Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
+PERIOD_PINGS = 8
+"""Pings whose times tell the period."""
+
+
+class DataError(OdsError):
+    """The data cannot be opened; the text is one line."""
+
+
+class KeptPings(Sequence[Ping]):
+    """Pings of anywhere, of which the last ones are kept. May be used from several threads."""
+
+    def __init__(self, pings: Sequence[Ping], most_bytes: int = KEPT_BYTES) -> None:
+        self._pings, self._most_bytes = pings, most_bytes
+        self._kept: OrderedDict[int, Ping] = OrderedDict()
+        self._bytes = 0
+        self._lock = threading.Lock()
+
+    def __len__(self) -> int:
+        return len(self._pings)
+
+    @overload
+    def __getitem__(self, index: int) -> Ping: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> list[Ping]: ...
+
+    def __getitem__(self, index: int | slice) -> Ping | list[Ping]:
+        """Return one ping or a list of some. Raises IndexError, and OdsError where the file is bad."""
+        if isinstance(index, slice):
+            return [self[place] for place in range(len(self))[index]]
+        place = range(len(self))[index]
+        with self._lock:
+            if place not in self._kept:
+                self._keep(place, self._pings[place])
+            self._kept.move_to_end(place)
+            return self._kept[place]
+
+    def _keep(self, place: int, ping: Ping) -> None:
+        self._kept[place] = ping
+        self._bytes += len(ping.data)
+        while self._bytes > self._most_bytes and len(self._kept) > 1:
+            _, old = self._kept.popitem(last=False)
+            self._bytes -= len(old.data)
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Pings, and what is known beside them. May be used from several threads."""
+
+    reference: DataReference
+    pings: Sequence[Ping]
+    """Made when they are asked for; asking may raise OdsError."""
+    poses: Sequence[Pose] = ()
+    """In order of time; none: nothing can be tracked."""
+    timed: bool = True
+    """False: single images, of which no time is known."""
+    truths: Mapping[int, Truth] = field(default_factory=dict)
+    """By ping number; of a scene, those of the pings that were asked for; empty: not known."""
+    losses: Mapping[str, int] = field(default_factory=dict)
+    """What the file holds and the pings do not, by kind."""
+    frame: LocalFrame | None = None
+    """Where the poses' origin is, as far as it is known."""
+
+    def t_s(self, place: int) -> float:
+        """Return the time of a ping since the first one, s; of single images their number."""
+        if not self.timed:
+            return float(place)
+        return (self.pings[place].t_ns - self._first_ns) / NS
+
+    def truth(self, place: int) -> Truth | None:
+        """Return what is true of a ping."""
+        return self.truths.get(self.pings[place].ping_number)
+
+    @cached_property
+    def _first_ns(self) -> int:
+        return self.pings[0].t_ns
+
+    @cached_property
+    def period_s(self) -> float | None:
+        """The time between pings: the median of the first few; none: not known."""
+        count = min(len(self.pings), PERIOD_PINGS)
+        if not self.timed or count < 2:
+            return None
+        times = [self.t_s(place) for place in range(count)]
+        steps = sorted(later - sooner for sooner, later in pairwise(times))
+        return steps[len(steps) // 2] if steps[len(steps) // 2] > 0.0 else None
+
+
+class Gap(NamedTuple):
+    """Pings that are missing."""
+
+    place: int
+    """Of the next ping that is there."""
+    pings: int
+    """How many, by their numbers."""
+
+
+def gaps(data: Data) -> list[Gap]:
+    """Return where ping numbers are left out. It reads all pings, which lasts: not for the server's loop."""
+    numbers = [data.pings[place].ping_number for place in range(len(data.pings))]
+    steps = enumerate(pairwise(numbers), 1)
+    return [Gap(place, after - before - 1) for place, (before, after) in steps if after - before > 1]
+
+
+def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
+    """Open what a state refers to. Raises OdsError, one line.
+
+    scene: `State.scene`; folders: that files may be read from.
+    """
+    match reference.kind:
+        case "scene":
+            return _simulated(reference, scene, folders)
+        case "file":
+            return _from_file(reference, permitted(reference.path, folders))
+    raise DataError("no data are open" if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
+
+
+def permitted(path: str, folders: Sequence[Path]) -> Path:
+    """Return a path with links followed if it lies in one of the folders. Raises DataError."""
+    try:
+        real = Path(path).resolve()
+        inside = any(real.is_relative_to(folder.resolve()) for folder in folders)
+    except (OSError, ValueError, RuntimeError) as error:
+        raise DataError(f"{path!r}: {error}") from error
+    if not inside:
+        raise DataError(f"{path}: not in a folder that the workbench was started with")
+    return real
+
+
+def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
+    if scene is None:
+        raise DataError("scene: none is open")
+    if reference.sonar.endswith(".toml"):
+        permitted(reference.sonar, folders)
+    elif "/" in reference.sonar:
+        raise DataError(f"sonar: {reference.sonar} is no name")
+    model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)
+    try:
+        source = simulated(Scene(scene), model)
+    except ValueError as error:
+        raise DataError(f"scene: {error}") from error
+    return Data(reference, KeptPings(source.pings), source.poses, truths=source.truths)
+
+
+def _from_file(reference: DataReference, path: Path) -> Data:
+    """Open a recording of pings of any format; poses and truth where it has them."""
+    if path.suffix == ".toml":
+        raise DataError(f"{path}: a scene is opened as such")
+    if is_recording(path):
+        return _from_recording(reference, path)
+    geometry = path.with_suffix(FAN_SUFFIX)
+    fan = load(geometry, FanGeometry) if path.suffix.lower() == ".avi" and geometry.is_file() else None
+    recording = open_pings(path, fan)
+    if not len(recording.pings):
+        raise DataError(f"{path}: no pings in it")
+    try:
+        way = way_of(path, recording) if recording.timed else Way([], None)
+    except OdsError:
+        way = Way([], None)
+    truths = truths_beside(path)
+    return Data(reference, KeptPings(recording.pings), way.poses, recording.timed, truths, recording.losses, way.frame)
+
+
+def _from_recording(reference: DataReference, path: Path) -> Data:
+    try:
+        source = open_source(path, sonar=reference.sonar)
+    except OdsError:  # no poses, or worse
+        recording = pings_of(path)
+        if not len(recording.pings):
+            raise
+        return Data(reference, KeptPings(recording.pings), losses=recording.losses)
+    return Data(reference, KeptPings(source.pings), source.poses, True, source.truths, source.losses, source.frame)

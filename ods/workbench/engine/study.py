@@ -1,0 +1,242 @@
+"""One ping through a chain: what each stage makes of it, what it costs, what is found."""
+
+import statistics
+import threading
+import time
+from bisect import bisect_right
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import msgspec
+import numpy as np
+
+from ods.base.arrays import Mask
+from ods.base.errors import OdsError
+from ods.base.mounting import Mounting
+from ods.messages import Detections, Ping
+from ods.offline.mission import MissionSettings
+from ods.pipeline.chain import Chain
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.plan import PingError, geometry_key
+from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.configured import ConfiguredStage
+from ods.pipeline.stage.step import PreparedDetector
+from ods.pipeline.stage.watch import RECORDED, StageImage
+from ods.plots.polar import level_db
+from ods.runtime.head_pose import head_of
+from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.workbench.engine.data import Data
+from ods.workbench.engine.look import Grid, Look, grid_of, looks_of
+
+FORMER_PINGS = 16
+"""That go through a chain that compares pings before the one that is looked at."""
+KEPT_CHAINS = 4
+"""Prepared for a geometry: to come back to one costs no learning."""
+MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
+"""Runs of which the time is taken: so many, or fewer where they last."""
+POSES_BEFORE = 64
+"""Of a ping, that tell its pose."""
+
+
+class StudyError(OdsError):
+    """A ping cannot be looked at; the text is one line."""
+
+
+class Cost(NamedTuple):
+    """How long one ping takes, us: medians of a few runs."""
+
+    stages: tuple[tuple[str, float], ...]
+    """Name and time of each, in order."""
+    whole: float
+    """With reading the samples and measuring the echoes, which belong to no stage."""
+    prepared: float
+    """Once, when the geometry or a setting changes: detectors learn what noise is like."""
+
+    @property
+    def rest(self) -> float:
+        """Reading and measuring."""
+        return max(0.0, self.whole - sum(time_us for _, time_us in self.stages))
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """What came of one ping."""
+
+    place: int
+    ping: Ping
+    grid: Grid
+    looks: tuple[Look, ...]
+    """As recorded, then after each stage that runs. The last one is what the detector compared with its levels."""
+    detections: Detections
+    cost: Cost
+
+    @cached_property
+    def attended(self) -> Mask:
+        """(beams, samples) what this ping was looked at for."""
+        return np.isfinite(self.looks[-1].image)
+
+    def after(self, place: int, bypassed: tuple[int, ...]) -> Look:
+        """Return the image after a place of the whole chain, of which some do not run; -1: as recorded."""
+        return self.looks[min(sum(at not in bypassed for at in range(place + 1)), len(self.looks) - 1)]
+
+
+class Studio:
+    """Looks at pings of one source of data. May be used from several threads, which wait for each other."""
+
+    def __init__(self, data: Data) -> None:
+        self._data = data
+        self._pose_times = [pose.t_ns for pose in data.poses]
+        self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def study(self, settings: MissionSettings, place: int) -> Study:
+        """Return what the pipeline of `settings` makes of a ping. Raises OdsError, one line."""
+        if not 0 <= place < len(self._data.pings):
+            raise StudyError(f"ping {place}: there are {len(self._data.pings)}")
+        with self._lock:
+            try:
+                return self._study(settings, place)
+            except PingError as error:
+                raise StudyError(f"ping {place}: {error}") from error
+
+    def _study(self, settings: MissionSettings, place: int) -> Study:
+        ping = self._data.pings[place]
+        prepared = self._prepared(settings.pipeline, ping, place)
+        if prepared.chain.over_pings and self._data.timed and prepared.at != place - 1:
+            for former in range(max(0, place - FORMER_PINGS), place):
+                prepared.run(self._data.pings[former], former, self._pose_of(former, settings))
+        pose = self._pose_of(place, settings) if prepared.chain.over_pings else None
+        looker = prepared.looker
+        with looker:
+            detections = prepared.run(ping, place, pose)
+        if not prepared.chain.over_pings:  # the others remember, and must not see it again
+            prepared.run_again(ping, place)
+        grid = grid_of(ping)
+        looks = looks_of(grid, looker.shown, [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
+        looks[0] = replace(looks[0], image=_whole(looks[0], ping))
+        return Study(place, ping, grid, tuple(looks), detections, prepared.cost())
+
+    def _prepared(self, settings: PipelineSettings, ping: Ping, place: int) -> "_Prepared":
+        """Return the chain for these settings and this geometry; one that compares pings if it saw the last one."""
+        key = msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
+        kept = self._kept.get(key)
+        if kept is None or (kept.chain.over_pings and kept.at != place - 1):
+            kept = self._kept[key] = _Prepared(settings)
+        self._kept.move_to_end(key)
+        while len(self._kept) > KEPT_CHAINS:
+            self._kept.popitem(last=False)
+        return kept
+
+    def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
+        """Return where the sonar's head was at a ping, as far as poses tell."""
+        t_ns = self._data.pings[place].t_ns
+        buffer = PoseBuffer(*msgspec.structs.astuple(settings.pose))
+        after = bisect_right(self._pose_times, t_ns)
+        for pose in self._data.poses[max(0, after - POSES_BEFORE) : after + 1]:
+            buffer.insert(pose)
+        return head_of(buffer.at(t_ns), Mounting(settings.mounting))
+
+
+class _Looker:
+    """Takes what stages make, while it is entered; otherwise it is false, so that nothing is copied for it."""
+
+    def __init__(self) -> None:
+        self.shown: list[StageImage] = []
+        self._looks = False
+
+    def __call__(self, image: StageImage) -> None:
+        self.shown.append(image)
+
+    def __bool__(self) -> bool:
+        return self._looks
+
+    def __enter__(self) -> None:
+        self.shown, self._looks = [], True
+
+    def __exit__(self, *_: object) -> None:
+        self._looks = False
+
+
+class _TimedChain(Chain):
+    """A chain that tells how long each stage took with the last ping."""
+
+    def __init__(self, settings: PipelineSettings, looker: _Looker) -> None:
+        super().__init__(settings, watch=looker)
+        self.spent_ns = [0] * len(self._stages)
+        self._stages = [_timed(stage, self.spent_ns, at) for at, stage in enumerate(self._stages)]
+
+    def take_turn(self, turn: int) -> None:
+        """Go on with the part of the range whose turn it is at that ping, where attention parts it."""
+        self._phase = turn
+
+
+def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredStage:
+    def prepare(params: Any, fan: Fan) -> Any:
+        made = stage.stage.prepare(params, fan)
+        if isinstance(made, PreparedDetector):
+            return made._replace(find=clocked(made.find))
+        return clocked(made)
+
+    def clocked(step: Callable[..., Any]) -> Callable[..., Any]:
+        def run(*args: Any) -> Any:
+            began = time.perf_counter_ns()
+            made = step(*args)
+            spent_ns[at] += time.perf_counter_ns() - began
+            return made
+
+        return run
+
+    return stage._replace(stage=replace(stage.stage, prepare=prepare))
+
+
+class _Prepared:
+    """A chain for one geometry, and its times."""
+
+    def __init__(self, settings: PipelineSettings) -> None:
+        self.looker = _Looker()
+        self.chain = _TimedChain(settings, self.looker)
+        self.at = -1
+        """Place of the last ping."""
+        self._names = [str(stage["use"]) for stage in settings.chain()]
+        self._prepared_ns = 0
+        self._runs: list[list[int]] = []
+        """Of each run the times of the stages and of the whole."""
+
+    def run(self, ping: Ping, place: int, pose: PoseEstimate | None = None) -> Detections:
+        """Let a ping through. Raises PingError, StageError."""
+        self.chain.take_turn(place)
+        self.chain.spent_ns[:] = [0] * len(self._names)
+        began = time.perf_counter_ns()
+        found = self.chain.process(ping, pose=pose)
+        whole = time.perf_counter_ns() - began
+        if self.chain.prepared_anew:
+            self._prepared_ns = whole
+        else:
+            self._runs = [*self._runs[1 - MOST_RUNS :], [*self.chain.spent_ns, whole]]
+        self.at = place
+        return found
+
+    def run_again(self, ping: Ping, place: int) -> None:
+        """Take the time of a ping in a few runs in which nobody looks."""
+        self._runs = []
+        began = time.perf_counter_ns()
+        while len(self._runs) < MOST_RUNS and time.perf_counter_ns() - began < LONGEST_RUNS_NS:
+            self.run(ping, place)
+
+    def cost(self) -> Cost:
+        """Return medians of the last runs."""
+        runs = self._runs or [[*self.chain.spent_ns, self._prepared_ns]]
+        *stages, whole = (statistics.median(times) / 1e3 for times in zip(*runs, strict=True))
+        return Cost(tuple(zip(self._names, stages, strict=True)), whole, self._prepared_ns / 1e3)
+
+
+def _whole(recorded: Look, ping: Ping) -> Any:
+    """Return the recorded image with the ranges that were not processed, too."""
+    missing = ~np.isfinite(recorded.image)
+    if not missing.any():
+        return recorded.image
+    levels = level_db(ping).reshape(ping.planes, *recorded.image.shape).max(axis=0)
+    return np.where(missing, np.power(np.float32(10.0), levels / np.float32(20.0)), recorded.image)
