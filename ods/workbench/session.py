@@ -5,6 +5,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from ods.workbench.engine.config_file import ConfigFile, load_config
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
 from ods.workbench.model.state import State
@@ -18,10 +19,14 @@ class Session:
 
     _numbers = itertools.count(1)
 
-    def __init__(self, state: State | None = None, folders: tuple[Path, ...] = ()) -> None:
-        """folders: that files may be read from and written to."""
+    def __init__(
+        self, state: State | None = None, folders: tuple[Path, ...] = (), loaded: ConfigFile | None = None
+    ) -> None:
+        """folders: that files may be read from and written to; loaded: the configuration that it began with, by default
+        the one that comes with ODS."""
         self.number = next(self._numbers)
         self.folders = folders
+        self.loaded = loaded or load_config()
         self._history = History.of(state or State())
         self._listeners: list[Listener] = []
         self._lock = threading.RLock()

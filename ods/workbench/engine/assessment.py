@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
+import msgspec
 import numpy as np
 
 from ods.assess.detection.chains import ATTENTION, DEFAULT, DETECTORS, EQUALIZERS, FILTERS, Setting, setting_of
@@ -15,12 +16,13 @@ from ods.assess.detection.own import configured
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.configured import configured_stages
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import PathError
-from ods.workbench.model.state import State
+from ods.workbench.model.state import State, Tuning
 
-IMAGES, IMAGES_SEED = 8, 4
+IMAGES, IMAGES_SEED = 16, 4
 """The first of those of `ods assess detect`."""
 FALSE_ALARMS = 1.0
 """An image, at which chains are compared."""
@@ -123,3 +125,26 @@ def swept(state: State, path: str, values: Sequence[Any], tell: Tell) -> list[Sw
 def _go_on(tell: Tell, share: float) -> None:
     if not tell(share):
         raise GivenUpError
+
+
+class Numeric(NamedTuple):
+    """A number of the chain that can be swept."""
+
+    path: str
+    """For SetSetting."""
+    label: str
+    value: float
+    """As it is."""
+    whole: bool
+
+
+def numbers_of(tuning: Tuning) -> list[Numeric]:
+    """Return the numbers that the stages of a chain are set by, those of the detector first. Raises StageError."""
+    found: list[list[Numeric]] = []
+    for place, stage in enumerate(configured_stages(tuning.config.pipeline)):
+        settings = msgspec.structs.asdict(stage.params)
+        found.append([
+            Numeric(f"pipeline.stage[{place}].{name}", f"{stage.name} {name}", float(value), isinstance(value, int))
+            for name, value in settings.items() if isinstance(value, int | float) and not isinstance(value, bool)
+        ])  # fmt: skip
+    return [each for stage in reversed(found) for each in stage]

@@ -22,6 +22,7 @@ from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
+from ods.workbench.engine.folders import readable
 from ods.workbench.model.state import DataReference
 
 KEPT_BYTES = 48 << 20
@@ -141,27 +142,15 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
         case "scene":
             return _simulated(reference, scene, folders)
         case "file":
-            return _from_file(reference, permitted(reference.path, folders))
+            return _from_file(reference, readable(reference.path, folders))
     raise DataError("no data are open" if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
-
-
-def permitted(path: str, folders: Sequence[Path]) -> Path:
-    """Return a path with links followed if it lies in one of the folders. Raises DataError."""
-    try:
-        real = Path(path).resolve()
-        inside = any(real.is_relative_to(folder.resolve()) for folder in folders)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise DataError(f"{path!r}: {error}") from error
-    if not inside:
-        raise DataError(f"{path}: not in a folder that the workbench was started with")
-    return real
 
 
 def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
     if scene is None:
         raise DataError("scene: none is open")
     if reference.sonar.endswith(".toml"):
-        permitted(reference.sonar, folders)
+        readable(reference.sonar, folders)
     elif "/" in reference.sonar:
         raise DataError(f"sonar: {reference.sonar} is no name")
     model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)

@@ -4,20 +4,23 @@ import numpy as np
 import pytest
 
 from ods.assess.detection.measure import score_of
+from ods.assess.images.sea import sea_images
 from ods.pipeline.settings import PipelineSettings
 from ods.workbench.engine import assessment
-from ods.workbench.engine.assessment import GivenUpError, even_values, point_of, swept
+from ods.workbench.engine.assessment import GivenUpError, even_values, numbers_of, point_of, swept
+from ods.workbench.model.actions import SetSetting
+from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State
 from tests.workbench.model.test_history import LAST
 
+FEW = sea_images(2, assessment.IMAGES_SEED)
 HIGH = f"pipeline.stage[{LAST}].high"
 
 
 @pytest.fixture(autouse=True)
 def _few_images(monkeypatch: pytest.MonkeyPatch) -> None:
-    few = assessment.images()[:2]
-    monkeypatch.setattr(assessment, "images", lambda: few)
+    monkeypatch.setattr(assessment, "images", lambda: FEW)
 
 
 def test_the_point_has_what_the_chain_finds_at_its_own_levels() -> None:
@@ -57,3 +60,12 @@ def test_values_run_from_end_to_end() -> None:
     assert even_values(1.0, 3.0, 5, by_factors=False, whole=False) == [1.0, 1.5, 2.0, 2.5, 3.0]
     assert even_values(1.0, 3.0, 5, by_factors=False, whole=True) == [1, 2, 3]
     np.testing.assert_allclose(even_values(0.01, 1.0, 3, by_factors=True, whole=False), [0.01, 0.1, 1.0])
+
+
+def test_all_numbers_of_the_chain_can_be_swept() -> None:
+    numbers = numbers_of(State().tuning)
+    assert numbers[0].path == f"pipeline.stage[{LAST}].connectivity"
+    assert (HIGH, 5.5, False) in [(each.path, each.value, each.whole) for each in numbers]
+    for each in numbers:
+        state = apply(State(), SetSetting(each.path, int(each.value) if each.whole else each.value))
+        assert state.tuning.pipeline().chain()[LAST]["use"] == "detect.two_level"

@@ -1,0 +1,109 @@
+"""Files that can be opened: those of known endings under the workbench's folders, and the scenes that come with ODS."""
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ods.base.errors import OdsError, reason_of
+from ods.base.settings_file import load
+from ods.base.shipped import FOLDER as SHIPPED
+from ods.sim_sonar.scene.settings import SceneFile
+from ods.workbench.engine.folders import readable, writable
+from ods.workbench.model.actions import OpenData
+from ods.workbench.model.paths import tables_of
+from ods.workbench.model.state import DataReference
+
+RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".avi", ".mcap")
+SCENE = ".toml"
+MOST_LISTED, MOST_SEEN, DEEPEST = 500, 20_000, 5
+MOST_BYTES = 1 << 30
+"""Of a file that is dropped onto the page."""
+
+
+class Openable(NamedTuple):
+    """A file that may be opened."""
+
+    name: str
+    """As lists show it: under its folder."""
+    path: Path
+
+
+def openable(folders: Sequence[Path]) -> list[Openable]:
+    """Return recordings and scenes under the folders, newest first; of very many files not all are looked at."""
+    found: dict[Path, tuple[float, Openable]] = {}
+    for folder in folders:
+        for path, changed in _files(folder):
+            found.setdefault(path, (changed, Openable(str(path.relative_to(folder)), path)))
+    newest = sorted(found.values(), key=lambda each: -each[0])
+    return [each for _, each in newest[:MOST_LISTED]]
+
+
+def shipped_scenes() -> list[Openable]:
+    """Return the scenes that come with ODS."""
+    folder = SHIPPED / "scenes"
+    return [Openable(str(path.relative_to(folder)), path) for path in sorted(folder.rglob(f"*{SCENE}"))]
+
+
+def opening(path: str | Path, folders: Sequence[Path]) -> OpenData:
+    """Return the action that opens a file: a scene by its tables, anything else by its name. Raises OdsError."""
+    file = readable(path, folders)
+    if file.suffix == SCENE:
+        return OpenData(DataReference(kind="scene", path=str(file)), tables_of(load(file, SceneFile)))
+    if not file.exists():
+        raise OdsError(f"{file}: no such file")
+    return OpenData(DataReference(kind="file", path=str(file)))
+
+
+def keep_dropped(name: str, content: bytes, folders: Sequence[Path]) -> Path:
+    """Write a file that was dropped onto the page into the first folder, under a name that is free. Raises OdsError."""
+    plain = Path(name).name
+    if Path(plain).suffix.lower() not in (*RECORDINGS, SCENE):
+        raise OdsError(f"{plain}: the ending must be one of {', '.join((*RECORDINGS, SCENE))}")
+    if not folders:
+        raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
+    file = writable(folders[0] / plain, folders)
+    number = 1
+    while True:
+        try:
+            with file.open("xb") as new:
+                new.write(content)
+        except FileExistsError:
+            if file.stat().st_size == len(content) and file.read_bytes() == content:
+                return file
+            file = file.with_name(f"{Path(plain).stem}-{number}{file.suffix}")
+            number += 1
+        except OSError as error:
+            raise OdsError(f"{file}: {reason_of(error)}") from error
+        else:
+            return file
+
+
+def _files(folder: Path) -> Iterator[tuple[Path, float]]:
+    seen = 0
+    for place, folders, names in os.walk(folder):
+        depth = len(Path(place).relative_to(folder).parts)
+        folders[:] = [name for name in folders if not name.startswith(".") and depth < DEEPEST]
+        for name in names:
+            seen += 1
+            path = Path(place, name)
+            if path.suffix.lower() in RECORDINGS or (path.suffix == SCENE and _is_scene(path)):
+                yield path, _changed(path)
+        if seen > MOST_SEEN:
+            return
+
+
+def _is_scene(path: Path) -> bool:
+    """Tell a scene from other files of settings by its beginning."""
+    try:
+        with path.open("rb") as file:
+            return b"\nseed" in b"\n" + file.read(4096)
+    except OSError:
+        return False
+
+
+def _changed(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:
+        return 0.0

@@ -1,0 +1,247 @@
+"""Menu 5, Utilities: open, save, presets, links, prints, movies and macros."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from nicegui import run, ui
+from nicegui.events import UploadEventArguments
+
+from ods.base.errors import OdsError
+from ods.offline.source import Source
+from ods.workbench.engine import files, presets, printing
+from ods.workbench.engine.config_file import load_config, saving, write_config
+from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.folders import readable, writable
+from ods.workbench.engine.macro_run import write_macro
+from ods.workbench.model.actions import SetBookmark, SetState, SetTuning, ShowPing
+from ods.workbench.model.macro import macro_of
+from ods.workbench.model.share import shared_text, state_of
+from ods.workbench.model.state import State, Tuning
+from ods.workbench.session import Session
+from ods.workbench.web.follow import follow, in_loop
+
+
+def build(session: Session) -> None:
+    """Build the menu."""
+    with ui.element("div").classes("w-full columns-1 lg:columns-2 2xl:columns-3 gap-3"):
+        for title, card in _CARDS.items():
+            with ui.card().classes("w-full mb-3 break-inside-avoid").props("flat bordered"):
+                ui.label(title).classes("text-base font-medium")
+                card(session)
+
+
+def _open(session: Session) -> None:
+    """Build lists of what can be opened, a field for a path, and a place to drop files."""
+
+    def open_file(path: str | Path | None) -> None:
+        if path:
+            session.do(files.opening(path, session.folders))
+
+    lists = {"in the folders": files.openable(session.folders), "scenes of ODS": files.shipped_scenes()}
+    for label, found in lists.items():
+        options = {str(each.path): each.name for each in found}
+        chosen = ui.select(options, label=f"{label}: {len(found)}", with_input=True).classes("w-full")
+        chosen.on_value_change(lambda event: open_file(event.value))
+    path = ui.input("path of a file, or of a folder of segments").classes("w-full")
+    path.on("keydown.enter", lambda: open_file(path.value))
+
+    async def dropped(event: UploadEventArguments) -> None:
+        content = await event.file.read()
+        open_file(await run.io_bound(files.keep_dropped, event.file.name, content, session.folders))
+
+    drop = ui.upload(label="drop a file here: it is kept in the first folder, and opened", auto_upload=True,
+                     on_upload=dropped, max_file_size=files.MOST_BYTES)  # fmt: skip
+    drop.props(f'accept="{",".join((*files.RECORDINGS, files.SCENE))}" flat bordered').classes("w-full")
+
+
+def _save(session: Session) -> None:
+    """Build the difference to the configuration loaded, and what writes it: never without having been seen."""
+    shown = ui.code(language="diff").classes("w-full text-xs max-h-80 overflow-auto")
+    note = ui.label().classes("text-sm")
+    name = ui.input("file to write", value=_beside(session)).classes("w-full")
+
+    def show(*_: State) -> None:
+        would = saving(session.loaded, session.state.tuning)
+        shown.set_content(would.difference(session.loaded) or "as it was loaded")
+        count = len(would.changes)
+        note.set_text(f"{count} setting{'' if count == 1 else 's'} differ from {session.loaded.path}")
+
+    def save() -> None:
+        would = saving(session.loaded, session.state.tuning)
+        ui.notify(f"written: {write_config(would.text, Path(name.value), session.folders)}", type="positive")
+
+    def load() -> None:
+        loaded = load_config(readable(name.value, session.folders))
+        session.loaded = loaded
+        session.do(SetTuning(Tuning(config=loaded.config), f"load {loaded.path.name}"))
+        show()
+
+    with ui.row():
+        ui.button("Save", on_click=save).props("dense no-caps").mark("save")
+        ui.button("Load", on_click=load).props("dense no-caps outline").mark("load")
+    follow(session, shown, show)
+    show()
+
+
+def _beside(session: Session) -> str:
+    folder = session.folders[0] if session.folders else Path()
+    return str(folder / f"{session.loaded.path.stem}-tuned.toml")
+
+
+def _presets(session: Session) -> None:
+    """Build the list of states kept by name."""
+    chosen = ui.select(presets.preset_names(session.folders), label="kept").classes("w-full")
+    name = ui.input("keep all as it is now as").classes("w-full")
+
+    def load(wanted: str | None) -> None:
+        if wanted:
+            state = presets.load_preset(wanted, session.state, session.folders)
+            session.do(SetState(state, f"preset {wanted}"))
+
+    def keep() -> None:
+        file = presets.save_preset(name.value or "", session.state, session.folders)
+        chosen.set_options(presets.preset_names(session.folders))
+        ui.notify(f"kept: {file}", type="positive")
+
+    chosen.on_value_change(lambda event: load(event.value))
+    ui.button("Keep", on_click=keep).props("dense no-caps").mark("keep preset")
+
+
+def _share(session: Session) -> None:
+    """Build the link of the state, and a field that takes another's."""
+    link = ui.textarea("all that is shown, as text to send to somebody who has the data").classes("w-full")
+    link.props("readonly rows=3")
+    taken = ui.input("show what somebody sent").classes("w-full")
+
+    def show(*_: State) -> None:
+        link.set_value(shared_text(session.state))
+
+    def take() -> None:
+        text = (taken.value or "").strip().rpartition("#state=")[2]
+        session.do(SetState(state_of(text, session.state), "what was sent"))
+
+    with ui.row():
+        ui.button("Copy", on_click=lambda: ui.clipboard.write(link.value or "")).props("dense no-caps")
+        ui.button("Show", on_click=take).props("dense no-caps outline").mark("take link")
+    follow(session, link, show)
+    show()
+
+
+def _print(session: Session) -> None:
+    """Build what draws the ping that is shown, for paper."""
+    with ui.row().classes("w-full items-end"):
+        name = ui.input("file: .png, .svg or .pdf", value=_new_file(session, "ping.png")).classes("grow")
+        style = ui.select(["light", "dark"], value="light", label="style")
+
+    async def draw() -> None:
+        state = session.state
+        data = await _opened(session)
+        ping = data.pings[min(state.ping, len(data.pings) - 1)]
+        called = Path(state.data.path).name or state.data.kind
+        file = await run.io_bound(partial(
+            printing.print_ping, ping, state.tuning, Path(name.value), session.folders, name=called, style=style.value
+        ))  # fmt: skip
+        ui.notify(f"written: {file}", type="positive")
+
+    ui.button("Print", on_click=draw).props("dense no-caps").mark("print")
+
+
+def _movie(session: Session) -> None:
+    """Build what records the whole run as a movie, and stops where it is told to."""
+    name = ui.input("file: .webp or .gif", value=_new_file(session, "mission.webp")).classes("w-full")
+    bar = ui.linear_progress(0.0, show_value=False).classes("w-full")
+    stops: list[bool] = []
+
+    def tell(share: float) -> bool:
+        in_loop(bar, lambda: bar.set_value(share))
+        return not stops
+
+    async def record() -> None:
+        stops.clear()
+        state = session.state
+        data = await _opened(session)
+        source = Source(data.pings, data.poses, data.truths, data.losses, data.frame)
+        file = await run.io_bound(partial(
+            printing.record_movie, source, state.tuning, Path(name.value), session.folders, tell=tell, style="dark"
+        ))  # fmt: skip
+        ui.notify(f"written: {file}", type="positive")
+
+    with ui.row():
+        ui.button("Record", on_click=record).props("dense no-caps").mark("record movie")
+        ui.button("Stop", on_click=lambda: stops.append(True)).props("dense no-caps outline")
+
+
+async def _opened(session: Session) -> Data:
+    state = session.state
+    data = await run.io_bound(open_data, state.data, state.scene, session.folders)
+    if data is None:
+        raise OdsError("the workbench is ending")
+    return data
+
+
+def _new_file(session: Session, name: str) -> str:
+    return str((session.folders[0] if session.folders else Path()) / name)
+
+
+def _macro(session: Session) -> None:
+    """Build the script of what was done until now, and what writes it with the commands that do the same."""
+    script = ui.code(language="python").classes("w-full text-xs max-h-80 overflow-auto")
+    folder = ui.input("folder to write script, commands and their files into", value=_new_file(session, "macro"))
+    folder.classes("w-full")
+
+    def show(*_: State) -> None:
+        lines = macro_of(session.history).script.splitlines()
+        script.set_content("\n".join(line if len(line) < 120 else f"{line[:117]}..." for line in lines[6:]))
+
+    def write() -> None:
+        place = writable(folder.value, session.folders)
+        write_macro(session.history, session.loaded, place)
+        ui.notify(f"written: {place}", type="positive")
+
+    ui.button("Write", on_click=write).props("dense no-caps").mark("write macro")
+    follow(session, script, show)
+    show()
+
+
+def _bookmarks(session: Session) -> None:
+    """Build the list of marked pings."""
+    rows = ui.column().classes("w-full gap-0")
+    text = ui.input("mark the ping that is shown as").classes("w-full")
+
+    shown: list[object] = []
+
+    def show(*_: State) -> None:
+        if shown == [session.state.bookmarks]:
+            return
+        shown[:] = [session.state.bookmarks]
+        rows.clear()
+        with rows:
+            for mark in session.state.bookmarks:
+                with ui.row().classes("w-full items-center"):
+                    ui.link(f"ping {mark.ping}: {mark.text}").on("click", partial(session.do, ShowPing(mark.ping)))
+                    ui.space()
+                    gone = ui.button(icon="close", on_click=partial(session.do, SetBookmark(mark.ping, "")))
+                    gone.props("flat round dense size=sm").tooltip("take the mark away")
+
+    def mark() -> None:
+        if not text.value:
+            raise OdsError("bookmark: say what is to be seen there")
+        session.do(SetBookmark(session.state.ping, text.value))
+        text.set_value("")
+
+    ui.button("Mark", on_click=mark).props("dense no-caps").mark("mark ping")
+    follow(session, rows, show)
+    show()
+
+
+_CARDS: dict[str, Callable[[Session], None]] = {
+    "Open": _open,
+    "Configuration for the vehicle": _save,
+    "Presets": _presets,
+    "Bookmarks": _bookmarks,
+    "Share": _share,
+    "Print the ping": _print,
+    "Movie of the mission": _movie,
+    "Macro": _macro,
+}

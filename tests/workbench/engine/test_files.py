@@ -1,0 +1,47 @@
+"""What can be opened is listed, what lies elsewhere is not opened, and nothing is written over."""
+
+from pathlib import Path
+
+import pytest
+
+from ods.base.errors import OdsError
+from ods.base.shipped import shipped_file
+from ods.workbench.engine.files import keep_dropped, openable, opening, shipped_scenes
+from ods.workbench.model.apply import apply
+from ods.workbench.model.state import State
+
+
+def test_recordings_and_scenes_are_listed_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "deep" / ".git").mkdir(parents=True)
+    for name in ("a.npz", "deep/b.mcap", "deep/.git/c.npz", "notes.txt", "config.toml"):
+        (tmp_path / name).write_bytes(b"[bus]\n")
+    (tmp_path / "scene.toml").write_text(shipped_file("scenes/figure11.toml").read_text())
+    assert {each.name for each in openable([tmp_path, tmp_path / "deep"])} == {"a.npz", "deep/b.mcap", "scene.toml"}
+
+
+def test_every_scene_that_is_listed_opens() -> None:
+    scenes = shipped_scenes()
+    assert "figure11.toml" in {each.name for each in scenes}
+    for each in scenes:
+        assert apply(State(), opening(each.path, [])).scene is not None
+
+
+def test_files_elsewhere_are_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "a.npz").touch()
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "link.npz").symlink_to(tmp_path / "a.npz")
+    for path in (tmp_path / "a.npz", tmp_path / "in" / "link.npz", "/etc/hostname", "in/../../x.npz", "a\0b"):
+        with pytest.raises(OdsError):
+            opening(path, [tmp_path / "in"])
+    with pytest.raises(OdsError, match="no such file"):
+        opening(tmp_path / "in" / "none.npz", [tmp_path / "in"])
+
+
+def test_a_file_dropped_never_takes_anothers_place(tmp_path: Path) -> None:
+    first = keep_dropped("../../x.npz", b"1", [tmp_path])
+    assert (first, keep_dropped("x.npz", b"1", [tmp_path])) == (tmp_path / "x.npz", first)
+    assert keep_dropped("x.npz", b"2", [tmp_path]) == tmp_path / "x-1.npz"
+    assert first.read_bytes() == b"1"
+    for name in ("x.py", "x", ""):
+        with pytest.raises(OdsError, match="ending"):
+            keep_dropped(name, b"1", [tmp_path])

@@ -1,0 +1,100 @@
+"""Files are opened and written as the menu says, and what cannot be done is said on the page."""
+
+import tomllib
+from pathlib import Path
+
+from nicegui import ui
+
+from ods.base.shipped import shipped_file
+from ods.workbench.engine.files import opening
+from ods.workbench.model import actions as do
+from ods.workbench.model.share import shared_text
+from ods.workbench.model.state import State, Tuning
+from ods.workbench.pages import frame, utilities
+from ods.workbench.session import Session
+from tests.workbench.model.test_history import LAST
+from tests.workbench.pages.visiting import until, visiting
+
+HIGH = f"pipeline.stage[{LAST}].high"
+
+
+def _build(session: Session) -> None:
+    ui.context.client.on_exception(frame._tell)
+    utilities.build(session)
+
+
+def _session(folder: Path) -> Session:
+    session = Session(State(), (folder,))
+    session.do(do.SetTuning(Tuning(config=session.loaded.config), "as loaded"))
+    return session
+
+
+async def test_a_tuned_configuration_is_shown_as_a_difference_and_then_written(tmp_path: Path) -> None:
+    session = _session(tmp_path)
+    async with visiting(session, _build) as user:
+        session.do(do.SetSetting(HIGH, 7.5))
+        await user.should_see("1 setting differ")
+        user.find(marker="save").click()
+        await until(lambda: list(tmp_path.glob("*-tuned.toml")))
+    written = tomllib.loads((tmp_path / "onboard-tuned.toml").read_text())
+    assert written["pipeline"]["stage"][LAST]["high"] == 7.5
+
+
+async def test_a_preset_is_kept_and_shown_again(tmp_path: Path) -> None:
+    session = _session(tmp_path)
+    session.do(do.SetSetting(HIGH, 7.5))
+    wanted = session.state
+    async with visiting(session, _build) as user:
+        user.find("keep all as it is now as").type("high")
+        user.find(marker="keep preset").click()
+        await until(lambda: (tmp_path / "workbench-presets" / "high.preset").exists())
+        session.undo()
+        assert session.state != wanted
+        user.find("show what somebody sent").type(f"http://127.0.0.1:1/#state={shared_text(wanted)}")
+        user.find(marker="take link").click()
+        await until(lambda: session.state == wanted)
+
+
+async def test_what_is_no_link_is_said(tmp_path: Path) -> None:
+    session = _session(tmp_path)
+    before = session.state
+    async with visiting(session, _build) as user:
+        user.find("show what somebody sent").type("nonsense")
+        user.find(marker="take link").click()
+        await user.should_see("link: no state of a workbench")
+    assert session.state == before
+
+
+async def test_a_file_elsewhere_is_not_written(tmp_path: Path) -> None:
+    session = _session(tmp_path / "in")
+    (tmp_path / "in").mkdir()
+    async with visiting(session, _build) as user:
+        field = user.find("file to write")
+        field.clear()
+        field.type(str(tmp_path / "out.toml"))
+        user.find(marker="save").click()
+        await user.should_see("not under the workbench's folders")
+    assert not (tmp_path / "out.toml").exists()
+
+
+async def test_a_ping_is_printed_and_a_macro_written(tmp_path: Path) -> None:
+    session = _session(tmp_path)
+    session.do(opening(shipped_file("scenes/figure11.toml").resolve(), [Path.cwd()]))
+    async with visiting(session, _build) as user:
+        user.find(marker="print").click()
+        await until(lambda: (tmp_path / "ping.png").exists())
+        user.find(marker="write macro").click()
+        await until(lambda: (tmp_path / "macro" / "commands.sh").exists())
+    assert "ods track scene.toml" in (tmp_path / "macro" / "commands.sh").read_text()
+
+
+async def test_a_ping_is_marked_and_found_again(tmp_path: Path) -> None:
+    session = _session(tmp_path)
+    session.do(do.ShowPing(7))
+    async with visiting(session, _build) as user:
+        user.find("mark the ping that is shown as").type("first echo")
+        user.find(marker="mark ping").click()
+        await user.should_see("ping 7: first echo")
+        session.do(do.ShowPing(0))
+        user.find("ping 7: first echo").click()
+        await until(lambda: session.state.ping == 7)

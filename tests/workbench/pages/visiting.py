@@ -1,0 +1,29 @@
+"""A page of the workbench in NiceGUI's simulated browser."""
+
+import asyncio
+import os
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
+
+os.environ.setdefault("NICEGUI_STORAGE_PATH", f"{os.devnull}/none")  # read when NiceGUI is imported
+
+from nicegui.testing import User, user_simulation
+
+from ods.workbench.session import Session
+
+
+@asynccontextmanager
+async def visiting(session: Session, build: Callable[[Session], None]) -> AsyncIterator[User]:
+    """Open a page of one menu."""
+    async with user_simulation(root=lambda: build(session)) as user:
+        await user.open("/")
+        yield user
+
+
+async def until(true: Callable[[], object], seconds: float = 60.0) -> None:
+    """Wait for something that happens in the background."""
+    for _ in range(round(seconds / 0.05)):
+        if true():
+            return
+        await asyncio.sleep(0.05)
+    raise AssertionError("it never came true")
