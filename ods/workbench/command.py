@@ -1,5 +1,6 @@
 """`ods workbench`: the interactive environment, served to browsers on this machine."""
 
+import logging
 import os
 import threading
 import webbrowser
@@ -7,14 +8,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import port_number
-from ods.base.errors import OdsError
-from ods.base.settings_file import load
-from ods.config import OnboardConfig, part_of
-from ods.offline.mission import MissionSettings
-from ods.sim_sonar.scene.settings import SceneFile
-from ods.sonar_link.files.decoder import PLUGINS
-from ods.workbench.model.state import DataReference, State, Tuning
-from ods.workbench.session import Session
+from ods.compiled.kernel import do_without_numba
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
@@ -39,9 +33,16 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
-    state, folders = first_state(args), folders_of(args)
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
-    from ods.workbench.pages import frame
+    do_without_numba()  # where `ods compile` has been: pages wait for no compiler
+    logging.getLogger("ods.compiled").setLevel(logging.WARNING)  # what board never runs, the simulator, numba compiles
+    from ods.workbench.engine.config_file import load_config
+    from ods.workbench.session import Session
+    from ods.workbench.start import first_state, folders_of
+
+    loaded, folders = load_config(args.config), folders_of(args)
+    state = first_state(args, loaded)
+    from ods.workbench.pages import frame  # takes a second: after what may be wrong
     from ods.workbench.web import server
 
     bound = server.listening(args.port)
@@ -53,35 +54,4 @@ def run(args: Namespace) -> None:
             threading.Thread(target=webbrowser.open, args=(link,), daemon=True).start()
         told.append(link)
 
-    server.serve(server.Site(frame.build, lambda: Session(state, folders)), bound, tell)
-
-
-def first_state(args: Namespace) -> State:
-    """Return what each browser begins with. Raises ConfigError, PluginError, OdsError."""
-    tuning = Tuning()
-    if args.config:
-        config = load(args.config, OnboardConfig)
-        PLUGINS.load(config.recordings.plugins)
-        tuning = Tuning(part_of(config, MissionSettings))
-    if args.live:
-        if args.source:
-            raise OdsError("--live: goes without a file")
-        return State(tuning, data=DataReference("live", str(args.live.resolve())))
-    if not args.source:
-        return State(tuning)
-    if not args.source.exists():
-        raise OdsError(f"{args.source}: no such file or folder")
-    path = str(args.source.resolve())
-    if args.source.suffix == ".toml":
-        return State(tuning, data=DataReference("scene", path), scene=load(args.source, SceneFile))
-    return State(tuning, data=DataReference("file", path))
-
-
-def folders_of(args: Namespace) -> tuple[Path, ...]:
-    """Return the folders that files may be opened and saved in. Raises OdsError for one that is not there."""
-    given = [folder.resolve() for folder in args.folder]
-    for folder in given:
-        if not folder.is_dir():
-            raise OdsError(f"--folder: {folder}: no such folder")
-    beside = [path.resolve().parent for path in (args.source, args.config) if path]
-    return tuple(dict.fromkeys([Path.cwd().resolve(), *beside, *given]))
+    server.serve(server.Site(frame.build, lambda: Session(state, folders, loaded)), bound, tell)

@@ -5,8 +5,15 @@ from pathlib import Path
 
 import pytest
 
+from ods.base.settings_file import load
 from ods.cli import main
-from ods.workbench.command import add_arguments, first_state, folders_of
+from ods.config import OnboardConfig, part_of
+from ods.offline.mission import MissionSettings
+from ods.workbench import start
+from ods.workbench.command import add_arguments
+from ods.workbench.engine.config_file import load_config
+from ods.workbench.model.state import State
+from ods.workbench.start import folders_of
 
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"
@@ -17,6 +24,10 @@ def arguments(*words: str) -> Namespace:
     add_arguments(parser)
     parser.add_argument("--config", type=Path)
     return parser.parse_args(words)
+
+
+def first_state(args: Namespace) -> State:
+    return start.first_state(args, load_config(args.config))
 
 
 def test_files_folders_scenes_and_buses_are_told_apart(tmp_path: Path) -> None:
@@ -34,8 +45,10 @@ def test_files_folders_scenes_and_buses_are_told_apart(tmp_path: Path) -> None:
 
 
 def test_the_configuration_is_what_is_tuned() -> None:
-    config = first_state(arguments("--config", str(CONFIG))).tuning.config
-    assert config != first_state(arguments()).tuning.config
+    other = CONFIG.with_name("onboard-oculus.toml")
+    config = first_state(arguments("--config", str(other))).tuning.config
+    assert config == part_of(load(other, OnboardConfig), MissionSettings)
+    assert config != first_state(arguments()).tuning.config == part_of(load(CONFIG, OnboardConfig), MissionSettings)
 
 
 def test_folders_are_those_named_and_those_of_what_is_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -13,7 +13,7 @@ from ods.messages import Ping
 from ods.offline.source import scene_source
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.ping_sequence import LazyPings
-from ods.workbench.engine.data import DataError, KeptPings, gaps, open_data
+from ods.workbench.engine.data import KeptPings, gaps, open_data
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import fan_bearings, make_ping
 from tests.recordings import ARIS, DATA
@@ -70,7 +70,7 @@ def test_files_outside_of_the_folders_are_refused_and_links_are_followed(tmp_pat
     link = inside / "pings.npz"
     link.symlink_to(outside)
     for path in (outside, link, inside / ".." / "pings.npz", Path("/etc/passwd"), Path("a\0b")):
-        with pytest.raises(DataError) as refused:
+        with pytest.raises(OdsError) as refused:
             open_data(DataReference(kind="file", path=str(path)), None, [inside])
         assert "\n" not in str(refused.value)
 
