@@ -60,7 +60,7 @@ npm:
 
 # the browser of tests/workbench/browser; installed by root, on Debian. ODS_REQUIRE_BROWSER=1 makes a miss a failure
 chromium:
-	command -v chromium chromedriver >/dev/null || [ $$(id -u) -ne 0 ] || { apt-get update -q && apt-get install -y -q --no-install-recommends chromium chromium-driver; }
+	{ command -v chromium && command -v chromedriver; } >/dev/null || [ $$(id -u) -ne 0 ] || { apt-get update -q && apt-get install -y -q --no-install-recommends chromium chromium-driver; }
 
 # the checks of `make lint` before each commit
 hooks: $(VENV)/.ready

@@ -32,14 +32,15 @@ def programs() -> tuple[str, str]:
 
 
 @contextmanager
-def chromium(folder: Path) -> Iterator[webdriver.Chrome]:
-    """Run a browser whose profile is in an empty folder."""
+def chromium(folder: Path, logged: bool = True) -> Iterator[webdriver.Chrome]:
+    """Run a browser whose profile is in an empty folder. logged: what it asks for and gets is kept until it is read."""
     browser, driver = programs()
     options = webdriver.ChromeOptions()
     options.binary_location = browser
     for option in (*OPTIONS, f"--user-data-dir={folder}"):
         options.add_argument(option)
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
+    if logged:
+        options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
     window = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     try:
         yield window
