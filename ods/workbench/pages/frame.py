@@ -60,7 +60,7 @@ def build(session: Session) -> None:
     """Build the whole page. An error of a handler is shown as one line, and the page goes on."""
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
-    ui.colors(primary="#0969da")
+    ui.colors(primary="#2f81f7")
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
     menus = _Menus(session)
