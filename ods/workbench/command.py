@@ -35,7 +35,7 @@ def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     do_without_numba()  # where `ods compile` has been: pages wait for no compiler
-    logging.getLogger("ods.compiled").setLevel(logging.WARNING)  # what board never runs, the simulator, numba compiles
+    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # the simulator is not of the machine code
     from ods.workbench.engine.config_file import load_config
     from ods.workbench.session import Session
     from ods.workbench.start import first_state, folders_of

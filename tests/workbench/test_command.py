@@ -11,7 +11,7 @@ from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
 from ods.workbench import start
 from ods.workbench.command import add_arguments
-from ods.workbench.engine.config_file import load_config
+from ods.workbench.engine.config_file import ConfigFile, load_config
 from ods.workbench.model.state import State
 from ods.workbench.start import folders_of
 
@@ -26,8 +26,12 @@ def arguments(*words: str) -> Namespace:
     return parser.parse_args(words)
 
 
+def loaded_by(args: Namespace) -> ConfigFile:
+    return load_config(args.config)
+
+
 def first_state(args: Namespace) -> State:
-    return start.first_state(args, load_config(args.config))
+    return start.first_state(args, loaded_by(args))
 
 
 def test_files_folders_scenes_and_buses_are_told_apart(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from nicegui.events import KeyEventArguments
 from ods.base.errors import OdsError, one_line
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference, State
+from ods.workbench.pages import shared_link
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 
@@ -75,6 +76,7 @@ def build(session: Session) -> None:
         with ui.row().classes("w-full"):
             menus.build_tabs()
     menus.build_panels()
+    shared_link.take_when_opened(session)
 
 
 def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:

@@ -16,8 +16,8 @@ from ods.workbench.engine.folders import readable, writable
 from ods.workbench.engine.macro_run import write_macro
 from ods.workbench.model.actions import SetBookmark, SetState, SetTuning, ShowPing
 from ods.workbench.model.macro import macro_of
-from ods.workbench.model.share import shared_text, state_of
 from ods.workbench.model.state import State, Tuning
+from ods.workbench.pages import shared_link
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 
@@ -110,20 +110,17 @@ def _presets(session: Session) -> None:
 
 def _share(session: Session) -> None:
     """Build the link of the state, and a field that takes another's."""
-    link = ui.textarea("all that is shown, as text to send to somebody who has the data").classes("w-full")
-    link.props("readonly rows=3")
+    link = ui.textarea("add this to the link of a workbench that has the data: it shows all as here").classes("w-full")
+    link.props("readonly rows=3").mark("link")
     taken = ui.input("show what somebody sent").classes("w-full")
 
     def show(*_: State) -> None:
-        link.set_value(shared_text(session.state))
-
-    def take() -> None:
-        text = (taken.value or "").strip().rpartition("#state=")[2]
-        session.do(SetState(state_of(text, session.state), "what was sent"))
+        link.set_value(shared_link.link_of(session))
 
     with ui.row():
         ui.button("Copy", on_click=lambda: ui.clipboard.write(link.value or "")).props("dense no-caps")
-        ui.button("Show", on_click=take).props("dense no-caps outline").mark("take link")
+        show_it = ui.button("Show", on_click=lambda: shared_link.take(session, taken.value or ""))
+        show_it.props("dense no-caps outline").mark("take link")
     follow(session, link, show)
     show()
 
