@@ -21,6 +21,7 @@ import psutil
 from nicegui import ui
 from selenium import webdriver
 
+from benchmarks import workbench_sliders
 from ods.workbench.session import Session
 from ods.workbench.web import server
 from ods.workbench.web.fan_view import FanView
@@ -62,6 +63,7 @@ def main() -> None:
     parser.add_argument(
         "--frames", type=int, default=10_000, help="after which memory is looked at again; 0: not at all"
     )
+    parser.add_argument("--moves", type=int, default=1000, help="of a slider; 0: none")
     args = parser.parse_args()
     if args.serve is not None:
         _serve(args.serve)
@@ -78,6 +80,8 @@ def main() -> None:
             )  # fmt: skip
     if args.frames:
         _tell_memory(args.frames)
+    if args.moves:
+        workbench_sliders.tell(args.moves)
 
 
 def _tell_memory(frames: int) -> None:

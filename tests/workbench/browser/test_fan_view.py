@@ -48,7 +48,7 @@ def page(server: Serving, tmp_path_factory: pytest.TempPathFactory) -> Iterator[
 
 def until(found: Callable[[], Any], wanted: object = True) -> Any:
     """Wait until something is `wanted`, or of that length."""
-    for _ in range(100):
+    for _ in range(600):
         value = found()
         if value == wanted or (isinstance(value, list) and len(value) == wanted):
             return value
