@@ -142,6 +142,17 @@ def test_a_new_frame_comes_by_itself(page: webdriver.Chrome) -> None:
     until(lambda: page.execute_script("return arguments[0].fanView.frame.caption", view), "ping 3")
 
 
+def test_a_connection_that_breaks_comes_back_with_the_page_as_it_was(page: webdriver.Chrome) -> None:
+    own = text(page, "session")
+    page.execute_script("document.body.before = true; window.socket.io.engine.close()")
+    until(lambda: page.execute_script("return window.socket.connected"), False)
+    until(lambda: page.execute_script("return window.socket.connected"))
+    click(page, "attention")
+    until(lambda: prop(page, views(page)[0], "attention"))
+    assert page.execute_script("return document.body.before")  # no reload
+    assert text(page, "session") == own
+
+
 def test_a_reload_keeps_the_state_and_another_browser_has_its_own(
     page: webdriver.Chrome, server: Serving, tmp_path: Any
 ) -> None:
