@@ -11,10 +11,11 @@ export default {
     <div style="position: relative; width: 100%; height: 100%; min-height: 200px; overflow: hidden">
       <canvas ref="canvas" style="position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none"></canvas>
     </div>`,
-  props: { layers: Object, title: String, busy: String, fitted: Number },
+  props: { layers: Object, title: String, busy: String, fitted: Number, follows: Boolean },
   created() {
     this.now = { title: this.title, busy: this.busy }; // as the page has set them since
     this.take(this.layers);
+    this.touched = false; // zoomed or panned since all of it was shown
     this.view = null; // {north, east, scale}: middle, pixels a metre
     this.pressed = this.pointer = this.moved = null;
   },
@@ -51,6 +52,7 @@ export default {
     setLayer(name, text) {
       this.shown[name] = JSON.parse(text);
       this.keepDragging();
+      if (this.follows && !this.touched && this.view && !this.showsAll()) this.view = null;
       this.draw();
     },
     // What is dragged stays under the pointer, though the page sends it anew.
@@ -63,6 +65,7 @@ export default {
     },
     fit() {
       this.view = null;
+      this.touched = false;
       this.draw();
     },
     // -- geometry --
@@ -77,8 +80,8 @@ export default {
       const width = Math.max(20, clientWidth - MARGIN.left - MARGIN.right);
       return { x: MARGIN.left, y: MARGIN.top, width, height: Math.max(20, clientHeight - MARGIN.top - MARGIN.bottom) };
     },
-    whole() {
-      const box = this.box();
+    // What is to be seen when all of it is: [lowest north, highest, lowest east, highest]; null: nothing is there.
+    extent() {
       const [north, east] = [[], []];
       const take = ([n, e], around = 0) => {
         north.push(n - around, n + around);
@@ -88,9 +91,20 @@ export default {
         if (shape.points && shape.role !== "sector") shape.points.forEach((point) => take(point));
         else if (shape.at && shape.kind !== "ellipse") take(shape.at, shape.radius_m || 0);
       }
-      if (!north.length) return { north: 0, east: 0, scale: box.height / 100 };
-      const [lowN, highN] = [Math.min(...north), Math.max(...north)];
-      const [lowE, highE] = [Math.min(...east), Math.max(...east)];
+      return north.length ? [Math.min(...north), Math.max(...north), Math.min(...east), Math.max(...east)] : null;
+    },
+    showsAll() {
+      const [lowN, highN, lowE, highE] = this.extent() ?? [0, 0, 0, 0];
+      const box = this.box();
+      const [left, top] = this.toCanvas([highN, lowE]);
+      const [right, bottom] = this.toCanvas([lowN, highE]);
+      return left >= box.x && top >= box.y && right <= box.x + box.width && bottom <= box.y + box.height;
+    },
+    whole() {
+      const box = this.box();
+      const extent = this.extent();
+      if (!extent) return { north: 0, east: 0, scale: box.height / 100 };
+      const [lowN, highN, lowE, highE] = extent;
       const scale = 0.88 * Math.min(box.width / Math.max(5, highE - lowE), box.height / Math.max(5, highN - lowN));
       return { north: 0.5 * (lowN + highN), east: 0.5 * (lowE + highE), scale };
     },
@@ -148,6 +162,7 @@ export default {
         pressed.far ||= Math.hypot(x - pressed.x, y - pressed.y) > STILL;
         if (pressed.far && pressed.handle) this.dragTo(x, y, false);
         else if (pressed.far) {
+          this.touched = true;
           this.view.north = pressed.from.north + (y - pressed.y) / this.view.scale;
           this.view.east = pressed.from.east - (x - pressed.x) / this.view.scale;
         }
@@ -184,6 +199,7 @@ export default {
     zoom(event) {
       event.preventDefault();
       if (!this.view) return;
+      this.touched = true;
       const [x, y] = this.placeOf(event);
       const [north, east] = this.toPlace(x, y);
       const factor = Math.exp(-0.0015 * event.deltaY);
@@ -213,10 +229,12 @@ export default {
       context.globalAlpha = this.now.busy ? 0.4 : 1;
       const labels = new Labels(context, width, height);
       const shapes = this.all();
+      const roles = [...new Set(shapes.filter((shape) => shape.kind !== "handle").map((shape) => shape.role))];
+      labels.taken.push([box.x, box.y, box.x + 170, box.y + 8 + 18 * roles.length]);
       for (const shape of shapes) this.drawShape(context, shape);
       for (const shape of shapes) if (shape.label) this.writeLabel(labels, shape);
       context.globalAlpha = 1;
-      this.drawLegend(context, box, shapes);
+      legend(context, roles.map((role) => [role]), box.x + 10, box.y + 14);
       context.restore();
       this.drawPointer(context, width, height);
     },
@@ -319,11 +337,6 @@ export default {
       const at = shape.at || shape.points[shape.points.length - 1];
       const [x, y] = this.toCanvas(at);
       labels.write(shape.label, x, y, styleOf(shape.role).colour, 8 + (shape.radius_m || 0) * this.view.scale * 0.72);
-    },
-    drawLegend(context, box, shapes) {
-      const roles = [...new Set(shapes.filter((shape) => shape.kind !== "handle").map((shape) => shape.role))];
-      const entries = roles.map((role) => [role]);
-      legend(context, entries, box.x + 10, box.y + 14);
     },
     drawPointer(context, width, height) {
       if (!this.pointer) return;

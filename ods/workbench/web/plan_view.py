@@ -109,10 +109,11 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
     Wheel: zoom; drag: pan; double click: all of it again. It fills the width that it is given; `height` as in CSS.
     """
 
-    def __init__(self, *, title: str = "", height: str = "60vh") -> None:
+    def __init__(self, *, title: str = "", height: str = "60vh", follows: bool = False) -> None:
+        """follows: show all of it whenever something is out of sight, until it is zoomed or panned."""
         super().__init__()
         self._layers: dict[str, str] = {}
-        self._props.update({"layers": {}, "title": title, "busy": "", "fitted": 0})
+        self._props.update({"layers": {}, "title": title, "busy": "", "fitted": 0, "follows": follows})
         self.style(f"height: {height}; width: 100%")
 
     def show(self, layer: str, shapes: Sequence[Shape]) -> None:

@@ -1,7 +1,7 @@
 // Values over time in panels, and above them a strip for each object with the states of its life; one cursor in all.
 import { gridInk, halo, ink, prepare, styleOf, ticks, watch } from "ods-charts";
 
-const MARGIN = { left: 52, right: 12, top: 24, bottom: 34 };
+const MARGIN = { left: 52, right: 12, top: 24, bottom: 40 };
 const LABEL = 84; // of a strip's name
 const ROW = 17;
 const GAP = { across: 54, down: 22 };
@@ -135,7 +135,7 @@ export default {
     },
     drawStrips(context, width) {
       this.rows = [];
-      if (!this.strips.length) return MARGIN.top;
+      if (!this.strips.length) return MARGIN.top + 14;
       const box = { x: LABEL, y: MARGIN.top, width: width - LABEL - MARGIN.right, height: ROW * this.strips.length };
       this.boxes.push(box);
       this.timeAxis(context, box, true);
@@ -205,7 +205,7 @@ export default {
       const toY = (value) => box.y + box.height - ((value - low) / (high - low)) * box.height;
       this.timeAxis(context, box, last);
       context.textAlign = "right";
-      for (const [value, text] of ticks(low, high, Math.max(2, box.height / 28))) {
+      for (const [value, text] of ticks(low, high, Math.max(3, box.height / 24))) {
         this.line(context, box.x, toY(value), box.x + box.width, toY(value), gridInk());
         context.fillStyle = ink();
         context.fillText(text, box.x - 5, toY(value));

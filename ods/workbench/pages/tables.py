@@ -1,0 +1,51 @@
+"""Tables of objects, as observer and live show them."""
+
+import math
+from collections.abc import Callable, Sequence
+
+from nicegui import ui
+
+from ods.messages import Obstacle, Vector3
+
+Columns = Sequence[tuple[str, str]]
+"""Name and heading of each."""
+NUMBERS: Columns = (
+    ("id", "id"), ("state", "state"), ("north", "north, m"), ("east", "east, m"), ("speed", "speed, m/s"),
+    ("radius", "radius, m"), ("nearest", "nearest, m, in s"), ("exists", "exists"), ("seen", "seen"),
+)  # fmt: skip
+
+
+def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -> ui.table:
+    """Build a table; clicked: is told the id of the row."""
+    fields = [
+        {"name": name, "label": label, "field": name, "align": "right" if at else "left"}
+        for at, (name, label) in enumerate(columns)
+    ]
+    built = ui.table(rows=[], columns=fields, title=title, row_key=columns[0][0])
+    built.props("dense flat bordered hide-pagination :rows-per-page-options=[0] title-class=text-sm no-data-label=none")
+    built.classes("grow").style("max-height: 190px")
+    if clicked is not None:
+        told = clicked
+        built.on("rowClick", lambda event: told(str(event.args[1]["id"])))
+    return built
+
+
+def numbers(item: Obstacle) -> dict[str, object]:
+    """Return the row of one object, for NUMBERS."""
+    cpa = item.cpa
+    return {
+        "id": item.id,
+        "state": item.state.replace("_", "-"),
+        **place(item.position_ned, item.sigma_position),
+        "speed": f"{math.hypot(*item.velocity_ned[:2]):.2f}",
+        "radius": f"{item.radius_m:.1f} ± {item.sigma_radius:.1f}",
+        "nearest": "" if cpa is None else f"{cpa.distance_m:.1f} ± {cpa.sigma_m:.1f}, {cpa.time_s:.0f}",
+        "exists": f"{item.existence:.2f}",
+        "seen": item.times_seen,
+    }
+
+
+def place(position: Vector3, sigma: Vector3) -> dict[str, object]:
+    """Return north and east with their standard deviations."""
+    told = zip(("north", "east"), position, sigma, strict=False)
+    return {name: f"{at:.1f} ± {error:.1f}" for name, at, error in told}

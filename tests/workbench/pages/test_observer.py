@@ -1,0 +1,92 @@
+"""The observer's menu, without a browser, on a short simulated mission."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable, Iterator
+from typing import Any
+
+import pytest
+import pytest_asyncio
+from nicegui import ui
+from nicegui.testing import User
+from nicegui.testing.user_simulation import user_simulation
+
+from ods.workbench.model.actions import SetSetting, SetView, ShowPing
+from ods.workbench.model.state import State
+from ods.workbench.pages import observer
+from ods.workbench.session import Session
+from ods.workbench.web.plan_view import PlanView
+from ods.workbench.web.time_view import TimeView
+from tests.workbench.engine.test_rerun import START
+
+
+@pytest.fixture
+def session() -> Iterator[Session]:
+    made = Session(START)
+    yield made
+    observer.rerun_of(made).close()
+
+
+@pytest_asyncio.fixture
+async def user(session: Session) -> AsyncIterator[User]:
+    async with user_simulation(lambda: observer.build(session)) as simulated:
+        await simulated.open("/")
+        yield simulated
+
+
+async def until(met: Callable[[], Any]) -> None:
+    for _ in range(6000):
+        if met():
+            return
+        await asyncio.sleep(0.01)
+    raise AssertionError("it did not come to that")
+
+
+def the(user: User, kind: type[Any]) -> Any:
+    (found,) = user.find(kind=kind).elements
+    return found
+
+
+def status(user: User) -> str:
+    (label,) = user.find(marker="observer-status").elements
+    assert isinstance(label, ui.label)
+    return str(label.text)
+
+
+async def test_a_mission_is_tracked_shown_and_followed(user: User, session: Session) -> None:
+    await until(lambda: "mean GOSPA" in status(user))
+    assert "2 objects" in status(user)
+    plan, times = the(user, PlanView), the(user, TimeView)
+    assert '"truth"' in plan._props["layers"]["ways"]
+    session.do(ShowPing(30))
+    await until(lambda: "ping 30" in plan._props["title"])
+    assert times._props["cursor"] == pytest.approx(30 * 0.14933, abs=0.01)
+    rows = [table.rows for table in user.find(kind=ui.table).elements if isinstance(table, ui.table)]
+    assert {len(each) for each in rows} >= {2}  # the objects of this ping, the scores
+    session.do(SetView("marked_obstacle", 2))
+    await until(lambda: "object 2" in times._props["title"])
+
+
+async def test_another_observer_tracks_again(user: User, session: Session) -> None:
+    await until(lambda: "mean GOSPA" in status(user))
+    first = observer.rerun_of(session).result
+    session.do(SetSetting("tracker.life.confirm_echoes", 7))
+    await until(lambda: observer.rerun_of(session).result is not first)
+    await until(lambda: "mean GOSPA" in status(user))
+    session.undo()
+    await until(lambda: observer.rerun_of(session).progress is None)
+
+
+async def test_a_click_in_time_goes_to_the_ping(user: User, session: Session) -> None:
+    await until(lambda: "mean GOSPA" in status(user))
+    listener = next(each for each in the(user, TimeView)._event_listeners.values() if each.type == "pick")
+    with the(user, TimeView):
+        listener.handler(type("Event", (), {"args": {"t_s": 3.0}}))
+    assert session.state.ping == 20
+
+
+async def test_without_data_it_says_what_is_needed() -> None:
+    session = Session(State())
+    async with user_simulation(lambda: observer.build(session)) as user:
+        await user.open("/")
+        await user.should_see("No data are open")
+    observer.rerun_of(session).close()
