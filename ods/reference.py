@@ -1,9 +1,7 @@
 """Writes the reference pages in docs/ from the message and settings types: `make docs`."""
 
-import ast
 import inspect
 import sys
-from itertools import pairwise
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hints
@@ -11,7 +9,8 @@ from typing import Annotated, Literal, Union, get_args, get_origin, get_type_hin
 import msgspec
 
 from ods import messages
-from ods.base.settings import Settings
+from ods.base.field_docs import field_docs
+from ods.base.settings import Slider
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
@@ -41,7 +40,8 @@ CONFIG_HEAD = """# Configuration
 Generated from the settings types by `make docs`; do not edit.
 
 Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
-exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home.
+exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home. In brackets: the range and the
+unit of the workbench's slider, which bounds nothing.
 """
 
 COUNTERS_HEAD = """# Counters
@@ -93,26 +93,13 @@ def _structs() -> list[type[msgspec.Struct]]:
 
 
 def _section(kind: type[msgspec.Struct]) -> str:
-    meaning = _field_docs(kind)
+    meaning = field_docs(kind)
     hints = get_type_hints(kind, include_extras=True)
     rows = "".join(
         f"| `{field.name}` | {_type_name(hints[field.name])} | {meaning.get(field.name, '')} |\n"
         for field in msgspec.structs.fields(kind)
     )
     return f"\n## {kind.__name__}\n\n{inspect.getdoc(kind)}\n\n| field | type | meaning |\n|---|---|---|\n{rows}"
-
-
-def _field_docs(kind: type) -> dict[str, str]:
-    """Return the strings that stand below each field, those of its base among them."""
-    (tree,) = ast.parse(inspect.getsource(kind)).body
-    body = tree.body if isinstance(tree, ast.ClassDef) else []
-    docs: dict[str, str] = {}
-    for base in set(kind.__bases__) - {Settings, msgspec.Struct}:
-        docs |= _field_docs(base)
-    for field, below in pairwise(body):
-        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and isinstance(below, ast.Expr):
-            docs[field.target.id] = " ".join(ast.literal_eval(below.value).split())
-    return docs
 
 
 def _type_name(hint: object) -> str:
@@ -133,8 +120,15 @@ def _type_name(hint: object) -> str:
 def _bounds(meta: object) -> list[str]:
     signs = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
     values = {sign: getattr(meta, name, None) for name, sign in signs.items()}
-    odd = ["odd"] if (getattr(meta, "extra", None) or {}).get("odd") else []
-    return [*odd, *(f"{sign} {value:g}" for sign, value in values.items() if value is not None)]
+    extra = getattr(meta, "extra", None) or {}
+    odd = ["odd"] if extra.get("odd") else []
+    bounds = [f"{sign} {value:g}" for sign, value in values.items() if value is not None]
+    return [*odd, *bounds, *([_shown(extra["slider"])] if "slider" in extra else [])]
+
+
+def _shown(slider: Slider) -> str:
+    ends = f"{slider.low:g} to {slider.high:g}"
+    return f"({', '.join(filter(None, (ends, 'logarithmic' if slider.log else '', slider.unit)))})"
 
 
 def _configuration() -> str:
@@ -146,7 +140,7 @@ def _configuration() -> str:
 
 def _table(kind: type[msgspec.Struct], path: str) -> str:
     """Return the section of one TOML table and of the tables inside it."""
-    meaning = _field_docs(kind)
+    meaning = field_docs(kind)
     hints = get_type_hints(kind, include_extras=True)
     rows, inner = "", ""
     for field in msgspec.structs.fields(kind):

@@ -1,7 +1,7 @@
 """Building blocks of typed settings: the base struct and number types with ranges. No I/O: `settings_file` loads."""
 
 import re
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import msgspec
 
@@ -18,6 +18,22 @@ PositiveInt = Annotated[int, msgspec.Meta(ge=1)]
 NonNegativeInt = Annotated[int, msgspec.Meta(ge=0)]
 OddInt = Annotated[int, msgspec.Meta(ge=1, le=999, extra={"odd": True})]
 """Has a middle. No bound of a type can say so: `refuse_even` does."""
+
+
+class Slider(NamedTuple):
+    """How a number is shown where it is set by hand; it may have any value that its type allows."""
+
+    low: float
+    high: float
+    step: float = 0.0
+    """0: as the range suggests. Of a logarithmic slider that begins with 0 the first value above it."""
+    log: bool = False
+    unit: str = ""
+
+
+def slider(low: float, high: float, *, step: float = 0.0, log: bool = False, unit: str = "") -> msgspec.Meta:
+    """Return what to put beside a number's type: `Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")]`."""
+    return msgspec.Meta(extra={"slider": Slider(low, high, step, log, unit)})
 
 
 class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

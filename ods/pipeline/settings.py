@@ -7,7 +7,7 @@ import msgspec
 
 from ods.base.choices import none_of
 from ods.base.mounting import MountingSettings
-from ods.base.settings import NonNegative, Settings
+from ods.base.settings import NonNegative, Settings, slider
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
 
@@ -26,13 +26,13 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
 class AttentionSettings(Settings, frozen=True):
     """Focus of attention [SSIE]: near ranges at each ping, far ones every n-th."""
 
-    near_m: NonNegative = 0.0
+    near_m: Annotated[NonNegative, slider(0.0, 100.0, step=1.0, unit="m")] = 0.0
     """Ranges nearer than this are processed at each ping; 0: all are."""
-    every: Annotated[int, msgspec.Meta(ge=1, le=50)] = 4
+    every: Annotated[int, msgspec.Meta(ge=1, le=50), slider(1, 16)] = 4
     """The range beyond is parted into so many rings; each ping one of them has its turn."""
-    margin_m: NonNegative = 5.0
+    margin_m: Annotated[NonNegative, slider(0.0, 20.0, step=0.5, unit="m")] = 5.0
     """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
-    subsample: Annotated[int, msgspec.Meta(ge=1, le=16)] = 1
+    subsample: Annotated[int, msgspec.Meta(ge=1, le=16), slider(1, 8, unit="samples")] = 1
     """Range samples that are averaged to one before anything else."""
 
 
@@ -46,11 +46,11 @@ class PipelineSettings(Settings, frozen=True):
     shows."""
     attention: AttentionSettings = AttentionSettings()
     """What is processed when, if not all of each ping."""
-    min_range_m: NonNegative = 0.1
+    min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
     """Slant range under which samples are ignored: the transmit pulse's own echo in the transducer."""
-    beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0)] = 0.0
+    beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0), slider(0.0, 10.0, step=0.1, unit="deg")] = 0.0
     """Horizontal -3 dB width of a beam where the sonar does not tell it; 0: the beams' spacing."""
-    vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0)] = 10.0
+    vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0), slider(1.0, 45.0, step=0.5, unit="deg")] = 10.0
     """Half the vertical opening of a plane of beams, which sonars do not tell."""
 
     def __post_init__(self) -> None:

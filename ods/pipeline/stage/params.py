@@ -17,17 +17,18 @@ from ods.base.settings import (
     Settings,
     complaint_of,
     refuse_even,
+    slider,
 )
 
 
 class MeanRangeParams(Settings, frozen=True):
     """equalize.mean_range: bring the mean at each range to 1."""
 
-    window: PositiveInt = 160
+    window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Range samples that count as the surroundings. What is longer than half of it, across the fan, is levelled."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
+    guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
-    side_lobe_db: Positive = 30.0
+    side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
     """How far under a strong echo its mirror images in other beams stay: a range's level is at least this far under its
     strongest sample. As that is a crest of the speckle, take 5 dB more than the beams' side lobes are down."""
 
@@ -35,65 +36,65 @@ class MeanRangeParams(Settings, frozen=True):
 class MedianRangeParams(Settings, frozen=True):
     """equalize.median_range: bring the median at each range to that of speckle of mean 1."""
 
-    window: PositiveInt = 160
+    window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
     """Range samples that count as the surroundings."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.25
+    guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
 
 
 class LocalParams(Settings, frozen=True):
     """equalize.local: bring the mean around each place to 1."""
 
-    beam_blocks: PositiveInt = 8
+    beam_blocks: Annotated[PositiveInt, slider(1, 32)] = 8
     """Blocks that the beams are parted into."""
-    range_blocks: PositiveInt = 16
+    range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
     """Blocks that the range is parted into; what is longer than two of them is levelled."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.2
+    guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
     """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
 
 
 class BoxParams(Settings, frozen=True):
     """filter.box: moving average over range samples."""
 
-    window: OddInt = 9
+    window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
-    beams: OddInt = 1
+    beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Beams; 1: along the range only."""
 
 
 class FirParams(Settings, frozen=True):
     """filter.fir: low-pass filter, Hamming-windowed sinc [SSIE, Image processing, stage 2]."""
 
-    taps: OddInt = 9
+    taps: Annotated[OddInt, slider(1, 61, unit="samples")] = 9
     """Range samples."""
-    cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.1
+    cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.01, 0.5, step=0.01)] = 0.1
     """-6 dB point, as a fraction of the Nyquist frequency (half the sampling rate in range)."""
-    object_m: NonNegative = 0.0
+    object_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
     """Minimum object size, m: where above 0 it decides taps (twice the size) and cutoff (wavelength twice the size)."""
-    beams: OddInt = 1
+    beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
-    round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0)] = 0.0
+    round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
     """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but over no more
     than this standard deviation, beams. Nothing where beams are far apart, the speckle of fine beams otherwise."""
-    beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.4
+    beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
 
 class GaussianParams(Settings, frozen=True):
     """filter.gaussian: Gaussian weights, cut at three standard deviations."""
 
-    sigma: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.5
+    sigma: Annotated[float, msgspec.Meta(gt=0.0, le=100.0), slider(0.5, 20.0, log=True, unit="samples")] = 2.5
     """Standard deviation, range samples."""
-    beam_sigma: Annotated[float, msgspec.Meta(ge=0.0, le=10.0)] = 0.0
+    beam_sigma: Annotated[float, msgspec.Meta(ge=0.0, le=10.0), slider(0.0, 5.0, step=0.1, unit="beams")] = 0.0
     """Standard deviation, beams; 0: along the range only."""
 
 
 class WienerParams(Settings, frozen=True):
     """filter.wiener: adaptive smoothing over range samples, strong where only noise is."""
 
-    window: OddInt = 9
+    window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
-    beams: OddInt = 1
+    beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Beams; 1: along the range only."""
 
 
@@ -109,30 +110,30 @@ class MedianParams(Settings, frozen=True):
 class IirParams(Settings, frozen=True):
     """filter.iir: recursive low-pass over range samples, forwards and backwards."""
 
-    length: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0)] = 3.0
+    length: Annotated[float, msgspec.Meta(ge=0.5, le=1000.0), slider(0.5, 50.0, log=True, unit="samples")] = 3.0
     """Range samples over which the weights fall to 1/e."""
 
 
 class MinObjectParams(Settings, frozen=True):
     """filter.min_object: suppress what is smaller than an object, by grey opening."""
 
-    size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0)] = 0.5
+    size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0), slider(0.05, 10.0, log=True, unit="m")] = 0.5
     """Smallest object that stays, in range and across, m."""
 
 
 class BeamGainParams(Settings, frozen=True):
     """equalize.beam_gain: bring the beams to one level."""
 
-    limit: Annotated[float, msgspec.Meta(ge=1.0)] = 30.0
+    limit: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 100.0, log=True)] = 30.0
     """Factor by which a beam is raised or lowered at most."""
 
 
 class PingIirParams(Settings, frozen=True):
     """filter.ping_iir: recursive mean over pings, motion-compensated."""
 
-    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)] = 0.4
+    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
-    longest_gap_s: Positive = 2.0
+    longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
     """After a longer pause it starts anew, s."""
 
 
@@ -141,18 +142,18 @@ class PingMedianParams(Settings, frozen=True):
 
     pings: Literal[3, 5, 7] = 3
     """Pings, the newest one included."""
-    longest_gap_s: Positive = 2.0
+    longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
     """After a longer pause it starts anew, s."""
 
 
 class BackgroundParams(Settings, frozen=True):
     """equalize.background: bring the mean over pings of each cell to 1."""
 
-    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0)] = 0.02
+    weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
     """Weight of the newest ping in the mean."""
-    guard: Annotated[float, msgspec.Meta(ge=1.0)] = 1.5
+    guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
     """Factor up to which a cell's mean may differ from that of its range, and is levelled in full."""
-    longest_gap_s: Positive = 10.0
+    longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
     """After a longer pause it starts anew, s."""
 
 
@@ -161,21 +162,21 @@ class GroupParams(Settings, frozen=True):
 
     connectivity: Literal[4, 8] = 8
     """8: cells that touch by a corner belong together; 4: they have to share a side."""
-    min_cells: PositiveInt = 4
+    min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
     """Regions of fewer cells (beams x range samples) are dropped."""
-    max_cells: NonNegativeInt = 0
+    max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
     """Regions of more cells are dropped; 0: however large, it stays."""
-    min_extent_m: NonNegative = 0.0
+    min_extent_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
     """Regions smaller than this, in range and across, m, are dropped."""
-    max_extent_m: NonNegative = 0.0
+    max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
     """Regions larger than this, in range or across, m, are dropped; 0: however large, it stays."""
-    strongest: Fraction = 1.0
+    strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
     """Regions must have one of this share of the ping's recorded samples, the strongest ones: equalization lifts what
     is nearly silent, and noise there is no echo. 1: none is dropped for that."""
-    border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0)] = 1.0
+    border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
     """How many times as high over the background an echo has to reach that lies within 2 beams or 4 range samples of
     the image's border: filters mirror the image there, which doubles the power of its noise. 1: like all others."""
-    split_db: NonNegative = 0.0
+    split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
     """Regions are split where a valley this deep under their crest, dB, parts them; 0: never."""
 
 
@@ -186,13 +187,13 @@ class TwoLevelParams(GroupParams, frozen=True):
     """noise: levels are background + value * noise; background: levels are value * background; both are measured on
     each image: the background is its median, the noise the distance from there to its 84 % quantile. absolute: levels
     of the filtered image. false_alarm: the high level is the one that `rate` tells, the low one as with noise."""
-    high: Positive = 6.0
+    high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
     """A region needs a cell above this level; of images of 120,000 cells of filtered speckle one in fifty has one."""
-    low: Positive = 2.5
+    low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Cells above this level belong to it."""
-    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """Wanted share of the cells without echoes above the high level, when levels = "false_alarm"."""
-    follow: Fraction = 0.3
+    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
     """With levels = "noise": how far levels rise in regions where the crests of the background reach higher than those
     of speckle do, as over a rough sea-bed. 1: until echoes without an object are as rare there; 0.75: three quarters of
     the way there in dB, as objects have to be found there, too; 0: one pair of levels for the whole image."""
@@ -207,11 +208,11 @@ class OneLevelParams(GroupParams, frozen=True):
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
     """What `level` is given in, as in detect.two_level."""
-    level: Positive = 5.0
+    level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
     """Cells above this level are echoes."""
-    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """Wanted share of the cells without echoes above the level, when levels = "false_alarm"."""
-    follow: Fraction = 0.3
+    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
     """As in detect.two_level."""
 
 
@@ -220,16 +221,16 @@ class CfarParams(GroupParams, frozen=True):
 
     method: Literal["ca", "goca", "soca", "os"] = "ca"
     """Level of the surroundings: mean of both sides, the greater or the smaller side's mean, or an order statistic."""
-    guard: PositiveInt = 24
+    guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
     """Range samples on each side of a cell that do not count, as the object itself may fill them."""
-    train: PositiveInt = 48
+    train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
     """Range samples beyond them, on each side, that do."""
-    rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0)] = 0.75
+    rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
     """os: quantile of the surroundings that is taken."""
-    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01)] = 1e-6
+    rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """Wanted share of the cells without echoes above the high level; the level is measured on each image, not derived
     from a distribution that speckle is supposed to have."""
-    low: Positive = 2.5
+    low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
 
 
