@@ -177,7 +177,7 @@ export default {
       context.textAlign = "left";
       const offset = { low: 8, high: 22 }[line.name] || 8;
       if (across) halo(context, line.name, at + 4, box.y + offset, style.colour);
-      else if (line.name) halo(context, line.name, box.x + 4, at - 8, style.colour);
+      else if (line.name) halo(context, line.name, box.x + 4, at + (line.name === "low" ? 9 : -8), style.colour);
     },
   },
 };

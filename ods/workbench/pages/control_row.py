@@ -1,0 +1,83 @@
+"""One setting as a row: name, slider with a field beside it, switch, choice or text."""
+
+from collections.abc import Callable
+from typing import Any
+
+from nicegui import ui
+
+from ods.workbench.model.sliders import Choice, Control, Number, Switch, text_of, value_of
+
+Changed = Callable[[Any], object]
+
+
+class ControlRow:
+    """Widgets of one setting. `changed` gets the value that the user gives; `show` takes what the state has."""
+
+    def __init__(self, control: Control, value: Any, changed: Changed) -> None:
+        self._control, self._changed = control, changed
+        self._value = value
+        self._slider: ui.slider | None = None
+        self._field: Any
+        with ui.row().classes("w-full items-center no-wrap gap-2 h-8"):
+            unit = control.by.unit if isinstance(control.by, Number) else ""
+            label = ui.label(control.name).classes("text-sm w-28 shrink-0 truncate")
+            label.tooltip(" ".join(filter(None, (f"{control.path}:", control.meaning))))
+            self._build()
+            ui.label(unit).classes("text-xs opacity-70 w-14 shrink-0 truncate")
+        self.show(value)
+
+    @property
+    def default(self) -> Any:
+        """What it is where the configuration does not tell it."""
+        return self._control.default
+
+    def show(self, value: Any) -> None:
+        """Show a value, whoever gave it."""
+        self._value = value
+        by = self._control.by
+        if isinstance(by, Number):
+            assert self._slider is not None
+            self._slider.set_value(by.place_of(float(value)))
+            self._field.set_value(value)
+        elif isinstance(by, Switch | Choice):
+            self._field.set_value(value)
+        else:
+            self._field.set_value(text_of(value))
+
+    def _build(self) -> None:
+        by, marker = self._control.by, self._control.path
+        if isinstance(by, Number):
+            self._slider = ui.slider(min=0, max=by.places - 1, step=1, value=0, on_change=self._slid)
+            self._slider.props("dense").classes("grow min-w-24").mark(f"slider {marker}")
+            self._field = ui.number(value=None).props("dense borderless").classes("w-16 shrink-0")
+            self._field.on("change", self._written).on("keydown.enter", self._written)
+        elif isinstance(by, Switch):
+            self._field = ui.switch(on_change=lambda event: self._give(event.value)).props("dense")
+            ui.space()
+        elif isinstance(by, Choice):
+            self._field = ui.select(list(by.options), on_change=lambda event: self._give(event.value))
+            self._field.props("dense options-dense borderless").classes("grow")
+        else:
+            self._field = ui.input().props("dense borderless").classes("grow")
+            self._field.on("change", self._written).on("keydown.enter", self._written)
+        self._field.mark(f"value {marker}")
+
+    def _slid(self) -> None:
+        by = self._control.by
+        assert isinstance(by, Number)
+        assert self._slider is not None
+        place = round(self._slider.value)
+        if place != by.place_of(float(self._value)):  # else it follows what was written
+            self._give(by.value_at(place))
+
+    def _written(self) -> None:
+        by, value = self._control.by, self._field.value
+        if isinstance(by, Number):
+            if value is not None:
+                self._give(round(value) if by.whole and value == round(value) else value)
+        else:
+            self._give(value_of(value))
+
+    def _give(self, value: Any) -> None:
+        if value != self._value and value is not None:
+            self._changed(value)

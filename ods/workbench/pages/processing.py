@@ -1,0 +1,263 @@
+"""Menu 1, image processing: the chain and its sliders beside what they do to a ping, at once."""
+
+from functools import partial
+
+import numpy as np
+from nicegui import ui
+from nicegui.elements.button import Button
+
+from ods.workbench.engine.thresholds import setting_at
+from ods.workbench.model import actions as do
+from ods.workbench.model.paths import PathError
+from ods.workbench.model.state import State
+from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
+from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, frames_of, title_of
+from ods.workbench.pages.processing_stages import StageList
+from ods.workbench.pages.processing_work import Answer, Work, last_stage, wanted
+from ods.workbench.session import Session
+from ods.workbench.web.fan_view import FanView, Spot
+from ods.workbench.web.follow import follow, in_loop
+from ods.workbench.web.frames import FrameBoard
+
+KEYS = (("drag", "in a profile or histogram: a level of the detector"),)
+BLINK_S = 0.6
+BUSY_S = 0.25
+"""A picture that is older is dimmed."""
+PLAY_S = 0.2
+"""Between pings, where their times are not known."""
+NOTHING = -2
+"""In the list of what is shown beside the picture."""
+
+
+def build(session: Session) -> None:
+    """Build the menu in the current slot."""
+    _Page(session)
+
+
+class _Page:
+    """Widgets of one page, and the thread that works for them."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._board = FrameBoard()
+        self._answer: Answer | None = None
+        panel = ui.context.slot.parent
+        self._work = Work(session, self._told, self._failed)
+        with ui.row().classes("w-full no-wrap items-start gap-3") as self._root:
+            with (
+                ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto").style("max-height: calc(100vh - 7rem)")
+            ):
+                StageList(session)
+            with ui.column().classes("grow min-w-0 gap-1"):
+                self._build_tools()
+                self._build_pictures()
+                self._build_timeline()
+                with ui.row().classes("w-full no-wrap items-start gap-3"):
+                    with ui.column().classes("w-1/2 min-w-0 gap-0"):
+                        self._profile = Profile(self._drag_level)
+                    with ui.column().classes("w-1/2 min-w-0 gap-0"):
+                        self._histogram = Histogram(self._drag_level)
+                self._cost = CostBars()
+        panel.bind_visibility_to(self._work, "visible")
+        ui.context.client.on_delete(self._work.close)
+        ui.timer(0.1, self._mark_busy)
+        self._blinks = ui.timer(BLINK_S, self._blink, active=False)
+        follow(session, self._root, self._follow)
+        self._arrange(session.state)
+        self._work.ask()
+
+    # -- building --
+    def _build_tools(self) -> None:
+        with ui.row().classes("w-full items-center gap-2"):
+            self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
+            self._after.props("dense options-dense").classes("w-56").mark("shown stage")
+            self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
+            self._beside.props("dense options-dense").classes("w-56").mark("compared stage")
+            ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
+                "dense no-caps"
+            ).bind_value_from(self, "presentation").tooltip("P: the other one")
+            self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
+            self._attention.props("dense").tooltip("dims the ranges that this ping skips")
+            self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
+            self._scale.props("dense label").classes("w-40").tooltip("colour scale, dB over the image's median")
+            ui.space()
+            self._build_comparison()
+
+    def _build_comparison(self) -> None:
+        button = "dense flat no-caps"
+        ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
+        self._swap: Button = (
+            ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
+        )
+        self._drop = ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+        self._comparison = ui.toggle(
+            ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
+        )
+        self._comparison.props("dense no-caps").mark("comparison")
+
+    def _build_pictures(self) -> None:
+        self._complaint = ui.label().classes("text-negative text-sm").mark("trouble")
+        with ui.row().classes("w-full no-wrap gap-2"):
+            self._main = FanView(self._session, self._board, MAIN, height="42vh").classes("grow min-w-0")
+            self._second = FanView(self._session, self._board, BESIDE, height="42vh").classes("grow min-w-0")
+        for view in (self._main, self._second):
+            view.on_hover(self._hover)
+            view.on_pick(self._pick)
+        self._readout = ui.label("point at a picture: range, bearing and level").classes("text-xs opacity-80")
+
+    def _build_timeline(self) -> None:
+        with ui.row().classes("w-full items-center no-wrap gap-2"):
+            self._plays = ui.timer(PLAY_S, self._next, active=False)
+            self._play = ui.button(icon="play_arrow", on_click=self._toggle_play).props("dense flat round").mark("play")
+            self._ping = ui.slider(min=0, max=1, step=1, value=0, on_change=lambda event: self._go(event.value))
+            self._ping.props("dense").classes("grow").mark("ping")
+            self._time = ui.label("").classes("text-sm w-56 text-right")
+
+    # -- what the user does --
+    @property
+    def presentation(self) -> str:
+        """Of the session; the toggle shows it."""
+        return self._session.state.view.presentation
+
+    def _view(self, name: str, value: object) -> None:
+        if value is not None and getattr(self._session.state.view, name) != value:
+            self._session.do(do.SetView(name, value))
+
+    def _show_beside(self, value: int) -> None:
+        wanted_stage = None if value == NOTHING else value
+        if self._session.state.view.compared_stage != wanted_stage:
+            self._session.do(do.SetView("compared_stage", wanted_stage))
+
+    def _set_scale(self) -> None:
+        view = self._session.state.view
+        low, high = float(self._scale.value["min"]), float(self._scale.value["max"])
+        if low < high and (low, high) != (view.lowest_db, view.highest_db):
+            first, second = ("highest_db", high), ("lowest_db", low)
+            for name, value in (first, second) if high > view.lowest_db else (second, first):
+                self._view(name, value)
+
+    def _go(self, place: float) -> None:
+        if round(place) != self._session.state.ping:
+            self._session.do(do.ShowPing(round(place)))
+
+    def _toggle_play(self) -> None:
+        self._plays.active = not self._plays.active
+        self._play.set_icon("pause" if self._plays.active else "play_arrow")
+
+    def _next(self) -> None:
+        """Show the next ping, once this one is shown."""
+        if self._answer is not None and self._work.answered == self._work.asked:
+            self._session.do(do.ShowPing((self._session.state.ping + 1) % len(self._answer.data.pings)))
+
+    def _drag_level(self, name: str, level_db: float) -> None:
+        if self._answer is None:
+            return
+        tuning = self._answer.state.tuning
+        place, stage = last_stage(tuning)
+        value = setting_at(self._answer.a.looks[-1], stage, level_db)
+        if value is not None:
+            try:
+                self._session.do(do.SetSetting(f"pipeline.stage[{place}].{name}", value))
+            except PathError as error:
+                self._complaint.set_text(str(error))
+
+    def _hover(self, spot: Spot) -> None:
+        if self._session.state.view.pinned_beam is None:
+            self._profile.beam(spot.beam)
+        self._readout.set_text(self._reading(spot))
+
+    def _pick(self, spot: Spot) -> None:
+        pinned = self._session.state.view.pinned_beam
+        self._session.do(do.SetView("pinned_beam", None if pinned == spot.beam else spot.beam))
+
+    def _reading(self, spot: Spot) -> str:
+        text = f"{spot.range_m:.2f} m, {np.degrees(spot.bearing_rad):+.1f}°, beam {spot.beam}"
+        if self._answer is None:
+            return text
+        rows, columns = self._answer.a.looks[0].image.shape
+        if not (0 <= spot.beam < rows and 0 <= spot.sample < columns):
+            return text
+        levels = [f"{look.label} {look.level_db[spot.beam, spot.sample]:.1f}" for look in self._answer.a.looks]
+        return f"{text}: dB over the median, {', '.join(levels)}"
+
+    # -- what comes of it --
+    def _told(self, answer: Answer) -> None:
+        """Take an answer, in the thread of the work."""
+        for name, frame in frames_of(answer).items():
+            self._board.show(name, frame)
+        in_loop(self._root, partial(self._show, answer))
+
+    def _failed(self, why: str) -> None:
+        def show() -> None:
+            self._complaint.set_text(why)
+            self._mark_busy()
+
+        in_loop(self._root, show)
+
+    def _show(self, answer: Answer) -> None:
+        self._answer = answer
+        self._complaint.set_text(answer.complaint)
+        self._mark_busy()
+        self._profile.answer(answer)
+        self._histogram.answer(answer)
+        self._cost.answer(answer)
+        count = len(answer.data.pings)
+        self._ping.props(f"max={max(count - 1, 1)}")
+        self._ping.set_value(answer.place)
+        when = f", {answer.data.t_s(answer.place):.2f} s" if answer.data.timed else ""
+        self._time.set_text(f"ping {answer.place} of {count}{when}")
+        self._plays.interval = answer.data.period_s or PLAY_S
+        self._titles(answer)
+
+    def _titles(self, answer: Answer) -> None:
+        state = answer.state
+        own = title_of(state.tuning, state.view.shown_stage)
+        if state.other is None:
+            self._main.set_title(own)
+            self._second.set_title(title_of(state.tuning, state.view.compared_stage or -1))
+            return
+        parted = answer.parted
+        counts = (
+            f": {len(parted.both)} both, {len(parted.only_a)} only A, {len(parted.only_b)} only B" if parted else ""
+        )
+        self._main.set_title(f"A {own}{counts if state.view.comparison == 'difference' else ''}")
+        other = title_of(state.other, state.view.shown_stage)
+        self._second.set_title(
+            f"B {other}" if compares(state) else title_of(state.tuning, state.view.compared_stage or -1)
+        )
+
+    def _mark_busy(self) -> None:
+        """Dim pictures that are not the newest, with the reason."""
+        busy = self._work.is_late(BUSY_S)
+        why = "computing" if busy else self._complaint.text and "not the newest"
+        for view in (self._main, self._second):
+            view.set_busy(why or "")
+
+    def _blink(self) -> None:
+        self._main.switch(OTHER if self._main.view == MAIN else MAIN)
+
+    def _follow(self, before: State, after: State) -> None:
+        if wanted(before) != wanted(after):
+            self._work.ask()
+        if (before.view, before.tuning, before.other) != (after.view, after.tuning, after.other):
+            self._arrange(after)
+
+    def _arrange(self, state: State) -> None:
+        """Show what the state says of the tools and of which pictures there are."""
+        view, chain = state.view, state.tuning.config.pipeline.chain()
+        options = {place: title_of(state.tuning, place) for place in range(-1, len(chain))}
+        self._after.set_options(options, value=min(view.shown_stage, len(chain) - 1))
+        compared = NOTHING if view.compared_stage is None else min(view.compared_stage, len(chain) - 1)
+        self._beside.set_options({NOTHING: "nothing", **options}, value=compared)
+        self._beside.set_enabled(not compares(state))
+        self._attention.set_value(view.attention)
+        self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
+        self._comparison.set_value(view.comparison)
+        for widget in (self._swap, self._drop, self._comparison):
+            widget.set_visibility(state.other is not None)
+        self._second.set_visibility(compares(state) or view.compared_stage is not None)
+        self._blinks.active = state.other is not None and view.comparison == "blink"
+        if not self._blinks.active and self._main.view != MAIN:
+            self._main.switch(MAIN)
+        if view.pinned_beam is not None:
+            self._profile.beam(view.pinned_beam)

@@ -1,0 +1,171 @@
+"""The stages of the chain with their sliders: added, removed, moved and bypassed."""
+
+from collections.abc import Callable
+from functools import partial
+
+import msgspec
+from nicegui import ui
+
+from ods.base.errors import OdsError
+from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.stage.params import STAGES
+from ods.pipeline.stage.registry import find_stage, stage_names
+from ods.workbench.model import actions as do
+from ods.workbench.model.chain_edits import Entry, edited
+from ods.workbench.model.paths import PathError
+from ods.workbench.model.sliders import controls_of
+from ods.workbench.model.state import State
+from ods.workbench.pages.control_row import ControlRow
+from ods.workbench.session import Session
+from ods.workbench.web.follow import follow
+
+DETECTS = "detect."
+
+
+class StageList:
+    """The list of stages and what concerns all of them. Complaints about a value are shown above it, as one line."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._open: set[str] = set()
+        """Stages that are unfolded, by place and name."""
+        self._dragged: int | None = None
+        self._rows: list[tuple[str, ControlRow]] = []
+        with ui.row().classes("w-full items-center no-wrap"):
+            ui.label("Chain").classes("text-base font-medium")
+            ui.space()
+            with ui.button("add stage", icon="add").props("dense flat no-caps").mark("add stage"), ui.menu():
+                for name in known_stages(session.state.tuning.config.pipeline):
+                    item = ui.menu_item(name, partial(self._add, name)).mark(f"add {name}")
+                    item.classes("font-mono text-sm min-h-0 py-1")
+        self._complaint = ui.label().classes("text-negative text-sm w-full").mark("complaint")
+        self._list = ui.column().classes("w-full gap-0")
+        self._build(session.state)
+        follow(session, self._list, self._follow)
+
+    def _do(self, action: do.Action) -> None:
+        """Do something, or say why it cannot be done and show what is."""
+        try:
+            self._session.do(action)
+        except PathError as error:
+            self._complaint.set_text(str(error))
+            self._show(self._session.state)
+        else:
+            self._complaint.set_text("")
+
+    def _add(self, name: str) -> None:
+        """Put a stage before the one that detects; one that detects takes that one's place."""
+        tuning = self._session.state.tuning
+        last = len(tuning.config.pipeline.chain()) - 1
+        self._open.add(f"{last} {name}")
+        if not name.startswith(DETECTS):
+            self._do(do.AddStage(name, last))
+            return
+
+        def change(entries: list[Entry]) -> None:
+            entries[-1] = ({"use": name}, False)
+
+        try:
+            self._do(do.SetTuning(edited(tuning, change), f"detect by {name}"))
+        except PathError as error:
+            self._complaint.set_text(str(error))
+
+    def _follow(self, before: State, after: State) -> None:
+        if _shape(before) != _shape(after):
+            self._build(after)
+        elif before.tuning is not after.tuning:
+            self._show(after)
+
+    def _show(self, state: State) -> None:
+        chain = state.tuning.config.pipeline.chain()
+        attention = msgspec.to_builtins(state.tuning.config.pipeline.attention)
+        for path, row in self._rows:
+            place, _, name = path.partition(".")
+            table = attention if place == "attention" else chain[int(place)]
+            row.show(table.get(name, row.default))
+
+    def _build(self, state: State) -> None:
+        self._list.clear()
+        self._rows = []
+        chain = state.tuning.config.pipeline.chain()
+        with self._list:
+            for place, stage in enumerate(chain):
+                self._stage(state, place, str(stage["use"]), place == len(chain) - 1)
+            with self._fold("attention", "focus of attention", "opacity-90"), ui.column().classes("w-full gap-0"):
+                values = msgspec.to_builtins(state.tuning.config.pipeline.attention)
+                for control in controls_of(AttentionSettings):
+                    changed = partial(self._set, f"pipeline.attention.{control.path}")
+                    row = ControlRow(control, values[control.path], changed)
+                    self._rows.append((f"attention.{control.path}", row))
+
+    def _fold(self, key: str, title: str, classes: str) -> ui.expansion:
+        def folded(open_now: bool) -> None:
+            (self._open.add if open_now else self._open.discard)(key)
+
+        fold = ui.expansion(value=key in self._open, on_value_change=lambda event: folded(event.value))
+        fold.props("dense dense-toggle expand-separator").classes(f"w-full {classes}").mark(f"fold {title}")
+        with fold.add_slot("header"):
+            ui.label(title).classes("self-center text-sm grow")
+        return fold
+
+    def _stage(self, state: State, place: int, use: str, last: bool) -> None:
+        bypassed = place in state.tuning.bypassed
+        fold = self._fold(f"{place} {use}", f"{place + 1}  {use}", "line-through opacity-60" if bypassed else "")
+        fold.props("draggable=true").on("dragstart", partial(self._drag, place))
+        fold.on("dragover", js_handler="(event) => event.preventDefault()").on("drop", partial(self._drop, place))
+        with fold.default_slot.parent.slots["header"]:
+            self._buttons(place, last, bypassed)
+        table = state.tuning.config.pipeline.chain()[place]
+        with fold, ui.column().classes("w-full gap-0"):
+            try:
+                controls = controls_of(find_stage(use).params)
+            except OdsError as error:
+                ui.label(str(error)).classes("text-negative text-sm")
+                return
+            for control in controls:
+                changed = partial(self._set, f"pipeline.stage[{place}].{control.path}")
+                row = ControlRow(control, table.get(control.path, control.default), changed)
+                self._rows.append((f"{place}.{control.path}", row))
+
+    def _buttons(self, place: int, last: bool, bypassed: bool) -> None:
+        if not last:
+            box = ui.checkbox(value=not bypassed).props("dense size=xs").tooltip("runs; off: bypassed")
+            box.on("click.stop", lambda: None).mark(f"runs {place}")
+            box.on_value_change(lambda event: self._do(do.BypassStage(place, on=not event.value)))
+        _small(
+            "arrow_upward", "earlier", place > 0 and not last, lambda: self._do(do.MoveStage(place, place - 1)), place
+        )
+        count = len(self._session.state.tuning.config.pipeline.chain())
+        down = place + 2 < count
+        _small("arrow_downward", "later", down, lambda: self._do(do.MoveStage(place, place + 1)), place)
+        _small("close", "remove", not last, lambda: self._do(do.RemoveStage(place)), place)
+
+    def _set(self, path: str, value: object) -> None:
+        self._do(do.SetSetting(path, value))
+
+    def _drag(self, place: int) -> None:
+        self._dragged = place
+
+    def _drop(self, place: int) -> None:
+        last = len(self._session.state.tuning.config.pipeline.chain()) - 1
+        if self._dragged is not None and self._dragged != place and last not in (place, self._dragged):
+            self._do(do.MoveStage(self._dragged, place))
+        self._dragged = None
+
+
+def known_stages(settings: PipelineSettings) -> list[str]:
+    """Return the names of all stages, those of the user's own among them."""
+    STAGES.load(settings.plugins)
+    return stage_names()
+
+
+def _small(icon: str, tip: str, enabled: bool, clicked: Callable[[], None], place: int) -> None:
+    button = ui.button(icon=icon).props("flat dense round size=xs").tooltip(tip).mark(f"{tip} {place}")
+    button.on("click.stop", lambda: clicked())
+    button.set_enabled(enabled)
+
+
+def _shape(state: State) -> tuple[object, ...]:
+    tuning = state.tuning
+    return tuple(stage["use"] for stage in tuning.config.pipeline.chain()), tuning.bypassed

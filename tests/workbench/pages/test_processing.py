@@ -1,0 +1,158 @@
+"""The image processing menu without a browser: what a slider, the list of stages and B do to state and picture."""
+
+import asyncio
+from collections.abc import AsyncIterator, Callable
+from typing import Any
+
+import msgspec
+import pytest
+import pytest_asyncio
+from nicegui.testing import User
+from nicegui.testing.user_simulation import user_simulation
+
+from ods.offline.mission import MissionSettings
+from ods.workbench.engine.data import Data
+from ods.workbench.model.actions import SetSetting, SetTuning, SetView, ShowPing
+from ods.workbench.model.state import DataReference, State, Tuning
+from ods.workbench.pages import processing, processing_work
+from ods.workbench.session import Session
+from ods.workbench.web.curve_view import CurveView
+from ods.workbench.web.fan_view import FanView
+from ods.workbench.web.frames import Frame, FrameBoard
+from tests.workbench.engine.test_study import pings
+
+STAGES = [{"use": "equalize.mean_range"}, {"use": "filter.fir"}, {"use": "detect.two_level", "follow": 0.0}]
+
+
+@pytest.fixture
+def session(monkeypatch: pytest.MonkeyPatch) -> Session:
+    made = pings(3)
+    monkeypatch.setattr(processing_work, "open_data", lambda reference, *_: Data(reference, made))
+    config = msgspec.convert({"pipeline": {"stage": STAGES}}, MissionSettings)
+    return Session(State(Tuning(config=config), data=DataReference(kind="file", path="made up")))
+
+
+@pytest_asyncio.fixture
+async def user(session: Session) -> AsyncIterator[User]:
+    async with user_simulation(lambda: processing.build(session)) as simulated:
+        await simulated.open("/")
+        yield simulated
+
+
+def frame(user: User, view: str = "main") -> Frame | None:
+    fan = next(iter(user.find(FanView).elements))
+    board = fan._channel.source
+    assert isinstance(board, FrameBoard)
+    return board.latest(view)
+
+
+def kinds(user: User) -> set[str]:
+    shown = frame(user)
+    return {circle.kind for circle in shown.circles} if shown else set()
+
+
+async def until(true: Callable[[], Any]) -> Any:
+    """Wait until something is so, and return it."""
+    for _ in range(1500):
+        if value := true():
+            return value
+        await asyncio.sleep(0.02)
+    raise AssertionError("it never came")
+
+
+def widget(user: User, marker: str) -> Any:
+    (found,) = user.find(marker=marker).elements
+    return found
+
+
+def stages(session: Session) -> list[str]:
+    return [str(stage["use"]) for stage in session.state.tuning.config.pipeline.chain()]
+
+
+async def test_a_slider_changes_the_state_and_the_picture(user: User, session: Session) -> None:
+    first = await until(lambda: frame(user))
+    assert "detection" in first.caption
+    slider = widget(user, "slider high")
+    slider.set_value(slider.value + 20)
+    value = session.state.tuning.config.pipeline.chain()[2]["high"]
+    assert value == pytest.approx(8.0)
+    newer = await until(lambda: frame(user) if frame(user) is not first else None)
+    assert newer.version > first.version
+    assert widget(user, "value high").value == pytest.approx(8.0)
+    session.undo()
+    await until(lambda: widget(user, "value high").value == 6.0)
+
+
+async def test_an_invalid_value_says_its_line_and_changes_nothing(user: User, session: Session) -> None:
+    before = session.state.tuning
+    field = widget(user, "value low")
+    field.set_value(11.0)
+    user.find(marker="value low").trigger("change")
+    await user.should_see("low: 11.0 is above high, 6.0")
+    assert session.state.tuning == before
+    assert field.value == 2.5
+
+
+async def test_stages_are_added_moved_bypassed_and_removed(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    user.find(marker="add filter.median").click()
+    assert stages(session) == ["equalize.mean_range", "filter.fir", "filter.median", "detect.two_level"]
+    await until(lambda: user.find(marker="earlier 2").elements)
+    user.find(marker="earlier 2").trigger("click.stop")
+    assert stages(session)[1:3] == ["filter.median", "filter.fir"]
+    await asyncio.sleep(0.1)
+    widget(user, "runs 0").set_value(False)
+    assert session.state.tuning.bypassed == (0,)
+    await asyncio.sleep(0.1)
+    user.find(marker="remove 1").trigger("click.stop")
+    assert stages(session) == ["equalize.mean_range", "filter.fir", "detect.two_level"]
+    user.find(marker="add detect.one_level").click()
+    assert stages(session)[-1] == "detect.one_level"
+    assert session.history.undoes == "detect by detect.one_level"
+
+
+async def test_b_is_kept_and_its_difference_is_told(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    user.find(marker="keep as B").click()
+    assert session.state.other == session.state.tuning
+    session.do(SetSetting("pipeline.stage[2].high", 80.0))
+    await until(lambda: frame(user, "beside"))
+    session.do(SetView("comparison", "difference"))
+    await until(lambda: kinds(user) == {"only_b"})
+    user.find(marker="swap").click()
+    await until(lambda: kinds(user) == {"only_a"})
+
+
+async def test_dragging_a_level_changes_its_setting(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    levels = await until(
+        lambda: [
+            line
+            for view in user.find(CurveView).elements
+            for line in msgspec.json.decode(view._props["shown"]).get("lines", ())
+        ]
+    )
+    high = next(line["value"] for line in levels if line["name"] == "high")
+    view = widget(user, "histogram")
+    for listener in view._event_listeners.values():
+        if listener.type == "drag":
+            view._handle_event({"listener_id": listener.id, "args": {"name": "high", "value": high + 2.0}})
+    assert session.state.tuning.config.pipeline.chain()[2]["high"] > 6.5
+
+
+async def test_the_timeline_shows_another_ping(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    widget(user, "ping").set_value(2)
+    assert session.state.ping == 2
+    await user.should_see("ping 2 of 3", retries=50)
+    session.do(ShowPing(0))
+    await until(lambda: widget(user, "ping").value == 0)
+
+
+async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: User, session: Session) -> None:
+    await until(lambda: frame(user))
+    wrong = msgspec.convert({"pipeline": {"stage": STAGES[:2]}}, MissionSettings)
+    session.do(SetTuning(Tuning(config=wrong), "wrong"))
+    await user.should_see("the last stage, and no other, must be one that detects", retries=100)
+    session.undo()
+    await until(lambda: not widget(user, "trouble").text)
