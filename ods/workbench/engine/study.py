@@ -1,11 +1,13 @@
 """One ping through a chain: what each stage makes of it, what it costs, what is found."""
 
+import itertools
+import math
 import statistics
 import threading
 import time
 from bisect import bisect_right
 from collections import OrderedDict
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -13,7 +15,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from ods.base.arrays import Mask
+from ods.base.arrays import Image, Mask
 from ods.base.errors import OdsError
 from ods.base.mounting import Mounting
 from ods.messages import Detections, Ping
@@ -37,12 +39,18 @@ KEPT_CHAINS = 4
 """Prepared for a geometry: to come back to one costs no learning."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
 """Runs of which the time is taken: so many, or fewer where they last."""
+KEPT_SPECKLE_CELLS = 200_000
+"""Images of speckle are kept for a geometry of no more cells: of 60 x 2000 they take 5 MB."""
 POSES_BEFORE = 64
 """Of a ping, that tell its pose."""
 
 
 class StudyError(OdsError):
     """A ping cannot be looked at; the text is one line."""
+
+
+Speckle = list[list[Image]]
+"""For each plane and ring, in order, what the stages before the detector make of the first kind of speckle."""
 
 
 class Cost(NamedTuple):
@@ -90,6 +98,7 @@ class Studio:
         self._data = data
         self._pose_times = [pose.t_ns for pose in data.poses]
         self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
+        self._speckle: tuple[bytes, Speckle] = (b"", [])
         self._lock = threading.Lock()
 
     def study(self, settings: MissionSettings, place: int) -> Study:
@@ -124,11 +133,19 @@ class Studio:
         key = msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
         kept = self._kept.get(key)
         if kept is None or (kept.chain.over_pings and kept.at != place - 1):
-            kept = self._kept[key] = _Prepared(settings)
+            kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping))
         self._kept.move_to_end(key)
         while len(self._kept) > KEPT_CHAINS:
             self._kept.popitem(last=False)
         return kept
+
+    def _speckle_of(self, settings: PipelineSettings, ping: Ping) -> Speckle:
+        """Return where the speckle of these filters and this geometry is kept."""
+        filters = msgspec.structs.replace(settings, stage=settings.chain()[:-1])
+        key = msgspec.msgpack.encode((filters, geometry_key(ping)), enc_hook=str)
+        if self._speckle[0] != key:
+            self._speckle = key, []
+        return self._speckle[1]
 
     def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
         """Return where the sonar's head was at a ping, as far as poses tell."""
@@ -163,10 +180,11 @@ class _Looker:
 class _TimedChain(Chain):
     """A chain that tells how long each stage took with the last ping."""
 
-    def __init__(self, settings: PipelineSettings, looker: _Looker) -> None:
+    def __init__(self, settings: PipelineSettings, looker: _Looker, speckle: Speckle) -> None:
         super().__init__(settings, watch=looker)
         self.spent_ns = [0] * len(self._stages)
-        self._stages = [_timed(stage, self.spent_ns, at) for at, stage in enumerate(self._stages)]
+        *filters, last = (_timed(stage, self.spent_ns, at) for at, stage in enumerate(self._stages))
+        self._stages = [*filters, _learning_once(last, speckle)]
 
     def take_turn(self, turn: int) -> None:
         """Go on with the part of the range whose turn it is at that ping, where attention parts it."""
@@ -192,12 +210,40 @@ def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredSt
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
 
 
+def _learning_once(stage: ConfiguredStage, speckle: Speckle) -> ConfiguredStage:
+    """Return a detector that learns from kept speckle: another setting of it costs no filtering of speckle."""
+    prepared = itertools.count()
+
+    def prepare(params: Any, fan: Fan) -> PreparedDetector:
+        made: PreparedDetector = stage.stage.prepare(params, fan)
+        learn, place = made.learn, next(prepared)
+        if learn is None or math.prod(fan.shape) > KEPT_SPECKLE_CELLS:
+            return made
+        speckle.extend([] for _ in range(place + 1 - len(speckle)))
+        return made._replace(learn=lambda kinds: learn(_with_kept(speckle[place], kinds)))
+
+    return stage._replace(stage=replace(stage.stage, prepare=prepare))
+
+
+def _with_kept(kept: list[Image], kinds: Iterable[Iterable[Image]]) -> Iterator[Iterable[Image]]:
+    """Yield what `kinds` would: the first kind from what is kept, or else keep it."""
+    rest = iter(kinds)
+    known = bool(kept)
+    if not known:
+        kept += [image.copy() for image in next(rest)]
+    yield kept
+    if known:
+        for _ in next(rest):  # those after it are drawn from the same random numbers
+            pass
+    yield from rest
+
+
 class _Prepared:
     """A chain for one geometry, and its times."""
 
-    def __init__(self, settings: PipelineSettings) -> None:
+    def __init__(self, settings: PipelineSettings, speckle: Speckle) -> None:
         self.looker = _Looker()
-        self.chain = _TimedChain(settings, self.looker)
+        self.chain = _TimedChain(settings, self.looker, speckle)
         self.at = -1
         """Place of the last ping."""
         self._names = [str(stage["use"]) for stage in settings.chain()]

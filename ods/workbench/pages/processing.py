@@ -177,7 +177,8 @@ class _Page:
         rows, columns = self._answer.a.looks[0].image.shape
         if not (0 <= spot.beam < rows and 0 <= spot.sample < columns):
             return text
-        levels = [f"{look.label} {look.level_db[spot.beam, spot.sample]:.1f}" for look in self._answer.a.looks]
+        cell = spot.beam, spot.sample
+        levels = [f"{look.label} {look.db_of(float(look.image[cell])):.1f}" for look in self._answer.a.looks]
         return f"{text}: dB over the median, {', '.join(levels)}"
 
     # -- what comes of it --

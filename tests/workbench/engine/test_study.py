@@ -181,3 +181,21 @@ def test_a_study_s_looks_belong_to_it_for_good() -> None:
     studio.study(settings(), 1)
     for each, before in zip(first.looks, kept, strict=True):
         assert np.array_equal(each.image, before, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"high": 9.0}, {"levels": "false_alarm", "rate": 1e-4}, {"use": "detect.cfar", "high": None, "rate": 1e-3}],
+)
+def test_a_detector_learns_from_kept_speckle_what_it_learns_on_board(change: dict[str, Any]) -> None:
+    made = pings(1)
+    studio = Studio(data(made))
+    first: dict[str, Any] = {"use": "detect.two_level", "high": 6.0}
+    changed = {key: value for key, value in (first | change).items() if value is not None}
+    for last in (first, changed, first):
+        wanted = settings([*SHORT[:2], last])
+        shown: list[StageImage] = []
+        expected = Chain(wanted.pipeline, watch=shown.append).process(made[0])
+        study = studio.study(wanted, 0)
+        assert study.detections == expected
+        assert study.looks[-1].levels == shown[-1].levels
