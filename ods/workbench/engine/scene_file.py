@@ -1,4 +1,4 @@
-"""Scenes as files: those that come with ODS, opened, and saved after their difference has been shown."""
+"""Scenes saved as files, after their difference has been shown; the sonars that come with ODS."""
 
 import difflib
 from collections.abc import Iterable
@@ -9,29 +9,14 @@ from ods.base.errors import OdsError, reason_of
 from ods.base.settings_file import load
 from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.workbench.engine.folders import readable, writable
-from ods.workbench.model.actions import OpenData
+from ods.workbench.engine.folders import writable
 from ods.workbench.model.difference import changed_text, differences
 from ods.workbench.model.scene_text import scene_text
-from ods.workbench.model.short_tables import short_tables
-from ods.workbench.model.state import DataReference
-
-
-def shipped_scenes() -> dict[str, Path]:
-    """Return the scenes that come with ODS, by name."""
-    root = SHIPPED / "scenes"
-    return {file.relative_to(root).with_suffix("").as_posix(): file for file in sorted(root.rglob("*.toml"))}
 
 
 def shipped_sonars() -> list[str]:
     """Return the names of the sonars that come with ODS."""
     return sorted(file.stem for file in (SHIPPED / "sonars").glob("*.toml"))
-
-
-def opening(path: Path, sonar: str, folders: Iterable[Path]) -> OpenData:
-    """Return the action that opens a scene's file. Raises OdsError."""
-    file = load(readable(path, folders), SceneFile)
-    return OpenData(DataReference(kind="scene", path=str(path), sonar=sonar), short_tables(file))
 
 
 class SavedScene(NamedTuple):

@@ -60,6 +60,11 @@ def dragged(scene: SceneFile, path: str, to: Spot, t_s: float) -> SetScene:
     raise PathError(f"{path}: cannot be dragged")
 
 
+def place_at(scene: SceneFile, of: str, t_s: float) -> Triple:
+    """Return where the vehicle ("vehicle") or an object ("objects[2]") is: north, east, down, m. Raises PathError."""
+    return _at(_moving(scene, of), t_s)
+
+
 def _moving(scene: SceneFile, of: str) -> MovingPath:
     for name, moving in [("vehicle", scene.vehicle), *((f"objects[{i}]", x) for i, x in enumerate(scene.objects))]:
         if name == of:

@@ -7,17 +7,18 @@ import pytest
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.workbench.engine.scene_file import opening, save, saving, shipped_scenes, shipped_sonars
+from ods.workbench.engine.files import opening, shipped_scenes
+from ods.workbench.engine.scene_file import save, saving, shipped_sonars
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import with_value
 from ods.workbench.model.state import State
 
-SCENES = shipped_scenes()
+SCENES = {each.name: each.path for each in shipped_scenes()}
 
 
 def opened(path: Path, folder: Path) -> SceneFile:
-    scene = apply(State(), opening(path, "seabat6012", [folder])).scene
+    scene = apply(State(), opening(path, [folder])).scene
     assert scene is not None
     return scene
 
@@ -34,12 +35,12 @@ def test_every_shipped_scene_opens_and_survives_saving(name: str, tmp_path: Path
 
 def test_the_difference_is_what_was_changed_and_comments_stay(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    file.write_text(SCENES["figure11"].read_text())
+    file.write_text(SCENES["figure11.toml"].read_text())
     scene = with_value(opened(file, tmp_path), "objects[1].radius_m", 4.5)
     saved = saving(scene, str(file), [tmp_path])
     changes = [line for line in saved.difference.splitlines()[2:] if line[0] in "+-"]
     assert changes == ["-radius_m = 3.0", "+radius_m = 4.5"]
-    assert file.read_text() == SCENES["figure11"].read_text()
+    assert file.read_text() == SCENES["figure11.toml"].read_text()
     save(saved)
     assert opened(file, tmp_path) == scene
     assert "found none of significance" in file.read_text()
@@ -47,7 +48,7 @@ def test_the_difference_is_what_was_changed_and_comments_stay(tmp_path: Path) ->
 
 def test_objects_put_in_and_taken_out_are_saved(tmp_path: Path) -> None:
     file = tmp_path / "own.toml"
-    file.write_text(SCENES["figure11"].read_text())
+    file.write_text(SCENES["figure11.toml"].read_text())
     state = State(scene=opened(file, tmp_path))
     for action in (do.RemoveObject(0), do.AddObject("plane", (50.0, 3.0, 20.0)), do.RemoveObject(1)):
         state = apply(state, action)
@@ -61,11 +62,11 @@ def test_no_scene_is_written_elsewhere(path: str, tmp_path: Path, monkeypatch: p
     monkeypatch.chdir(tmp_path)
     (tmp_path / "inside").mkdir()
     with pytest.raises(OdsError):
-        saving(load(SCENES["empty"], SceneFile), path, [tmp_path / "inside"])
+        saving(load(SCENES["empty.toml"], SceneFile), path, [tmp_path / "inside"])
 
 
 def test_a_folder_that_is_not_there_is_one_line(tmp_path: Path) -> None:
-    saved = saving(load(SCENES["empty"], SceneFile), str(tmp_path / "none" / "a.toml"), [tmp_path])
+    saved = saving(load(SCENES["empty.toml"], SceneFile), str(tmp_path / "none" / "a.toml"), [tmp_path])
     with pytest.raises(OdsError, match=r"a\.toml: no such file"):
         save(saved)
 

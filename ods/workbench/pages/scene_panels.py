@@ -1,0 +1,120 @@
+"""Sliders and switches of a scene, which follow the state as they set it."""
+
+from collections.abc import Sequence
+from typing import Any
+
+from nicegui import ui
+
+from ods.workbench.model.actions import Action, RemoveWaypoint, SetScene
+from ods.workbench.model.paths import PathError, value_at
+from ods.workbench.model.scene_dials import Dial, Group
+from ods.workbench.model.scene_effects import EFFECTS, Effect, is_on, switch
+from ods.workbench.model.state import State
+from ods.workbench.session import Session
+from ods.workbench.web.follow import follow
+
+
+def try_to(session: Session, action: Action) -> None:
+    """Do an action, or say why it cannot be done."""
+    try:
+        session.do(action)
+    except PathError as error:
+        ui.notify(str(error), type="warning")
+
+
+def groups(session: Session, shown: Sequence[Group]) -> None:
+    """Build the sliders of groups, each under its title."""
+    for group in shown:
+        if group.dials:
+            ui.label(group.title).classes("text-xs opacity-60 mt-1")
+        for each in group.dials:
+            _Slider(session, each)
+
+
+class _Slider:
+    """A slider with its label, and its value to be typed."""
+
+    def __init__(self, session: Session, dial: Dial) -> None:
+        self._session, self._dial = session, dial
+        self._follows = False
+        value = self._value(session.state)
+        with ui.row().classes("w-full items-center no-wrap gap-2").style("height: 30px"):
+            label = f"{dial.label}, {dial.unit}" if dial.unit else dial.label
+            ui.label(label).classes("text-sm w-36 shrink-0")
+            self._slider = ui.slider(min=dial.low, max=dial.high, step=dial.step, value=value or 0.0)
+            self._slider.classes("grow").props("dense")
+            self._number = ui.number(value=value, step=dial.step).props("dense borderless")
+            self._number.classes("w-16 shrink-0").mark(dial.path)
+        self._slider.mark(f"slide:{dial.path}").on_value_change(lambda event: self._set(event.value))
+        self._number.on_value_change(lambda event: self._set(event.value))
+        follow(session, self._slider, self._follow)
+
+    def _value(self, state: State) -> float | None:
+        try:
+            return None if state.scene is None else float(value_at(state.scene, self._dial.path))
+        except (PathError, TypeError):
+            return None  # the part of the scene is gone, and its panel goes soon
+
+    def _set(self, value: float | None) -> None:
+        now = self._value(self._session.state)
+        if not self._follows and value is not None and now is not None and value != now:
+            try_to(self._session, SetScene(self._dial.path, float(value)))
+
+    def _follow(self, _: State, __: State) -> None:
+        value = self._value(self._session.state)  # the newest: what is told comes later
+        if value is not None:
+            self._follows = True  # what is shown may be rounded, and ends where the slider ends
+            self._slider.set_value(min(max(value, self._dial.low), self._dial.high))
+            self._number.set_value(round(value, 4))
+            self._follows = False
+
+
+def effects(session: Session) -> None:
+    """Build a switch for each effect."""
+    with ui.grid(columns=2).classes("w-full gap-0"):
+        for each in EFFECTS:
+            _effect(session, each)
+
+
+def _effect(session: Session, effect: Effect) -> None:
+    def set_to(event: Any) -> None:
+        scene = session.state.scene
+        if scene is not None and is_on(scene, effect) != event.value:
+            try_to(session, switch(session.history, effect, event.value))
+            show()
+
+    def show(_: State | None = None, __: State | None = None) -> None:
+        scene = session.state.scene  # the newest: an older one would be set again
+        if scene is not None:
+            box.set_value(is_on(scene, effect))
+
+    scene = session.state.scene
+    box = ui.switch(effect.label, value=scene is not None and is_on(scene, effect), on_change=set_to)
+    box.props("dense").classes("text-sm py-1").mark(f"effect {effect.path}")
+    follow(session, box, show)
+
+
+def waypoints(session: Session, of: str) -> None:
+    """Build the table of a path's way-points: time and depth to be typed; places are dragged in the plan."""
+    points = value_at(session.state.scene, of)["waypoints"] if session.state.scene else []
+    for place, point in enumerate(points):
+        with ui.row().classes("items-center no-wrap gap-2"):
+            ui.label(f"{place + 1}").classes("text-sm w-4")
+            _typed(session, "t", "s", f"{of}.waypoints[{place}].t_s", point["t_s"])
+            _typed(session, "depth", "m", f"{of}.waypoints[{place}].position_ned[2]", point["position_ned"][2])
+            north, east, _ = point["position_ned"]
+            ui.label(f"N {north:.1f}, E {east:.1f} m").classes("text-xs opacity-70")
+            remove = RemoveWaypoint(of, place)
+            close = ui.button(icon="close", on_click=lambda action=remove: try_to(session, action))
+            close.props("flat round dense size=sm").tooltip("remove")
+
+
+def _typed(session: Session, label: str, unit: str, path: str, value: float) -> None:
+    number = ui.number(label, value=round(value, 2), suffix=unit).props("dense").classes("w-20").mark(path)
+
+    def set_it() -> None:
+        if number.value is not None:
+            try_to(session, SetScene(path, float(number.value)))
+
+    number.on("blur", set_it)
+    number.on("keydown.enter", set_it)

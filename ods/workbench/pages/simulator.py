@@ -1,0 +1,261 @@
+"""Menu 3, Simulator: a scene edited in its plan and seen at once; the mission rehearsed."""
+
+import math
+from pathlib import Path
+
+import msgspec
+from nicegui import ui
+
+from ods.base.errors import one_line
+from ods.workbench.engine.files import opening, shipped_scenes
+from ods.workbench.engine.newest import Newest
+from ods.workbench.engine.rehearsal import Rehearsal
+from ods.workbench.engine.scene_file import shipped_sonars
+from ods.workbench.engine.scene_view import Asked, Pictured, ScenePictures, pings_of
+from ods.workbench.model import actions as do
+from ods.workbench.model.scene_handles import Handle, dragged, handles_of, place_at
+from ods.workbench.model.state import DataReference, State
+from ods.workbench.pages.scene_charts import show as show_chart
+from ods.workbench.pages.scene_panels import try_to
+from ods.workbench.pages.scene_saving import SaveDialog
+from ods.workbench.pages.scene_shapes import handle_shapes, plan_shapes, rehearsed_shapes
+from ods.workbench.pages.scene_side import VEHICLE, Side, profile_chart, strip_chart
+from ods.workbench.session import Session
+from ods.workbench.web.fan_view import FanView, Spot
+from ods.workbench.web.follow import follow, in_loop
+from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
+from ods.workbench.web.plan_view import Drag, Pick, PlanView
+
+IMAGE = "scene"
+SCALE_DB = (-30.0, 60.0)
+"""Levels over the median that the image can show."""
+NEAR_M = 3.0
+"""So far beside a handle's place a click still selects what it belongs to."""
+
+
+def build(session: Session) -> None:
+    """Build the menu; with another scene opened, anew."""
+    place = ui.column().classes("w-full gap-1")
+
+    def fill() -> None:
+        place.clear()
+        with place:
+            _open_bar(session)
+            if session.state.scene is not None:
+                _Simulator(session)
+
+    def changed(before: State, after: State) -> None:
+        if (before.data, before.scene is None) != (after.data, after.scene is None):
+            fill()
+
+    follow(session, place, changed)
+    fill()
+
+
+def _open_bar(session: Session) -> None:
+    """Build what opens a scene; with one open also what saves it and adds to it."""
+    scenes, state = {each.name: each.path for each in shipped_scenes()}, session.state
+
+    def open_scene(name: str) -> None:
+        opened = opening(scenes[name], session.folders)
+        data = msgspec.structs.replace(opened.data, sonar=session.state.data.sonar)
+        session.do(do.OpenData(data, opened.scene))
+
+    with ui.row().classes("items-center gap-2"):
+        select = ui.select(list(scenes), label="open a scene of ODS").props("dense options-dense").classes("w-48")
+        select.mark("open scene").on_value_change(lambda event: open_scene(event.value))
+        if state.scene is None:
+            ui.label("No scene is open: choose one, or start the workbench with a SCENE.toml.").classes("text-sm")
+            return
+        sonar = ui.select(sorted({*shipped_sonars(), state.data.sonar}), value=state.data.sonar, label="sonar")
+        sonar.props("dense options-dense").classes("w-44").mark("sonar")
+        sonar.on_value_change(lambda event: _seen_by(session, event.value))
+        dialog = SaveDialog(session)
+        ui.button("Save ...", icon="save", on_click=dialog.open).props("flat dense no-caps").mark("save scene")
+
+
+def _seen_by(session: Session, sonar: str) -> None:
+    data = session.state.data
+    path = data.path if data.kind == "scene" else ""
+    session.do(do.OpenData(DataReference(kind="scene", path=path, sonar=sonar)))
+
+
+class _Simulator:
+    """The menu with a scene open."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self._board = FrameBoard()
+        self._shown: Pictured | None = None
+        self._selected = VEHICLE
+        with ui.row().classes("w-full no-wrap items-start gap-3"):
+            with ui.column().classes("gap-1 min-w-0").style("width: 38%"):
+                self._build_plan()
+            with ui.column().classes("gap-1 min-w-0").style("width: 36%"):
+                self._build_image()
+            with ui.column().classes("gap-1 min-w-0").style("width: 26%"):
+                self._side = Side(session, self._select, self._show_rehearsal)
+        pictures = ScenePictures()
+        self._newest: Newest[Asked, Pictured] = Newest(pictures.picture, self._told, self._failed)
+        self._fan.client.on_delete(self._newest.close)
+        follow(session, self._fan, self._changed)
+        self._ask(session.state)
+        self._draw_handles(session.state)
+
+    def _build_plan(self) -> None:
+        with ui.row().classes("items-center gap-1"):
+            for shape, icon in (("sphere", "circle"), ("cylinder", "panorama_fish_eye"), ("plane", "crop_landscape")):
+                add = ui.button(f"+ {shape}", on_click=lambda shape=shape: self._add(shape)).props("flat dense no-caps")
+                add.props(f"icon={icon}").mark(f"add {shape}")
+            ui.button("+ way-point", icon="add_location", on_click=self._add_waypoint).props("flat dense no-caps").mark(
+                "add way-point"
+            ).tooltip("to the selected path, where it is at this time")
+        self._plan = PlanView(title="plan, m: click selects, handles drag", height="56vh")
+        self._plan.on_drag(self._drag)
+        self._plan.on_pick(self._pick)
+        self._strip = ui.echart({}).classes("w-full").style("height: 22vh")
+
+    def _build_image(self) -> None:
+        self._fan = FanView(self._session, self._board, IMAGE, title="the ping", height="46vh")
+        self._fan.on_pick(self._pin)
+        self._fan.set_limits(_limits(self._session.state))
+        with ui.row().classes("w-full items-center no-wrap gap-3"):
+            self._time = ui.slider(min=0, max=1, value=self._session.state.ping).mark("ping")
+            self._time.on_value_change(lambda event: self._session.do(do.ShowPing(int(event.value))))
+            self._clock = ui.label().classes("text-sm w-40 shrink-0").mark("clock")
+        self._profile = ui.echart({}).classes("w-full").style("height: 30vh")
+
+    def _ask(self, state: State) -> None:
+        if state.scene is not None:
+            path = Path(state.data.path) if state.data.kind == "scene" and state.data.path else None
+            self._newest.ask(Asked(state.scene, state.data.sonar, state.ping, path))
+
+    def _changed(self, before: State, after: State) -> None:
+        now = self._session.state  # newer than `after`, perhaps
+        if now.scene is None:
+            return
+        if (before.scene, before.ping) != (after.scene, after.ping):
+            self._ask(now)
+            self._draw_handles(now)
+        if _parts(before) != _parts(after):
+            self._select(self._selected if self._selected in _parts(now) else VEHICLE)
+        self._fan.set_limits(_limits(now))
+        if before.view.pinned_beam != after.view.pinned_beam and self._shown is not None:
+            self._draw_profile(self._shown)
+
+    def _told(self, _: Asked, shown: Pictured) -> None:
+        """In the thread that made it."""
+        self._board.show(IMAGE, _frame(shown))
+        in_loop(self._fan, lambda: self._show(shown))
+
+    def _failed(self, _: Asked, error: Exception) -> None:
+        in_loop(self._fan, lambda: self._fan.set_busy(one_line(error)))
+
+    def _show(self, shown: Pictured) -> None:
+        first, self._shown = self._shown is None, shown
+        self._fan.set_busy("")
+        last = pings_of(shown.asked.file, shown.sonar) - 1
+        self._time.props(f"max={last}")
+        self._time.set_value(min(self._session.state.ping, last))
+        self._clock.set_text(f"ping {shown.ping.ping_number} of {last}, {shown.t_s:.1f} s")
+        self._plan.show("scene", plan_shapes(shown.plan, self._selected))
+        self._draw_handles(self._session.state)
+        self._draw_profile(shown)
+        show_chart(self._strip, strip_chart(shown, self._selected))
+        if first:
+            self._plan.fit()
+            self._side.show_sonar(shown.sonar)
+
+    def _draw_handles(self, state: State) -> None:
+        if state.scene is not None:
+            self._plan.show("handles", handle_shapes(handles_of(state.scene, self._t_s), self._selected))
+
+    def _draw_profile(self, shown: Pictured) -> None:
+        show_chart(self._profile, profile_chart(shown, self._beam(shown)))
+
+    def _show_rehearsal(self, result: Rehearsal | None) -> None:
+        self._plan.show("rehearsed", rehearsed_shapes(result))
+
+    def _beam(self, shown: Pictured) -> int:
+        middle = len(shown.sonar.plane_bearing_rad) // 2
+        pinned = self._session.state.view.pinned_beam
+        return middle if pinned is None or pinned >= 2 * middle else pinned
+
+    @property
+    def _t_s(self) -> float:
+        return self._shown.t_s if self._shown is not None else 0.0
+
+    def _select(self, part: str) -> None:
+        self._selected = part
+        self._side.show(part)
+        self._draw_handles(self._session.state)
+        if self._shown is not None:
+            self._plan.show("scene", plan_shapes(self._shown.plan, part))
+            show_chart(self._strip, strip_chart(self._shown, part))
+
+    def _pick(self, pick: Pick) -> None:
+        scene = self._session.state.scene
+        if scene is not None:
+            self._select(_nearest(handles_of(scene, self._t_s), pick.place) or self._selected)
+
+    def _pin(self, spot: Spot) -> None:
+        self._session.do(do.SetView("pinned_beam", spot.beam))
+
+    def _drag(self, drag: Drag) -> None:
+        scene = self._session.state.scene
+        if scene is None:
+            return
+        if (part := drag.id.partition(".")[0]) != self._selected:
+            self._select(part)
+        try_to(self._session, dragged(scene, drag.id, drag.place, self._t_s))
+
+    def _add(self, shape: do.ShapeName) -> None:
+        """Put an object half-way into the fan, as deep as the sonar."""
+        if self._shown is None or self._session.state.scene is None:
+            return
+        north, east, heading = self._shown.plan.vehicle
+        reach, down = 0.4 * self._shown.sonar.range_max_m, float(self._shown.head.position_ned[2])
+        place = (
+            round(north + reach * math.cos(heading), 2),
+            round(east + reach * math.sin(heading), 2),
+            round(down, 2),
+        )
+        try_to(self._session, do.AddObject(shape, place))
+        self._select(f"objects[{len(self._session.state.scene.objects) - 1}]")
+
+    def _add_waypoint(self) -> None:
+        scene = self._session.state.scene
+        if scene is None:
+            return
+        if self._selected in _parts(self._session.state):
+            t_s = round(self._t_s, 2)
+            try_to(self._session, do.AddWaypoint(self._selected, t_s, place_at(scene, self._selected, t_s)))
+
+
+def _limits(state: State) -> tuple[float, float]:
+    return state.view.lowest_db, state.view.highest_db
+
+
+def _parts(state: State) -> list[str]:
+    """Return what can be selected."""
+    count = len(state.scene.objects) if state.scene is not None else 0
+    return [VEHICLE, *(f"objects[{place}]" for place in range(count))]
+
+
+def _nearest(handles: list[Handle], place: tuple[float, float]) -> str:
+    near = [(math.hypot(each.at[0] - place[0], each.at[1] - place[1]), each.path.partition(".")[0]) for each in handles]
+    distance, part = min(near)
+    return part if distance <= NEAR_M else ""
+
+
+def _frame(shown: Pictured) -> Frame:
+    ping = shown.ping
+    return Frame(
+        cells_of(shown.fan_db, SCALE_DB),
+        shown.sonar.plane_bearing_rad,
+        ping.range0_m,
+        ping.dr_m,
+        SCALE_DB,
+        tuple(Circle(*circle, "truth") for circle in shown.truth_circles()),
+        caption=f"{shown.t_s:.2f} s, dB over the median; circles: truth",
+    )
