@@ -14,9 +14,9 @@ from benchmarks.clutter import Clutter, correlated, k_distributed, looks, moving
 from ods.base.arrays import AnyArray, Floats
 from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
+from ods.pipeline.settings import AttentionSettings, PipelineSettings
 
-BEAMS, SAMPLES = 60, 2000
+BEAMS, SAMPLES, DR_M = 60, 2000, 0.05
 Stages = tuple[dict[str, Any], ...]
 KINDS: dict[str, dict[str, Any]] = {
     "u1 linear": {"dtype": "u1"},
@@ -24,6 +24,7 @@ KINDS: dict[str, dict[str, Any]] = {
     "u1 log8": {"dtype": "u1", "scale": "log8", "scale_factor": 40.0},
     "u2 db": {"dtype": "u2", "scale": "db", "scale_factor": 0.01},
 }
+DEFAULT = PipelineSettings().at_spacing(DR_M)
 EQUALIZED: Stages = ({"use": "equalize.mean_range"},)
 FILTERS: dict[str, Stages] = {
     "none": (),
@@ -42,7 +43,7 @@ ONE_LEVEL = {"use": "detect.one_level", "levels": "false_alarm"}
 CHAINS: dict[str, tuple[Stages, dict[str, Any]]] = {
     **{name: (EQUALIZED + stages, ONE_LEVEL) for name, stages in FILTERS.items()},
     "as recorded": ((), ONE_LEVEL),
-    "default": (DEFAULT_STAGES[:-1], ONE_LEVEL),
+    "default": (DEFAULT.stage[:-1], ONE_LEVEL),
     **{
         f"CFAR {method}": (EQUALIZED + FILTERS["FIR"], {"use": "detect.cfar", "method": method, "low": 50.0})
         for method in CFAR
@@ -67,7 +68,8 @@ CLUTTER: dict[str, Clutter] = {
 def chain_of(stages: Stages, detector: dict[str, Any], rate: float) -> Chain:
     """Return a chain that marks the cells above the high level, and no others."""
     only = {"min_cells": 1, "rate": rate} | detector
-    return Chain(PipelineSettings(stage=(*stages, only), min_range_m=0.0))
+    attention = DEFAULT.attention if stages == DEFAULT.stage[:-1] else AttentionSettings()
+    return Chain(PipelineSettings(stage=(*stages, only), attention=attention, min_range_m=0.0))
 
 
 def recorded(kind: str, amplitude: Floats) -> Ping:
@@ -83,7 +85,7 @@ def recorded(kind: str, amplitude: Floats) -> Ping:
         counts = np.rint(2000.0 * np.log10(1.0 + 300.0 * amplitude)).astype(np.uint16)
     return Ping(
         seq=0, ping_number=0, t_ns=0, t_rx_ns=0, utc_ns=0, beams=BEAMS, samples=SAMPLES, data=counts.tobytes(),
-        bearing_rad=np.linspace(-0.78, 0.78, BEAMS).tolist(), range0_m=0.0, dr_m=0.05, sound_speed=1500.0,
+        bearing_rad=np.linspace(-0.78, 0.78, BEAMS).tolist(), range0_m=0.0, dr_m=DR_M, sound_speed=1500.0,
         **KINDS[kind],
     )  # fmt: skip
 

@@ -45,8 +45,7 @@ class Chain:
         self._settings = settings
         self._learnt_cells = learnt_cells
         self._watch = watch
-        self._stages = configured_stages(settings)
-        self.over_pings = any(entry.stage.kind == "ping" for entry in self._stages)
+        self.over_pings = any(entry.stage.kind == "ping" for entry in configured_stages(settings))
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
         """Since the first ping."""
@@ -126,7 +125,8 @@ class Chain:
 
     def _prepared_for(self, plan: Plan, hurried: bool) -> list[PreparedChain]:
         cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
-        return [PreparedChain(image, self._stages, cells, self._watch) for image in plan.images]
+        stages = configured_stages(plan.settings)
+        return [PreparedChain(image, stages, cells, self._watch) for image in plan.images]
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

@@ -24,6 +24,8 @@ class PingError(ValueError):
 class Plan:
     """What all pings of one geometry have in common."""
 
+    settings: PipelineSettings
+    """With all numbers, as they are for its range samples."""
     images: list[ImageLayout]
     phases: int
     """Pings after which all images had their turn."""
@@ -55,6 +57,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
     over_pings: a stage remembers former images, so near ranges need an image of their own, which comes at each ping.
     """
     _check_numbers(ping)
+    settings = settings.at_spacing(ping.dr_m)
     per_plane, rest = divmod(ping.beams, ping.planes)
     if rest:
         raise PingError(f"{ping.beams} beams do not make {ping.planes} planes")
@@ -81,6 +84,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
         for rings, phase in scheduled(phases, apart=over_pings)
     ]
     return Plan(
+        settings=settings,
         images=images,
         phases=len(phases),
         processed_ranges_m=[[] if phases == [[ALL]] else [(ring.from_m, min(ring.to_m, MAX_RANGE)) for ring in rings]

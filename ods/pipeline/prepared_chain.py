@@ -16,7 +16,7 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.no_data import ALL_DATA
-from ods.pipeline.image.recorded import Recorded, RegionNumbers, paint
+from ods.pipeline.image.recorded import Recorded, RegionNumbers, lend_samples, paint
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
@@ -61,7 +61,7 @@ class PreparedChain:
         self.learns = self._detector.learn is not None
         """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
-            self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), learnt_cells))
+            self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), layout.stride, learnt_cells))
         self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
         self._filters = self._new_filters()
 
@@ -71,10 +71,10 @@ class PreparedChain:
         mask: (all beams, all samples). Raises StageError.
         """
         layout = self._layout
-        recorded = Recorded(
+        recorded = _with_samples_lent(Recorded(
             frame.samples[layout.rows], layout.origin, layout.stride,
             frame.missing[layout.rows] if frame.missing.size else frame.missing,
-        )  # fmt: skip
+        ))  # fmt: skip
         gaps = _cells_without_data(recorded)
         image = self._filters.run(self._reader.read(recorded.samples, frame.scale, gaps, frame.number), ping)
         if gaps.size:
@@ -121,13 +121,22 @@ class PreparedChain:
 
 
 def _cells_without_data(recorded: Recorded) -> Mask:
-    """Return the cells of the image, (beams, columns), made of a sample without data; `ALL_DATA` if there are none."""
+    """Return the cells of the image, (beams, columns), whose samples all have no data; `ALL_DATA` if there are none."""
     if not recorded.missing.size:
         return ALL_DATA
     cells: Mask = recorded.missing[:, recorded.origin]
     for k in range(1, recorded.stride):
-        cells |= recorded.missing[:, recorded.origin + k]
+        cells &= recorded.missing[:, recorded.origin + k]
     return cells if cells.any() else ALL_DATA
+
+
+def _with_samples_lent(recorded: Recorded) -> Recorded:
+    """Return the same with no sample without data in a cell that has some, as a cell is its samples' mean."""
+    if not recorded.missing.size or recorded.stride == 1:
+        return recorded
+    samples = recorded.samples.copy()
+    lend_samples(recorded, samples)
+    return recorded._replace(samples=samples)
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

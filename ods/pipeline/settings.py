@@ -4,10 +4,12 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
+from msgspec.structs import replace
 
 from ods.base.choices import none_of
 from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings, slider
+from ods.pipeline.smallest_object import columns_of, leaves_numbers, with_numbers
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
 
@@ -20,7 +22,7 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
     {"use": "filter.fir", "round_beams": 1.0},
     {"use": "detect.two_level", "high": 5.5, "strongest": 0.12, "border": 1.4},
 )
-"""The chain when the configuration names none."""
+"""The chain when the configuration names none; `PipelineSettings.at_spacing` gives it its windows."""
 
 
 class AttentionSettings(Settings, frozen=True):
@@ -32,8 +34,9 @@ class AttentionSettings(Settings, frozen=True):
     """The range beyond is parted into so many rings; each ping one of them has its turn."""
     margin_m: Annotated[NonNegative, slider(0.0, 20.0, step=0.5, unit="m")] = 5.0
     """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
-    subsample: Annotated[int, msgspec.Meta(ge=1, le=16), slider(1, 8, unit="samples")] = 1
-    """Range samples that are averaged to one before anything else."""
+    subsample: Annotated[int, msgspec.Meta(ge=0, le=16), slider(0, 8, unit="samples")] = 0
+    """Range samples that are averaged to one before anything else; 0: as many as `pipeline.smallest_object_m` allows,
+    none where the stages have numbers of their own."""
 
 
 class PipelineSettings(Settings, frozen=True):
@@ -44,6 +47,9 @@ class PipelineSettings(Settings, frozen=True):
     stage: tuple[StageTable, ...] = ()
     """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, which docs/pipeline.md
     shows."""
+    smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
+    """The smallest object that matters, along the range, m: samples averaged, filter and smallest region follow from it
+    where the stages have no numbers of their own. 0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
     """What is processed when, if not all of each ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
@@ -65,6 +71,8 @@ class PipelineSettings(Settings, frozen=True):
                     raise ValueError(f"{stage_label(index, stage)}: {error}") from error
             elif not self._may_be_a_plug_ins(name):
                 raise ValueError(f"stage[{index}].use: {none_of(name, BUILT_IN)}")
+        if self.smallest_object_m > 0.0 and not leaves_numbers(self.chain(), DEFAULT_STAGES):
+            raise ValueError("smallest_object_m: the stages are not the default ones, or have windows of their own")
 
     def _may_be_a_plug_ins(self, stage: str) -> bool:
         """Tell whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
@@ -77,6 +85,15 @@ class PipelineSettings(Settings, frozen=True):
     def chain(self) -> tuple[StageTable, ...]:
         """Return the stages to build."""
         return self.stage or DEFAULT_STAGES
+
+    def at_spacing(self, dr_m: float) -> "PipelineSettings":
+        """Return the settings with all numbers, as they are for range samples so far apart, m."""
+        attention, stages = self.attention, self.chain()
+        subsample = attention.subsample or 1
+        if leaves_numbers(stages, DEFAULT_STAGES):
+            columns = columns_of(self.smallest_object_m, dr_m, attention.subsample)
+            stages, subsample = with_numbers(stages, columns), columns.subsample
+        return replace(self, stage=stages, smallest_object_m=0.0, attention=replace(attention, subsample=subsample))
 
 
 class PipelineConfig(Settings, frozen=True):

@@ -42,25 +42,31 @@ KINDS = (
 )  # fmt: skip
 
 
-def filtered_speckle(filters: FilterChain, cells: int) -> Iterator[Iterator[Image]]:
+def filtered_speckle(filters: FilterChain, stride: int, cells: int) -> Iterator[Iterator[Image]]:
     """Yield for each kind of speckle what filters make of images of it, no two alike; each is soon reused.
 
-    cells: about so many in all.
+    stride: samples whose amplitudes are averaged to a cell's; cells: about so many in all.
     """
     rng = np.random.Generator(np.random.SFC64(0))
     images = _LEARNT_IMAGES + cells // (len(KINDS) * filters.buffers.back.size)
     begin = 0
     for kind in KINDS:
         stop = begin + (images if begin else max(images, _FIRST_IMAGES))
-        yield _filtered(filters, drawn(kind, rng), range(begin, stop))
+        yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop))
         begin = stop
 
 
-def _filtered(filters: FilterChain, draw: Callable[[Image], None], numbers: range) -> Iterator[Image]:
+def _filtered(filters: FilterChain, stride: int, draw: Callable[[Image], None], numbers: range) -> Iterator[Image]:
     buffers = filters.buffers
+    beams, columns = buffers.back.shape
+    samples = np.empty((beams, columns * stride), np.float32)
     for number in numbers:
-        draw(buffers.back)
-        np.sqrt(buffers.back, out=buffers.back)
+        draw(samples)
+        np.sqrt(samples, out=samples)
+        buffers.back[:] = samples[:, ::stride]
+        for k in range(1, stride):
+            buffers.back[:] += samples[:, k::stride]
+        buffers.back[:] /= np.float32(stride)
         yield filters.run(buffers.flip(), PingContext(number * _LEARNT_STEP_NS, None))
 
 

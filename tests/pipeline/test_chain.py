@@ -78,7 +78,7 @@ def test_mask_marks_the_cells_of_each_detection() -> None:
     result = Chain(PipelineSettings()).process(ping, mask)
     frame = scene_of("u1")
     for number, detection in enumerate(result.detections, 1):
-        assert (mask == number).sum() == detection.cells
+        assert (mask == number).sum() == 2 * detection.cells  # of two samples each
         assert frame[mask == number].max() == detection.amplitude
 
 
@@ -174,9 +174,9 @@ def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.M
     """A tenth of the cells as long as they change at each ping, all of them once one has lasted."""
     learnt: list[int] = []
 
-    def speckle_of(filters: FilterChain, cells: int) -> Iterator[Iterator[Image]]:
+    def speckle_of(filters: FilterChain, stride: int, cells: int) -> Iterator[Iterator[Image]]:
         learnt.append(cells)
-        return filtered_speckle(filters, 2000)
+        return filtered_speckle(filters, stride, 2000)
 
     monkeypatch.setattr(prepared_chain, "filtered_speckle", speckle_of)
     chain = Chain(PipelineSettings(stage=({"use": "detect.two_level", "levels": "false_alarm"},)), learnt_cells=1000)

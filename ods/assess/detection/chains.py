@@ -22,7 +22,7 @@ EQUALIZERS: tuple[StageTable, ...] = tuple(stage for stage in DEFAULT_STAGES if 
 
 FILTERS: Mapping[str, tuple[StageTable, ...]] = {
     "no filter": (),
-    "FIR 9": ({"use": "filter.fir"},),
+    "FIR 9": ({"use": "filter.fir", "taps": 9},),
     "FIR 15": ({"use": "filter.fir", "taps": 15, "cutoff": 0.06},),
     "box 5": ({"use": "filter.box", "window": 5},),
     "box 9": ({"use": "filter.box"},),
@@ -32,7 +32,7 @@ FILTERS: Mapping[str, tuple[StageTable, ...]] = {
     "Wiener 9": ({"use": "filter.wiener"},),
     "Wiener 9, box 9": ({"use": "filter.wiener"}, {"use": "filter.box"}),
     "Gaussian 2.5": ({"use": "filter.gaussian"},),
-    "FIR 9 x 3 beams": ({"use": "filter.fir", "beams": 3},),
+    "FIR 9 x 3 beams": ({"use": "filter.fir", "taps": 9, "beams": 3},),
     "box 9 x 3 beams": ({"use": "filter.box", "beams": 3},),
     "median 9 x 3 beams": ({"use": "filter.median", "beams": 3},),
     "Wiener 9 x 3 beams": ({"use": "filter.wiener", "beams": 3},),
@@ -56,7 +56,7 @@ _FEW_RATES = (1e-6, 1e-5, 1e-4)
 _CFAR = tuple({"rate": rate} for rate in _RATES)
 
 DETECTORS: Mapping[str, Detector] = {
-    "two-level": Detector({"use": "detect.two_level"}, tuple({"high": level} for level in _LEVELS)),
+    "two-level": Detector({"use": "detect.two_level", "min_cells": 4}, tuple({"high": level} for level in _LEVELS)),
     "one-level": Detector({"use": "detect.one_level"}, tuple({"level": level} for level in _LEVELS)),
     "CA-CFAR": Detector({"use": "detect.cfar", "method": "ca"}, _CFAR),
     "GOCA-CFAR": Detector({"use": "detect.cfar", "method": "goca"}, _CFAR),

@@ -30,6 +30,35 @@ def samples_of(recorded: Recorded, run: Run) -> AnyArray:
     return recorded.samples[run.beam, begin:stop]
 
 
+@kernel
+def lend_samples(recorded: Recorded, out: AnyArray) -> None:
+    """Give samples without data, in cells that have some, the mean of those within a cell's length that hold data.
+
+    out: a copy of `recorded.samples`.
+    """
+    stride = recorded.stride
+    for b in range(out.shape[0]):
+        row, gaps = recorded.samples[b], recorded.missing[b]
+        for first in recorded.origin:
+            lost = 0
+            for j in range(first, first + stride):
+                lost += gaps[j]
+            if 0 < lost < stride:
+                for j in range(first, first + stride):
+                    if gaps[j]:
+                        out[b, j] = _mean_of_data(row, gaps, max(0, j - stride), min(row.size, j + stride + 1))
+
+
+@kernel
+def _mean_of_data(row: AnyArray, gaps: Mask, begin: int, stop: int) -> float:
+    total, count = 0.0, 0
+    for k in range(begin, stop):
+        if not gaps[k]:
+            total += row[k]
+            count += 1
+    return total / count
+
+
 def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:
     """Write `before` + the region's number to the samples that a region was found in; the others stay as they are."""
     for beam, first, stop, region in regions.runs.tolist():
