@@ -10,6 +10,9 @@ from ods.pipeline.image.regions import Regions, Run
 RegionNumbers = Ints32
 """(beams, samples) number of the detection that a recorded sample belongs to, from 1; 0 for the background."""
 
+_CELLS = 4
+"""To either side; fewer would make cells that lack a sample noisier than the others."""
+
 
 class Recorded(NamedTuple):
     """Column j of the image was made of the `stride` samples from `origin[j]` on."""
@@ -32,11 +35,12 @@ def samples_of(recorded: Recorded, run: Run) -> AnyArray:
 
 @kernel
 def lend_samples(recorded: Recorded, out: AnyArray) -> None:
-    """Give samples without data, in cells that have some, the mean of those within a cell's length that hold data.
+    """Give samples without data, in cells that have some, the mean of those within _CELLS that hold data.
 
     out: a copy of `recorded.samples`.
     """
     stride = recorded.stride
+    reach = _CELLS * stride
     for b in range(out.shape[0]):
         row, gaps = recorded.samples[b], recorded.missing[b]
         for first in recorded.origin:
@@ -46,7 +50,7 @@ def lend_samples(recorded: Recorded, out: AnyArray) -> None:
             if 0 < lost < stride:
                 for j in range(first, first + stride):
                     if gaps[j]:
-                        out[b, j] = _mean_of_data(row, gaps, max(0, j - stride), min(row.size, j + stride + 1))
+                        out[b, j] = _mean_of_data(row, gaps, max(0, j - reach), min(row.size, j + reach + 1))
 
 
 @kernel
@@ -60,7 +64,9 @@ def _mean_of_data(row: AnyArray, gaps: Mask, begin: int, stop: int) -> float:
 
 
 def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:
-    """Write `before` + the region's number to the samples that a region was found in; the others stay as they are."""
+    """Write `before` + the region's number to the samples that a region was found in; the others, and those without
+    data, stay as they are."""
     for beam, first, stop, region in regions.runs.tolist():
         begin, end = recorded.origin[first], recorded.origin[stop - 1] + recorded.stride
-        numbers[beam, begin:end] = before + region
+        held = ~recorded.missing[beam, begin:end] if recorded.missing.size else slice(None)
+        numbers[beam, begin:end][held] = before + region
