@@ -17,7 +17,7 @@ from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import ALL_SEEN, Sight, nothing_sent
 from ods.pipeline.speckle import LEARNT_CELLS
-from ods.pipeline.stage.configured import configured_stages
+from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
@@ -125,8 +125,12 @@ class Chain:
 
     def _prepared_for(self, plan: Plan, hurried: bool) -> list[PreparedChain]:
         cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
-        stages = configured_stages(plan.settings)
+        stages = self._stages_of(plan.settings)
         return [PreparedChain(image, stages, cells, self._watch) for image in plan.images]
+
+    def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
+        """Return the stages of settings that have all numbers."""
+        return configured_stages(settings)
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

@@ -61,7 +61,7 @@ def leaves_numbers(stages: Sequence[dict[str, Any]], among: Sequence[dict[str, A
 
 def with_numbers(stages: Sequence[dict[str, Any]], columns: Columns) -> tuple[dict[str, Any], ...]:
     """Return the stages with these numbers."""
-    numbers = {
+    numbers: dict[str, dict[str, Any]] = {
         "equalize.mean_range": {"window": columns.window},
         FILTER: {"taps": columns.taps, "cutoff": columns.cutoff},
         DETECTOR: {"min_cells": columns.min_cells},

@@ -182,13 +182,17 @@ class _TimedChain(Chain):
 
     def __init__(self, settings: PipelineSettings, looker: _Looker, speckle: Speckle) -> None:
         super().__init__(settings, watch=looker)
-        self.spent_ns = [0] * len(self._stages)
-        *filters, last = (_timed(stage, self.spent_ns, at) for at, stage in enumerate(self._stages))
-        self._stages = [*filters, _learning_once(last, speckle)]
+        self.spent_ns = [0] * len(settings.chain())
+        self._speckle = speckle
 
     def take_turn(self, turn: int) -> None:
         """Go on with the part of the range whose turn it is at that ping, where attention parts it."""
         self._phase = turn
+
+    def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
+        stages = super()._stages_of(settings)
+        *filters, last = (_timed(stage, self.spent_ns, at) for at, stage in enumerate(stages))
+        return [*filters, _learning_once(last, self._speckle)]
 
 
 def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredStage:
