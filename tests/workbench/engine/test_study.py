@@ -22,7 +22,7 @@ from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 BEAMS, SAMPLES = 32, 400
 SHORT: list[dict[str, Any]] = [
     {"use": "equalize.mean_range"},
-    {"use": "filter.fir"},
+    {"use": "filter.fir", "taps": 9},
     {"use": "detect.two_level", "follow": 0.0},
 ]
 OVER_PINGS: list[dict[str, Any]] = [{"use": "filter.ping_iir"}, {"use": "detect.two_level", "follow": 0.0}]
