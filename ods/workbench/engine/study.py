@@ -22,7 +22,7 @@ from ods.messages import Detections, Ping
 from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.plan import PingError, geometry_key
+from ods.pipeline.plan import PingError, geometry_key, make_plan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import ConfiguredStage
 from ods.pipeline.stage.step import PreparedDetector
@@ -140,8 +140,9 @@ class Studio:
         return kept
 
     def _speckle_of(self, settings: PipelineSettings, ping: Ping) -> Speckle:
-        """Return where the speckle of these filters and this geometry is kept."""
-        filters = msgspec.structs.replace(settings, stage=settings.chain()[:-1])
+        """Return where the speckle of these filters and this geometry is kept. Raises PingError."""
+        numbers = make_plan(ping, settings).settings
+        filters = msgspec.structs.replace(numbers, stage=numbers.stage[:-1])
         key = msgspec.msgpack.encode((filters, geometry_key(ping)), enc_hook=str)
         if self._speckle[0] != key:
             self._speckle = key, []
