@@ -28,7 +28,8 @@ class StageList:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._open: set[str] = set()
+        chain = session.state.tuning.config.pipeline.chain()
+        self._open = {f"{len(chain) - 1} {chain[-1]['use']}"}
         """Stages that are unfolded, by place and name."""
         self._dragged: int | None = None
         self._rows: list[tuple[str, ControlRow]] = []
