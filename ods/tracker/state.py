@@ -38,7 +38,18 @@ class StrengthState(msgspec.Struct, frozen=True):
     """How strong the echoes of nothing are."""
 
     rings: list[float]
-    """Number, sum and sum of squares by class of range."""
+    """Number, sum and sum of squares by class of range,"""
+    images: float
+    """of so many images."""
+
+
+class WanderState(msgspec.Struct, frozen=True):
+    """How far the echoes of spots wander."""
+
+    squares: float
+    """Sum of squares, m2, of"""
+    echoes: float
+    """so many."""
 
 
 class TrackerState(msgspec.Struct, frozen=True):
@@ -50,6 +61,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     clutter: ClutterState
     flicker: FlickerState
     strength: StrengthState
+    wander: WanderState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

@@ -7,6 +7,7 @@ from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.association.strength import Strength
+from ods.tracker.association.wander import Wander
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -34,7 +35,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength())
+        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander())
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -55,8 +56,7 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker, strength = self._alarms
-        counted = clutter.state(), flicker.state(), strength.state()
+        counted = (part.state() for part in self._alarms)
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
@@ -78,6 +78,7 @@ class Tracker:
         self._alarms.clutter.restore(state.clutter)
         self._alarms.flicker.restore(state.flicker)
         self._alarms.strength.restore(state.strength)
+        self._alarms.wander.restore(state.wander)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -98,6 +99,7 @@ class Tracker:
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
+        tracks.place(match.off_range, self._alarms.wander.of_spots_m2)
         states = judge(tracks, prediction, match, scan.t_ns, settings)
         self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
@@ -114,6 +116,8 @@ class Tracker:
         where, doubt = Places(*(each[ended] for each in places)), tracks.doubt
         spots, nothing = doubt.spot[ended], doubt.nothing[ended]
         self._alarms.flicker.learn(where, spots, spots + nothing, scan.sector)
+        nature = tracks.nature
+        self._alarms.wander.learn(float(spots @ nature.off_squares[ended]), float(spots @ nature.placed[ended]))
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

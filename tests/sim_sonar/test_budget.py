@@ -11,6 +11,7 @@ from benchmarks.simulator_budget import error_of, scene_of, summed
 from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import BODY, CYLINDER, PLANE, SPHERE
 from ods.sim_sonar.echo.detail import LEVEL_ERRORS
+from ods.sim_sonar.echo.ray_budget import ray_fan_of
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import VehiclePose
@@ -81,3 +82,12 @@ def test_side_lobes_hear_what_stands_beyond_the_last_beam(beyond_deg: float) -> 
     assert 20000.0 * np.sqrt(expected.max()) > 25.0
     off, whole = uniform_filter(image - expected, (3, 9)), uniform_filter(expected, (3, 9))
     assert np.linalg.norm(off) < 0.03 * np.linalg.norm(whole)
+
+
+def test_upright_planes_have_no_column_between_their_upper_and_lower_corners() -> None:
+    grid = grid_of(SEABAT)
+    for degrees in np.linspace(-20.0, 20.0, 60):
+        turn = np.radians(degrees)
+        axes = np.array([[np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0], [np.cos(turn), -np.sin(turn), 0.0]])
+        wall = np.array([(PLANE, (40.0, 3.0, 2.0), axes, (11.0, 5.0, 0.0), 0.5, 0.5, 0.3)], BODY)
+        assert np.diff(ray_fan_of(wall, 0, grid, 0.03).bearing).min() > 1e-9

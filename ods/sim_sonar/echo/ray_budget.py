@@ -129,7 +129,8 @@ def _uneven(body: Body, marks: Floats, grid: Grid, max_error: float) -> Floats:
     for mark in range(len(marks) - 1):
         start, part = marks[mark], marks[mark + 1] - marks[mark]
         aside = endless and (start >= east or start + part <= west)
-        count = math.ceil(part / (ASIDE * widest if aside else widest))
+        # upper and lower corners of an upright plane are one mark but for rounding: no column between them
+        count = math.ceil(part / (ASIDE * widest if aside else widest)) if part > TINY * span else 0
         before = _middle_range(body, start + TINY * part)
         for k in range(count):
             begin, end = start + part * k / count, start + part * (k + 1) / count

@@ -15,6 +15,7 @@ from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength, Typical
+from ods.tracker.association.wander import Wander
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
 from ods.tracker.measurement.scan import Echoes, Scan
@@ -38,6 +39,7 @@ class FalseAlarms(NamedTuple):
     clutter: Clutter
     flicker: Flicker
     strength: Strength
+    wander: Wander
 
 
 class ScanMatch(NamedTuple):
@@ -61,6 +63,9 @@ class ScanMatch(NamedTuple):
     """(n,) of the echo, dB; 0: none, or not told."""
     typical: Typical
     """Of n echoes of nothing, where the objects are."""
+    off_range: Floats
+    """(n,) by how much the echo is farther than the object was expected, m; NaN: none, or one that is not all of it
+    and only of it."""
     unexplained: PositionMeasurement | None
     """Where echoes come from that no object explains, k; None: there are none,"""
     unknown: Unexplained
@@ -111,9 +116,19 @@ def match_scan(
         spots=spots,
         strength=strength,
         typical=typical,
+        off_range=_off_range(shown, merged, prediction),
         unexplained=elsewhere,
         unknown=_unknown(rest, elsewhere, alarms, scan.sector),
     )
+
+
+def _off_range(shown: "_Shown", merged: Floats, prediction: ScanPrediction) -> Floats:
+    """Return the `off_range` of `ScanMatch`; `merged` as in `_measured`."""
+    off = np.full(len(merged), np.nan)
+    off[shown.objects] = shown.echoes.rows.range_m - prediction.measurement.rows.range_m[shown.objects]
+    off[shown.objects[shown.off_centre > 0.0]] = np.nan
+    off[merged > 0.0] = np.nan
+    return off
 
 
 def _not_of_confirmed(echoes: Echoes, pairs: Hypotheses, reported: Mask) -> Echoes:

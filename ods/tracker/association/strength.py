@@ -50,26 +50,29 @@ class Strength:
 
     def __init__(self) -> None:
         self._rings = np.zeros((3, RANGES))
+        self._images = 0.0
 
     @property
     def per_scan(self) -> float:
         """Echoes in an image, as far as it is known."""
-        return float(self._rings[COUNT].sum()) * (1.0 - MEMORY)
+        return float(self._rings[COUNT].sum()) / max(self._images, 1.0)
 
     def state(self) -> StrengthState:
         """Return what was counted."""
-        return StrengthState(self._rings.ravel().tolist())
+        return StrengthState(self._rings.ravel().tolist(), self._images)
 
     def restore(self, state: StrengthState) -> None:
         """Go on with what another one counted. Raises ValueError."""
         rings = np.array(state.rings, np.float64).reshape(self._rings.shape)
-        if not (np.isfinite(rings).all() and (rings[[COUNT, SQUARES]] >= 0.0).all()):
+        counts = np.array([*rings[[COUNT, SQUARES]].ravel(), state.images])
+        if not (np.isfinite(rings).all() and np.isfinite(counts).all() and (counts >= 0.0).all()):
             raise ValueError("strengths of echoes that are none")
-        self._rings = rings
+        self._rings, self._images = rings, state.images
 
     def count(self, echoes: Echoes, sector: Sector) -> None:
         """Take in the echoes of an image that no confirmed object explains; those without a strength do not count."""
         self._rings *= MEMORY
+        self._images = MEMORY * self._images + 1.0
         strength = echoes.rows.strength
         told = strength > 0.0
         ring, strength = _ring(echoes.rows.range_m[told], sector), strength[told]

@@ -6,6 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
+from ods.tracker.association import wander
 from ods.tracker.association.strength import Typical, evidence
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
@@ -91,6 +92,12 @@ class Nature(NamedTuple):
     """the log-likelihood ratio taken of that, and"""
     by_motion: Floats
     """that of their motion;"""
+    off_squares: Floats
+    """sum of squares, m2, of how much their echoes were off their range,"""
+    placed: Floats
+    """number of those that tell it,"""
+    by_wander: Floats
+    """and the log-likelihood ratio taken of that;"""
     spots: Floats
     """the share of spots at their place that they are judged by."""
 
@@ -199,6 +206,18 @@ class Tracks:
         known = np.where(self.history.state == lifecycle.TENTATIVE, nature.spots, spots)
         change = by_motion - nature.by_motion - (logit(known) - logit(nature.spots))
         nature.by_motion[:], nature.spots[:] = by_motion, known
+        self.probabilities[...] = existence.told_apart(self.probabilities, np.zeros(len(self)), change)
+
+    def place(self, off_range: Floats, of_spots_m2: float) -> None:
+        """Judge existence by how far the echoes wander: (n,) as in `ScanMatch`; mean square of spots, m2."""
+        nature, told = self._nature.rows, np.isfinite(off_range)
+        # the place is the mean of the echoes before, so the newest is off it by its own error and by that of the mean
+        before = np.maximum(self.history.echoes - 1.0, 1.0)
+        nature.off_squares[told] += (off_range**2 * before / (before + 1.0))[told]
+        nature.placed[:] += told
+        ratio = wander.evidence(nature.off_squares, nature.placed, of_spots_m2)
+        change = np.where(told, ratio - nature.by_wander, 0.0)
+        nature.by_wander[:] += change
         self.probabilities[...] = existence.told_apart(self.probabilities, np.zeros(len(self)), change)
 
     def _take_strength(self, rows: slice, strength: Floats, typical: Typical) -> None:
