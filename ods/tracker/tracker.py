@@ -1,5 +1,7 @@
 """Detections and pose to tracked objects: one `step` a ping, for all objects at once [SSIE figure 5]."""
 
+import numpy as np
+
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
@@ -99,7 +101,9 @@ class Tracker:
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        tracks.place(match.off_range, self._alarms.wander.of_spots_m2)
+        # how echoes wander that tell no strength, and so are not the chain's, nobody knows beforehand
+        off_range = np.where(match.strength > 0.0, match.off_range, np.nan)
+        tracks.place(off_range, self._alarms.wander.of_spots_m2)
         states = judge(tracks, prediction, match, scan.t_ns, settings)
         self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)

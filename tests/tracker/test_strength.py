@@ -53,6 +53,13 @@ def test_evidence_is_the_ratio_of_an_even_density_and_a_logistic_one(excess: flo
     assert found == pytest.approx(np.clip(expected, -MOST, MOST))
 
 
+def test_an_image_has_as_many_from_the_first_one_on() -> None:
+    strength = Strength()
+    for _ in range(3):
+        strength.count(echoes([(25.0, 14.0), (50.0, 16.0), (75.0, 19.0)]), SECTOR)
+        assert strength.per_scan == pytest.approx(3.0)
+
+
 def test_nothing_is_said_of_what_nobody_tells() -> None:
     strength = Strength()
     strength.count(echoes([(50.0, 0.0)] * 5), SECTOR)
@@ -71,7 +78,9 @@ def test_the_next_one_goes_on_with_the_same_counts_and_refuses_nonsense() -> Non
     rings = one.state().rings
     for bad in (rings[:-1], [np.nan, *rings[1:]], [-1.0, *rings[1:]]):
         with pytest.raises(ValueError, match=r"strength|reshape"):
-            Strength().restore(StrengthState(bad))
+            Strength().restore(StrengthState(bad, 1.0))
+    with pytest.raises(ValueError, match="strength"):
+        Strength().restore(StrengthState(rings, float("nan")))
 
 
 def bed_with(body_db: float) -> Floats:

@@ -1,0 +1,74 @@
+"""How far echoes wander along the range: held against a body's, counted from what ended as spots."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import invgamma
+
+from ods.base.arrays import Floats
+from ods.tracker.association.wander import BODY_SHARE, FIRST_ECHOES, FIRST_M, MEMORY, MOST, SURE, Wander, evidence
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.state import WanderState
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import RATE_HZ, scan
+
+
+def density(off_m: Floats, mean_square: float) -> float:
+    """Of echoes normal about the place, their variance not known: integrated numerically."""
+    law = invgamma(0.5 * SURE, scale=0.5 * SURE * mean_square)
+
+    def given(log_variance: float) -> float:
+        variance = np.exp(log_variance)
+        likelihood = np.exp(-0.5 * np.sum(off_m**2) / variance) / variance ** (0.5 * len(off_m))
+        return float(likelihood * law.pdf(variance) * variance)
+
+    return quad(given, np.log(1e-4), np.log(1e3), limit=500)[0]
+
+
+@pytest.mark.parametrize("sigma_m", [0.3, 0.5, 0.9])
+@pytest.mark.parametrize("echoes", [1, 4, 12])
+def test_evidence_is_the_ratio_of_two_densities_of_unknown_variance(sigma_m: float, echoes: int) -> None:
+    off = np.random.default_rng(echoes).normal(0.0, sigma_m, echoes)
+    expected = np.log(density(off, (BODY_SHARE * 0.85) ** 2) / density(off, 0.85**2))
+    found = evidence(np.array([np.sum(off**2)]), np.array([float(echoes)]), 0.85**2)[0]
+    assert found == pytest.approx(np.clip(expected, -MOST, MOST), rel=1e-4)
+
+
+def test_no_echo_says_nothing() -> None:
+    assert evidence(np.zeros(1), np.zeros(1), 0.7)[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_spots_wander_is_learned() -> None:
+    wander = Wander()
+    assert wander.of_spots_m2 == pytest.approx(FIRST_M**2)
+    wander.learn(20.0, 200.0)
+    wander.learn(0.0, 0.0)
+    expected = (MEMORY * 20.0 + FIRST_ECHOES * FIRST_M**2) / (MEMORY * 200.0 + FIRST_ECHOES)
+    assert wander.of_spots_m2 == pytest.approx(expected)
+    other = Wander()
+    other.restore(wander.state())
+    assert other.of_spots_m2 == wander.of_spots_m2
+    for bad in (WanderState(-1.0, 2.0), WanderState(1.0, float("nan"))):
+        with pytest.raises(ValueError, match="wander"):
+            Wander().restore(bad)
+
+
+def told_after(wander_m: float) -> float:
+    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s."""
+    rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
+    spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
+    for k in range(round(20.0 * RATE_HZ)):
+        lit = [(r + rng.normal(0.0, 0.8), b) for r, b in spots if rng.random() < 0.3]
+        lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * (k > 10.0 * RATE_HZ)
+        rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
+        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
+        image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
+        tracker.step(image)
+        where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
+        if (np.hypot(*where) < 1.5).any():
+            return k / RATE_HZ - 10.0
+    return np.inf
+
+
+def test_a_place_that_stays_is_told_before_one_that_wanders() -> None:
+    assert told_after(0.1) + 0.3 < told_after(0.7)
