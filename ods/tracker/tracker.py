@@ -58,7 +58,8 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        counted = (part.state() for part in self._alarms)
+        clutter, flicker, strength, wander = self._alarms
+        counted = clutter.state(), flicker.state(), strength.state(), wander.state()
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
