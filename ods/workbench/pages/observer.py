@@ -56,7 +56,11 @@ class _Observer:
         self._shown = True
         panel = ui.context.slot.parent
         with ui.row().classes("w-full no-wrap items-start gap-2"):
-            with ui.column().classes("gap-1 overflow-auto").style(f"width: 300px; max-height: calc({HEIGHT} + 220px)"):
+            with (
+                ui.column()
+                .classes("gap-1 overflow-auto shrink-0")
+                .style(f"width: 385px; max-height: calc({HEIGHT} + 220px)")
+            ):
                 settings_panel(session)
             with ui.column().classes("gap-1 grow min-w-0"):
                 self._build_views()

@@ -13,6 +13,7 @@ from nicegui.testing.user_simulation import user_simulation
 from ods.workbench.model.actions import SetSetting, SetView, ShowPing
 from ods.workbench.model.state import State
 from ods.workbench.pages import observer
+from ods.workbench.pages.observer_settings import groups
 from ods.workbench.session import Session
 from ods.workbench.web.plan_view import PlanView
 from ods.workbench.web.time_view import TimeView
@@ -90,3 +91,30 @@ async def test_without_data_it_says_what_is_needed() -> None:
         await user.open("/")
         await user.should_see("No data are open")
     observer.rerun_of(session).close()
+
+
+async def test_every_setting_of_the_tracker_has_a_row_that_sets_it(user: User, session: Session) -> None:
+    paths = {f"{control.path}" for _, controls in groups() for control in controls}
+    assert {"observer", "association", "motion.velocity_sigma", "life.silent_s", "planner.lead_times_s"} <= paths
+    for path in paths:
+        user.find(marker=f"value {path}")
+    (choice,) = user.find(marker="value observer").elements
+    assert isinstance(choice, ui.select)
+    choice.set_value("coupled")
+    await until(lambda: session.state.tuning.config.tracker.observer == "coupled")
+    (slider,) = user.find(marker="slider life.confirm_echoes").elements
+    assert isinstance(slider, ui.slider)
+    slider.set_value(0)
+    assert session.state.tuning.config.tracker.life.confirm_echoes == 2
+    session.undo()
+    await until(lambda: slider.value == 1)
+    assert session.state.tuning.config.tracker.life.confirm_echoes == 3
+
+
+async def test_what_cannot_be_set_stays_as_it_was(user: User, session: Session) -> None:
+    (field,) = user.find(marker="value life.drop_existence").elements
+    assert isinstance(field, ui.number)
+    field.set_value(0.995)  # above confirm_existence
+    user.find(marker="value life.drop_existence").trigger("change")
+    await until(lambda: field.value == 0.4)
+    assert session.state.tuning.config.tracker.life.drop_existence == 0.4
