@@ -44,7 +44,7 @@ def result_of(asked: Rerun, wish: Wanted) -> Tracked:
     stop = asked.listen(look)
     asked.ask(wish)
     look()
-    assert answered.wait(120.0)
+    assert answered.wait(280.0)
     stop()
     assert not asked.error
     assert asked.result is not None
@@ -169,7 +169,7 @@ def test_a_run_that_is_overtaken_is_given_up() -> None:
 
     engine.listen(look)
     engine.ask(wanted(START))
-    assert began.wait(60.0)
+    assert began.wait(280.0)
     later = wanted(apply(START, do.SetSetting("tracker.life.confirm_echoes", 4)))
     result_of(engine, later)
     engine.close()

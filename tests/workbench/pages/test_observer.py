@@ -35,7 +35,7 @@ async def user(session: Session) -> AsyncIterator[User]:
 
 
 async def until(met: Callable[[], Any]) -> None:
-    for _ in range(6000):
+    for _ in range(25_000):  # a machine without the kernels compiles them first
         if met():
             return
         await asyncio.sleep(0.01)
