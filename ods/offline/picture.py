@@ -34,8 +34,8 @@ class View(NamedTuple):
     lists: Sequence[ObstacleList]
 
 
-def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> None:
-    """Draw a run's last image and its plan into `file`; `mounting`: the sonar's."""
+def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN, width_in: float = 15.0) -> None:
+    """Draw a run's last image and its plan into `file`; `mounting`: the sonar's; the narrower, the larger the text."""
     truths = [record.truths[number] for number in sorted(record.truths)]
     lists = [item for _, item in record.lists]
     newest = record.truths.get(lists[-1].ping_number) if lists else None
@@ -44,7 +44,7 @@ def draw_run(record: RunRecord, file: Path, mounting: Mounting = AT_ORIGIN) -> N
     if truths:
         truth = newest or truths[-1]
         view = view._replace(vehicle=(truth.position_ned, truth.attitude), targets=truth.objects)
-    figure = Figure(figsize=(15, 7.5), layout="constrained")
+    figure = Figure(figsize=(width_in, 0.5 * width_in), layout="constrained")
     draw_view(figure, view, mounting)
     figure.savefig(file, dpi=110)
 
