@@ -48,9 +48,12 @@ def serving(*words: str, module: str = "ods", folder: Path | None = None) -> Ite
     )  # fmt: skip
     try:
         assert process.stdout is not None
-        line = process.stdout.readline()
-        found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
-        assert found, line + process.stdout.read()
+        said = []
+        found = None
+        while found is None and (line := process.stdout.readline()):  # a warning may come first
+            said.append(line)
+            found = re.search(r"http://127\.0\.0\.1:\d+/\?token=\S+", line)
+        assert found, "".join(said)
         yield Serving(found[0], process)
     finally:
         process.terminate()
