@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from nicegui import ui
 from nicegui.elements.button import Button
+from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.thresholds import setting_at
 from ods.workbench.model import actions as do
@@ -19,7 +20,13 @@ from ods.workbench.web.fan_view import FanView, Spot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import FrameBoard
 
-KEYS = (("drag", "in a profile or histogram: a level of the detector"),)
+KEYS = (
+    ("drag", "in a profile or histogram: a level of the detector"),
+    ("space", "image processing: play, and stop"),
+    ("arrows, with Shift", "image processing: a ping back or on, ten"),
+)
+SPEEDS = {0.25: "x 1/4", 0.5: "x 1/2", 1.0: "x 1", 2.0: "x 2", 5.0: "x 5", 20.0: "x 20"}
+STEPS = {"ArrowLeft": -1, "ArrowRight": 1}
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
@@ -109,9 +116,15 @@ class _Page:
         with ui.row().classes("w-full items-center no-wrap gap-2"):
             self._plays = ui.timer(PLAY_S, self._next, active=False)
             self._play = ui.button(icon="play_arrow", on_click=self._toggle_play).props("dense flat round").mark("play")
+            self._speed = ui.select(SPEEDS, value=1.0, on_change=self._set_speed).props(
+                "dense options-dense borderless"
+            )
+            self._speed.mark("speed").tooltip("of playing")
             self._ping = ui.slider(min=0, max=1, step=1, value=0, on_change=lambda event: self._go(event.value))
             self._ping.props("dense").classes("grow").mark("ping")
+            self._ping.on("pointerup", js_handler="() => document.activeElement.blur()")  # arrows are the page's
             self._time = ui.label("").classes("text-sm w-56 text-right")
+        ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
 
     # -- what the user does --
     @property
@@ -143,6 +156,20 @@ class _Page:
     def _toggle_play(self) -> None:
         self._plays.active = not self._plays.active
         self._play.set_icon("pause" if self._plays.active else "play_arrow")
+
+    def _set_speed(self) -> None:
+        period_s = self._answer.data.period_s if self._answer else None
+        self._plays.interval = (period_s or PLAY_S) / self._speed.value
+
+    def _pressed(self, event: KeyEventArguments) -> None:
+        if not event.action.keydown or not self._work.visible:
+            return
+        if event.key.name == " " and not event.action.repeat:
+            self._toggle_play()
+        elif self._answer is not None and event.key.name in STEPS:
+            step = STEPS[event.key.name] * (10 if event.modifiers.shift else 1)
+            last = len(self._answer.data.pings) - 1
+            self._go(min(max(self._session.state.ping + step, 0), last))
 
     def _next(self) -> None:
         """Show the next ping, once this one is shown."""
@@ -207,7 +234,7 @@ class _Page:
         self._ping.set_value(answer.place)
         when = f", {answer.data.t_s(answer.place):.2f} s" if answer.data.timed else ""
         self._time.set_text(f"ping {answer.place} of {count}{when}")
-        self._plays.interval = answer.data.period_s or PLAY_S
+        self._set_speed()
         self._titles(answer)
 
     def _titles(self, answer: Answer) -> None:

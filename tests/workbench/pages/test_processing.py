@@ -7,6 +7,7 @@ from typing import Any
 import msgspec
 import pytest
 import pytest_asyncio
+from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
@@ -156,3 +157,23 @@ async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: 
     await user.should_see("the last stage, and no other, must be one that detects", retries=100)
     session.undo()
     await until(lambda: not widget(user, "trouble").text)
+
+
+async def test_keys_go_from_ping_to_ping_and_play(user: User, session: Session) -> None:
+    await user.should_see("ping 0 of 3", retries=5000)
+
+    def press(key: str, *, shift: bool = False) -> None:
+        pressed = {"action": "keydown", "repeat": False, "altKey": False, "ctrlKey": False, "metaKey": False}
+        arguments = {**pressed, "shiftKey": shift, "key": key, "code": key, "location": 0}
+        user.find(kind=ui.keyboard).trigger("key", arguments)
+
+    press("ArrowRight")
+    assert session.state.ping == 1
+    press("ArrowRight", shift=True)
+    assert session.state.ping == 2
+    press("ArrowLeft", shift=True)
+    assert session.state.ping == 0
+    widget(user, "speed").set_value(20.0)
+    press(" ")
+    await until(lambda: session.state.ping > 0)
+    press(" ")
