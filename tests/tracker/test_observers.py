@@ -18,7 +18,7 @@ from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
 from ods.tracker.observer.sensitivity import STATE, Place
 from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS, STATE_ROWS, work_space
-from ods.tracker.settings import MotionSettings
+from ods.tracker.settings import REST, MotionSettings
 
 Long = NDArray[np.longdouble]
 BOTH = np.array([0, 1])
@@ -304,6 +304,17 @@ def test_an_heir_rests_where_the_old_object_did(name: str) -> None:
     assert belief.static[1] > before
     np.testing.assert_allclose(belief.position[0, :2, 1], 1.5)
     np.testing.assert_allclose(belief.variance[0, :2, 1], 0.5)
+
+
+@pytest.mark.parametrize("name", OBSERVERS)
+def test_an_heir_of_what_moves_is_not_taken_to_rest(name: str) -> None:
+    observer = track(make_observer(name, MotionSettings()), angle=0.7)
+    observer.settle(BOTH)
+    (moving,) = np.flatnonzero(observer.belief().static == 0.0)
+    observer.start(measured_at(np.full((2, 1), 2.0), 1.5, 0.5, np.pi / 4.0))
+    assert observer.belief().static[2] > REST
+    observer.inherit(np.array([2]), np.array([moving]))
+    assert observer.belief().static[2] < 0.1
 
 
 extreme = st.lists(

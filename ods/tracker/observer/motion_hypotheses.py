@@ -276,6 +276,8 @@ class StaticOrMovingObserver:
     def inherit(self, heirs: Indices, old: Indices) -> None:
         """Let `heirs` go on with what is settled of `old`, the same objects: those that rest do so where they did."""
         odds = self._table.rows.odds
+        moved = heirs[odds[old] == -math.inf]
+        odds[moved] = np.maximum(odds[moved] - REOPENED, DISPROVED)
         rest = odds[old] == math.inf
         heirs, old = heirs[rest], old[rest]
         odds[heirs] = np.minimum(odds[heirs] + REOPENED, PROVED)
