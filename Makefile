@@ -6,6 +6,7 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
+SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser
 
 .PHONY: bench bench-rough bench-vcan test test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
 
@@ -23,7 +24,7 @@ bench-vcan: compile
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
 test: compile lint
-	$(BIN)/pytest -n 2 --dist loadfile --cov --cov-report= --ignore=tests/whole_chain
+	$(BIN)/pytest -n 2 --dist loadfile --cov --cov-report= --ignore=tests/whole_chain $(addprefix --ignore=,$(SLOW))
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
 	@echo "Lines run by the first of these three, processes started by tests included. Kernels are left out: compiled code is not seen."
@@ -35,6 +36,7 @@ test-vcan: $(VENV)/.ready
 
 # what takes too long for every change: CI runs it after `make test`
 test-missions: compile
+	$(BIN)/pytest -n 2 --dist loadfile $(SLOW)
 	$(BIN)/pytest tests/whole_chain --ignore=tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan VCAN=tests/vcan/test_integrator.py
 

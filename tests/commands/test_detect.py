@@ -114,7 +114,8 @@ def test_what_stages_make_is_shown_in_order_with_the_levels_that_were_set() -> N
 
 def test_rings_of_ranges_are_shown_apart() -> None:
     seen: list[StageImage] = []
-    chain = Chain(PipelineSettings(attention=AttentionSettings(near_m=10.0, every=2, margin_m=1.0)), watch=seen.append)
+    attention = AttentionSettings(near_m=10.0, every=2, margin_m=1.0, subsample=1)
+    chain = Chain(PipelineSettings(attention=attention), watch=seen.append)
     for number in range(2):
         chain.process(ping(number))
     reach = [float(each.fan.range_m[-1]) for each in seen if each.label == RECORDED]
