@@ -90,7 +90,7 @@ class LocalFrame:
         earth's axis, and by 90 deg + the origin's latitude about east. Its part about down is the meridians'
         convergence, 0.14 deg at 57 deg north and 10 km to the east.
         """
-        east = 0.5 * math.radians(longitude_deg - self.longitude_deg)
+        east = 0.5 * math.radians(math.remainder(longitude_deg - self.longitude_deg, 360.0))  # across 180 deg, too
         south = 0.5 * math.radians(self.latitude_deg - latitude_deg)
         middle = 0.5 * math.radians(self.latitude_deg + latitude_deg)
         cosine, sine = math.cos(east), math.sin(east)

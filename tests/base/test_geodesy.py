@@ -132,6 +132,7 @@ def test_a_ship_that_goes_straight_on_turns_against_true_north_but_not_in_the_pl
     longitude=LONGITUDES,
     ned=st.tuples(st.floats(-1e5, 1e5), st.floats(-1e5, 1e5), st.floats(-100.0, 1e4)),
 )
+@example(latitude=0.0, longitude=180.0 - 3e-14, ned=(0.0, 0.0, 0.0))
 def test_the_turn_of_a_place_by_steps_along_its_meridian_and_its_plumb_line(
     latitude: float, longitude: float, ned: tuple[float, float, float]
 ) -> None:
