@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import NamedTuple, overload
+from typing import overload
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
@@ -115,22 +115,6 @@ class Data:
         times = [self.t_s(place) for place in range(count)]
         steps = sorted(later - sooner for sooner, later in pairwise(times))
         return steps[len(steps) // 2] if steps[len(steps) // 2] > 0.0 else None
-
-
-class Gap(NamedTuple):
-    """Pings that are missing."""
-
-    place: int
-    """Of the next ping that is there."""
-    pings: int
-    """How many, by their numbers."""
-
-
-def gaps(data: Data) -> list[Gap]:
-    """Return where ping numbers are left out. It reads all pings, which lasts: not for the server's loop."""
-    numbers = [data.pings[place].ping_number for place in range(len(data.pings))]
-    steps = enumerate(pairwise(numbers), 1)
-    return [Gap(place, after - before - 1) for place, (before, after) in steps if after - before > 1]
 
 
 def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:

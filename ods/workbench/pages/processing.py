@@ -15,6 +15,7 @@ from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
 from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
 from ods.workbench.pages.processing_work import Answer, Work, last_stage, wanted
+from ods.workbench.pages.timeline import Timeline
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView, Spot
 from ods.workbench.web.follow import follow, in_loop
@@ -25,13 +26,9 @@ KEYS = (
     ("space", "image processing: play, and stop"),
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
 )
-SPEEDS = {0.25: "x 1/4", 0.5: "x 1/2", 1.0: "x 1", 2.0: "x 2", 5.0: "x 5", 20.0: "x 20"}
-STEPS = {"ArrowLeft": -1, "ArrowRight": 1}
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
-PLAY_S = 0.2
-"""Between pings, where their times are not known."""
 NOTHING = -2
 """In the list of what is shown beside the picture."""
 
@@ -58,7 +55,8 @@ class _Page:
             with ui.column().classes("grow min-w-0 gap-1"):
                 self._build_tools()
                 self._build_pictures()
-                self._build_timeline()
+                self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked)
+                ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
                 with ui.row().classes("w-full no-wrap items-start gap-3"):
                     with ui.column().classes("w-1/2 min-w-0 gap-0"):
                         self._profile = Profile(self._drag_level)
@@ -112,20 +110,6 @@ class _Page:
             view.on_pick(self._pick)
         self._readout = ui.label("point at a picture: range, bearing and level").classes("text-xs opacity-80")
 
-    def _build_timeline(self) -> None:
-        with ui.row().classes("w-full items-center no-wrap gap-2"):
-            self._plays = ui.timer(PLAY_S, self._next, active=False)
-            self._play = ui.button(icon="play_arrow", on_click=self._toggle_play).props("dense flat round").mark("play")
-            self._speed = ui.select(SPEEDS, value=1.0, on_change=self._set_speed).props(
-                "dense options-dense borderless"
-            )
-            self._speed.mark("speed").tooltip("of playing")
-            self._ping = ui.slider(min=0, max=1, step=1, value=0, on_change=lambda event: self._go(event.value))
-            self._ping.props("dense").classes("grow").mark("ping")
-            self._ping.on("pointerup", js_handler="() => document.activeElement.blur()")  # arrows are the page's
-            self._time = ui.label("").classes("text-sm w-56 text-right")
-        ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
-
     # -- what the user does --
     @property
     def presentation(self) -> str:
@@ -149,32 +133,9 @@ class _Page:
             for name, value in (first, second) if high > view.lowest_db else (second, first):
                 self._view(name, value)
 
-    def _go(self, place: float) -> None:
-        if round(place) != self._session.state.ping:
-            self._session.do(do.ShowPing(round(place)))
-
-    def _toggle_play(self) -> None:
-        self._plays.active = not self._plays.active
-        self._play.set_icon("pause" if self._plays.active else "play_arrow")
-
-    def _set_speed(self) -> None:
-        period_s = self._answer.data.period_s if self._answer else None
-        self._plays.interval = (period_s or PLAY_S) / self._speed.value
-
     def _pressed(self, event: KeyEventArguments) -> None:
-        if not event.action.keydown or not self._work.visible:
-            return
-        if event.key.name == " " and not event.action.repeat:
-            self._toggle_play()
-        elif self._answer is not None and event.key.name in STEPS:
-            step = STEPS[event.key.name] * (10 if event.modifiers.shift else 1)
-            last = len(self._answer.data.pings) - 1
-            self._go(min(max(self._session.state.ping + step, 0), last))
-
-    def _next(self) -> None:
-        """Show the next ping, once this one is shown."""
-        if self._answer is not None and self._work.answered == self._work.asked:
-            self._session.do(do.ShowPing((self._session.state.ping + 1) % len(self._answer.data.pings)))
+        if event.action.keydown and self._work.visible:
+            self._timeline.press(event)
 
     def _drag_level(self, name: str, level_db: float) -> None:
         if self._answer is None:
@@ -229,12 +190,7 @@ class _Page:
         self._profile.answer(answer)
         self._histogram.answer(answer)
         self._cost.answer(answer)
-        count = len(answer.data.pings)
-        self._ping.props(f"max={max(count - 1, 1)}")
-        self._ping.set_value(answer.place)
-        when = f", {answer.data.t_s(answer.place):.2f} s" if answer.data.timed else ""
-        self._time.set_text(f"ping {answer.place} of {count}{when}")
-        self._set_speed()
+        self._timeline.show(answer.data, answer.place)
         self._titles(answer)
 
     def _titles(self, answer: Answer) -> None:

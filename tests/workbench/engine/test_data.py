@@ -13,7 +13,7 @@ from ods.messages import Ping
 from ods.offline.source import scene_source
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.ping_sequence import LazyPings
-from ods.workbench.engine.data import KeptPings, gaps, open_data
+from ods.workbench.engine.data import KeptPings, open_data
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import fan_bearings, make_ping
 from tests.recordings import ARIS, DATA
@@ -116,11 +116,3 @@ def test_the_last_pings_are_kept_and_no_more_than_fit() -> None:
     assert made == [2, 3, 4, 9, 2]
     with pytest.raises(IndexError):
         pings[10]
-
-
-def test_gaps_are_told_by_the_numbers_of_pings() -> None:
-    numbers = [3, 4, 7, 8, 10]
-    data = open_data(DataReference(kind="scene"), load(SCENE, SceneFile), ())
-    pings = [make_ping(np.zeros((4, 25), np.uint8), ping_number=number) for number in numbers]
-    missing = gaps(type(data)(data.reference, pings))
-    assert missing == [(2, 2), (4, 1)]

@@ -13,14 +13,17 @@ from nicegui.testing.user_simulation import user_simulation
 
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
-from ods.workbench.model.actions import SetSetting, SetTuning, SetView, ShowPing
+from ods.workbench.engine.rerun import wanted
+from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing, processing_work
+from ods.workbench.pages.observer import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.curve_view import CurveView
 from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.frames import Frame, FrameBoard
 from tests.workbench.engine.test_study import pings
+from tests.workbench.pages.test_observer_views import tracked
 
 STAGES = [{"use": "equalize.mean_range"}, {"use": "filter.fir"}, {"use": "detect.two_level", "follow": 0.0}]
 
@@ -28,6 +31,7 @@ STAGES = [{"use": "equalize.mean_range"}, {"use": "filter.fir"}, {"use": "detect
 @pytest.fixture
 def session(monkeypatch: pytest.MonkeyPatch) -> Session:
     made = pings(3)
+    made[2] = msgspec.structs.replace(made[2], ping_number=4)  # one is missing
     monkeypatch.setattr(processing_work, "open_data", lambda reference, *_: Data(reference, made))
     config = msgspec.convert({"pipeline": {"stage": STAGES}}, MissionSettings)
     return Session(State(Tuning(config=config), data=DataReference(kind="file", path="made up")))
@@ -177,3 +181,22 @@ async def test_keys_go_from_ping_to_ping_and_play(user: User, session: Session) 
     press(" ")
     await until(lambda: session.state.ping > 0)
     press(" ")
+
+
+async def test_marks_of_the_timeline_go_to_their_pings(user: User, session: Session) -> None:
+    await user.should_see(marker="mark gap 2", retries=5000)
+    session.do(SetBookmark(1, "echo"))
+    await user.should_see(marker="mark bookmark 1")
+    user.find(marker="mark bookmark 1").click()
+    assert session.state.ping == 1
+    user.find(marker="mark gap 2").click()
+    assert session.state.ping == 2
+    rerun = rerun_of(session)
+    rerun.result, rerun.result_of = tracked({4: {1: "active"}}), wanted(session.state)
+    session.do(SetBookmark(1, ""))
+    await user.should_see(marker="mark new 1")
+    user.find(marker="mark new 1").click()
+    assert session.state.ping == 1
+    user.find(marker="mark lost 2").click()
+    assert session.state.ping == 2
+    rerun.close()

@@ -1,0 +1,75 @@
+"""What is worth a mark on the timeline: pings that are missing, objects that come and go, bookmarks."""
+
+import time
+from collections.abc import Callable, Iterable, Sequence
+from itertools import pairwise
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ods.tracker.track.lifecycle import ACTIVE, STAND_BY
+from ods.workbench.engine.data import Data
+from ods.workbench.engine.tracked import Course, Tracked
+from ods.workbench.model.state import Bookmark
+
+PAUSE_S = 0.001
+"""Between two pings that are read only for their numbers: what the user does comes first."""
+
+Kind = Literal["gap", "new", "lost", "bookmark"]
+
+
+class Mark(NamedTuple):
+    """A ping worth going to."""
+
+    place: int
+    """In the data."""
+    kind: Kind
+    text: str
+
+
+def gap_marks(data: Data, give_up: Callable[[], bool] = lambda: False) -> list[Mark]:
+    """Return where ping numbers are left out, at the next ping that is there. It reads all pings, which lasts: not for
+    the server's loop. Raises OdsError."""
+    numbers: list[int] = []
+    for place in range(len(data.pings)):
+        if give_up():
+            return []
+        numbers.append(data.pings[place].ping_number)
+        time.sleep(PAUSE_S)
+    missing = ((place, after - before - 1) for place, (before, after) in enumerate(pairwise(numbers), 1))
+    return [Mark(place, "gap", f"{count} ping{'s' * (count > 1)} missing") for place, count in missing if count > 0]
+
+
+def track_marks(result: Tracked) -> list[Mark]:
+    """Return where objects are first told of, and where they are no longer active or stand-by.
+
+    What the map knew before the mission is not new, and what is seen at its end is not lost.
+    """
+    return [mark for course in result.courses for mark in _of_course(course, len(result.t_s) - 1)]
+
+
+def _of_course(course: Course, last: int) -> Iterable[Mark]:
+    seen = course.place[np.isin(course.state, (ACTIVE, STAND_BY))]
+    if not len(seen):
+        return
+    if course.first_seen_s >= 0.0:
+        yield Mark(int(seen[0]), "new", f"object {course.id} is new")
+    if seen[-1] < last:
+        yield Mark(int(seen[-1]) + 1, "lost", f"object {course.id} is lost")
+
+
+def bookmark_marks(bookmarks: Sequence[Bookmark]) -> list[Mark]:
+    """Return the bookmarks of a state."""
+    return [Mark(each.ping, "bookmark", each.text) for each in bookmarks]
+
+
+def thinned(marks: Iterable[Mark], last: int, most: int) -> list[Mark]:
+    """Return marks of which no two of a kind share one of `most` equal parts of the places 0 to `last`: the first of
+    them stands for all, and says how many there are."""
+    parts: dict[tuple[Kind, int], list[Mark]] = {}
+    for mark in sorted(marks):
+        parts.setdefault((mark.kind, mark.place * most // (last + 1)), []).append(mark)
+    return [
+        first if not others else first._replace(text=f"{first.text}, and {len(others)} more")
+        for first, *others in parts.values()
+    ]
