@@ -49,6 +49,7 @@ KEYS = (
     ("?", "these keys"),
     ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
     ("click", "in an image: pin its beam"),
+    ("M, or Shift and drag", "in an image or a plan: measure from one place to another"),
 )
 FIRST_MENU = {"none": 0, "file": 0, "scene": 2, "live": 6}
 """Place in MENUS of what opens first, by the kind of the data."""

@@ -1,15 +1,13 @@
 // Curves over one axis, with lines across that may be dragged: range profiles and histograms.
-import { gridInk, halo, ink, legend, prepare, styleOf, ticks, watch } from "ods-charts";
+import { CANVAS, gridInk, halo, ink, legend, onCanvas, prepare, styleOf, ticks } from "ods-charts";
 
 const MARGIN = { left: 46, right: 12, top: 24, bottom: 32 };
 const NEAR = 7; // pixels from a line that still catch it
 const TOLD_MS = 50;
 
 export default {
-  template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 120px; overflow: hidden">
-      <canvas ref="canvas" style="position: absolute; inset: 0; width: 100%; height: 100%"></canvas>
-    </div>`,
+  mixins: [onCanvas],
+  template: CANVAS,
   props: { shown: String },
   created() {
     this.take(this.shown);
@@ -18,17 +16,15 @@ export default {
   },
   mounted() {
     this.$el.curveView = this;
-    this.unwatch = watch(this.$el, () => this.draw());
-    const { canvas } = this.$refs;
-    canvas.addEventListener("pointerdown", (event) => this.press(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", (event) => this.release(event));
-    this.draw();
-  },
-  beforeUnmount() {
-    this.unwatch();
   },
   methods: {
+    heard() {
+      return {
+        pointerdown: (event) => this.press(event),
+        pointermove: (event) => this.move(event),
+        pointerup: (event) => this.release(event),
+      };
+    },
     show(text) {
       this.take(text);
       this.draw();
@@ -39,9 +35,7 @@ export default {
       if (held) held.value = this.caught.value; // the hand is newer than the answer
     },
     box() {
-      const { clientWidth, clientHeight } = this.$refs.canvas;
-      return { x: MARGIN.left, y: MARGIN.top, width: clientWidth - MARGIN.left - MARGIN.right,
-               height: clientHeight - MARGIN.top - MARGIN.bottom };
+      return this.inside(MARGIN);
     },
     toX(value) {
       const box = this.box();
@@ -52,16 +46,16 @@ export default {
       return box.y + box.height - ((value - this.now.y.low) / (this.now.y.high - this.now.y.low)) * box.height;
     },
     valueAt(line, event) {
-      const [box, bounds] = [this.box(), this.$refs.canvas.getBoundingClientRect()];
+      const box = this.box();
+      const [x, y] = this.placeOf(event);
       const across = line.axis === "x";
-      const share = across ? (event.clientX - bounds.left - box.x) / box.width : 1 - (event.clientY - bounds.top - box.y) / box.height;
+      const share = across ? (x - box.x) / box.width : 1 - (y - box.y) / box.height;
       const axis = across ? this.now.x : this.now.y;
       return axis.low + Math.min(1, Math.max(0, share)) * (axis.high - axis.low);
     },
     lineAt(event) {
       if (!this.now.x) return null;
-      const bounds = this.$refs.canvas.getBoundingClientRect();
-      const [x, y] = [event.clientX - bounds.left, event.clientY - bounds.top];
+      const [x, y] = this.placeOf(event);
       const apart = (line) => Math.abs(line.axis === "x" ? this.toX(line.value) - x : this.toY(line.value) - y);
       const near = this.now.lines.filter((line) => line.draggable && apart(line) <= NEAR);
       return near.sort((one, other) => apart(one) - apart(other))[0] || null;

@@ -1,5 +1,7 @@
 // A sonar image on two canvases: cells by a look-up table (pixel -> cell), and over them axes, circles and pointer.
 // Frames come over one WebSocket of the page, pulled: the next is asked for once the last is drawn.
+import { ink, prepare, watch } from "ods-charts";
+import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
 const PALETTES = {
   viridis:
@@ -25,6 +27,7 @@ const DEG = 180 / Math.PI;
 
 const views = new Set();
 let pointed = null; // {range_m, bearing_rad}: the pointer, in all views
+let measured = null; // two of these: what the ruler lies between, in all views
 let socket = null;
 
 function request() {
@@ -70,9 +73,10 @@ function point(place) {
   for (const view of views) view.drawOver();
 }
 
-new MutationObserver(() => views.forEach((view) => view.drawOver())).observe(document.body, {
-  attributes: true, attributeFilter: ["class"], // dark or light
-});
+function measure(places) {
+  measured = places;
+  for (const view of views) view.drawOver();
+}
 
 // ---- computations without a canvas ----
 
@@ -221,7 +225,7 @@ class Projection {
 
 export default {
   template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair"
+    <div style="position: relative; width: 100%; height: 100%; min-height: 160px; overflow: hidden; cursor: crosshair; outline: none"
          tabindex="-1">
       <canvas ref="image" style="position: absolute; image-rendering: pixelated"></canvas>
       <canvas ref="over" style="position: absolute; left: 0; top: 0; width: 100%; height: 100%"></canvas>
@@ -239,8 +243,8 @@ export default {
   mounted() {
     views.add(this);
     this.$el.fanView = this;
-    this.watcher = new ResizeObserver(() => this.redraw());
-    this.watcher.observe(this.$el);
+    this.unwatch = watch(this.$el, () => this.redraw());
+    this.unruled = withRuler(this.$el, () => measure(null));
     const over = this.$refs.over;
     over.addEventListener("pointermove", (event) => this.moved(event));
     over.addEventListener("pointerdown", (event) => this.pressed(event));
@@ -255,7 +259,8 @@ export default {
   },
   beforeUnmount() {
     views.delete(this);
-    this.watcher.disconnect();
+    this.unwatch();
+    this.unruled();
   },
   watch: {
     channel() {
@@ -386,18 +391,10 @@ export default {
     drawOver() {
       const canvas = this.$refs.over;
       if (!canvas || !this.isShown()) return;
-      const ratio = window.devicePixelRatio || 1;
-      const { clientWidth, clientHeight } = this.$el;
-      const [width, height] = [Math.round(clientWidth * ratio), Math.round(clientHeight * ratio)];
-      if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
-      const context = canvas.getContext("2d");
-      context.setTransform(ratio, 0, 0, ratio, 0, 0);
-      context.clearRect(0, 0, clientWidth, clientHeight);
-      context.font = "12px system-ui, sans-serif";
-      const dark = document.body.classList.contains("body--dark");
-      const ink = dark ? "#c9d1d9" : "#1f2328";
-      this.write(context, this.heading(), MARGIN.left, 17, ink, clientWidth - MARGIN.left - 4);
-      if (!this.frame) return this.write(context, this.busy || "no image yet", MARGIN.left, 60, ink, clientWidth);
+      const { context, width: clientWidth, height: clientHeight } = prepare(canvas);
+      const colour = ink();
+      this.write(context, this.heading(), MARGIN.left, 17, colour, clientWidth - MARGIN.left - 4);
+      if (!this.frame) return this.write(context, this.busy || "no image yet", MARGIN.left, 60, colour, clientWidth);
       const { projection } = this.project();
       const { box } = projection;
       context.save();
@@ -409,9 +406,10 @@ export default {
       this.drawPinned(context, projection);
       if (pointed) this.drawPointer(context, projection);
       for (const [text, x, y] of labels) this.label(context, text, x, y);
+      if (measured) this.drawMeasured(context, projection);
       context.restore();
-      this.drawScale(context, box, ink);
-      this.write(context, this.readout(), MARGIN.left, clientHeight - 8, ink, clientWidth - MARGIN.left - 4);
+      this.drawScale(context, box, colour);
+      this.write(context, this.readout(), MARGIN.left, clientHeight - 8, colour, clientWidth - MARGIN.left - 4);
     },
     heading() {
       return [this.title, this.frame?.caption, this.frame && this.busy].filter(Boolean).join("  ·  ");
@@ -509,7 +507,27 @@ export default {
         context.stroke();
       }
     },
-    drawScale(context, box, ink) {
+    // A straight way on the bottom, which bends where beams are beside each other.
+    drawMeasured(context, projection) {
+      const [from, to] = measured.map(({ range_m, bearing_rad }) => [range_m * Math.cos(bearing_rad), range_m * Math.sin(bearing_rad)]);
+      const points = Array.from({ length: 33 }, (_, index) => {
+        const [ahead, across] = [0, 1].map((axis) => from[axis] + ((to[axis] - from[axis]) * index) / 32);
+        return projection.toCanvas(Math.hypot(ahead, across), Math.atan2(across, ahead));
+      });
+      drawRuler(context, points, this.reading(), projection.box);
+    },
+    // What was measured, in words: in the sonar's plane.
+    reading() {
+      const [from, to] = measured;
+      const turn = to.bearing_rad - from.bearing_rad;
+      const apart = Math.sqrt(Math.max(0, from.range_m ** 2 + to.range_m ** 2 - 2 * from.range_m * to.range_m * Math.cos(turn)));
+      const deg = (place) => `${(place.bearing_rad * DEG).toFixed(1)}°`;
+      return [
+        `${apart.toFixed(2)} m apart`,
+        `range ${from.range_m.toFixed(2)} m to ${to.range_m.toFixed(2)} m, bearing ${deg(from)} to ${deg(to)}`,
+      ];
+    },
+    drawScale(context, box, text) {
       const [low, high] = this.shownLimits();
       const colour = paletteOf(this.palette);
       const left = box.x + box.width + 10;
@@ -520,7 +538,7 @@ export default {
       const step = niceStep((high - low) / 5);
       const height = (level) => box.y + box.height * (1 - (level - low) / (high - low));
       for (let level = Math.ceil(low / step) * step; level <= high; level += step)
-        this.write(context, `${Number(level.toFixed(1)) + 0} dB`, left + 14, height(level) + 4, ink, 50);
+        this.write(context, `${Number(level.toFixed(1)) + 0} dB`, left + 14, height(level) + 4, text, 50);
       for (const [, level] of this.frame.thresholds_db) {
         if (level < low || level > high) continue;
         context.fillStyle = KINDS.detection.colour;
@@ -553,8 +571,12 @@ export default {
     },
     placeOf(event) {
       if (!this.frame) return null;
-      const [range_m, bearing_rad] = this.project().projection.toPlace(event.offsetX, event.offsetY);
+      const { range_m, bearing_rad } = this.rawPlace(event.offsetX, event.offsetY);
       return this.spotAt(range_m, bearing_rad);
+    },
+    rawPlace(x, y) {
+      const [range_m, bearing_rad] = this.project().projection.toPlace(x, y);
+      return { range_m, bearing_rad };
     },
     point(range_m, bearing_rad) {
       point({ range_m, bearing_rad });
@@ -562,7 +584,9 @@ export default {
     moved(event) {
       if (this.drag) {
         this.drag.moved = this.drag.moved || Math.hypot(event.offsetX - this.drag.x, event.offsetY - this.drag.y) > 4;
-        if (this.drag.moved)
+        if (this.drag.moved && this.drag.ruled) {
+          measure([this.rawPlace(this.drag.x, this.drag.y), this.rawPlace(event.offsetX, event.offsetY)]);
+        } else if (this.drag.moved)
           return this.setZoom({
             factor: this.zoom.factor,
             x: this.drag.zoom.x - (event.offsetX - this.drag.x), y: this.drag.zoom.y + (event.offsetY - this.drag.y),
@@ -574,10 +598,12 @@ export default {
     },
     pressed(event) {
       event.target.setPointerCapture(event.pointerId);
-      this.drag = { x: event.offsetX, y: event.offsetY, zoom: this.zoom, moved: false };
+      const ruled = measures(event) && this.frame !== null;
+      this.drag = { x: event.offsetX, y: event.offsetY, zoom: this.zoom, moved: false, ruled };
+      if (ruled) measure(null);
     },
     released(event) {
-      const wasClick = this.drag && !this.drag.moved;
+      const wasClick = this.drag && !this.drag.moved && !this.drag.ruled;
       this.drag = null;
       const spot = wasClick && event.button === 0 ? this.placeOf(event) : null;
       if (!spot) return;

@@ -25,12 +25,12 @@ class Spot(NamedTuple):
     level_db: float
 
 
-class FanView(Element, component="fan_view.js"):
+class FanView(Element, component="fan_view.js", esm={"ods-charts": "charts"}):
     """One picture. It asks for its frames by itself; show them in its source, or call `frames.wake`.
 
     Presentation, palette, attention and the pinned beam are the session's (`State.view`). Views of one page share the
     pointer: where it is in one of them is marked in all, each with its own level. Wheel: zoom; drag: pan; double click:
-    the whole image again. It fills the width it is given; `height` as in CSS.
+    the whole image again; ruler (M), or Shift and drag: measure. It fills the width it is given; `height` as in CSS.
     """
 
     def __init__(

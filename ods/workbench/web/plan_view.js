@@ -1,5 +1,6 @@
 // A plan in metres, north up: shapes in layers, that the page replaces one by one. Handles can be dragged.
-import { gridInk, halo, ink, Labels, legend, paper, prepare, styleOf, ticks, watch } from "ods-charts";
+import { CANVAS, gridInk, halo, ink, Labels, legend, onCanvas, paper, prepare, styleOf, ticks } from "ods-charts";
+import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
 const MARGIN = { left: 58, right: 12, top: 26, bottom: 40 };
 const REACH = 10; // pixels from a handle that still catch it
@@ -7,32 +8,23 @@ const STILL = 4; // pixels of movement that are still a click
 const DRAG_MS = 60; // between two events of a drag
 
 export default {
-  template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 200px; overflow: hidden">
-      <canvas ref="canvas" style="position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none"></canvas>
-    </div>`,
+  mixins: [onCanvas],
+  template: CANVAS,
   props: { layers: Object, title: String, busy: String, fitted: Number, follows: Boolean },
   created() {
     this.now = { title: this.title, busy: this.busy }; // as the page has set them since
     this.take(this.layers);
     this.touched = false; // zoomed or panned since all of it was shown
     this.view = null; // {north, east, scale}: middle, pixels a metre
-    this.pressed = this.pointer = this.moved = null;
+    this.pressed = this.pointer = null;
+    this.measured = null; // [from, to]: places
   },
   mounted() {
     this.$el.planView = this;
-    this.unwatch = watch(this.$el, () => this.draw());
-    const { canvas } = this.$refs;
-    canvas.addEventListener("pointerdown", (event) => this.press(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", (event) => this.release(event));
-    canvas.addEventListener("pointerleave", () => this.leave());
-    canvas.addEventListener("wheel", (event) => this.zoom(event), { passive: false });
-    canvas.addEventListener("dblclick", () => this.fit());
-    this.draw();
+    this.unruled = withRuler(this.$el, () => this.forget());
   },
   beforeUnmount() {
-    this.unwatch();
+    this.unruled();
   },
   watch: {
     layers() {
@@ -41,6 +33,16 @@ export default {
     },
   },
   methods: {
+    heard() {
+      return {
+        pointerdown: (event) => this.press(event),
+        pointermove: (event) => this.move(event),
+        pointerup: (event) => this.release(event),
+        pointerleave: () => this.leave(),
+        wheel: (event) => this.zoom(event),
+        dblclick: () => this.fit(),
+      };
+    },
     take(layers) {
       this.shown = Object.fromEntries(Object.entries(layers).map(([name, text]) => [name, JSON.parse(text)]));
     },
@@ -76,9 +78,7 @@ export default {
       return this.all().filter((shape) => shape.kind === "handle");
     },
     box() {
-      const { clientWidth, clientHeight } = this.$refs.canvas;
-      const width = Math.max(20, clientWidth - MARGIN.left - MARGIN.right);
-      return { x: MARGIN.left, y: MARGIN.top, width, height: Math.max(20, clientHeight - MARGIN.top - MARGIN.bottom) };
+      return this.inside(MARGIN);
     },
     // What is to be seen when all of it is: [lowest north, highest, lowest east, highest]; null: nothing is there.
     extent() {
@@ -125,10 +125,6 @@ export default {
       ];
     },
     // -- the pointer --
-    placeOf(event) {
-      const bounds = this.$refs.canvas.getBoundingClientRect();
-      return [event.clientX - bounds.left, event.clientY - bounds.top];
-    },
     handleAt(x, y) {
       const away = (shape) => {
         const [hx, hy] = this.toCanvas(shape.at);
@@ -152,7 +148,9 @@ export default {
       if (!this.view || event.button !== 0) return;
       const [x, y] = this.placeOf(event);
       this.$refs.canvas.setPointerCapture(event.pointerId);
-      this.pressed = { x, y, from: { ...this.view }, handle: this.handleAt(x, y), far: false, told: 0 };
+      const ruled = measures(event);
+      this.pressed = { x, y, from: { ...this.view }, handle: ruled ? undefined : this.handleAt(x, y), ruled, far: false, told: 0 };
+      if (ruled) this.measured = null;
     },
     move(event) {
       const [x, y] = (this.pointer = this.placeOf(event));
@@ -160,7 +158,8 @@ export default {
       if (!this.view) return;
       if (pressed) {
         pressed.far ||= Math.hypot(x - pressed.x, y - pressed.y) > STILL;
-        if (pressed.far && pressed.handle) this.dragTo(x, y, false);
+        if (pressed.far && pressed.ruled) this.measured = [this.toPlace(pressed.x, pressed.y), this.toPlace(x, y)];
+        else if (pressed.far && pressed.handle) this.dragTo(x, y, false);
         else if (pressed.far) {
           this.touched = true;
           this.view.north = pressed.from.north + (y - pressed.y) / this.view.scale;
@@ -185,7 +184,7 @@ export default {
       if (!pressed) return;
       const [x, y] = this.placeOf(event);
       if (pressed.far && pressed.handle) this.dragTo(x, y, true);
-      else if (!pressed.far) {
+      else if (!pressed.far && !pressed.ruled) {
         const [north, east] = this.toPlace(x, y);
         this.$emit("pick", { id: pressed.handle?.id ?? this.idAt(x, y), north, east });
       }
@@ -208,6 +207,21 @@ export default {
       this.view.north += north - nowNorth;
       this.view.east += east - nowEast;
       this.draw();
+    },
+    // -- the ruler --
+    forget() {
+      this.measured = null;
+      this.draw();
+    },
+    // What was measured, in words: bearing from north, from the first place to the second.
+    reading() {
+      const [from, to] = this.measured;
+      const [north, east] = [to[0] - from[0], to[1] - from[1]];
+      const bearing = ((Math.atan2(east, north) * 180) / Math.PI + 360) % 360;
+      return [
+        `${Math.hypot(north, east).toFixed(2)} m, bearing ${bearing.toFixed(1)}°`,
+        `north ${north.toFixed(2)} m, east ${east.toFixed(2)} m`,
+      ];
     },
     // -- drawing --
     draw() {
@@ -235,12 +249,9 @@ export default {
       for (const shape of shapes) if (shape.label) this.writeLabel(labels, shape);
       context.globalAlpha = 1;
       legend(context, roles.map((role) => [role]), box.x + 10, box.y + 14);
+      if (this.measured) drawRuler(context, this.measured.map((place) => this.toCanvas(place)), this.reading(), box);
       context.restore();
       this.drawPointer(context, width, height);
-    },
-    nothing(context, width, height) {
-      context.textAlign = "center";
-      context.fillText(this.now.busy || "nothing to show yet", width / 2, height / 2);
     },
     drawAxes(context, box) {
       const [highN, lowE] = this.toPlace(box.x, box.y);
@@ -343,7 +354,7 @@ export default {
       const [north, east] = this.toPlace(...this.pointer);
       context.textAlign = "right";
       context.textBaseline = "middle";
-      halo(context, `north ${north.toFixed(1)} m, east ${east.toFixed(1)} m`, width - MARGIN.right, 13);
+      halo(context, `north ${north.toFixed(1)} m, east ${east.toFixed(1)} m`, width - MARGIN.right - 26, 13);
     },
   },
 };

@@ -106,7 +106,8 @@ class Drag(NamedTuple):
 class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
     """Shapes in layers, drawn in the order in which the layers came first; what is set anew replaces its layer only.
 
-    Wheel: zoom; drag: pan; double click: all of it again. It fills the width that it is given; `height` as in CSS.
+    Wheel: zoom; drag: pan; double click: all of it again; ruler (M), or Shift and drag: measure. It fills the width
+    that it is given; `height` as in CSS.
     """
 
     def __init__(self, *, title: str = "", height: str = "60vh", follows: bool = False) -> None:

@@ -1,5 +1,5 @@
 // Values over time in panels, and above them a strip for each object with the states of its life; one cursor in all.
-import { gridInk, halo, ink, prepare, styleOf, ticks, watch } from "ods-charts";
+import { CANVAS, gridInk, halo, ink, onCanvas, prepare, styleOf, ticks } from "ods-charts";
 
 const MARGIN = { left: 52, right: 12, top: 24, bottom: 40 };
 const LABEL = 84; // of a strip's name
@@ -9,10 +9,8 @@ const STILL = 4;
 const SCRUB_MS = 60;
 
 export default {
-  template: `
-    <div style="position: relative; width: 100%; height: 100%; min-height: 200px; overflow: hidden">
-      <canvas ref="canvas" style="position: absolute; inset: 0; width: 100%; height: 100%; cursor: crosshair"></canvas>
-    </div>`,
+  mixins: [onCanvas],
+  template: CANVAS,
   props: { shown: String, columns: Number, title: String, busy: String, cursor: Number },
   created() {
     this.now = { ...this.$props }; // as the page has set them since
@@ -23,20 +21,19 @@ export default {
   },
   mounted() {
     this.$el.timeView = this;
-    this.unwatch = watch(this.$el, () => this.draw());
-    const { canvas } = this.$refs;
-    canvas.addEventListener("pointerdown", (event) => this.press(event));
-    canvas.addEventListener("pointermove", (event) => this.move(event));
-    canvas.addEventListener("pointerup", () => (this.pressed = null));
-    canvas.addEventListener("pointerleave", () => this.leave());
-    canvas.addEventListener("wheel", (event) => this.zoom(event), { passive: false });
-    canvas.addEventListener("dblclick", () => this.showAll());
-    this.draw();
-  },
-  beforeUnmount() {
-    this.unwatch();
+    this.$refs.canvas.style.cursor = "crosshair";
   },
   methods: {
+    heard() {
+      return {
+        pointerdown: (event) => this.press(event),
+        pointermove: (event) => this.move(event),
+        pointerup: () => (this.pressed = null),
+        pointerleave: () => this.leave(),
+        wheel: (event) => this.zoom(event),
+        dblclick: () => this.showAll(),
+      };
+    },
     // What is zoomed into stays so, unless the whole is another.
     take() {
       const { span = null, panels = [], strips = [] } = JSON.parse(this.now.shown);
@@ -55,10 +52,6 @@ export default {
       this.draw();
     },
     // -- the pointer --
-    placeOf(event) {
-      const bounds = this.$refs.canvas.getBoundingClientRect();
-      return [event.clientX - bounds.left, event.clientY - bounds.top];
-    },
     boxAt(x, y) {
       return this.boxes.find((box) => x >= box.x - 4 && x <= box.x + box.width + 4 && y >= box.y - 4 && y <= box.y + box.height + 4);
     },
@@ -124,10 +117,6 @@ export default {
       this.drawCursor(context);
       context.globalAlpha = 1;
       this.drawPointer(context);
-    },
-    nothing(context, width, height) {
-      context.textAlign = "center";
-      context.fillText(this.now.busy || "nothing to show yet", width / 2, height / 2);
     },
     toX(box, t) {
       const [from, to] = this.range();

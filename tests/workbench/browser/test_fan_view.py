@@ -1,6 +1,8 @@
 """The fan view in a real browser: pixels of a known echo, pointer, keys of the mouse, and nothing off the host."""
 
+import cmath
 import math
+import re
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -8,9 +10,11 @@ from urllib.parse import urlsplit
 
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import JavascriptException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 from selenium.webdriver.common.by import By
+from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.remote.webelement import WebElement
 
 from tests.workbench.chromium import chromium, programs, requested
@@ -134,6 +138,29 @@ def test_zoom_brings_finer_cells_and_a_double_click_all_of_it(page: webdriver.Ch
     until(lambda: page.execute_script("return arguments[0].fanView.zoom.factor", view), 1)
     time.sleep(0.4)
     assert text(page, "picked") == str(ECHO_BEAM)  # neither of its clicks pinned another
+
+
+def test_the_ruler_measures_between_two_places(page: webdriver.Chrome) -> None:
+    view = views(page)[0]
+    x, y = place_of_echo(page, view)
+    size = view.size
+    drag = ActionChains(page).key_down(Keys.SHIFT)
+    drag.move_to_element_with_offset(view, round(x - size["width"] / 2), round(y - size["height"] / 2))
+    drag.click_and_hold().move_by_offset(-60, 40).release().key_up(Keys.SHIFT).perform()
+    read = page.execute_script("return arguments[0].fanView.reading()", view)
+    apart, first, second, left, right = (float(number) for number in re.findall(r"-?\d+\.\d+", " ".join(read)))
+    assert first == pytest.approx(ECHO_SAMPLE * DR_M, abs=0.3)
+    assert left == pytest.approx(math.degrees(BEARING[ECHO_BEAM]), abs=0.5)
+    width, height = size["width"] - 14 - 74, size["height"] - 26 - 24  # beams beside each other
+    edge, far = BEARING[-1] + 0.5 * (BEARING[1] - BEARING[0]), (2000 - 0.5) * DR_M
+    assert second == pytest.approx(first - 40 * far / height, abs=0.3)
+    assert right == pytest.approx(left - math.degrees(60 * 2 * edge / width), abs=0.5)
+    one, other = (cmath.rect(*place) for place in ((first, math.radians(left)), (second, math.radians(right))))
+    assert apart == pytest.approx(abs(one - other), abs=0.1)
+    assert page.execute_script("return arguments[0].fanView.reading()", views(page)[1]) == read  # in all views
+    ActionChains(page).send_keys("m").send_keys(Keys.ESCAPE).perform()
+    with pytest.raises(JavascriptException):
+        page.execute_script("return arguments[0].fanView.reading()", view)
 
 
 def test_a_new_frame_comes_by_itself(page: webdriver.Chrome) -> None:

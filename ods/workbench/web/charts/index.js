@@ -1,4 +1,4 @@
-// What the plan and the time view share: colours by role, ticks, sharp canvases, labels that keep apart.
+// What the views of the page share: colours by role, ticks, sharp canvases, labels that keep apart.
 
 // Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
 const ROLES = {
@@ -127,3 +127,37 @@ export function watch(element, changed) {
     size.disconnect();
   };
 }
+
+// A component that draws on one canvas: mix this in, have `draw()`, and say what the canvas listens to in `heard`.
+export const onCanvas = {
+  mounted() {
+    this.unwatch = watch(this.$el, () => this.draw());
+    for (const [name, hear] of Object.entries(this.heard()))
+      this.$refs.canvas.addEventListener(name, hear, { passive: name !== "wheel" });
+    this.draw();
+  },
+  beforeUnmount() {
+    this.unwatch();
+  },
+  methods: {
+    placeOf(event) {
+      const bounds = this.$refs.canvas.getBoundingClientRect();
+      return [event.clientX - bounds.left, event.clientY - bounds.top];
+    },
+    // What of a canvas is drawn in: all but the margin.
+    inside(margin) {
+      const { clientWidth, clientHeight } = this.$refs.canvas;
+      const width = Math.max(20, clientWidth - margin.left - margin.right);
+      return { x: margin.left, y: margin.top, width, height: Math.max(20, clientHeight - margin.top - margin.bottom) };
+    },
+    nothing(context, width, height) {
+      context.textAlign = "center";
+      context.fillText(this.now.busy || "nothing to show yet", width / 2, height / 2);
+    },
+  },
+};
+
+export const CANVAS = `
+    <div style="position: relative; width: 100%; height: 100%; min-height: 120px; overflow: hidden">
+      <canvas ref="canvas" style="position: absolute; inset: 0; width: 100%; height: 100%; touch-action: none"></canvas>
+    </div>`;
