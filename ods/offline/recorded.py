@@ -1,14 +1,19 @@
 """Messages of a recording of `ods record`, as files of pings tell theirs."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TypeVar, overload
+from typing import TypeVar
 
 import msgspec
 
+from ods.base.by_place import ByPlace, UnreadableItemError, place_after
+from ods.base.errors import one_line
 from ods.messages import Ping, Pose, Truth
+from ods.recording.errors import RecordingError
 from ods.recording.mcap.framing import MAGIC
+from ods.recording.mcap.index import Chunks, Place, Places, places_of
 from ods.recording.mcap.reader import Recording, open_recording
+from ods.recording.mcap.topics import decoded
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.files.ping_sequence import PingSequence
@@ -28,61 +33,92 @@ def is_recording(path: Path) -> bool:
         return False  # which reading it will say better
 
 
-def decoded_of(recording: Recording, kind: type[MessageT]) -> Iterator[MessageT]:
-    """Yield the messages of one kind; what is none is counted among the recording's losses. Raises RecordingError."""
-    topic = TOPICS[kind]
-    for recorded in recording.messages([topic]):
-        try:
-            message = recorded.message()
-        except ValueError:
-            recording.losses[f"bad_{topic}"] += 1
-            continue
-        if isinstance(message, kind):
-            yield message
+class RecordedMessages(ByPlace[MessageT]):
+    """The messages of one kind in a recording, each read when it is asked for. Counts bad ones in `losses`, once."""
 
-
-class RecordedPings(Sequence[Ping]):
-    """The pings of a recording. They are read one after the other: going back begins anew."""
-
-    def __init__(self, recording: Recording) -> None:
-        """Count them, which reads the file once. Raises RecordingError."""
-        self._recording = recording
-        self._count = sum(1 for _ in decoded_of(recording, Ping))
-        self._rewind()
-
-    def _rewind(self) -> None:
-        self._pings, self._next = decoded_of(self._recording, Ping), 0
-        self._newest: tuple[int, Ping] | None = None
+    def __init__(
+        self, recording: Recording, kind: type[MessageT], places: Places | list[Place], chunks: Chunks
+    ) -> None:
+        self.recording = recording
+        self._kind, self._places, self._chunks = kind, places, chunks
+        self._bad: set[int] = set()
 
     def __len__(self) -> int:
-        return self._count
+        return len(self._places)
 
-    @overload
-    def __getitem__(self, index: int) -> Ping: ...
+    def item(self, place: int) -> MessageT:
+        """Read one. Raises UnreadableItemError."""
+        topic = TOPICS[self._kind]
+        try:
+            message = decoded(topic, self._chunks.message(self._places[place]))
+            if isinstance(message, self._kind):
+                return message
+            raise ValueError(f"no {topic}")
+        except (ValueError, RecordingError) as error:
+            if place not in self._bad:
+                self._bad.add(place)
+                self.recording.losses[f"bad_{topic}"] += 1
+            raise UnreadableItemError(f"{topic} {place}: {one_line(error)}") from error
 
-    @overload
-    def __getitem__(self, index: slice) -> list[Ping]: ...
+    def readable(self) -> "RecordedMessages[MessageT]":
+        """Return those that can be read, which reads all once."""
+        good = [number for number in range(len(self)) if self._is_readable(number)]
+        if len(good) == len(self):
+            return self
+        places = [self._places[number] for number in good]
+        return RecordedMessages(self.recording, self._kind, places, self._chunks)
 
-    def __getitem__(self, index: int | slice) -> Ping | list[Ping]:
-        """Return one ping or a list of some. Raises IndexError, RecordingError."""
-        if isinstance(index, slice):
-            return [self[place] for place in range(self._count)[index]]
-        place = range(self._count)[index]
-        if self._newest is not None and self._newest[0] == place:
-            return self._newest[1]
-        if place < self._next:
-            self._rewind()
-        for ping in self._pings:
-            self._next += 1
-            if self._next > place:
-                self._newest = place, ping
-                return ping
-        raise IndexError(index)
+    def _is_readable(self, number: int) -> bool:
+        try:
+            self.item(number)
+        except UnreadableItemError:
+            return False
+        return True
+
+
+class Indexed:
+    """A recording in which each message can be read by itself: opening it reads heads of records only."""
+
+    def __init__(self, recording: Recording) -> None:
+        """Raises RecordingError."""
+        places = places_of(recording, TOPICS.values())
+        chunks = Chunks(recording.segments)
+        self.losses = recording.losses
+        self.pings = RecordedMessages(recording, Ping, places["ping"], chunks)
+        self.poses = RecordedMessages(recording, Pose, places["pose"], chunks)
+        """In the order in which they were received."""
+        self.truths = RecordedMessages(recording, Truth, places["truth"], chunks)
+
+
+class TruthsByNumber(Mapping[int, Truth]):
+    """What is true at pings, found by their numbers, which rise. Going through all keeps all."""
+
+    def __init__(self, truths: Sequence[Truth]) -> None:
+        self._truths = truths
+        self._all: dict[int, Truth] | None = None
+
+    def __len__(self) -> int:
+        return len(self._truths if self._all is None else self._all)
+
+    def __iter__(self) -> Iterator[int]:
+        if self._all is None:
+            self._all = {truth.ping_number: truth for truth in self._truths}
+        return iter(self._all)
+
+    def __getitem__(self, number: int) -> Truth:
+        """Return that of a ping. Raises KeyError."""
+        if self._all is not None:
+            return self._all[number]
+        place = place_after(self._truths, number, lambda truth: truth.ping_number)
+        for truth in self._truths[max(0, place - 1) : place]:
+            if truth.ping_number == number:
+                return truth
+        raise KeyError(number)
 
 
 def pings_of(path: Path, fan: FanGeometry | None = None) -> PingSequence:
     """Open a recording of pings of any format, those of `ods record` too. Raises OdsError, one line."""
     if is_recording(path):
-        recorded = open_recording(path)
-        return PingSequence(RecordedPings(recorded), losses=recorded.losses)
+        recorded = Indexed(open_recording(path))
+        return PingSequence(recorded.pings.readable(), losses=recorded.losses)
     return open_pings(path, fan)

@@ -11,7 +11,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.messages import Ping, Pose, Truth
 from ods.offline.poses import poses_along, way_of
-from ods.offline.recorded import RecordedPings, decoded_of, is_recording
+from ods.offline.recorded import Indexed, is_recording
 from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
@@ -85,12 +85,11 @@ def simulated(scene: Scene, model: SonarModel) -> Source:
 
 
 def _recorded_source(path: Path, site: LocalFrame | None) -> Source:
-    recorded = open_recording(path)
-    pings = RecordedPings(recorded)
-    poses = sorted(decoded_of(recorded, Pose), key=lambda pose: pose.t_ns)
+    recorded = Indexed(open_recording(path))
+    pings, poses = recorded.pings.readable(), sorted(recorded.poses, key=lambda pose: pose.t_ns)
     if not pings or not poses:
         raise OdsError(f"{path}: no {'poses' if pings else 'pings'} in it")
-    truths = {truth.ping_number: truth for truth in decoded_of(recorded, Truth)}
+    truths = {truth.ping_number: truth for truth in recorded.truths}
     return Source(pings, poses, truths, recorded.losses, site)
 
 

@@ -23,6 +23,9 @@ CHUNK = struct.Struct("<QQQII")
 """Earliest and latest log time, size and CRC-32 of the records inside, length of the compression's name; then the name,
 the compressed size as 8 bytes, and the compressed records."""
 
+HEAD_BYTES = CHUNK.size
+"""The longest head that a record's content has."""
+
 MB = 1_000_000
 LONGEST_MESSAGE_BYTES = 32 * MB
 """On the bus a message may be longer; no ping of a real sonar is. Bounds the reader's memory, too."""
@@ -49,11 +52,14 @@ def encoded(*records: McapRecord) -> bytes:
     return content
 
 
-def frames(file: BinaryIO, wanted: Collection[int], losses: "Counter[str]") -> Iterator[Frame]:
+def frames(
+    file: BinaryIO, wanted: Collection[int], losses: "Counter[str]", heads: Collection[int] = ()
+) -> Iterator[Frame]:
     """Yield the records of the wanted kinds up to the footer, or to the last whole one of a file that was cut off.
 
-    `file` stands behind the magic, or behind any record. Counts what is lost: torn (what begins no record, or one that
-    the file does not hold to its end: what follows is not read), overlong (records beyond LONGEST_RECORD_BYTES).
+    `file` stands behind the magic, or behind any record. Of the kinds in `heads` the first HEAD_BYTES are read only.
+    Counts what is lost: torn (what begins no record, or one that the file does not hold to its end: what follows is
+    not read), overlong (records beyond LONGEST_RECORD_BYTES).
     """
     size = os.fstat(file.fileno()).st_size
     position = file.tell()
@@ -66,11 +72,14 @@ def frames(file: BinaryIO, wanted: Collection[int], losses: "Counter[str]") -> I
         if opcode == 0 or length > size - position - RECORD.size:
             losses["torn"] += 1
             return
-        if opcode not in wanted:
+        if opcode not in wanted and opcode not in heads:
             file.seek(length, os.SEEK_CUR)
         elif length > LONGEST_RECORD_BYTES:
             losses["overlong"] += 1
             file.seek(length, os.SEEK_CUR)
+        elif opcode in heads:
+            yield Frame(opcode, position, file.read(min(length, HEAD_BYTES)))
+            file.seek(position + RECORD.size + length)
         else:
             yield Frame(opcode, position, file.read(length))
         position += RECORD.size + length

@@ -1,33 +1,18 @@
 """Reads recordings: one segment, or a folder of them, whole, torn, foreign or hostile, in bounded memory."""
 
-import struct
-import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator
 from functools import cached_property
-from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 import msgspec
-import zstandard
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, Channel, Header, Metadata
+from mcap.records import Attachment, Header, Metadata
 
 from ods.recording.errors import RecordingError, UnreadableError
-from ods.recording.mcap.framing import (
-    CHUNK,
-    LONGEST_CHUNK_BYTES,
-    MAGIC,
-    MB,
-    MESSAGE,
-    PROFILE,
-    RECORD,
-    Frame,
-    frames,
-)
+from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, unpacked, unzipper
+from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames
 from ods.recording.mcap.topics import decoded
 
 SUFFIX = ".mcap"
@@ -37,8 +22,6 @@ MOST_EXTRAS_BYTES = 48 * MB
 """Of all attachments and metadata of a recording: more are counted and left out."""
 CONTENTS = frozenset({Opcode.CHANNEL, Opcode.CHUNK, Opcode.MESSAGE, Opcode.METADATA})
 EXTRAS = frozenset({Opcode.METADATA, Opcode.ATTACHMENT})
-_BAD_RECORD = (McapError, struct.error, ValueError)
-"""What decoding a record's content may raise."""
 
 
 class Recorded(NamedTuple):
@@ -122,19 +105,19 @@ class Recording:
         attachments: dict[str, bytes] = {}
         held = 0
         for path in self.segments:
-            for frame in self._frames(path, EXTRAS, Counter()):
+            for frame in frames_of(path, EXTRAS, Counter()):
                 held += len(frame.content)
                 if held > MOST_EXTRAS_BYTES:
                     self.losses["left_out"] += 1
                     return metadata, attachments
                 try:
                     if frame.opcode == Opcode.METADATA:
-                        told = Metadata.read(_stream(frame.content))
+                        told = Metadata.read(stream(frame.content))
                         metadata.setdefault(told.name, told.metadata)
                     else:
-                        enclosed = Attachment.read(_stream(frame.content))
+                        enclosed = Attachment.read(stream(frame.content))
                         attachments.setdefault(enclosed.name, enclosed.data)
-                except _BAD_RECORD:
+                except BAD_RECORD:
                     self.losses["bad_records"] += 1
         return metadata, attachments
 
@@ -142,16 +125,20 @@ class Recording:
         """Yield the messages of some topics, by default of all, in order of log time. Raises UnreadableError."""
         for path in self.segments:
             segment = _Segment(topics, self.losses)
-            for frame in self._frames(path, CONTENTS, self.losses):
+            for frame in frames_of(path, CONTENTS, self.losses):
                 yield from segment.take(frame)
 
-    def _frames(self, path: Path, wanted: Collection[int], losses: "Counter[str]") -> Iterator[Frame]:
-        try:
-            with path.open("rb") as file:
-                file.seek(len(MAGIC))
-                yield from frames(file, wanted, losses)
-        except OSError as error:
-            raise UnreadableError(f"{path}: {error.strerror}") from error
+
+def frames_of(
+    path: Path, wanted: Collection[int], losses: "Counter[str]", heads: Collection[int] = ()
+) -> Iterator[Frame]:
+    """Yield the records of a segment, as `frames` does. Raises UnreadableError."""
+    try:
+        with path.open("rb") as file:
+            file.seek(len(MAGIC))
+            yield from frames(file, wanted, losses, heads)
+    except OSError as error:
+        raise UnreadableError(f"{path}: {error.strerror}") from error
 
 
 class _Segment:
@@ -161,102 +148,49 @@ class _Segment:
         self._topics = topics
         self._losses = losses
         self._offset_ns = 0
-        self._channels: dict[int, str] = {}
-        self._unzip = zstandard.ZstdDecompressor(max_window_size=LONGEST_CHUNK_BYTES)
+        self._channels = Channels(losses)
+        self._unzip = unzipper()
 
     def take(self, frame: Frame) -> Iterator[Recorded]:
         """Yield the messages in a record of CONTENTS."""
-        try:
-            if frame.opcode == Opcode.CHANNEL:
-                self._learn(frame.content)
-            elif frame.opcode == Opcode.METADATA:
-                told = Metadata.read(_stream(frame.content))
-                if told.name == ODS:
-                    self._offset_ns = int(told.metadata["utc_offset_ns"])
-        except (*_BAD_RECORD, KeyError):
-            self._losses["bad_records"] += 1
-        if frame.opcode == Opcode.MESSAGE:
+        if frame.opcode == Opcode.CHANNEL:
+            self._channels.learn(frame.content)
+        elif frame.opcode == Opcode.METADATA:
+            self._be_told(frame.content)
+        elif frame.opcode == Opcode.MESSAGE:
             yield from self._message(memoryview(frame.content))
         elif frame.opcode == Opcode.CHUNK:
             yield from self._chunk(frame.content)
 
-    def _learn(self, content: bytes) -> None:
-        channel = Channel.read(_stream(content))
-        if channel.message_encoding == "msgpack":
-            self._channels[channel.id] = channel.topic
+    def _be_told(self, content: bytes) -> None:
+        try:
+            told = Metadata.read(stream(content))
+            if told.name == ODS:
+                self._offset_ns = int(told.metadata["utc_offset_ns"])
+        except (*BAD_RECORD, KeyError):
+            self._losses["bad_records"] += 1
 
     def _chunk(self, content: bytes) -> Iterator[Recorded]:
         try:
-            records = _inside(content, self._unzip)
-        except (*_BAD_RECORD, zstandard.ZstdError, MemoryError):
+            records = unpacked(content, self._unzip)
+        except BAD_CHUNK:
             self._losses["bad_chunks"] += 1
             return
         del content
-        held = sorted(self._records_inside(records), key=_log_time)
+        held = sorted((message for _, message in self._channels.messages(records)), key=log_time)
         for message in held:
             yield from self._message(message)
-
-    def _records_inside(self, records: bytes) -> Iterator[memoryview]:
-        """Yield the messages in a chunk, and learn its channels."""
-        whole, position = memoryview(records), 0
-        while position + RECORD.size <= len(whole):
-            opcode, length = RECORD.unpack_from(whole, position)
-            position += RECORD.size
-            if length > len(whole) - position:
-                break
-            if opcode == Opcode.MESSAGE and length >= MESSAGE.size:
-                yield whole[position : position + length]
-            elif opcode == Opcode.CHANNEL:
-                try:
-                    self._learn(bytes(whole[position : position + length]))
-                except _BAD_RECORD:
-                    self._losses["bad_records"] += 1
-            position += length
-        if position != len(whole):
-            self._losses["bad_records"] += 1
 
     def _message(self, content: memoryview) -> Iterator[Recorded]:
         if len(content) < MESSAGE.size:
             self._losses["bad_records"] += 1
             return
         channel, _, utc_ns, _ = MESSAGE.unpack_from(content)
-        topic = self._channels.get(channel)
+        topic = self._channels.topics.get(channel)
         if topic is None:
             self._losses["unknown_channels"] += 1
         elif self._topics is None or topic in self._topics:
             yield Recorded(topic, utc_ns - self._offset_ns, utc_ns, bytes(content[MESSAGE.size :]))
-
-
-def _log_time(message: memoryview) -> int:
-    _, _, utc_ns, _ = MESSAGE.unpack_from(message)
-    return int(utc_ns)
-
-
-def _inside(content: bytes, unzip: zstandard.ZstdDecompressor) -> bytes:
-    """Return the records in a chunk. Raises ZstdError, struct.error or ValueError."""
-    _, _, size, checksum, name_length = CHUNK.unpack_from(content)
-    if name_length > len(content) or size > LONGEST_CHUNK_BYTES:
-        raise ValueError("too large")
-    name = content[CHUNK.size : CHUNK.size + name_length]
-    start = CHUNK.size + name_length
-    (length,) = struct.unpack_from("<Q", content, start)
-    packed = memoryview(content)[start + 8 : start + 8 + length]
-    if name == b"zstd":
-        told = zstandard.frame_content_size(packed)
-        if told not in (-1, size):  # a bomb says itself how much it would take
-            raise ValueError("another size inside than outside")
-        records = unzip.decompress(packed, max_output_size=size)
-    elif name == b"":
-        records = bytes(packed)
-    else:
-        raise ValueError("unknown compression")
-    if checksum and zlib.crc32(records) != checksum:
-        raise ValueError("wrong checksum")
-    return records
-
-
-def _stream(content: bytes) -> ReadDataStream:
-    return ReadDataStream(BytesIO(content))
 
 
 def _check_head(path: Path) -> None:
@@ -273,7 +207,7 @@ def _check_head(path: Path) -> None:
 def _profile(file: BinaryIO) -> str:
     for frame in frames(file, {Opcode.HEADER}, Counter()):
         try:
-            return str(Header.read(_stream(frame.content)).profile)
-        except _BAD_RECORD:
+            return str(Header.read(stream(frame.content)).profile)
+        except BAD_RECORD:
             return ""
     return ""

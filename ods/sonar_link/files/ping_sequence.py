@@ -3,9 +3,9 @@
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import overload
 
 from ods.base.arrays import AnyArray, Floats
+from ods.base.by_place import ByPlace
 from ods.base.errors import OdsError
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
@@ -15,7 +15,7 @@ class PingFileError(OdsError):
     """A file of pings cannot be used; the text is one line: file and reason."""
 
 
-class LazyPings(Sequence[Ping]):
+class LazyPings(ByPlace[Ping]):
     """`count` pings, each made by `make(index)` when asked for, so that a long recording need not fit in memory."""
 
     def __init__(self, count: int, make: Callable[[int], Ping]) -> None:
@@ -25,17 +25,9 @@ class LazyPings(Sequence[Ping]):
     def __len__(self) -> int:
         return self._count
 
-    @overload
-    def __getitem__(self, index: int) -> Ping: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[Ping]: ...
-
-    def __getitem__(self, index: int | slice) -> Ping | list[Ping]:
-        """Return one ping or a list of some. Raises IndexError."""
-        if isinstance(index, slice):
-            return [self._make(i) for i in range(self._count)[index]]
-        return self._make(range(self._count)[index])
+    def item(self, place: int) -> Ping:
+        """Make one."""
+        return self._make(place)
 
 
 def recorded_ping(

@@ -7,16 +7,17 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from typing import overload
 
+from ods.base.by_place import ByPlace, place_after
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.messages import Ping, Pose, Truth
 from ods.offline.poses import Way, way_of
-from ods.offline.recorded import is_recording, pings_of
-from ods.offline.source import open_source, simulated, truths_beside
+from ods.offline.recorded import Indexed, TruthsByNumber, is_recording
+from ods.offline.source import simulated, truths_beside
+from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
@@ -37,7 +38,7 @@ class DataError(OdsError):
     """The data cannot be opened; the text is one line."""
 
 
-class KeptPings(Sequence[Ping]):
+class KeptPings(ByPlace[Ping]):
     """Pings of anywhere, of which the last ones are kept. May be used from several threads."""
 
     def __init__(self, pings: Sequence[Ping], most_bytes: int = KEPT_BYTES) -> None:
@@ -49,17 +50,8 @@ class KeptPings(Sequence[Ping]):
     def __len__(self) -> int:
         return len(self._pings)
 
-    @overload
-    def __getitem__(self, index: int) -> Ping: ...
-
-    @overload
-    def __getitem__(self, index: slice) -> list[Ping]: ...
-
-    def __getitem__(self, index: int | slice) -> Ping | list[Ping]:
-        """Return one ping or a list of some. Raises IndexError, and OdsError where the file is bad."""
-        if isinstance(index, slice):
-            return [self[place] for place in range(len(self))[index]]
-        place = range(len(self))[index]
+    def item(self, place: int) -> Ping:
+        """Return one. Raises OdsError where the file is bad."""
         with self._lock:
             if place not in self._kept:
                 self._keep(place, self._pings[place])
@@ -82,7 +74,7 @@ class Data:
     pings: Sequence[Ping]
     """Made when they are asked for; asking may raise OdsError."""
     poses: Sequence[Pose] = ()
-    """In order of time; none: nothing can be tracked."""
+    """In order of time, or of receipt where a recording tells them; none: nothing can be tracked."""
     timed: bool = True
     """False: single images, of which no time is known."""
     truths: Mapping[int, Truth] = field(default_factory=dict)
@@ -101,6 +93,16 @@ class Data:
     def truth(self, place: int) -> Truth | None:
         """Return what is true of a ping."""
         return self.truths.get(self.pings[place].ping_number)
+
+    def poses_about(self, t_ns: int, before: int) -> Sequence[Pose]:
+        """Return the last poses, so many, up to an instant, and the one after it."""
+        after = place_after(self.poses, t_ns, lambda pose: pose.t_ns)
+        return self.poses[max(0, after - before) : after + 1]
+
+    @cached_property
+    def poses_in_time(self) -> list[Pose]:
+        """All poses in order of time, which reads them all: not for the server's loop."""
+        return sorted(self.poses, key=lambda pose: pose.t_ns)
 
     @cached_property
     def _first_ns(self) -> int:
@@ -165,11 +167,9 @@ def _from_file(reference: DataReference, path: Path) -> Data:
 
 
 def _from_recording(reference: DataReference, path: Path) -> Data:
-    try:
-        source = open_source(path, sonar=reference.sonar)
-    except OdsError:  # no poses, or worse
-        recording = pings_of(path)
-        if not len(recording.pings):
-            raise
-        return Data(reference, KeptPings(recording.pings), losses=recording.losses)
-    return Data(reference, KeptPings(source.pings), source.poses, True, source.truths, source.losses, source.frame)
+    """Open a recording of `ods record`: by its index, and what is asked for is read."""
+    recorded = Indexed(open_recording(path))
+    if not recorded.pings:
+        raise DataError(f"{path}: no pings in it")
+    truths = TruthsByNumber(recorded.truths)
+    return Data(reference, KeptPings(recorded.pings), recorded.poses, True, truths, recorded.losses)

@@ -12,6 +12,7 @@ from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source
 from ods.pipeline.offline import detect_pings
+from ods.workbench.engine.data import Data
 from ods.workbench.engine.folders import writable
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import Tuning
@@ -54,7 +55,7 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
 
 
 def record_movie(
-    source: Source, tuning: Tuning, file: Path, folders: Sequence[Path], *, tell: Callable[[float], bool], style: str
+    data: Data, tuning: Tuning, file: Path, folders: Sequence[Path], *, tell: Callable[[float], bool], style: str
 ) -> Path:
     """Write a run over all pings as a movie: images beside the plan. Raises OdsError, StageError.
 
@@ -64,6 +65,7 @@ def record_movie(
     from ods.plots.style import drawn_in
     from ods.track.outputs import Outputs, Wanted
 
+    source = Source(data.pings, data.poses_in_time, data.truths, data.losses, data.frame)
     settings, count = tuning.mission(), len(source.pings)
     with _ONE_AT_A_TIME, drawn_in(style):
         wanted = Wanted(out=None, json=False, geojson=None, plot=None, movie=place)

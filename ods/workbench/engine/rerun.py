@@ -127,7 +127,9 @@ class Rerun:
                 self._tell()
         data = detections.data
         counters = detections.counters + tracking.counters
-        beside = Beside(data.poses, data.truths, Mounting(wish.settings.mounting), map_after(tracking.tracker))
+        beside = Beside(
+            data.poses_in_time, dict(data.truths), Mounting(wish.settings.mounting), map_after(tracking.tracker)
+        )
         return collecting.result(beside, counters)
 
     def _detections(self, wish: Wanted) -> "_Detections":
@@ -155,17 +157,16 @@ class _Detections:
         self.found: list[Found] = []
         detecting = Detecting(settings)
         self.counters: Counter[str] = detecting.counters
-        self._coming: Iterator[tuple[Ping, Found]] = detecting.found(data.pings, data.poses)
+        self._coming: Iterator[tuple[Ping, Found]] = detecting.found(data.pings, data.poses_in_time)
 
     def __len__(self) -> int:
         return len(self.data.pings)
 
     def __iter__(self) -> Iterator[Found]:
-        for place in range(len(self)):
-            if place == len(self.found):
-                _, found = next(self._coming)
-                self.found.append(found)
-            yield self.found[place]
+        yield from self.found
+        for _, found in self._coming:
+            self.found.append(found)
+            yield found
 
 
 def map_after(tracker: MissionTracker | None) -> list[MapObject]:

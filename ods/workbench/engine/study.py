@@ -5,7 +5,6 @@ import math
 import statistics
 import threading
 import time
-from bisect import bisect_right
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -96,7 +95,6 @@ class Studio:
 
     def __init__(self, data: Data) -> None:
         self._data = data
-        self._pose_times = [pose.t_ns for pose in data.poses]
         self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
         self._speckle: tuple[bytes, Speckle] = (b"", [])
         self._lock = threading.Lock()
@@ -152,8 +150,7 @@ class Studio:
         """Return where the sonar's head was at a ping, as far as poses tell."""
         t_ns = self._data.pings[place].t_ns
         buffer = PoseBuffer(*msgspec.structs.astuple(settings.pose))
-        after = bisect_right(self._pose_times, t_ns)
-        for pose in self._data.poses[max(0, after - POSES_BEFORE) : after + 1]:
+        for pose in self._data.poses_about(t_ns, POSES_BEFORE):
             buffer.insert(pose)
         return head_of(buffer.at(t_ns), Mounting(settings.mounting))
 

@@ -8,7 +8,6 @@ from nicegui import run, ui
 from nicegui.events import UploadEventArguments
 
 from ods.base.errors import OdsError
-from ods.offline.source import Source
 from ods.workbench.engine import files, presets, printing
 from ods.workbench.engine.config_file import load_config, saving, write_config
 from ods.workbench.engine.data import Data, open_data
@@ -158,9 +157,8 @@ def _movie(session: Session) -> None:
         stops.clear()
         state = session.state
         data = await _opened(session)
-        source = Source(data.pings, data.poses, data.truths, data.losses, data.frame)
         file = await run.io_bound(partial(
-            printing.record_movie, source, state.tuning, Path(name.value), session.folders, tell=tell, style="dark"
+            printing.record_movie, data, state.tuning, Path(name.value), session.folders, tell=tell, style="dark"
         ))  # fmt: skip
         ui.notify(f"written: {file}", type="positive")
 

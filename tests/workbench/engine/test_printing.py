@@ -8,10 +8,11 @@ from PIL import Image
 from ods.base.errors import OdsError
 from ods.base.shipped import shipped_file
 from ods.offline.source import scene_source
+from ods.workbench.engine.data import Data
 from ods.workbench.engine.printing import config_hash, print_ping, record_movie
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
-from ods.workbench.model.state import State
+from ods.workbench.model.state import DataReference, State
 from tests.workbench.model.test_history import LAST
 
 SOURCE = scene_source(shipped_file("scenes/figure11.toml"), "seabat6012")
@@ -38,7 +39,7 @@ def test_the_hash_is_of_what_runs() -> None:
 
 def test_a_movie_ends_where_it_is_stopped(tmp_path: Path) -> None:
     file = record_movie(
-        SOURCE, State().tuning, tmp_path / "m.webp", [tmp_path],
+        Data(DataReference(), SOURCE.pings, SOURCE.poses), State().tuning, tmp_path / "m.webp", [tmp_path],
         tell=lambda share: share * len(SOURCE.pings) < 3.0, style="dark",
     )  # fmt: skip
     with Image.open(file) as movie:
