@@ -21,7 +21,7 @@ import psutil
 from nicegui import ui
 from selenium import webdriver
 
-from benchmarks import workbench_sliders
+from benchmarks import workbench_recording, workbench_sliders
 from ods.workbench.session import Session
 from ods.workbench.web import server
 from ods.workbench.web.fan_view import FanView
@@ -59,29 +59,39 @@ def main() -> None:
     """Print the tables of docs/workbench.md."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--serve", type=float, metavar="HZ", help=argparse.SUPPRESS)
-    parser.add_argument("--seconds", type=float, default=20.0, help="for which CPU is measured")
+    parser.add_argument("--seconds", type=float, default=20.0, help="for which CPU is measured; 0: not at all")
     parser.add_argument(
         "--frames", type=int, default=10_000, help="after which memory is looked at again; 0: not at all"
     )
     parser.add_argument("--moves", type=int, default=1000, help="of a slider; 0: none")
+    parser.add_argument(
+        "--recording", action=argparse.BooleanOptionalAction, default=True, help="one of ten minutes, opened"
+    )
     args = parser.parse_args()
     if args.serve is not None:
         _serve(args.serve)
         return
+    if args.seconds:
+        _tell_cpu(args.seconds)
+    if args.frames:
+        _tell_memory(args.frames)
+    if args.moves:
+        workbench_sliders.tell(args.moves)
+    if args.recording:
+        workbench_recording.tell()
+
+
+def _tell_cpu(seconds: float) -> None:
     print(
         "| images/s sent | drawn | ms to draw | browser CPU % | server CPU % | server MB |\n|---|---|---|---|---|---|"
     )
     for rate_hz in (7.0, 20.0):
         with _running(rate_hz) as running:
-            used = _used(running, args.seconds)
+            used = _used(running, seconds)
             print(
                 f"| {rate_hz:g} | {used.images_hz:.1f} | {used.draw_ms:.1f} | {used.browser_percent:.0f} | "
                 f"{used.server_percent:.1f} | {_mb(running.server):.0f} |", flush=True,
             )  # fmt: skip
-    if args.frames:
-        _tell_memory(args.frames)
-    if args.moves:
-        workbench_sliders.tell(args.moves)
 
 
 def _tell_memory(frames: int) -> None:
