@@ -53,6 +53,8 @@ KEYS = (
 )
 FIRST_MENU = {"none": 0, "file": 0, "scene": 2, "live": 6}
 """Place in MENUS of what opens first, by the kind of the data."""
+LONGEST_NAME = 44
+"""Characters of a step's name in the header; the list of steps has all of it."""
 
 _open_menu: "WeakKeyDictionary[Session, str]" = WeakKeyDictionary()
 """That a page shows which is built again."""
@@ -122,7 +124,7 @@ def _undo_and_redo(session: Session) -> None:
     def show(_: State | None = None, __: State | None = None) -> None:
         history = session.history
         for button, name in ((undo, history.undoes), (redo, history.redoes)):
-            button.set_text(name)
+            button.set_text(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
             button.set_enabled(bool(name))
 
     steps.on("before-show", list_steps)
@@ -132,7 +134,7 @@ def _undo_and_redo(session: Session) -> None:
 
 def _step_button(icon: str, tip: str, clicked: Callable[[], None]) -> Button:
     button = ui.button(icon=icon, on_click=lambda: clicked())
-    button.props("flat dense no-caps color=white").classes("max-w-64").tooltip(tip)
+    button.props("flat dense no-caps no-wrap color=white").tooltip(tip)  # a header that grew would move the page
     return button
 
 

@@ -1,5 +1,6 @@
 """Sliders and switches of a scene, which follow the state as they set it."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -50,10 +51,8 @@ class _Slider:
         follow(session, self._slider, self._follow)
 
     def _value(self, state: State) -> float | None:
-        try:
-            return None if state.scene is None else float(value_at(state.scene, self._dial.path))
-        except (PathError, TypeError):
-            return None  # the part of the scene is gone, and its panel goes soon
+        given = _value(state, self._dial.path)
+        return float(given) if isinstance(given, int | float) else None
 
     def _set(self, value: float | None) -> None:
         now = self._value(self._session.state)
@@ -102,11 +101,30 @@ def waypoints(session: Session, of: str) -> None:
             ui.label(f"{place + 1}").classes("text-sm w-4")
             _typed(session, "t", "s", f"{of}.waypoints[{place}].t_s", point["t_s"])
             _typed(session, "depth", "m", f"{of}.waypoints[{place}].position_ned[2]", point["position_ned"][2])
-            north, east, _ = point["position_ned"]
-            ui.label(f"N {north:.1f}, E {east:.1f} m").classes("text-xs opacity-70")
+            _place(session, f"{of}.waypoints[{place}].position_ned")
             remove = RemoveWaypoint(of, place)
             close = ui.button(icon="close", on_click=lambda action=remove: try_to(session, action))
             close.props("flat round dense size=sm").tooltip("remove")
+
+
+def _place(session: Session, path: str) -> None:
+    """Build the words for a place that is dragged elsewhere."""
+
+    def show(_: State | None = None, __: State | None = None) -> None:
+        north, east, _down = _value(session.state, path) or (math.nan,) * 3
+        label.set_text(f"N {north:.1f}, E {east:.1f} m")
+
+    label = ui.label().classes("text-xs opacity-70")
+    follow(session, label, show)
+    show()
+
+
+def _value(state: State, path: str) -> Any:
+    """Return a value of the scene; None: that part is gone, and its panel goes soon."""
+    try:
+        return None if state.scene is None else value_at(state.scene, path)
+    except PathError:
+        return None
 
 
 def _typed(session: Session, label: str, unit: str, path: str, value: float) -> None:
@@ -116,5 +134,11 @@ def _typed(session: Session, label: str, unit: str, path: str, value: float) -> 
         if number.value is not None:
             try_to(session, SetScene(path, float(number.value)))
 
+    def show(_: State, __: State) -> None:
+        given = _value(session.state, path)
+        if given is not None:
+            number.set_value(round(given, 2))
+
+    follow(session, number, show)
     number.on("blur", set_it)
     number.on("keydown.enter", set_it)

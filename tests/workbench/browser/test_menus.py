@@ -5,7 +5,6 @@ import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
-from selenium import webdriver
 from selenium.webdriver.common.by import By
 
 from ods.workbench.model.actions import SetSetting
@@ -13,19 +12,12 @@ from ods.workbench.model.apply import apply
 from ods.workbench.model.share import shared_text
 from ods.workbench.pages.frame import MENUS
 from ods.workbench.start import first_state
+from tests.workbench.browser.waiting import wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import serving
 from tests.workbench.test_command import arguments, loaded_by
 
 SCENE = Path(__file__).parents[3] / "config" / "scenes" / "figure11.toml"
-
-
-def _wait_for(window: webdriver.Chrome, text: str) -> None:
-    for _ in range(200):
-        if text in window.find_element(By.TAG_NAME, "body").text:
-            return
-        time.sleep(0.05)
-    raise AssertionError(f"{text!r} never came: {window.find_element(By.TAG_NAME, 'body').text[:500]}")
 
 
 def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: Path) -> None:
@@ -34,7 +26,7 @@ def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: 
     shared = apply(first_state(words, loaded_by(words)), SetSetting("tracker.observer", "independent"))
     with serving(str(SCENE)) as server, chromium(tmp_path / "profile") as window:
         window.get(f"{server.link}#state={shared_text(shared)}")
-        _wait_for(window, "what was shared")  # the undo button says what it would undo
+        wait_for(window, "what was shared")  # the undo button says what it would undo
         assert "#" not in window.current_url
         tabs = {tab.text: tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab")}
         for menu in (menu for menu in MENUS if importlib.util.find_spec(menu.module)):

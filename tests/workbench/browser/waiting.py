@@ -1,0 +1,40 @@
+"""Waiting for what a page comes to."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from selenium import webdriver
+from selenium.webdriver.common.by import By
+
+LONGEST_S = 60.0
+TEXT = "return document.body.innerText"
+
+
+def until(found: Callable[[], Any]) -> Any:
+    """Wait until something is so, and return it."""
+    ends_s = time.monotonic() + LONGEST_S
+    while time.monotonic() < ends_s:
+        if value := found():
+            return value
+        time.sleep(0.05)
+    raise AssertionError("it never came")
+
+
+def wait_for(window: webdriver.Chrome, text: str) -> None:
+    """Wait until the page shows a text."""
+    ends_s = time.monotonic() + LONGEST_S
+    while text not in (shown := str(window.execute_script(TEXT))):
+        assert time.monotonic() < ends_s, f"{text!r} never came: {shown[:500]}"
+        time.sleep(0.1)
+
+
+def open_menu(window: webdriver.Chrome, name: str) -> None:
+    """Click at a tab."""
+    next(tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab") if name in tab.text).click()
+
+
+def press(window: webdriver.Chrome, label: str) -> None:
+    """Click at the button of that name that is seen."""
+    buttons = window.find_elements(By.CSS_SELECTOR, "button, .q-btn, .q-item")
+    next(button for button in buttons if button.is_displayed() and button.text.strip().endswith(label)).click()
