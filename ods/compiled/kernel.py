@@ -32,6 +32,11 @@ def kernel(function: F) -> F:
     return compiled(function, fastmath=_FASTMATH)
 
 
+def inlined(function: F) -> F:
+    """As `kernel`, compiled into each kernel that calls it: for small ones of many numbers, which a call would copy."""
+    return compiled(function, fastmath=_FASTMATH, forceinline=True)
+
+
 def compiled(function: F, **options: Any) -> F:
     """Compile `function` by numba with these options, division by zero giving infinity, and cache it."""
     linked = _linked(cache_folder.package_of(_source_of(function))) if _without_numba else None

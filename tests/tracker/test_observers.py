@@ -17,7 +17,7 @@ from ods.tracker.observer.imm import InteractingModels, Model, interact, scratch
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
 from ods.tracker.observer.sensitivity import STATE, Place
-from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, PROCESS_COLUMNS, STATE_ROWS, work_space
+from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, STATE_ROWS
 from ods.tracker.settings import REST, MotionSettings
 
 Long = NDArray[np.longdouble]
@@ -90,9 +90,8 @@ def test_the_factored_form_equals_the_matrix_form(
     begin = np.array([3.0, -2.0])
     s, textbook = np.zeros((FACTORS, 1)), MatrixFilter(begin, first, 0.5)
     ud_filter.start(s, 0, place(begin, first), 0.5)
-    work = work_space(PROCESS_COLUMNS)
     for dt, fix in sequence:
-        ud_filter.predict(s, 0, dt, noise, work)
+        ud_filter.predict(s, 0, dt, noise)
         textbook.predict(dt, noise)
         if fix:
             where, r = np.array(fix[:2]), noise_of(*fix[2:])
@@ -114,9 +113,8 @@ def test_the_factored_form_equals_the_matrix_form(
 @kernel
 def predict_and_update(s: Floats, dt: float, noise: float, places: Floats, r: Floats) -> None:
     """Compiled loop over all objects; `r`: (3, n) variances and covariances."""
-    work = work_space(PROCESS_COLUMNS)
     for i in range(places.shape[1]):
-        ud_filter.predict(s, i, dt, noise, work)
+        ud_filter.predict(s, i, dt, noise)
         away = places[0, i] - s[0, i], places[1, i] - s[1, i]
         ud_filter.update(s, i, away, Place(places[0, i], places[1, i], r[0, i], r[1, i], r[2, i]))
 
@@ -207,6 +205,25 @@ def test_models_all_alike_are_one() -> None:
     np.testing.assert_allclose(
         moments_of(track(StaticOrMovingObserver(motion, two), angle=0.7)), moments_of(one), rtol=1e-9, atol=1e-12
     )
+
+
+def test_models_exchange_once_a_second_and_no_two_objects_wait_for_each_other() -> None:
+    """Change so often that an exchange leaves the usual shares: those of objects that did not exchange stay."""
+    motion, count, dt = MotionSettings(), 100, 1.0 / 7.0
+    alike = Model(motion.acceleration_noise, 0.7), Model(motion.acceleration_noise, 0.3)
+    filters = InteractingModels(motion, alike, 1e6)
+    observer = StaticOrMovingObserver(motion, filters)
+    places = np.zeros((2, count))
+    observer.start(measured_at(places, 0.01, 0.01, 0.0))
+    share = filters.tables()[1].table
+    share[0], share[1] = 0.1, 0.9
+    exchanged = []
+    for _ in range(8):
+        observer.predict(dt)
+        observer.update(np.arange(count), measured_at(places, 0.01, 0.01, 0.0), np.full(count, dt))
+        exchanged.append(int((np.abs(share[0] - 0.7) < 1e-6).sum()))
+    assert exchanged[-1] == count
+    assert np.diff([0, *exchanged]).max() <= 20
 
 
 def errors_in_a_turn(observer: Observer) -> tuple[float, float]:

@@ -2,7 +2,8 @@
 
 Moving objects may be followed by several filters that differ in how much the velocity changes, each with its share of
 belief: interacting multiple models (H. A. P. Blom, Y. Bar-Shalom, IEEE Trans. Automatic Control 33, 1988). The models
-exchange their states before each measurement, as much as the time since the last one lets an object change its ways.
+exchange their states once a second, as much as the time since the last exchange lets an object change its ways: what
+costs as much as correcting all of them, and tells next to nothing from one ping to the next.
 """
 
 import math
@@ -12,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import TrackTable, each
 from ods.tracker.observer import sensitivity, ud_filter
@@ -23,6 +24,10 @@ from ods.tracker.settings import MotionSettings
 
 LEAST_PROBABILITY = 1e-6
 """No model's probability is made smaller than this share of itself by one measurement."""
+EXCHANGE_S = 1.0
+"""So long after their last exchange, at the next measurement, models exchange their states."""
+GOLDEN = 0.618
+"""Each new object exchanges so much of that time later than the one before: never many of them in the same ping."""
 
 
 class Model(NamedTuple):
@@ -54,6 +59,8 @@ class InteractingModels:
         self._filters = TrackTable(each, (1 + len(models), FACTORS))
         self._share = TrackTable(each, (len(models),))
         self._unseen = TrackTable(each, (1 + len(models), UNSEEN, STATE))
+        self._apart = TrackTable(each, ())
+        """Time since the models exchanged their states, s."""
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
@@ -71,8 +78,9 @@ class InteractingModels:
     def append(self, new: NewPlaces) -> None:
         """Append objects whose velocity is unknown."""
         first, count = len(self._filters), len(new.covariance_ne)
-        for table in (self._filters, self._share, self._unseen):
+        for table in self.tables():
             table.grow(count)
+        self._apart.table[first:] = GOLDEN * np.arange(first, first + count) % EXCHANGE_S
         self._share.table[:, first:] = self._habits.usual[:, None]
         self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
         places = np.ascontiguousarray(np.vstack([new.position, new.variance, new.covariance_ne]))
@@ -80,7 +88,7 @@ class InteractingModels:
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
         """Take one measurement an object, `since_s` after its last one."""
-        tables = self._filters.table, self._share.table, self._unseen.table
+        tables = self._filters.table, self._share.table, self._unseen.table, self._apart.table
         return Learned(*_update(tables, rows, measured, since_s, self._habits, heights))
 
     def rest_there(self, rows: Indices) -> None:
@@ -103,7 +111,7 @@ class InteractingModels:
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""
-        return [self._filters, self._share, self._unseen]
+        return [self._filters, self._share, self._unseen, self._apart]
 
 
 @kernel
@@ -118,12 +126,12 @@ def _start(s: Floats, first: int, places: Floats, velocity_variance: float) -> N
 
 @kernel
 def _predict(s: Floats, unseen: Floats, dt: float, static_noise: float, noise: Floats) -> None:
-    work = ud_filter.work_space(ud_filter.PROCESS_COLUMNS)
     for i in range(s.shape[2]):
         ud_filter.drift(s[RESTING], i, static_noise * dt)
         for m in range(len(noise)):
-            ud_filter.predict(s[1 + m], i, dt, noise[m], work)
-            sensitivity.carry_on(unseen, 1 + m, i, dt)
+            ud_filter.predict(s[1 + m], i, dt, noise[m])
+    for m in range(len(noise)):
+        sensitivity.carry_on(unseen, 1 + m, dt)
 
 
 @kernel
@@ -161,23 +169,25 @@ def _velocity(s: Floats, share: Floats) -> Floats:
 
 @kernel
 def _update(
-    tables: tuple[Floats, Floats, Floats],
+    tables: tuple[Floats, Floats, Floats, Floats],
     rows: Indices,
     measured: PositionMeasurement,
     since_s: Floats,
     habits: Habits,
     heights: Heights,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Update all filters of `rows`; return the fields of `Learned`. `tables`: factors, shares, derivatives."""
-    s, share, unseen = tables
+    """Update all filters of `rows`; return the fields of `Learned`. `tables`: factors, shares, derivatives, times."""
+    s, share, unseen, apart = tables
     models = len(share)
     ratio, evidence = np.empty(len(rows)), np.empty(models)
     learned, by_model = np.empty((4, 2, len(rows))), np.empty((4, models))
     step, variance, square, square_variance = learned
     scratch = scratch_for(models)
     for k, i in enumerate(rows):
-        if models > 1:
-            interact(s, share, unseen, i, habits.usual, math.exp(-habits.change_rate * since_s[k]), scratch)
+        apart[i] += since_s[k]
+        if models > 1 and apart[i] >= EXCHANGE_S:
+            interact(s, share, unseen, i, habits.usual, math.exp(-habits.change_rate * apart[i]), scratch)
+            apart[i] = 0.0
         rest = _correct(s, unseen, RESTING, i, sensitivity.fix_of(measured, k, heights, RESTING), heights.step[0, k])
         moved = sensitivity.fix_of(measured, k, heights, 1)
         for m in range(models):
@@ -194,7 +204,7 @@ def _update(
     return ratio, step, variance, square, square_variance
 
 
-@kernel
+@inlined
 def _correct(s: Floats, unseen: Floats, h: int, i: int, fix: Fix, step: float) -> Innovation:
     """Correct one filter of an object, and its derivatives, whose height the fan changed by `step`.
 
@@ -207,15 +217,17 @@ def _correct(s: Floats, unseen: Floats, h: int, i: int, fix: Fix, step: float) -
     return told
 
 
-@kernel
+@inlined
 def _lower(s: Floats, unseen: Floats, h: int, i: int, step: float) -> None:
     """Change the states of a filter as the mean height changes."""
+    if step == 0.0:
+        return
     by = sensitivity.lowered(unseen, h, i, step)
     for row in range(STATE_ROWS):
         s[h, row, i] += by[row]
 
 
-@kernel
+@inlined
 def _mixed(share: Floats, i: int, mean: Floats, variance: Floats) -> tuple[float, float]:
     """Return mean and variance of the models taken together."""
     middle, spread = 0.0, 0.0
@@ -226,7 +238,7 @@ def _mixed(share: Floats, i: int, mean: Floats, variance: Floats) -> tuple[float
     return middle, spread
 
 
-@kernel
+@inlined
 def _weigh(share: Floats, i: int, evidence: Floats) -> float:
     """Update the probabilities of the models by their log-likelihoods; return that of all together."""
     best: float = evidence.max()

@@ -177,7 +177,7 @@ def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise
         c.north_velocity[i] += dt * c.velocity[i]
         c.east_velocity[i] += dt * c.velocity[i]
         c.position[i] = _possible(c.position[i], s.variance[0, i], s.variance[1, i])
-        sensitivity.carry_on(unseen, MOVING, i, dt)
+    sensitivity.carry_on(unseen, MOVING, dt)
 
 
 @kernel

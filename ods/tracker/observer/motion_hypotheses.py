@@ -323,14 +323,16 @@ def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
         np.empty((hypotheses, 2, n)),
         np.empty((hypotheses, 3, n)),
     )
+    for i in range(n):
+        weight[RESTING, i] = _static(s.odds[i])
+        for h in range(1, hypotheses):
+            weight[h, i] = (1.0 - weight[RESTING, i]) * share[h - 1, i]
     for h in range(hypotheses):
         height, height_variance, square, square_variance = s.height, s.height_variance, s.square, s.square_variance
         if h == RESTING:
             height, height_variance = s.rest_height, s.rest_height_variance
             square, square_variance = s.rest_square, s.rest_square_variance
         for i in range(n):
-            static = _static(s.odds[i])
-            weight[h, i] = static if h == RESTING else (1.0 - static) * share[h - 1, i]
             for axis in range(2):
                 position[h, axis, i] = place[h, axis, i]
                 variance[h, axis, i] = place_variance[h, axis, i]

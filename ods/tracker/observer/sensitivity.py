@@ -17,7 +17,7 @@ import math
 from typing import NamedTuple
 
 from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import BEND, HEIGHT, UNSEEN, YAW, PositionMeasurement
 
 STATE = 4
@@ -99,7 +99,7 @@ class Innovation(NamedTuple):
     square_variance: float
 
 
-@kernel
+@inlined
 def lowered(table: Floats, h: int, i: int, step: float) -> Four:
     """Return by how much the states change as the mean height does by `step`; the derivatives become those there."""
     return (
@@ -110,7 +110,7 @@ def lowered(table: Floats, h: int, i: int, step: float) -> Four:
     )
 
 
-@kernel
+@inlined
 def _lowered(table: Floats, h: int, i: int, row: int, step: float) -> float:
     slope, bend = table[h, HEIGHT, row, i], table[h, BEND, row, i]
     table[h, HEIGHT, row, i] = slope + 2.0 * bend * step
@@ -119,14 +119,15 @@ def _lowered(table: Floats, h: int, i: int, row: int, step: float) -> float:
 
 
 @kernel
-def carry_on(table: Floats, h: int, i: int, dt: float) -> None:
-    """Time update: places change by the velocities."""
+def carry_on(table: Floats, h: int, dt: float) -> None:
+    """Time update of all objects: places change by the velocities. Along the rows, which is how they lie in memory."""
     for c in range(UNSEEN):
-        table[h, c, 0, i] += dt * table[h, c, VELOCITY, i]
-        table[h, c, 1, i] += dt * table[h, c, VELOCITY + 1, i]
+        for axis in range(2):
+            for i in range(table.shape[3]):
+                table[h, c, axis, i] += dt * table[h, c, VELOCITY + axis, i]
 
 
-@kernel
+@inlined
 def fix_of(measured: PositionMeasurement, k: int, heights: Heights, g: int) -> Fix:
     """Return measurement k for an object at rest or moving, g, north and east at its mean height."""
     told, lower = measured.sensitivity, heights.height[g, k] - measured.height[k]
@@ -147,7 +148,7 @@ def fix_of(measured: PositionMeasurement, k: int, heights: Heights, g: int) -> F
     )
 
 
-@kernel
+@inlined
 def correct(table: Floats, h: int, i: int, gain: Gain, fix: Fix) -> None:
     """Correct the derivatives as the filter corrects its states."""
     _follow(table, h, HEIGHT, i, gain, fix.by_height)
@@ -155,14 +156,14 @@ def correct(table: Floats, h: int, i: int, gain: Gain, fix: Fix) -> None:
     _follow(table, h, YAW, i, gain, fix.by_yaw)
 
 
-@kernel
+@inlined
 def _follow(table: Floats, h: int, c: int, i: int, gain: Gain, told: tuple[float, float]) -> None:
     north, east = told[0] - table[h, c, 0, i], told[1] - table[h, c, 1, i]
     for row in range(STATE):
         table[h, c, row, i] += gain.north[row] * north + gain.east[row] * east
 
 
-@kernel
+@inlined
 def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovation:
     """Compare a measurement with hypothesis h, whose `place` is that at its mean height."""
     north, east = fix.north - place.north, fix.east - place.east
@@ -200,7 +201,7 @@ def possible_square(square: float, variance: float, height_variance: float) -> t
     return min(max(square, 0.0), MOST_SQUARE * height_variance), min(variance, FOURTH_MOMENT * height_variance**2)
 
 
-@kernel
+@inlined
 def shared(table: Floats, h: int, i: int, row: int, squares: tuple[float, float]) -> tuple[float, float, float]:
     """Return what all pings share of states `row` and `row` + 1: both variances and their covariance.
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from ods.compiled.kernel import inlined, kernel
 from ods.tracker.observer.sensitivity import Four, Gain, Place
 
 NORTH, EAST, VELOCITY = 0, 1, 2
@@ -23,11 +23,11 @@ STATE_ROWS = 4
 DIAGONAL, LOWER = STATE_ROWS, 2 * STATE_ROWS
 """First of the rows of D, and of those of L below its diagonal (see `entry`)."""
 FACTORS = LOWER + 6
-PROCESS_COLUMNS = 8
-"""Columns of `Work` that `predict` needs."""
 
 LEAST_SHARE = 1e-14
 """Of a coordinate's variance at least this share is independent of the other's: rounding must not make it negative."""
+
+Six = tuple[float, float, float, float, float, float]
 
 
 class Work(NamedTuple):
@@ -64,7 +64,7 @@ def start(s: Floats, i: int, place: Place, velocity_variance: float) -> None:
     s[DIAGONAL + VELOCITY : LOWER, i] = velocity_variance
 
 
-@kernel
+@inlined
 def place_of(s: Floats, i: int) -> Place:
     """Return the position with its covariance."""
     north, slope = s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i]
@@ -72,13 +72,13 @@ def place_of(s: Floats, i: int) -> Place:
     return Place(s[NORTH, i], s[EAST, i], north, east, slope * north)
 
 
-@kernel
+@inlined
 def velocity_variances(s: Floats, i: int) -> tuple[float, float]:
     """Return the variances of both velocities."""
     return _variance(s, i, VELOCITY), _variance(s, i, VELOCITY + 1)
 
 
-@kernel
+@inlined
 def _variance(s: Floats, i: int, row: int) -> float:
     total: float = s[DIAGONAL + row, i]
     for column in range(row):
@@ -89,39 +89,97 @@ def _variance(s: Floats, i: int, row: int) -> float:
 @kernel
 def drift(s: Floats, i: int, variance: float) -> None:
     """Time update of what has no velocity: both coordinates become uncertain by `variance` >= 0."""
+    factors = s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i], s[DIAGONAL + EAST, i]
+    s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i], s[DIAGONAL + EAST, i] = _enlarged(factors, variance)
+
+
+@inlined
+def _enlarged(factors: tuple[float, float, float], variance: float) -> tuple[float, float, float]:
+    """Add `variance` to both of two coordinates; factors: D of the first, L, D of the second."""
+    first, slope, second = factors
     if variance == 0.0:
-        return
-    north, slope = s[DIAGONAL + NORTH, i], s[entry(EAST, NORTH), i]
-    larger = north + variance
-    s[DIAGONAL + NORTH, i] = larger
-    s[DIAGONAL + EAST, i] += variance + slope**2 * north * (variance / larger)
-    s[entry(EAST, NORTH), i] = slope * (north / larger)
+        return factors
+    larger = first + variance
+    return larger, slope * (first / larger), second + variance + slope**2 * first * (variance / larger)
 
 
 @kernel
-def predict(s: Floats, i: int, dt: float, noise: float, work: Work) -> None:
+def predict(s: Floats, i: int, dt: float, noise: float) -> None:
     """Time update over `dt` >= 0 seconds with white acceleration of spectral density `noise`, m^2/s^3, along each axis.
 
-    Two steps equal one long one. `work`: PROCESS_COLUMNS of scratch.
+    Two steps equal one long one. Along an axis the noise is [[dt^3/3, dt^2/2], [dt^2/2, dt]]: a quarter of dt that the
+    velocity gets before the step, and three quarters after it, along (dt/3, 1).
     """
     if dt == 0.0:
         return
-    columns(s, i, work, (0, 1), 1.0)
-    column, weight = work.column, work.weight
-    for axis in range(2):
-        s[axis, i] += dt * s[VELOCITY + axis, i]
-        for c in range(STATE_ROWS):
-            column[axis, c] += dt * column[VELOCITY + axis, c]
-        # An axis' process noise in factors: [[dt^3/3, dt^2/2], [dt^2/2, dt]].
-        both, rest = STATE_ROWS + axis, STATE_ROWS + 2 + axis
-        column[:, both], column[:, rest] = 0.0, 0.0
-        column[axis, both], column[VELOCITY + axis, both] = dt, 1.5
-        column[VELOCITY + axis, rest] = 1.0
-        weight[both], weight[rest] = noise * dt / 3.0, noise * dt / 4.0
-    triangular(s, i, work, PROCESS_COLUMNS, 0)
+    s[NORTH, i] += dt * s[VELOCITY, i]
+    s[EAST, i] += dt * s[VELOCITY + 1, i]
+    l10, l20, l21 = s[LOWER, i], s[LOWER + 1, i], s[LOWER + 2, i]
+    l30, l31, l32 = s[LOWER + 3, i], s[LOWER + 4, i], s[LOWER + 5, i]
+    velocities = s[DIAGONAL + VELOCITY, i], l32, s[DIAGONAL + VELOCITY + 1, i]
+    d2, l32, d3 = _enlarged(velocities, 0.25 * noise * dt)
+    third, later = dt / 3.0, 0.75 * noise * dt
+    # Rows of L, moved, then of the noise; in numbers by name, which stay in the processor.
+    weight = s[DIAGONAL + NORTH, i], s[DIAGONAL + EAST, i], d2, d3, later, later
+    north = 1.0 + dt * l20, dt * l21, dt, 0.0, third, 0.0
+    east = l10 + dt * l30, 1.0 + dt * l31, dt * l32, dt, 0.0, third
+    v_north = l20, l21, 1.0, 0.0, 1.0, 0.0
+    v_east = l30, l31, l32, 1.0, 0.0, 1.0
+    s[DIAGONAL, i], one_by = _with_inverse(_product(weight, north, north))
+    s[LOWER, i], east = _without(east, north, weight, one_by)
+    s[LOWER + 1, i], v_north = _without(v_north, north, weight, one_by)
+    s[LOWER + 3, i], v_east = _without(v_east, north, weight, one_by)
+    s[DIAGONAL + 1, i], one_by = _with_inverse(_product(weight, east, east))
+    s[LOWER + 2, i], v_north = _without(v_north, east, weight, one_by)
+    s[LOWER + 4, i], v_east = _without(v_east, east, weight, one_by)
+    s[DIAGONAL + 2, i], one_by = _with_inverse(_product(weight, v_north, v_north))
+    s[LOWER + 5, i], v_east = _without(v_east, v_north, weight, one_by)
+    s[DIAGONAL + 3, i] = _product(weight, v_east, v_east)
 
 
-@kernel
+@inlined
+def _with_inverse(square: float) -> tuple[float, float]:
+    """Return a square and one by it; 0 for 0, as nothing leans on what is certain."""
+    return square, (1.0 / square if square > 0.0 else 0.0)
+
+
+@inlined
+def _product(w: Six, a: Six, b: Six) -> float:
+    return (
+        w[0] * a[0] * b[0]
+        + w[1] * a[1] * b[1]
+        + w[2] * a[2] * b[2]
+        + w[3] * a[3] * b[3]
+        + w[4] * a[4] * b[4]
+        + w[5] * a[5] * b[5]
+    )
+
+
+@inlined
+def _without(row: Six, other: Six, weight: Six, one_by: float) -> tuple[float, Six]:
+    """Return how much of `other`, of which `one_by` is one by its own product, is in a row; the row without that."""
+    share = _product(weight, row, other) * one_by
+    return share, (
+        row[0] - share * other[0],
+        row[1] - share * other[1],
+        row[2] - share * other[2],
+        row[3] - share * other[3],
+        row[4] - share * other[4],
+        row[5] - share * other[5],
+    )
+
+
+class Corner(NamedTuple):
+    """What a measurement of the position changes of the factors: D of the position, and the first column of L."""
+
+    north: float
+    east: float
+    of_east: float
+    of_v_north: float
+    of_v_east: float
+
+
+@inlined
 def update(s: Floats, i: int, innovation: tuple[float, float], noise: Place) -> Gain:
     """Measurement update with the north and east of a place less those of the state; return how the states followed.
 
@@ -130,9 +188,13 @@ def update(s: Floats, i: int, innovation: tuple[float, float], noise: Place) -> 
     north, east, mixed = noise.variance_north, noise.variance_east, noise.covariance_ne
     slope = mixed / north
     left = max(east - slope * mixed, LEAST_SHARE * east)
-    first = _scalar(s, i, (1.0, 0.0), north)
+    corner = Corner(s[DIAGONAL, i], s[DIAGONAL + EAST, i], s[LOWER, i], s[LOWER + 1, i], s[LOWER + 3, i])
+    by_east = s[entry(VELOCITY, EAST), i], s[entry(VELOCITY + 1, EAST), i]
+    corner, first = _scalar(corner, by_east, (1.0, 0.0), north)
     # Of east only that part is new which north does not say already: its noise is independent.
-    second = _scalar(s, i, (s[entry(EAST, NORTH), i] - slope, 1.0), left)
+    corner, second = _scalar(corner, by_east, (corner.of_east - slope, 1.0), left)
+    s[DIAGONAL, i], s[DIAGONAL + EAST, i] = corner.north, corner.east
+    s[LOWER, i], s[LOWER + 1, i], s[LOWER + 3, i] = corner.of_east, corner.of_v_north, corner.of_v_east
     again = first[EAST] + slope * (1.0 - first[NORTH])
     by_north = (
         first[0] - again * second[0],
@@ -145,32 +207,22 @@ def update(s: Floats, i: int, innovation: tuple[float, float], noise: Place) -> 
     return Gain(by_north, second)
 
 
-@kernel
-def _scalar(s: Floats, i: int, f: tuple[float, float], noise: float) -> Four:
-    """Take one number in, that is h' x with noise; f: L' h, which has no other entries; return its gain."""
+@inlined
+def _scalar(corner: Corner, by_east: tuple[float, float], f: tuple[float, float], noise: float) -> tuple[Corner, Four]:
+    """Take one number in, that is h' x with noise; f: L' h, which has no other entries; return its gain, too.
+
+    by_east: L of the velocities by east, which stays.
+    """
     f0, f1 = f
-    v0, v1 = s[DIAGONAL + NORTH, i] * f0, s[DIAGONAL + EAST, i] * f1
+    v0, v1 = corner.north * f0, corner.east * f1
     without = noise + f1 * v1
     whole = without + f0 * v0
-    s[DIAGONAL + NORTH, i] *= without / whole
-    s[DIAGONAL + EAST, i] *= noise / without
     share = f0 / without
-    return (
-        v0 / whole,
-        _follow(s, i, EAST, (v0, v1), share) / whole,
-        _follow(s, i, VELOCITY, (v0, v1), share) / whole,
-        _follow(s, i, VELOCITY + 1, (v0, v1), share) / whole,
-    )
-
-
-@kernel
-def _follow(s: Floats, i: int, row: int, v: tuple[float, float], share: float) -> float:
-    """Update a row of L in its first column; return by how much its state follows."""
-    at = entry(row, NORTH)
-    by_east = v[1] if row == EAST else v[1] * s[at + 1, i]
-    by_north: float = v[0] * s[at, i]
-    s[at, i] -= share * by_east
-    return by_east + by_north
+    a, b = v1 * by_east[0], v1 * by_east[1]
+    _, _, l1, l2, l3 = corner
+    gain = v0 / whole, (v1 + v0 * l1) / whole, (a + v0 * l2) / whole, (b + v0 * l3) / whole
+    told = corner.north * (without / whole), corner.east * (noise / without)
+    return Corner(told[0], told[1], l1 - share * v1, l2 - share * a, l3 - share * b), gain
 
 
 @kernel
