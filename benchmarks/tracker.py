@@ -99,15 +99,37 @@ def run(all_of_them: list[Contestant]) -> None:
         del one.spent_ms[:SETTLING]
 
 
+def measurements(count: int) -> PositionMeasurement:
+    """Return so many, each of an object of its own."""
+    ones = np.ones(count)
+    noise = ones, ones, np.zeros(count), ones, ones, ones, ones
+    return PositionMeasurement(np.ones((3, count)), *noise, np.zeros((UNSEEN, 2, count)), np.zeros(2))
+
+
+def observer_steps() -> dict[str, list[float]]:
+    """Return the median time, ms, of each observer by itself at each of SIZES: a ping that shows every object."""
+    spent: dict[str, list[float]] = {name: [] for name in OBSERVERS}
+    for count, _ in SIZES:
+        measured, rows, since_s = measurements(count), np.arange(count), np.full(count, 1.0 / 7.0)
+        observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
+        times: dict[str, list[float]] = {name: [] for name in observers}
+        for observer in observers.values():
+            observer.start(measured)
+        for _ in range(TIMED):
+            for name, observer in observers.items():
+                began = time.process_time()
+                observer.predict(1.0 / 7.0)
+                observer.belief()
+                observer.update(rows, measured, since_s)
+                times[name].append(1e3 * (time.process_time() - began))
+        for name in spent:
+            spent[name].append(float(np.median(times[name])))
+    return spent
+
+
 def time_updates() -> dict[str, float]:
     """Return the median time, ms, that each observer takes to carry 10,000 objects on."""
-    ones = np.ones(HIBERNATED)
-    measured = PositionMeasurement(
-        np.ones((3, HIBERNATED)),
-        *(ones, ones, np.zeros(HIBERNATED), ones, ones, ones, ones),
-        np.zeros((UNSEEN, 2, HIBERNATED)),
-        np.zeros(2),
-    )
+    measured = measurements(HIBERNATED)
     observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
     spent: dict[str, list[float]] = {name: [] for name in observers}
     for observer in observers.values():
@@ -179,6 +201,9 @@ def main() -> None:
     print(f"\ntime update of {HIBERNATED:,} objects, ms (target {TIME_UPDATE_TARGET_MS})")
     for name, ms in time_updates().items():
         print(f"{name:38}{ms:8.3f}")
+    print(f"\nobservers by themselves, a ping that shows {', '.join(str(size[0]) for size in SIZES)} objects, ms")
+    for name, steps in observer_steps().items():
+        print(f"{name:38}" + "".join(f"{ms:8.3f}" for ms in steps))
     print("\npose at transmission and reception, and the echoes mapped, ms")
     for detections, ms in receptions().items():
         print(f"{'detections':38}{detections:8}{ms:8.3f}")
