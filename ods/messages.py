@@ -304,7 +304,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     left_out: Count = 0
     """Objects that are not in the list, as `tracker.planner.most_listed` others are nearer."""
     bottom_left_out: Count = 0
-    """Objects that are not in the list, as they are part of the bottom: see `tracker.bottom`."""
+    """Objects that are not in the list, as they are part of the bottom or waves of the surface: see `tracker.bottom`
+    and `tracker.surface`."""
     unseen: list[UnseenPart] = []
     """Parts of the sector that the ping could not show: for these the list cannot vouch."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0

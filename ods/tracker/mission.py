@@ -18,10 +18,12 @@ from ods.tracker.checkpoint import Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
-from ods.tracker.output.bottom import bottom_below, may_be_hit
+from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
+from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
@@ -70,10 +72,13 @@ class MissionTracker:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
+        self._hittable = HittableFilter(self.settings)
         self._poses.counters = self._lister.counters = self.counters
         self._inputs = inputs
         self._utc = utc
         self._vehicle: Vehicle | None = None
+        self._half_vertical = 0.0
+        """Of the newest ping's fan, rad."""
         self._ping_seq: int | None = None
         self.seq = 0
         """Of the next list."""
@@ -141,6 +146,7 @@ class MissionTracker:
             self._complain("detections_late", f"ping {message.ping_number} came after a later one")
             return None
         self._vehicle = scan.vehicle or self._vehicle
+        self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why)
         self.counters["echoes_bad"] += dropped
@@ -175,11 +181,10 @@ class MissionTracker:
         """Return the list for the instant `t_ns`; `pose`: the vehicle's then; `shown`: what the ping did, if any."""
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom, everything = bottom_below(pose), self._snapshot(t_ns)
-        hittable = everything.take(may_be_hit(everything, bottom, self.settings.bottom))
+        hittable = self._hittable.of(self._snapshot(t_ns), pose, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = hittable.nearest(self.settings.planner.most_listed, centre)
-        self.left_out = len(hittable) - len(nearest)
+        nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)
+        self.left_out = len(hittable.snapshot) - len(nearest)
         message = ObstacleList(
             seq=self.seq,
             ping_number=-1 if shown is None else shown.ping_number,
@@ -188,10 +193,10 @@ class MissionTracker:
             t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
-            obstacles=self._lister.obstacles(nearest, course, bottom),
+            obstacles=self._lister.obstacles(nearest, course, bottom_below(pose)),
             utc_source=self._utc.source,
             left_out=self.left_out,
-            bottom_left_out=len(everything) - len(hittable),
+            bottom_left_out=hittable.left_out,
             unseen=[] if shown is None else shown.unseen,
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
@@ -202,6 +207,10 @@ class MissionTracker:
         self.seq += 1
         self._listed_ns = now_ns
         return message
+
+    def _view(self, t_ns: int, pose: PoseEstimate | None) -> View | None:
+        head = head_of(pose, self._mounting)
+        return None if head is None else View(self._utc.at(t_ns), head, self._half_vertical)
 
     def _snapshot(self, t_ns: int) -> Snapshot:
         within = None

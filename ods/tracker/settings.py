@@ -125,6 +125,18 @@ class BottomSettings(Settings, frozen=True):
     """Standard deviation of the bottom's height about that slope, m."""
 
 
+class SurfaceSettings(Settings, frozen=True):
+    """What the planner hears of the water's surface, where the fan meets it."""
+
+    down_m: float = 0.0
+    """Down coordinate of the surface, m: 0 where the site's heights count from there."""
+    list: Literal["hittable", "all"] = "hittable"
+    """hittable: objects that run as waves do, all alike and where the surface may be, are left out of the list; all:
+    none is."""
+    clearance_m: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m")] = 1.0
+    """What is known to hang lower under the surface is no wave, m."""
+
+
 class MapSettings(Settings, frozen=True):
     """The store of hibernated objects."""
 
@@ -150,6 +162,7 @@ class TrackerSettings(Settings, frozen=True):
     life: LifeSettings = LifeSettings()
     planner: PlannerSettings = PlannerSettings()
     bottom: BottomSettings = BottomSettings()
+    surface: SurfaceSettings = SurfaceSettings()
     map: MapSettings = MapSettings()
     resume_within_s: Annotated[NonNegativeSeconds, slider(0.0, 60.0, step=1.0, unit="s")] = 10.0
     """A tracker that was killed goes on with its objects if it is up again within this time; 0: never."""

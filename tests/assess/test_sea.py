@@ -33,16 +33,20 @@ def scene(*items: Sphere | Cylinder | Plane, depth_m: float = 25.0) -> Scene:
     return Scene(SceneFile(seed=1, vehicle=HERE, objects=list(items), sea_bed=SeaBed(depth_m=depth_m)))
 
 
-def lists_of(told: list[Told], loud: list[float], names: tuple[str, ...] = ("ball",)) -> list[Listed]:
-    """Return lists a second apart; loud: signal to noise ratio of all objects in each, which are at (50, 0)."""
+def lists_of(
+    told: list[Told], loud: list[float], names: tuple[str, ...] = ("ball",), unsettled: int = 0
+) -> list[Listed]:
+    """Return lists a second apart; loud: signal to noise ratio of all objects in each, which are at (50, 0).
+
+    unsettled: so many of the first are not valid.
+    """
     lists = []
     for k, (rows, snr_db) in enumerate(zip(told, loud, strict=True)):
         objects = [TruthObject(name, (50.0, 0.0, 20.0), (0.0, 0.0, 0.0), 1.0, True, snr_db, 0.0) for name in names]
         truth = Truth(k, k * 10**9, k * 10**9, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), objects)
         table = np.array(rows, np.float64).reshape(-1, 5)
-        lists.append(
-            Listed(truth, 3, table[:, 0].astype(int), table[:, 1].astype(int), table[:, 2:4], table[:, 4], 1.0, 2.0)
-        )
+        number, state = table[:, 0].astype(int), table[:, 1].astype(int)
+        lists.append(Listed(truth, 3, number, state, table[:, 2:4], table[:, 4], 1.0, 2.0, k >= unsettled))
     return lists
 
 
@@ -98,6 +102,20 @@ def test_false_obstacles_are_active_and_mostly_near_nothing() -> None:
     assert score.false_at_a_time == pytest.approx(2.0 / 3.0)
     assert (score.detections, score.chain_ms, score.tracker_ms) == (3.0, 1.0, 2.0)
     assert scene_table([score]).row_count == 1
+
+
+def test_a_list_that_is_not_valid_tells_nothing_false() -> None:
+    clutter = (2, lifecycle.ACTIVE, 70.0, 5.0, 1.0)
+    told: list[Told] = [[clutter], [clutter], []]
+    bodies = SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)
+    assert [judge("s", lists_of(told, [20.0] * 3, unsettled=k), bodies).false_ids for k in (0, 1, 2)] == [1, 1, 0]
+
+
+def test_the_altitude_is_that_of_the_bed_below() -> None:
+    """Against a plane that falls by 10 degrees to the north, from 25 m at the origin."""
+    bed = Scene(SceneFile(seed=1, vehicle=HERE, sea_bed=SeaBed(depth_m=25.0, slope_deg=10.0))).sea_bed
+    assert bed is not None
+    assert bed.altitude_of(np.array([30.0, 4.0, 20.0])) == pytest.approx(5.0 + 30.0 * math.tan(math.radians(10.0)))
 
 
 def test_what_is_never_found_has_no_range_and_a_group_is_found_by_any_of_it() -> None:

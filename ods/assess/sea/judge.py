@@ -49,7 +49,7 @@ class SceneScore:
     scene: str
     targets: tuple[TargetScore, ...]
     false_ids: int
-    """Active obstacles that were, in most lists, near nothing."""
+    """Active obstacles that were, in most valid lists, near nothing."""
     false_at_a_time: float
     """Of those, in a list, mean."""
     minutes: float
@@ -82,8 +82,9 @@ def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies) -> SceneScor
         reach = np.maximum(NEAR_M, item.radius)[:, None]
         alone = ~(distance < reach).any(axis=1)
         is_active = item.state == lifecycle.ACTIVE
-        active.update(item.id[is_active].tolist())
-        away.update(item.id[is_active & alone].tolist())
+        if item.valid:
+            active.update(item.id[is_active].tolist())
+            away.update(item.id[is_active & alone].tolist())
         loud = {group_of(each.name) for each in item.truth.objects if _is_loud(each.peak_db, each.background_db)}
         for name, log in logs.items():
             members = np.array([group == name for group in bodies.groups])

@@ -15,6 +15,7 @@ from ods.base.arrays import Floats, Ints
 from ods.base.errors import OdsError
 from ods.base.geometry import rotation_matrix
 from ods.messages import Ping, Truth
+from ods.nav_bridge.settings import SigmaSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseEstimate
@@ -24,6 +25,9 @@ from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.measurement.from_detections import received
+from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.surface import View
+from ods.tracker.output.validity import SETTLE_S
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -43,6 +47,8 @@ class Listed(NamedTuple):
     """and radius, m."""
     chain_ms: float
     tracker_ms: float
+    valid: bool
+    """False: in the first second, in which no list is."""
 
 
 def scene_with_seed(file: Path, seed: int) -> Scene:
@@ -73,9 +79,9 @@ def images_of(scene: Scene, sonar: SonarModel, seconds: float, kept: Path | None
 
 
 def listed(shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, settings: TrackerSettings) -> list[Listed]:
-    """Return what chain and tracker make of pings, in order. Raises OdsError."""
-    chain, tracker = Chain(pipeline), Tracker(settings)
-    lists = []
+    """Return what chain and tracker tell a planner of pings, in order. Raises OdsError."""
+    chain, tracker, hittable = Chain(pipeline), Tracker(settings), HittableFilter(settings)
+    lists: list[Listed] = []
     for ping, truth in shots:
         head = _head_at(scene, ping.t_ns)
         began = time.perf_counter()
@@ -83,18 +89,21 @@ def listed(shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, sett
         between = time.perf_counter()
         tracker.step(received(found, head, lambda t_ns: _head_at(scene, t_ns), ping.utc_ns).scan)
         ended = time.perf_counter()
-        told = tracker.snapshot()
+        view = View(ping.utc_ns, head, found.sector.half_vertical_rad)
+        told = hittable.of(tracker.snapshot(), head, view).snapshot
         spent = 1e3 * (between - began), 1e3 * (ended - between)
-        lists.append(
-            Listed(truth, len(found.detections), told.id, told.state, told.position[:2].T.copy(), told.radius, *spent)
-        )
+        places = told.position[:2].T.copy()
+        valid = bool(lists) and ping.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
+        lists.append(Listed(truth, len(found.detections), told.id, told.state, places, told.radius, *spent, valid))
     return lists
 
 
 def _head_at(scene: Scene, t_ns: int) -> PoseEstimate:
-    """Return the true pose of the sonar's head, with the standard deviations of the bench's INS."""
+    """Return the true pose of the sonar's head and its altitude, with the standard deviations of the bench's INS."""
     t_s = t_ns / clock.NS
     (place, attitude), vehicle = scene.head_at(t_s), scene.vehicle_at(t_s)
     velocity = rotation_matrix(vehicle.attitude) @ vehicle.velocity_body
     sigma_position, sigma_attitude = np.array(USUAL_SIGMAS.position), np.array(USUAL_SIGMAS.attitude)
-    return PoseEstimate(t_ns, place, attitude, velocity, sigma_position, sigma_attitude, extrapolated_s=0.0)
+    altitude = None if scene.sea_bed is None else scene.sea_bed.altitude_of(place)
+    sigmas = sigma_position, sigma_attitude, 0.0
+    return PoseEstimate(t_ns, place, attitude, velocity, *sigmas, altitude, SigmaSettings().altitude_m)

@@ -36,6 +36,10 @@ class SeaBedModel:
         down, height = self._down_and_height(position_ned)
         return -down - height
 
+    def altitude_of(self, position_ned: Floats) -> float:
+        """Return how far below a place, (3,) NED in m, the sea-bed is, m: of bed and heights that bend little there."""
+        return self.height_over(position_ned) / float(self.axes[2, 2])
+
     def _down_and_height(self, position_ned: Floats) -> tuple[float, float]:
         x, y, down = (position_ned - np.array([0.0, 0.0, self.depth_m])) @ self.axes
         return float(down), 0.0 if self.field is None else float(height_at(self.field, float(x), float(y)))

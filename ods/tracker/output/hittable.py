@@ -1,0 +1,31 @@
+"""What of the objects the planner hears of: what is part of the bottom or a wave of the surface is left out."""
+
+from typing import NamedTuple
+
+from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.output.bottom import bottom_below, may_be_hit
+from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.output.surface import View, Waves
+from ods.tracker.settings import TrackerSettings
+
+
+class Hittable(NamedTuple):
+    """The objects that could be hit, and how many others there are."""
+
+    snapshot: Snapshot
+    left_out: int
+
+
+class HittableFilter:
+    """Chooses, list by list."""
+
+    def __init__(self, settings: TrackerSettings) -> None:
+        self._bottom = settings.bottom
+        self._waves = Waves(settings.surface)
+
+    def of(self, everything: Snapshot, vehicle: PoseEstimate | None, view: View | None) -> Hittable:
+        """Return what the planner hears of `everything`; vehicle: with the altitude over the bottom, if it is known."""
+        standing = everything.take(may_be_hit(everything, bottom_below(vehicle), self._bottom))
+        waves = self._waves.among(standing, view)
+        hittable = standing.take(~waves)
+        return Hittable(hittable, len(everything) - len(hittable))

@@ -1,0 +1,125 @@
+"""What of the objects are waves of the water's surface: many that run alike, each where the surface may be.
+
+A sonar of one plane does not see heights, so that no single echo tells whether it is a wave or a body that hangs below.
+But waves come in numbers, run at the same velocity and far from each other, and only where the fan meets the surface.
+What is known to hang lower than the clearance, is seen where the fan is below the surface, rests, or moves otherwise,
+is none.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Mask
+from ods.base.clock import NS
+from ods.base.geometry import body_to_polar, global_to_body
+from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.settings import SurfaceSettings
+from ods.tracker.track import lifecycle
+
+LOBES = 2.0
+"""Waves are seen to so many times the half vertical opening: the sides of the main lobe hear them, too."""
+NEAREST_M = 10.0
+"""What is nearer is always told."""
+SLOWEST = 1.0
+"""Waves that a sonar sees, longer than 0.6 m, run faster than this, m/s (c^2 = g length / 2 pi)."""
+SPREAD = 0.25
+"""Standard deviation of the waves' velocities about their mean, m/s, each of north and east."""
+VAGUE = 0.7
+"""A velocity known to no better, m/s, tells nothing."""
+FEWEST, APART_M = 4, 20.0
+"""So many objects that run alike, the farthest of them so far apart, are waves."""
+REMEMBERED_S = 20.0
+"""Their velocity is good for so long after they were last so many."""
+ALIKE = 9.2
+"""Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
+GRACE_S = 3.0
+"""What was a wave is none only after so long: as waves leave the fan, their tracks stop, or jump to the next one."""
+HEIGHT_SIGMAS = 2.0
+"""What hangs lower than the clearance by so many standard deviations is known to."""
+
+
+class View(NamedTuple):
+    """Whence and when objects are looked at."""
+
+    utc_ns: int
+    head: PoseEstimate
+    """Of the sonar, with the vehicle's velocity."""
+    half_vertical: float
+    """Of the fan, rad."""
+
+
+class Waves:
+    """The waves among the objects, list by list: their velocity, and which objects have been taken for them."""
+
+    def __init__(self, settings: SurfaceSettings) -> None:
+        self._settings = settings
+        self._velocity: Floats | None = None
+        self._known_ns = 0
+        self._until_ns: dict[int, int] = {}
+        """Until when the objects of these ids count as waves."""
+
+    def among(self, snapshot: Snapshot, view: View | None) -> Mask:
+        """Tell (n,) which objects are waves; none of them where nothing is known of the pose."""
+        if view is None or self._settings.list == "all":
+            return np.zeros(len(snapshot), bool)
+        rows = np.flatnonzero(runs(snapshot))
+        rows = rows[may_be_at_surface(snapshot.take(rows), view, self._settings)]
+        candidates = snapshot.take(rows)
+        self._learn(candidates, view.utc_ns)
+        if self._velocity is not None:
+            alike = distances(candidates, self._velocity) < ALIKE
+            self._until_ns |= dict.fromkeys(candidates.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
+        self._until_ns = {i: until for i, until in self._until_ns.items() if 0 < until - view.utc_ns <= GRACE_S * NS}
+        away = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None])) > NEAREST_M
+        return np.asarray(np.isin(snapshot.id, list(self._until_ns)) & away & ~hangs_low(snapshot, self._settings))
+
+    def _learn(self, candidates: Snapshot, utc_ns: int) -> None:
+        """Take the velocity that most of the candidates share, if they are waves."""
+        best = max((distances(candidates, v) < ALIKE for v in candidates.velocity[:2].T), key=np.sum, default=None)
+        if best is not None:
+            velocity = _mean_velocity(candidates.take(best))
+            if best.sum() >= FEWEST and _extent(candidates.take(best)) > APART_M and np.hypot(*velocity) > SLOWEST:
+                self._velocity, self._known_ns = velocity, utc_ns
+        if abs(utc_ns - self._known_ns) > REMEMBERED_S * NS:
+            self._velocity = None
+
+
+def runs(snapshot: Snapshot) -> Mask:
+    """Tell (n,) which objects move with a velocity that is known."""
+    known = snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) < VAGUE
+    return np.asarray(known & (snapshot.static < 0.5) & (snapshot.state != lifecycle.HIBERNATED))
+
+
+def hangs_low(snapshot: Snapshot, settings: SurfaceSettings) -> Mask:
+    """Tell (n,) which objects are known to hang lower than the clearance."""
+    lower = snapshot.position[2] - settings.down_m - settings.clearance_m
+    return np.asarray(lower > HEIGHT_SIGMAS * snapshot.sigma_position[2])
+
+
+def may_be_at_surface(snapshot: Snapshot, view: View, settings: SurfaceSettings) -> Mask:
+    """Tell (n,) which objects, by their heights and by where their last echoes came from, may be at the surface."""
+    age = np.maximum(view.utc_ns - snapshot.last_seen_utc_ns, 0) / NS
+    place = (snapshot.position - snapshot.velocity * age).T
+    place[:, 2] = settings.down_m
+    head = view.head.position_ned - np.outer(age, view.head.velocity_ned)
+    seen = global_to_body(place - head, np.zeros(3), view.head.attitude)
+    distance, _, elevation = body_to_polar(seen)
+    in_fan = (np.abs(elevation) < LOBES * view.half_vertical) & (distance > NEAREST_M) & (head[:, 2] > settings.down_m)
+    return np.asarray(in_fan & ~hangs_low(snapshot, settings))
+
+
+def distances(snapshot: Snapshot, velocity: Floats) -> Floats:
+    """Return (n,) squared distances of the objects' velocities from one, (2,), in standard deviations."""
+    variance = snapshot.sigma_velocity[:2] ** 2 + SPREAD**2
+    return np.asarray(((snapshot.velocity[:2] - velocity[:2, None]) ** 2 / variance).sum(axis=0))
+
+
+def _mean_velocity(snapshot: Snapshot) -> Floats:
+    weight = 1.0 / (snapshot.sigma_velocity[:2] ** 2 + SPREAD**2)
+    return np.asarray((weight * snapshot.velocity[:2]).sum(axis=1) / weight.sum(axis=1))
+
+
+def _extent(snapshot: Snapshot) -> float:
+    return float(np.hypot(*np.ptp(snapshot.position[:2], axis=1)))

@@ -1,0 +1,110 @@
+"""Waves of the surface: what runs alike where the surface may be is left out, and never what may be hit."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from ods.base.arrays import Floats
+from ods.base.clock import NS
+from ods.base.geometry import quat_from_euler
+from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.map.map_object import MapObject
+from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
+from ods.tracker.output.surface import View, Waves
+from ods.tracker.settings import SurfaceSettings, TrackerSettings
+from ods.tracker.track import lifecycle
+
+HALF = np.radians(10.0)
+RUN = np.array([-1.6, 0.4])
+PLACES = np.array([[45.0, -20.0], [60.0, 10.0], [70.0, 25.0], [55.0, -5.0], [80.0, 0.0]])
+
+
+def seen(places: Floats, velocities: Floats, down: float = 3.0, sigma_down: float = 3.0, at_s: float = 0.0) -> Snapshot:
+    """Active objects at (n, 2) places of (n, 2) velocities, seen at `at_s`."""
+    count, now = len(places), round(at_s * NS)
+    objects = [
+        MapObject(k + 1, (n, e, down), (0.2, 0.2, sigma_down), 0.5, 0.1, 0.99, 9, 0, now, now)
+        for k, (n, e) in enumerate(places.tolist())
+    ]
+    whole = snapshot_of_map(objects)
+    return replace(
+        whole,
+        state=np.full(count, lifecycle.ACTIVE),
+        velocity=np.vstack([velocities.T, np.zeros(count)]),
+        sigma_velocity=np.full((3, count), 0.15),
+        static=np.where(np.hypot(*velocities.T) > 0.5, 0.01, 0.99),
+    )
+
+
+def view(depth_m: float = 6.0, at_s: float = 0.0, pitch: float = 0.0) -> View:
+    zeros, attitude = np.zeros(3), np.asarray(quat_from_euler(0.0, pitch, 0.0))
+    head = PoseEstimate(0, np.array([0.0, 0.0, depth_m]), attitude, zeros, zeros, zeros, 0.0)
+    return View(round(at_s * NS), head, HALF)
+
+
+def alike(count: int, velocity: Floats = RUN) -> Floats:
+    return np.tile(velocity, (count, 1))
+
+
+def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not() -> None:
+    velocities = np.vstack([alike(5), [[0.0, 0.0], [-0.2, -0.8], [1.6, -0.4]]])
+    places = np.vstack([PLACES, [[50.0, 5.0], [65.0, -10.0], [58.0, 12.0]]])
+    assert Waves(SurfaceSettings()).among(seen(places, velocities), view()).tolist() == [True] * 5 + [False] * 3
+
+
+@pytest.mark.parametrize(
+    ("places", "velocities", "depth_m", "why"),
+    [
+        (PLACES[:3], alike(3), 6.0, "three may run alike by chance"),
+        (np.array([60.0, 5.0]) + 0.1 * PLACES, alike(5), 6.0, "a school keeps together"),
+        (PLACES, alike(5, 0.5 * RUN), 6.0, "slower than any wave that is seen"),
+        (PLACES, alike(5), 40.0, "the fan does not reach the surface"),
+        (PLACES, alike(5), -1.0, "the sonar is above it, so heights count from elsewhere"),
+        (PLACES, RUN * np.array([[1.0], [-1.0], [2.0], [0.0], [0.3]]), 6.0, "they do not run alike"),
+    ],
+)
+def test_what_is_no_field_of_waves(places: Floats, velocities: Floats, depth_m: float, why: str) -> None:
+    assert not Waves(SurfaceSettings()).among(seen(places, velocities), view(depth_m)).any(), why
+
+
+@pytest.mark.parametrize("down", [1.5, 2.0, 4.0])
+def test_what_is_known_to_hang_lower_than_the_clearance_is_never_a_wave(down: float) -> None:
+    waves = Waves(SurfaceSettings(clearance_m=1.0))
+    everything = seen(PLACES, alike(5))
+    assert waves.among(everything, view()).all()
+    sure = everything.position.copy(), everything.sigma_position.copy()
+    sure[0][2, 1], sure[1][2, 1] = down, 0.2
+    keel = replace(everything, position=sure[0], sigma_position=sure[1])
+    assert waves.among(keel, view()).tolist() == [True, False, True, True, True]
+
+
+def test_where_the_fan_is_below_the_surface_nothing_is_a_wave() -> None:
+    """At 6 m, a fan of 10 degrees and twice that for strong echoes: nearer than 6 m / sin 20 degrees."""
+    nearest = 6.0 / np.sin(2.0 * HALF)
+    places = np.vstack([PLACES, [[nearest - 2.0, 0.0], [nearest + 2.0, 0.0]]])
+    assert Waves(SurfaceSettings()).among(seen(places, alike(7)), view()).tolist() == [True] * 5 + [False, True]
+    # pitched down by 25 degrees the fan does not look at the surface at all
+    assert not Waves(SurfaceSettings()).among(seen(places, alike(7)), view(pitch=-float(np.radians(25.0)))).any()
+
+
+def test_a_wave_stays_one_for_a_moment_and_a_body_does_not_become_one() -> None:
+    waves = Waves(SurfaceSettings())
+    assert waves.among(seen(PLACES, alike(5)), view()).all()
+    stopped = alike(5)
+    stopped[2] = 0.0
+    assert waves.among(seen(PLACES, stopped, at_s=1.0), view(at_s=1.0)).all()
+    assert waves.among(seen(PLACES, stopped, at_s=3.5), view(at_s=3.5)).tolist() == [True, True, False, True, True]
+    assert waves.among(seen(PLACES[:1] + 3.0, alike(1), at_s=10.0), view(at_s=10.0)).all()  # the waves are remembered
+    assert not waves.among(seen(PLACES[:1] + 9.0, alike(1), at_s=40.0), view(at_s=40.0)).any()
+
+
+def test_without_a_pose_or_when_all_is_asked_for_nothing_is_left_out() -> None:
+    everything = seen(PLACES, alike(5))
+    assert not Waves(SurfaceSettings()).among(everything, None).any()
+    assert not Waves(SurfaceSettings(list="all")).among(everything, view()).any()
+    chosen = HittableFilter(TrackerSettings()).of(everything, None, view())
+    assert (len(chosen.snapshot), chosen.left_out) == (0, 5)
+    none = everything.take(np.zeros(0, np.intp))
+    assert len(HittableFilter(TrackerSettings()).of(none, None, view()).snapshot) == 0
