@@ -20,8 +20,10 @@ from ods.plots.style import add_style
 
 JUDGED, TRAINED = 0, 7
 """Seeds: nothing that is judged is trained on."""
-BODY_DB = (-1.0, 0.0, 1.0, 2.0, 3.0, 4.0)
+BODY_DB = (-1.0, 0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 10.0)
 ROUNDS = 30
+SHAPES, KINDS = (0.5, 1.0, 2.0, 5.0), ("cells", "patches")
+"""Of the K-distributed clutter: shapes, and what of a texture is alike."""
 BED = "sea-beds"
 
 
@@ -57,7 +59,7 @@ def measured(images: int) -> list[Figures]:
         one.half_db = half_found_db(method, one.at_one, by_db)
         one.found = {name: found_at(method, cases, wanted) for name, (cases, wanted) in found.items()}
         figures.append(one)
-    for one, ms in zip(figures, milliseconds(figures, beds[0].looks, ROUNDS), strict=True):
+    for one, ms in zip(figures, milliseconds(figures, speckle[0].looks, ROUNDS), strict=True):
         one.ms = ms
     return figures
 
@@ -65,13 +67,19 @@ def measured(images: int) -> list[Figures]:
 def _print_table(figures: Sequence[Figures]) -> None:
     """Print one line a method."""
     first = figures[0]
-    headings = ["method", "ms", "loss, dB", *first.clutter, *(f"Pd {name}" for name in first.found)]
+    kinds = [f"K {kind}, {', '.join(f'{shape:g}' for shape in SHAPES)}" for kind in KINDS]
+    headings = ["method", "ms", "loss, dB", *kinds, BED, *(f"Pd {name}" for name in first.found)]
     print("|", " | ".join(headings), "|\n" + "|---" * len(headings) + "|")
     for one in figures:
         texts = [one.method.name + (" (numpy)" if one.method.plain else ""), f"{one.ms:.2f}"]
-        texts += [f"{one.half_db - first.half_db:+.2f}", *(f"{value:.2f}" for value in one.clutter.values())]
-        texts += [_share(*found) for found in one.found.values()]
+        texts += [f"{one.half_db - first.half_db:+.2f}"]
+        texts += [" ".join(f"{one.clutter[_clutter_name(shape, kind)]:.2f}" for shape in SHAPES) for kind in KINDS]
+        texts += [f"{one.clutter[BED]:.2f}", *(_share(*found) for found in one.found.values())]
         print("|", " | ".join(texts), "|")
+
+
+def _clutter_name(shape: float, kind: str) -> str:
+    return f"K {shape:g} {kind}"
 
 
 def _share(share: float, low: float, high: float) -> str:
@@ -80,9 +88,9 @@ def _share(share: float, low: float, high: float) -> str:
 
 def _clutter(images: int, beds: list[Case]) -> dict[str, list[Case]]:
     clutter = {
-        f"K {shape:g} {'patches' if patches else 'cells'}": clutter_cases(images, JUDGED + 2, shape, patches)
-        for shape in (0.5, 1.0, 2.0, 5.0)
-        for patches in (False, True)
+        _clutter_name(shape, kind): clutter_cases(images, JUDGED + 2, shape, patches=kind == "patches")
+        for shape in SHAPES
+        for kind in KINDS
     }
     return clutter | {BED: beds}
 

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 
 from benchmarks.level_methods.measure import Figures
 from ods.assess.detection.metrics import CONFIDENCE
@@ -40,7 +41,7 @@ def save_chart(path: Path, figures: Sequence[Figures], bed: str, style: str) -> 
         save_figure(figure, path)
 
 
-_TIME = "ms an image of 60 x 2000, everything included, one core"
+_TIME = "processor ms an image of 60 x 2000, everything included"
 
 
 def _spread(one: Figures) -> tuple[float, float, float]:
@@ -53,6 +54,7 @@ def _draw(figure: Figure, axes: Axes, figures: Sequence[Figures], values: Floats
     """Draw values (methods, 3): middle, and ends of the bar."""
     axes.set_xscale("log")
     number(axes.xaxis)
+    axes.xaxis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
     labels = []
     for one, (middle, low, high) in zip(figures, values, strict=True):
         is_default = one.method.name == DEFAULT
