@@ -6,9 +6,10 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
-SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser
+SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser tests/workbench/engine/test_macro.py \
+  tests/tracker/test_consistency.py tests/pipeline/test_failures.py tests/docs/test_site.py tests/docs/test_planner_types.py
 
-.PHONY: bench bench-rough bench-vcan test test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
 
 bench: compile
 	$(BIN)/ods bench --config config/bench.toml
@@ -23,11 +24,17 @@ bench-vcan: compile
 	$(BIN)/ods bench --config config/bench.toml --seconds 1 --out out/compiled >/dev/null 2>&1 || true
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
-test: compile lint
-	$(BIN)/pytest -n 2 --dist loadfile --cov --cov-report= --ignore=tests/whole_chain $(addprefix --ignore=,$(SLOW))
+QUICK = $(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain $(addprefix --ignore=,$(SLOW))
+
+test: $(VENV)/.ready
+	$(MAKE) -j 2 compile lint
+	$(QUICK)
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
-	@echo "Lines run by the first of these three, processes started by tests included. Kernels are left out: compiled code is not seen."
+
+# which lines no test ran, processes started by tests included; kernels are left out: compiled code is not seen
+coverage: compile
+	$(QUICK) --cov --cov-report=
 	$(BIN)/coverage report
 
 # 125: no vcan to be had, and the reason was said; the tests are then reported as skipped, or failed for ODS_REQUIRE_VCAN

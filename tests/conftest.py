@@ -1,5 +1,6 @@
-"""For all tests: hypothesis without deadlines, as first calls compile, and the same in CI; unknown counters refused."""
+"""For all tests: kernels as `ods compile` left them, hypothesis the same in CI as here, unknown counters refused."""
 
+import logging
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -7,13 +8,17 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
+from ods.compiled.kernel import do_without_numba
 from ods.runtime import counters
 from ods.sonar_link.files.decoder import PLUGGED_IN
 from ods.sonar_link.registry import PROTOCOLS
 
+do_without_numba()
+logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # other types than on board are compiled
+
 os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 
-settings.register_profile("ods", deadline=None, derandomize=True)
+settings.register_profile("ods", deadline=None, derandomize=True)  # no deadline: first calls may compile
 settings.load_profile("ods")
 
 

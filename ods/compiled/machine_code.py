@@ -161,6 +161,11 @@ class Kernel:
         self._chosen[shape] = self._variants[types]
         return self._chosen[shape]
 
+    @property
+    def signatures(self) -> list[tuple[str, ...]]:
+        """Types of arguments that it is compiled for, as numba's dispatchers tell theirs."""
+        return list(self._variants)
+
     def dispatcher(self) -> Any:
         """Return the kernel as numba compiles it."""
         _teach_numba()

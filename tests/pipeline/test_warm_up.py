@@ -18,7 +18,7 @@ from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
 
 def compiled() -> set[tuple[str, str]]:
-    """Return (kernel, argument types) of all that numba has compiled so far."""
+    """Return (kernel, argument types) of all that is compiled so far."""
     modules = [
         importlib.import_module(part.name) for part in pkgutil.walk_packages(ods.pipeline.__path__, "ods.pipeline.")
     ]

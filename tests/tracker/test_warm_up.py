@@ -19,7 +19,7 @@ from tests.tracker.samples import course, echoes, run
 
 
 def compiled() -> set[tuple[str, str, str]]:
-    """Return (module, kernel, argument types) of all that numba has compiled so far."""
+    """Return (module, kernel, argument types) of all that is compiled so far."""
     modules = [
         importlib.import_module(part.name) for part in pkgutil.walk_packages(ods.tracker.__path__, "ods.tracker.")
     ]
