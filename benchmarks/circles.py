@@ -2,12 +2,13 @@
 
 Echoes are made here, by quadrature over the body, and by nothing of the simulator. A cell hears the sum of intensities
 over the body's lit points, weighted with a Gaussian beam of -3 dB width 1.5 deg, plus a background of 1, under
-exponential speckle. The circle of a front is the sphere's, of a disc the disc's, of a plate the one around it; the near
-edge is the body's nearest point, that of a plate its front.
+exponential speckle, or the mean of so many images. The circle of a front is the sphere's, of a disc the disc's, of a
+plate the one around it; the near edge is the body's nearest point, that of a plate its front.
 """
 
 import argparse
 from collections.abc import Iterator
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -20,14 +21,15 @@ from ods.pipeline.settings import PipelineSettings
 BEAMS, SAMPLES, DR_M = 60, 2000, 0.05
 SPACING = np.radians(1.5)
 SIGMA = SPACING / np.sqrt(8.0 * np.log(2.0))
+BEAM_REACH = 5.0 * SIGMA
+"""A beam hears nothing from further beside its axis: less than 4e-6 of what is on it."""
 BEARINGS = (np.arange(BEAMS) - 0.5 * (BEAMS - 1)) * SPACING
-BODIES = (("front", 1.5), ("front", 3.0), ("disc", 1.5), ("disc", 3.0), ("plate", 1.5), ("plate", 3.0), ("point", 0.0))
-RANGES_M = (20.0, 50.0, 90.0)
-SNR_DB = (6.0, 10.0, 15.0, 25.0)
+KINDS = ("front", "disc", "plate", "point")
 GATE_SIGMAS = 4.0
 """`tracker.gate_sigmas`."""
-GATE_M = 6.0
-"""A detection farther than this from the body's front is not of the body."""
+LEAST_FOUND = 10
+RIGHT = (0.7, 1.3)
+"""Mean of error^2/sigma^2 in a row whose sigmas are right."""
 
 
 class Points(NamedTuple):
@@ -41,8 +43,11 @@ class Points(NamedTuple):
 
 
 def front(radius: float, cd: float = 0.3, cs: float = 0.3, roughness: float = np.radians(15.0)) -> Points:
-    """Return the lit half of a sphere: gamma(alpha) of [SSIE] eqs. 3 and 4 times the surface as seen."""
-    cosine, around = np.meshgrid((np.arange(400) + 0.5) / 400, 2.0 * np.pi * (np.arange(96) + 0.5) / 96, indexing="ij")
+    """Return the lit half of a sphere: gamma(alpha) of [SSIE] eqs. 3 and 4 times the surface as seen.
+
+    Its upper half, as a beam hears both halves alike.
+    """
+    cosine, around = np.meshgrid((np.arange(400) + 0.5) / 400, np.pi * (np.arange(48) + 0.5) / 48, indexing="ij")
     alpha, sine = np.arccos(cosine), np.sqrt(1.0 - cosine**2)
     facets = np.minimum(1.0, 2.0 * cosine**2) * np.exp(-(alpha**2) / (2.0 * roughness**2)) / cosine
     weight = (cd * cosine + cs * facets) * cosine
@@ -64,7 +69,7 @@ def plate(half_width: float) -> Points:
 
 
 def body(kind: str, size: float) -> Points:
-    """Return the points of one of BODIES."""
+    """Return the points of one of KINDS."""
     return {"front": front, "disc": disc, "plate": plate, "point": lambda _: plate(1e-3)}[kind](size)
 
 
@@ -73,9 +78,12 @@ def mean_intensity(points: Points, range_m: float, bearing: float) -> Floats:
     away = range_m + points.ahead
     horizontal = np.hypot(away, points.across)
     column = np.rint(np.hypot(horizontal, points.up) / DR_M).astype(np.int64)
-    offset = BEARINGS[:, None] - (bearing + np.arctan2(points.across, away))
-    gain = np.exp(-(offset**2) / (2.0 * SIGMA**2)) * points.weight
-    image = np.array([np.bincount(column, weights, SAMPLES) for weights in gain])
+    seen_at = bearing + np.arctan2(points.across, away)
+    image = np.zeros((BEAMS, SAMPLES))
+    least, most = seen_at.min() - BEAM_REACH, seen_at.max() + BEAM_REACH
+    for k in np.flatnonzero((least < BEARINGS) & (most > BEARINGS)):
+        gain = np.exp(-((BEARINGS[k] - seen_at) ** 2) / (2.0 * SIGMA**2))
+        image[k] = np.bincount(column, gain * points.weight, SAMPLES)
     return np.asarray(image / image.max())
 
 
@@ -88,50 +96,73 @@ def ping_of(amplitude: Floats32) -> Ping:
     )  # fmt: skip
 
 
+class Case(NamedTuple):
+    """A row of the table."""
+
+    kind: str
+    size: float
+    """Radius, m; of a plate half its width."""
+    range_m: float
+    snr_db: float
+    """Highest mean intensity over the background."""
+
+
 class Look(NamedTuple):
     """One look at a body, and what the chain found of it."""
 
-    range_m: float
+    case: Case
     bearing: float
-    radius_m: float
     near_m: float
     found: Detection | None
 
 
-def looks(chain: Chain, kind: str, size: float, range_m: float, snr_db: float, count: int) -> Iterator[Look]:
-    """Look at a body at bearings anywhere between two beams, each time in other speckle."""
-    rng = np.random.default_rng([int(range_m), int(snr_db), int(10 * size), len(kind)])
-    points = body(kind, size)
-    near_m = range_m + float(points.ahead.min())
-    for bearing in rng.uniform(-0.35, 0.35, count):
-        mean = 1.0 + 10.0 ** (0.1 * snr_db) * mean_intensity(points, range_m, bearing)
-        amplitude = 30.0 * np.sqrt(mean * rng.exponential(size=mean.shape))
-        near = [
-            d
-            for d in chain.process(ping_of(amplitude)).detections
-            if np.hypot(d.range_m - range_m, (d.bearing_rad - bearing) * range_m) < GATE_M
-        ]
-        yield Look(range_m, bearing, size, near_m, max(near, key=lambda d: d.snr_db, default=None))
-
-
 class Errors(NamedTuple):
-    """Of near edge, centre, radius and bearing of the looks in which something was found: (found, 4)."""
+    """Of near edge, centre, radius and place across of the looks in which something was found: (found, 4)."""
 
     wrong: Floats
-    """m, m, m, rad."""
+    """m."""
     claimed: Floats
-    """Standard deviations."""
+    """Standard deviations, m."""
+
+    def normalized(self) -> Floats:
+        """Return the errors in units of what is claimed."""
+        return np.asarray(self.wrong / self.claimed)
+
+
+class Row(NamedTuple):
+    """What has been seen of a case."""
+
+    case: Case
+    looks: int
+    errors: Errors
+
+
+def looks(chain: Chain, case: Case, count: int, rng: np.random.Generator, speckle: int = 1) -> Iterator[Look]:
+    """Look at a body at bearings anywhere between two beams, each time in other speckle: the mean of so many images."""
+    points = body(case.kind, case.size)
+    near_m = case.range_m + float(points.ahead.min())
+    for bearing in rng.uniform(-0.35, 0.35, count):
+        mean = 1.0 + 10.0 ** (0.1 * case.snr_db) * mean_intensity(points, case.range_m, bearing)
+        amplitude = 30.0 * np.sqrt(mean * rng.gamma(speckle, 1.0 / speckle, mean.shape))
+        found = [d for d in chain.process(ping_of(amplitude)).detections if is_of(d, case, bearing, points)]
+        yield Look(case, bearing, near_m, max(found, key=lambda d: d.snr_db, default=None))
+
+
+def is_of(found: Detection, case: Case, bearing: float, points: Points) -> bool:
+    """Tell whether a detection is of the body: its near edge is between 1 m before the body and behind it."""
+    near, far = case.range_m + points.ahead.min() - 1.0, case.range_m + max(points.ahead.max(), 0.5 * case.size) + 0.5
+    beside = (case.size / case.range_m) + 0.5 * found.bearing_extent_rad + SPACING
+    return bool(near < found.near_m < far and abs(found.bearing_rad - bearing) < beside)
 
 
 def errors_of(seen: list[Look]) -> Errors:
     """Return what is wrong with what was found, and what it claims to be."""
-    wrong = [
-        (d.near_m - near_m, d.range_m - range_m, d.radius_m - radius, d.bearing_rad - bearing)
-        for range_m, bearing, radius, near_m, d in seen
-        if d is not None
-    ]
-    found = [look.found for look in seen if look.found is not None]
-    claimed = [(d.sigma_near_m, d.sigma_range_m, d.sigma_radius_m, d.sigma_bearing_rad) for d in found]
+    wrong, claimed = [], []
+    for (_, size, range_m, _), bearing, near_m, d in seen:
+        if d is not None:
+            across = (d.bearing_rad - bearing) * range_m
+            wrong.append((d.near_m - near_m, d.range_m - range_m, d.radius_m - size, across))
+            claimed.append((d.sigma_near_m, d.sigma_range_m, d.sigma_radius_m, d.sigma_bearing_rad * range_m))
     return Errors(np.array(wrong).reshape(-1, 4), np.array(claimed).reshape(-1, 4))
 
 
@@ -139,37 +170,75 @@ def figures(errors: Errors) -> str:
     """Return the columns of the table; the last ones leave out errors beyond the tracker's gate."""
     if not len(errors.wrong):
         return " nothing found"
-    square = (errors.wrong / errors.claimed) ** 2
+    square = errors.normalized() ** 2
     inside = np.ma.masked_array(square, square > GATE_SIGMAS**2).mean(0).filled(np.nan)
     columns = (errors.wrong.mean(0)[:3], np.sqrt((errors.claimed**2).mean(0))[:3], square.mean(0), inside)
     formats = ("{:+7.2f}", "{:7.2f}", "{:7.2f}", "{:7.2f}")
     return " |".join("".join(f.format(v) for v in values) for f, values in zip(formats, columns, strict=True))
 
 
+def seen_of(chain: Chain, case: Case, count: int, speckle: int) -> Row:
+    """Return what is seen of a case in so many looks."""
+    rng = np.random.default_rng([int(case.range_m), int(case.snr_db), int(10 * case.size), len(case.kind)])
+    return Row(case, count, errors_of(list(looks(chain, case, count, rng, speckle))))
+
+
+def print_summary(rows: list[Row]) -> None:
+    """Print, of the rows in which enough was found, how many have sigmas that are right, and the worst of them."""
+    for row_kind in [*dict.fromkeys(row.case.kind for row in rows), "all"]:
+        chosen = [row for row in rows if row_kind in (row.case.kind, "all") and len(row.errors.wrong) >= LEAST_FOUND]
+        if not chosen:
+            continue
+        square = [np.minimum(row.errors.normalized() ** 2, GATE_SIGMAS**2).mean(0) for row in chosen]
+        right = [(RIGHT[0] <= values) & (values <= RIGHT[1]) for values in square]
+        bias = max(chosen, key=lambda row: abs(row.errors.wrong[:, 0].mean()))
+        print(
+            f"{row_kind:8}{len(chosen):4} rows | right:"
+            + "".join(f"{value:6.0%}" for value in np.mean(right, 0))
+            + " | least:"
+            + "".join(f"{value:6.2f}" for value in np.min(square, 0))
+            + " | median:"
+            + "".join(f"{value:6.2f}" for value in np.median(square, 0))
+            + " | most:"
+            + "".join(f"{value:6.2f}" for value in np.max(square, 0))
+            + f" | near edge {bias.errors.wrong[:, 0].mean():+.2f} m at worst: {bias.case.size:g} m,"
+            f" {bias.case.range_m:g} m, {bias.case.snr_db:g} dB"
+        )
+
+
+def arguments() -> argparse.Namespace:
+    """Return the command line."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--looks", type=int, default=60, help="images a row")
+    parser.add_argument("--speckle", type=int, default=1, help="images that are averaged")
+    parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
+    parser.add_argument("--radii", nargs="+", type=float, default=[1.5, 3.0], metavar="M")
+    parser.add_argument("--ranges", nargs="+", type=float, default=[20.0, 50.0, 90.0], metavar="M")
+    parser.add_argument("--snr", nargs="+", type=float, default=[6.0, 10.0, 15.0, 25.0], metavar="DB")
+    return parser.parse_args()
+
+
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--looks", type=int, default=40)
-    args = parser.parse_args()
+    args = arguments()
     chain = Chain(PipelineSettings())
-    print("                               | near edge, centre, radius | near edge, centre, radius, bearing:")
+    print("                               | near edge, centre, radius | near edge, centre, radius, across:")
     print(
         "body     radius range SNR found|       bias, m       | claimed sigma, m    |     error^2/sigma^2        |",
         end="",
     )
     print(" within 4 sigma")
-    every: dict[str, list[Errors]] = {}
-    for kind, size in BODIES:
-        for range_m in RANGES_M:
-            for snr_db in SNR_DB:
-                seen = list(looks(chain, kind, size, range_m, snr_db, args.looks))
-                errors = errors_of(seen)
-                every.setdefault(kind, []).append(errors)
-                share = len(errors.wrong) / len(seen)
-                print(f"{kind:8}{size:6.1f}{range_m:7.0f}{snr_db:4.0f}{share:6.2f}|{figures(errors)}", flush=True)
-    for kind, many in every.items():
-        whole = Errors(*(np.concatenate(parts) for parts in zip(*many, strict=True)))
-        print(f"{kind:8}{'all':>6}{'':17}|{figures(whole)}")
+    rows: list[Row] = []
+    for kind in args.kinds:
+        for size in [0.0] if kind == "point" else args.radii:
+            for range_m, snr_db in product(args.ranges, args.snr):
+                row = seen_of(chain, Case(kind, size, range_m, snr_db), args.looks, args.speckle)
+                rows.append(row)
+                share = len(row.errors.wrong) / row.looks
+                print(f"{kind:8}{size:6.1f}{range_m:7.0f}{snr_db:4.0f}{share:6.2f}|{figures(row.errors)}", flush=True)
+    print(f"\nrows with {LEAST_FOUND} looks or more that found it; mean of error^2/sigma^2, each no more than 16,")
+    print(f"right: {RIGHT[0]} to {RIGHT[1]}; near edge, centre, radius, across")
+    print_summary(rows)
 
 
 if __name__ == "__main__":
