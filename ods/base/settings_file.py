@@ -8,8 +8,11 @@ from typing import Any, TypeVar
 
 import msgspec
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, one_line
 from ods.base.settings import Settings, complaint_of
+
+MOST_BYTES = 4 << 20
+"""Of a file; it takes seconds to read."""
 
 SettingsT = TypeVar("SettingsT", bound=Settings)
 AnyT = TypeVar("AnyT")
@@ -47,11 +50,15 @@ def load_table(path: Path, name: str, kind: type[SettingsT], whole: type[Setting
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        data = tomllib.loads(path.read_text(encoding="utf-8"))
+        with path.open("rb") as file:
+            content = file.read(MOST_BYTES + 1)
+        if len(content) > MOST_BYTES:
+            raise ConfigError(f"{path}: larger than {MOST_BYTES >> 20} MB: no file of settings")
+        data = tomllib.loads(content.decode().replace("\r\n", "\n"))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ConfigError(f"{path}: not valid TOML: {error}") from error
+    except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number of 5000 digits, brackets in brackets
+        raise ConfigError(f"{path}: not valid TOML: {one_line(error)}") from error
     _refuse_non_finite(data, path, "")
     return data
 

@@ -5,10 +5,11 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from ods.workbench.engine.config_file import ConfigFile, load_config
+from ods.workbench.engine.config_file import ConfigFile, load_config, refuse_new_plugins
+from ods.workbench.engine.listeners import Listeners
 from ods.workbench.model import actions as do
 from ods.workbench.model.history import History
-from ods.workbench.model.state import State
+from ods.workbench.model.state import State, Tuning
 
 Listener = Callable[[State, State], None]
 """Called with the state before and the one after a change, in the thread that made it."""
@@ -27,8 +28,9 @@ class Session:
         self.number = next(self._numbers)
         self.folders = folders
         self.loaded = loaded or load_config()
+        self._trusted = self.loaded
         self._history = History.of(state or State())
-        self._listeners: list[Listener] = []
+        self._listeners: Listeners[[State, State]] = Listeners()
         self._lock = threading.RLock()
 
     @property
@@ -45,6 +47,14 @@ class Session:
         """Do an action. Raises PathError, and changes nothing, for what cannot be done."""
         self._change(lambda history: history.after(action))
 
+    def load(self, file: Path) -> None:
+        """Take another configuration for A, and as the one that saving is compared with. Raises OdsError, and changes
+        nothing, for one that cannot be read, or names plug-ins that the first one does not."""
+        loaded = load_config(file)
+        refuse_new_plugins(loaded, self._trusted)
+        self.do(do.SetTuning(Tuning(config=loaded.config), f"load {loaded.path.name}"))
+        self.loaded = loaded
+
     def undo(self) -> None:
         """Take the last step back."""
         self._change(History.undone)
@@ -59,17 +69,10 @@ class Session:
 
     def listen(self, listener: Listener) -> Callable[[], None]:
         """Call `listener` after each change; what is returned ends that."""
-        self._listeners.append(listener)
-
-        def stop() -> None:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
-
-        return stop
+        return self._listeners.add(listener)
 
     def _change(self, change: Callable[[History], History]) -> None:
         with self._lock:
             before, self._history = self._history, change(self._history)
             if self._history is not before:
-                for listener in list(self._listeners):
-                    listener(before.state, self.state)
+                self._listeners.tell(before.state, self.state)

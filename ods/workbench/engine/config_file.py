@@ -42,6 +42,23 @@ def load_config(path: Path | None = None) -> ConfigFile:
     return ConfigFile(file, text, part_of(config, MissionSettings))
 
 
+def refuse_new_plugins(loaded: ConfigFile, trusted: ConfigFile) -> None:
+    """Raise OdsError when a configuration names plug-ins that another does not: pages must not choose what is run."""
+    for table in ("pipeline", "tracker"):
+        known = {_module_of(place) for place in getattr(trusted.config, table).plugins}
+        for index, place in enumerate(getattr(loaded.config, table).plugins):
+            if _module_of(place) not in known:
+                raise OdsError(
+                    f"{loaded.path}: {table}.plugins[{index}] ({_module_of(place)}): a plug-in is code, which is "
+                    "run only where the configuration that the workbench was started with names it: --config"
+                )
+
+
+def _module_of(place: Path) -> str:
+    """Return what a plug-in is known by: its file, or the name of its module."""
+    return str(place.resolve()) if place.suffix == ".py" else place.name
+
+
 class Saving(NamedTuple):
     """What saving would do."""
 

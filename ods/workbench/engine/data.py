@@ -30,6 +30,8 @@ KEPT_BYTES = 48 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
 FAN_SUFFIX = ".toml"
 """Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
+LONGEST_S = 86_400.0
+"""Of a scene: its whole path is laid out when it is opened."""
 PERIOD_PINGS = 8
 """Pings whose times tell the period."""
 
@@ -135,6 +137,8 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
 def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
     if scene is None:
         raise DataError("scene: none is open")
+    if scene.duration_s > LONGEST_S:
+        raise DataError(f"scene: duration_s: {scene.duration_s:g} s is more than the {LONGEST_S:g} s shown here")
     if reference.sonar.endswith(".toml"):
         readable(reference.sonar, folders)
     elif "/" in reference.sonar:

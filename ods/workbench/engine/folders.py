@@ -16,7 +16,10 @@ def readable(path: str | Path, folders: Iterable[Path]) -> Path:
 
     Raises FolderError.
     """
-    return _under(Path(path), [*folders, SHIPPED])
+    place = _under(Path(path), [*folders, SHIPPED])
+    if place.exists() and not (place.is_file() or place.is_dir()):
+        raise FolderError(f"{path}: neither a file nor a folder")  # to open a pipe would wait for ever
+    return place
 
 
 def writable(path: str | Path, folders: Iterable[Path]) -> Path:

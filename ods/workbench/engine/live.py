@@ -18,6 +18,7 @@ from ods.messages import Detections, Health, ObstacleList, Ping, Pose, Truth
 from ods.runtime import bus
 from ods.runtime.counters import trouble_names
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
+from ods.workbench.engine.listeners import Listeners
 
 TOPICS = ("ping", "pose", "detections", "obstacles", "truth")
 WORDS = {"ping": "pings", "pose": "poses", "detections": "detections", "obstacles": "obstacle lists", "truth": "truth"}
@@ -91,7 +92,7 @@ class Live:
         self._health_ns: dict[str, int] = {}
         self._path_ns = 0
         self._latency: deque[tuple[int, float, float]] = deque(maxlen=LATENCIES)
-        self._listeners: list[Callable[[str], None]] = []
+        self._listeners: Listeners[[str]] = Listeners()
         self._said: dict[str, str] = {}
         self._began_ns = clock.monotonic_ns()
         self._ends = threading.Event()
@@ -103,13 +104,7 @@ class Live:
 
         What is returned ends that.
         """
-        self._listeners.append(changed)
-
-        def stop() -> None:
-            if changed in self._listeners:
-                self._listeners.remove(changed)
-
-        return stop
+        return self._listeners.add(changed)
 
     def close(self) -> None:
         """Listen no more."""
@@ -202,18 +197,14 @@ class Live:
                 for topic, message in received:
                     self._take(topic, message, now_ns)
                 for topic in dict.fromkeys(topic for topic, _ in received if topic != bus.HEALTH):
-                    self._tell(topic)
+                    self._listeners.tell(topic)
                 if now_ns - looked_ns >= LOOK_S * NS:
                     looked_ns = now_ns
                     for subscription in subscriber.subscriptions:
                         self.lost += subscription.counters
                         subscription.counters.clear()
                     self._look(now_ns)
-                    self._tell("")
-
-    def _tell(self, topic: str) -> None:
-        for listener in list(self._listeners):
-            listener(topic)
+                    self._listeners.tell("")
 
     def _take(self, topic: str, message: Any, now_ns: int) -> None:
         if isinstance(message, Health):

@@ -48,7 +48,7 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
         caption = f"{name}, ping {ping.ping_number}: {count} detections; configuration {config_hash(tuning)}"
         figure.text(0.01, 0.005, caption, fontsize=8, ha="left", va="bottom")
         try:
-            figure.savefig(place)
+            figure.savefig(place, metadata={"Title": caption})
         except OSError as error:
             raise OdsError(f"{place}: {reason_of(error)}") from error
     return place

@@ -16,6 +16,7 @@ from ods.sim_sonar.scene.settings import SceneFile
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.mission import MissionTracker
 from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.listeners import Listeners
 from ods.workbench.engine.newest import Newest
 from ods.workbench.engine.tracked import Beside, Collecting, Tracked
 from ods.workbench.model.state import DataReference, State
@@ -68,7 +69,7 @@ class Rerun:
         self.progress: Progress | None = None
         """None: nothing runs."""
         self._folders = tuple(folders)
-        self._listeners: list[Callable[[], None]] = []
+        self._listeners: Listeners[[]] = Listeners()
         self._kept: _Detections | None = None
         self._newest: Newest[Wanted, Tracked | None] = Newest(self._run, self._done, self._failed)
 
@@ -77,25 +78,15 @@ class Rerun:
         if wish != self.asked:
             self.asked, self.error, self.progress = wish, "", Progress(0, 0, True)
             self._newest.ask(wish)
-            self._tell()
+            self._listeners.tell()
 
     def listen(self, changed: Callable[[], None]) -> Callable[[], None]:
         """Call `changed`, in the thread, whenever there is something new here; what is returned ends that."""
-        self._listeners.append(changed)
-
-        def stop() -> None:
-            if changed in self._listeners:
-                self._listeners.remove(changed)
-
-        return stop
+        return self._listeners.add(changed)
 
     def close(self) -> None:
         """Give up, and end the thread."""
         self._newest.close()
-
-    def _tell(self) -> None:
-        for listener in list(self._listeners):
-            listener()
 
     def _done(self, wish: Wanted, result: Tracked | None) -> None:
         if result is not None:
@@ -110,7 +101,7 @@ class Rerun:
     def _finished(self, wish: Wanted) -> None:
         if wish == self.asked:
             self.progress = None
-        self._tell()
+        self._listeners.tell()
 
     def _run(self, wish: Wanted) -> Tracked | None:
         """Return what came of a mission; None: given up."""
@@ -124,7 +115,7 @@ class Rerun:
             if (now_s := time.monotonic()) - told_s >= PROGRESS_S:
                 told_s, done = now_s, len(collecting)
                 self.progress = Progress(done, len(detections), done == len(detections.found))
-                self._tell()
+                self._listeners.tell()
         data = detections.data
         counters = detections.counters + tracking.counters
         beside = Beside(

@@ -40,12 +40,21 @@ MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
 """Runs of which the time is taken: so many, or fewer where they last."""
 KEPT_SPECKLE_CELLS = 200_000
 """Images of speckle are kept for a geometry of no more cells: of 60 x 2000 they take 5 MB."""
+PATIENCE_S = 0.3
+"""A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
 POSES_BEFORE = 64
 """Of a ping, that tell its pose."""
 
 
 class StudyError(OdsError):
     """A ping cannot be looked at; the text is one line."""
+
+
+class OvertakenError(StudyError):
+    """Learning lasted, and something else is wanted by now."""
+
+    def __init__(self) -> None:
+        super().__init__("given up: something newer is asked for")
 
 
 Speckle = list[list[Image]]
@@ -93,14 +102,16 @@ class Study:
 class Studio:
     """Looks at pings of one source of data. May be used from several threads, which wait for each other."""
 
-    def __init__(self, data: Data) -> None:
+    def __init__(self, data: Data, overtaken: Callable[[], bool] = lambda: False) -> None:
+        """overtaken: whether something newer is asked for, so that long learning is given up."""
         self._data = data
+        self._overtaken = overtaken
         self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
         self._speckle: tuple[bytes, Speckle] = (b"", [])
         self._lock = threading.Lock()
 
     def study(self, settings: MissionSettings, place: int) -> Study:
-        """Return what the pipeline of `settings` makes of a ping. Raises OdsError, one line."""
+        """Return what the pipeline of `settings` makes of a ping. Raises OvertakenError; OdsError, one line."""
         if not 0 <= place < len(self._data.pings):
             raise StudyError(f"ping {place}: there are {len(self._data.pings)}")
         with self._lock:
@@ -117,8 +128,12 @@ class Studio:
                 prepared.run(self._data.pings[former], former, self._pose_of(former, settings))
         pose = self._pose_of(place, settings) if prepared.chain.over_pings else None
         looker = prepared.looker
-        with looker:
-            detections = prepared.run(ping, place, pose)
+        try:
+            with looker:
+                detections = prepared.run(ping, place, pose)
+        except OvertakenError:
+            self._kept.popitem()  # it has not learnt; it was the last one asked for
+            raise
         if not prepared.chain.over_pings:  # the others remember, and must not see it again
             prepared.run_again(ping, place)
         grid = grid_of(ping)
@@ -131,7 +146,7 @@ class Studio:
         key = msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
         kept = self._kept.get(key)
         if kept is None or (kept.chain.over_pings and kept.at != place - 1):
-            kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping))
+            kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping), self._overtaken)
         self._kept.move_to_end(key)
         while len(self._kept) > KEPT_CHAINS:
             self._kept.popitem(last=False)
@@ -178,10 +193,12 @@ class _Looker:
 class _TimedChain(Chain):
     """A chain that tells how long each stage took with the last ping."""
 
-    def __init__(self, settings: PipelineSettings, looker: _Looker, speckle: Speckle) -> None:
+    def __init__(
+        self, settings: PipelineSettings, looker: _Looker, speckle: Speckle, overtaken: Callable[[], bool]
+    ) -> None:
         super().__init__(settings, watch=looker)
         self.spent_ns = [0] * len(settings.chain())
-        self._speckle = speckle
+        self._speckle, self._overtaken = speckle, overtaken
 
     def take_turn(self, turn: int) -> None:
         """Go on with the part of the range whose turn it is at that ping, where attention parts it."""
@@ -190,7 +207,7 @@ class _TimedChain(Chain):
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         stages = super()._stages_of(settings)
         *filters, last = (_timed(stage, self.spent_ns, at) for at, stage in enumerate(stages))
-        return [*filters, _learning_once(last, self._speckle)]
+        return [*filters, _learning_once(last, self._speckle, self._overtaken)]
 
 
 def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredStage:
@@ -212,19 +229,35 @@ def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredSt
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
 
 
-def _learning_once(stage: ConfiguredStage, speckle: Speckle) -> ConfiguredStage:
-    """Return a detector that learns from kept speckle: another setting of it costs no filtering of speckle."""
+def _learning_once(stage: ConfiguredStage, speckle: Speckle, overtaken: Callable[[], bool]) -> ConfiguredStage:
+    """Return a detector that learns from kept speckle: another setting of it costs no filtering of speckle. It gives up
+    where that lasts and is overtaken."""
     prepared = itertools.count()
 
     def prepare(params: Any, fan: Fan) -> PreparedDetector:
         made: PreparedDetector = stage.stage.prepare(params, fan)
         learn, place = made.learn, next(prepared)
-        if learn is None or math.prod(fan.shape) > KEPT_SPECKLE_CELLS:
+        if learn is None:
             return made
+        if math.prod(fan.shape) > KEPT_SPECKLE_CELLS:
+            return made._replace(learn=lambda kinds: learn(_while_wanted(kinds, overtaken)))
         speckle.extend([] for _ in range(place + 1 - len(speckle)))
-        return made._replace(learn=lambda kinds: learn(_with_kept(speckle[place], kinds)))
+        return made._replace(learn=lambda kinds: learn(_with_kept(speckle[place], _while_wanted(kinds, overtaken))))
 
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
+
+
+def _while_wanted(kinds: Iterable[Iterable[Image]], overtaken: Callable[[], bool]) -> Iterator[Iterator[Image]]:
+    """Yield the same images, until that lasts and is overtaken. Raises OvertakenError."""
+    ends_s = time.monotonic() + PATIENCE_S
+
+    def watched(images: Iterable[Image]) -> Iterator[Image]:
+        for image in images:
+            if time.monotonic() > ends_s and overtaken():
+                raise OvertakenError
+            yield image
+
+    return map(watched, kinds)
 
 
 def _with_kept(kept: list[Image], kinds: Iterable[Iterable[Image]]) -> Iterator[Iterable[Image]]:
@@ -243,9 +276,9 @@ def _with_kept(kept: list[Image], kinds: Iterable[Iterable[Image]]) -> Iterator[
 class _Prepared:
     """A chain for one geometry, and its times."""
 
-    def __init__(self, settings: PipelineSettings, speckle: Speckle) -> None:
+    def __init__(self, settings: PipelineSettings, speckle: Speckle, overtaken: Callable[[], bool]) -> None:
         self.looker = _Looker()
-        self.chain = _TimedChain(settings, self.looker, speckle)
+        self.chain = _TimedChain(settings, self.looker, speckle, overtaken)
         self.at = -1
         """Place of the last ping."""
         self._names = [str(stage["use"]) for stage in settings.chain()]

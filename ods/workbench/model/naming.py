@@ -49,6 +49,22 @@ def _short(value: Any) -> str:
     return text if len(text) <= LONGEST_VALUE else f"{text[: LONGEST_VALUE - 1]}…"
 
 
+def _view(action: do.SetView, _: State) -> str:
+    words = _VIEW.get(action.name, f"view {action.name}")
+    if isinstance(action.value, bool):
+        return words[not action.value] if isinstance(words, tuple) else f"{words} {'on' if action.value else 'off'}"
+    return f"no {words}" if action.value is None else f"{words} {_short(action.value)}"
+
+
+_VIEW: dict[str, str | tuple[str, str]] = {
+    "presentation": "show as", "shown_stage": "picture after place", "compared_stage": "beside it after place",
+    "comparison": "compare by", "palette": "colours", "lowest_db": "colours from dB", "highest_db": "colours to dB",
+    "attention": ("show attention", "hide attention"), "pinned_beam": "pinned beam", "marked_obstacle": "marked object",
+    "dark": ("dark", "light"),
+}  # fmt: skip
+"""What a field of View is called; of a switch both."""
+
+
 def _stage(before: State, at: int) -> str:
     return str(before.tuning.config.pipeline.chain()[at]["use"])
 
@@ -70,7 +86,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.DropB: lambda _, __: "drop B",
     do.OpenData: lambda a, _: f"open {a.data.path or a.data.kind}",
     do.ShowPing: lambda a, _: f"ping {a.ping}",
-    do.SetView: lambda a, _: f"view {a.name} = {_short(a.value)}",
+    do.SetView: _view,
     do.SetBookmark: lambda a, _: f"bookmark {a.text}" if a.text else "remove bookmark",
     do.SetScene: _set_scene,
     do.AddObject: lambda a, _: f"add {a.shape}",

@@ -7,6 +7,8 @@ from nicegui import ui
 
 from ods.workbench.model.sliders import Choice, Control, Number, Switch, text_of, value_of
 
+MAY_BREAK = "\u200b"
+"""A blank without width: a long name goes on in the next line there."""
 Changed = Callable[[Any], object]
 
 
@@ -20,7 +22,8 @@ class ControlRow:
         self._field: Any
         with ui.row().classes("w-full items-center no-wrap gap-2 h-8"):
             unit = control.by.unit if isinstance(control.by, Number) else ""
-            label = ui.label(control.name).classes("text-sm w-28 shrink-0 truncate")
+            name = control.name.replace("_", f"_{MAY_BREAK}")
+            label = ui.label(name).classes("text-sm leading-none w-28 shrink-0")
             label.tooltip(" ".join(filter(None, (f"{control.path}:", control.meaning))))
             self._build()
             ui.label(unit).classes("text-xs opacity-70 w-14 shrink-0 truncate")

@@ -10,7 +10,7 @@ from ods.base.errors import OdsError, one_line
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.study import Studio, Study
+from ods.workbench.engine.study import OvertakenError, Studio, Study
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
 
@@ -91,6 +91,8 @@ class Work:
         if state.other is not None:
             try:
                 b = opened.studio.study(state.other.mission(), place)
+            except OvertakenError:
+                raise
             except OdsError as error:
                 complaint = f"B: {error}"
             else:
@@ -101,7 +103,7 @@ class Work:
         key = state.data, state.scene if state.data.kind == "scene" else None
         if self._opened is None or self._opened.key != key:
             data = open_data(state.data, state.scene, self._session.folders)
-            self._opened = Opened(key, data, Studio(data))
+            self._opened = Opened(key, data, Studio(data, lambda: self._newest.overtaken))
         return self._opened
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
@@ -109,6 +111,8 @@ class Work:
         self._told(answer)
 
     def _fail(self, request: tuple[int, State], error: Exception) -> None:
+        if isinstance(error, OvertakenError):
+            return
         self.answered = request[0]
         self._failed(str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}")
 

@@ -9,13 +9,13 @@ from nicegui.events import UploadEventArguments
 
 from ods.base.errors import OdsError
 from ods.workbench.engine import files, presets, printing
-from ods.workbench.engine.config_file import load_config, saving, write_config
+from ods.workbench.engine.config_file import saving, write_config
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.folders import readable, writable
 from ods.workbench.engine.macro_run import write_macro
-from ods.workbench.model.actions import SetBookmark, SetState, SetTuning, ShowPing
+from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
-from ods.workbench.model.state import State, Tuning
+from ods.workbench.model.state import State
 from ods.workbench.pages import shared_link
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
@@ -71,9 +71,7 @@ def _save(session: Session) -> None:
         ui.notify(f"written: {write_config(would.text, Path(name.value), session.folders)}", type="positive")
 
     def load() -> None:
-        loaded = load_config(readable(name.value, session.folders))
-        session.loaded = loaded
-        session.do(SetTuning(Tuning(config=loaded.config), f"load {loaded.path.name}"))
+        session.load(readable(name.value, session.folders))
         show()
 
     with ui.row():

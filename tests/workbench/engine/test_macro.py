@@ -88,9 +88,9 @@ def test_script_and_commands_write_the_same_obstacles_of_a_scene(tmp_path: Path)
     assert by_script[1].splitlines() == [msgspec.json.encode(step.list).decode() for step in steps]
 
 
-@pytest.mark.parametrize("kind", ["none", "live"])
-def test_without_data_nothing_is_written(tmp_path: Path, kind: str) -> None:
+@pytest.mark.parametrize("data", [DataReference(kind="none"), DataReference(kind="live")], ids=lambda data: data.kind)
+def test_without_data_nothing_is_written(tmp_path: Path, data: DataReference) -> None:
     loaded = load_config()
-    history = _history(loaded, do.OpenData(DataReference(kind=kind)), do.KeepAsB())  # type: ignore[arg-type]
+    history = _history(loaded, do.OpenData(data), do.KeepAsB())
     write_macro(history, loaded, tmp_path)
     assert _both(tmp_path) == (("", ""), ("", ""))

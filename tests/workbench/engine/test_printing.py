@@ -24,6 +24,14 @@ def test_each_format_is_what_it_says(tmp_path: Path, ending: str) -> None:
     tuning = State().tuning
     file = print_ping(SOURCE.pings[3], tuning, tmp_path / f"p{ending}", [tmp_path], name="figure 11", style="light")
     assert file.read_bytes().startswith(STARTS[ending])
+    caption = f"figure 11, ping 3: 3 detections; configuration {config_hash(tuning)}"
+    if ending == ".png":
+        with Image.open(file) as picture:
+            assert picture.info["Title"] == caption
+    elif ending == ".pdf":
+        assert f"/Title ({caption})".encode() in file.read_bytes()
+    else:
+        assert f"<dc:title>{caption}</dc:title>" in file.read_text()
     if ending == ".svg":
         assert file.read_text().count("<!-- figure 11, ping 3: ") == 1
         assert f"configuration {config_hash(tuning)} -->" in file.read_text()

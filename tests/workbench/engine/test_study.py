@@ -13,9 +13,10 @@ from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.stage.watch import StageImage
 from ods.plots.polar import level_db
+from ods.workbench.engine import study
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.look import BINS, HIGHEST_DB, LOWEST_DB, Look, histogram, profile
-from ods.workbench.engine.study import FORMER_PINGS, Studio, Study
+from ods.workbench.engine.study import FORMER_PINGS, OvertakenError, Studio, Study
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 
@@ -199,3 +200,14 @@ def test_a_detector_learns_from_kept_speckle_what_it_learns_on_board(change: dic
         study = studio.study(wanted, 0)
         assert study.detections == expected
         assert study.looks[-1].levels == shown[-1].levels
+
+
+def test_long_learning_is_given_up_for_what_is_newer(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(study, "PATIENCE_S", -1.0)
+    newer = [False, False, True]
+    studio = Studio(data(pings()), lambda: newer.pop(0) if newer else False)
+    wanted = settings([*SHORT[:2], {"use": "detect.cfar"}])
+    with pytest.raises(OvertakenError):
+        studio.study(wanted, 1)
+    assert newer == []  # the third image of speckle was the last
+    assert studio.study(wanted, 1).detections == Chain(wanted.pipeline).process(pings()[1])

@@ -10,7 +10,7 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.history import LONGEST, History
 from ods.workbench.model.paths import PathError
-from ods.workbench.model.state import DataReference, State, Tuning
+from ods.workbench.model.state import DataReference, State, Tuning, View
 
 SCENE = SceneFile(
     seed=1,
@@ -130,3 +130,16 @@ def test_only_so_many_steps_are_kept() -> None:
 def test_what_cannot_be_done_is_one_line_that_names_the_key(action: do.Action, complaint: str) -> None:
     with pytest.raises(PathError, match=complaint):
         apply(START, action)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "called"),
+    [
+        ("marked_obstacle", 2, "marked object 2"), ("marked_obstacle", None, "no marked object"),
+        ("dark", False, "light"), ("attention", True, "show attention"), ("presentation", "polar", "show as polar"),
+        ("lowest_db", -10.0, "colours from dB -10"),
+    ],
+)  # fmt: skip
+def test_what_is_shown_otherwise_has_a_name(name: str, value: object, called: str) -> None:
+    start = msgspec.structs.replace(State(), view=View(marked_obstacle=1))
+    assert History.of(start).after(do.SetView(name, value)).undoes == called

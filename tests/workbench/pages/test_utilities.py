@@ -3,9 +3,12 @@
 import tomllib
 from pathlib import Path
 
+import pytest
 from nicegui import ui
 
+from ods.base.errors import OdsError
 from ods.base.shipped import shipped_file
+from ods.workbench.engine.config_file import load_config
 from ods.workbench.engine.files import opening
 from ods.workbench.model import actions as do
 from ods.workbench.model.share import shared_text
@@ -77,6 +80,18 @@ async def test_a_file_elsewhere_is_not_written(tmp_path: Path) -> None:
     assert not (tmp_path / "out.toml").exists()
 
 
+async def test_what_cannot_be_read_is_one_line_on_the_page(tmp_path: Path) -> None:
+    (tmp_path / "deep.toml").write_text(f"seed = {'[' * 20_000}")
+    session = _session(tmp_path)
+    before = session.state
+    async with visiting(session, _build) as user:
+        field = user.find("path of a file, or of a folder of segments")
+        field.type(str(tmp_path / "deep.toml"))
+        field.trigger("keydown.enter")
+        await user.should_see("deep.toml: not valid TOML")
+    assert session.state == before
+
+
 async def test_a_ping_is_printed_and_a_macro_written(tmp_path: Path) -> None:
     session = _session(tmp_path)
     session.do(opening(shipped_file("scenes/figure11.toml").resolve(), [Path.cwd()]))
@@ -98,3 +113,43 @@ async def test_a_ping_is_marked_and_found_again(tmp_path: Path) -> None:
         session.do(do.ShowPing(0))
         user.find("ping 7: first echo").click()
         await until(lambda: session.state.ping == 7)
+
+
+def _with_plugins(table: str, named: str) -> str:
+    """Return a configuration with plug-ins in a table that it may not have had."""
+    text, line = shipped_file("onboard.toml").read_text(), f"plugins = [{named}]\n"
+    head, title, rest = text.partition(f"\n[{table}]")
+    if not title:
+        return f"{text}\n[{table}]\n{line}"
+    comment, _, rest = rest.partition("\n")
+    return f"{head}{title}{comment}\n{line}{rest}"
+
+
+async def test_a_configuration_with_code_of_its_own_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "evil.py").write_text(f"open({str(tmp_path / 'ran')!r}, 'w')\n")
+    (tmp_path / "evil.toml").write_text(_with_plugins("pipeline", f'"{tmp_path}/evil.py"'))
+    session = _session(tmp_path)
+    before, loaded = session.state, session.loaded
+    async with visiting(session, _build) as user:
+        field = user.find("file to write")
+        field.clear()
+        field.type(str(tmp_path / "evil.toml"))
+        user.find(marker="load").click()
+        await user.should_see("pipeline.plugins[0]")
+        await user.should_see("a plug-in is code")
+    assert (session.state, session.loaded) == (before, loaded)
+    assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("table", ["pipeline", "tracker"])
+def test_plugins_that_the_first_configuration_names_may_be_loaded(tmp_path: Path, table: str) -> None:
+    plugin = _with_plugins(table, f'"{tmp_path}/own.py", "own_module"')
+    (tmp_path / "own.py").write_text("")
+    for name, text in {"first": plugin, "second": plugin, "third": plugin.replace("own_", "other_")}.items():
+        (tmp_path / f"{name}.toml").write_text(text)
+    session = Session(State(), (tmp_path,), load_config(tmp_path / "first.toml"))
+    session.load(tmp_path / "second.toml")
+    assert session.loaded.path == tmp_path / "second.toml"
+    with pytest.raises(OdsError, match=rf"{table}\.plugins\[1\] \(other_module\)"):
+        session.load(tmp_path / "third.toml")
+    assert session.loaded.path == tmp_path / "second.toml"
