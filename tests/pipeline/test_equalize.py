@@ -77,6 +77,25 @@ def test_gain_of_beams_is_levelled_by_place() -> None:
     np.testing.assert_allclose(out.reshape(8, 6, 2000).mean(axis=(1, 2)), 1.0, atol=0.05)
 
 
+def test_lit_bottom_beside_a_shadow_is_not_raised() -> None:
+    """Whatever the shadow's edges are in the blocks; a block of half the level beside it would raise it by 1.5."""
+    for first, last in ((9, 43), (12, 50), (20, 41)):
+        image = speckle(60, 2000)
+        image[first:last, 1200:] *= 0.3
+        out = per_place(per_range(image))
+        for lit in (out[first - 3 : first, 1300:], out[last : last + 3, 1300:]):
+            assert lit.mean() < 1.35
+        assert out[:, :1100].mean() == pytest.approx(1.0, abs=0.05)
+
+
+def test_where_there_is_no_data_what_is_beside_it_is_levelled() -> None:
+    image = 1e-3 * speckle(60, 2000)
+    image[30:45] = 0.0
+    out = per_place(image)
+    assert out[:30].mean() == pytest.approx(1.0, abs=0.05)
+    assert out[45:].mean() == pytest.approx(1.0, abs=0.05)
+
+
 def test_wide_object_does_not_erase_itself_by_place() -> None:
     image = speckle(60, 2000)
     image[10:40, 1000:1080] *= 6.0

@@ -13,13 +13,17 @@ from ods.pipeline.stage.params import LocalParams
 from ods.pipeline.stage.registry import gain_stage
 from ods.pipeline.stage.step import GainStep
 
+_BESIDE = np.float32(1.4)
+"""A block is raised by so many times more than those beside it, at most: what is darker is a shadow."""
+
 
 @gain_stage("equalize.local", LocalParams)
 def local(params: LocalParams, fan: Fan) -> GainStep:
     """Divide by the mean around each place: levels out beams of different gain and slow changes along the beams.
 
     The fan is parted into blocks; their means, interpolated in between, are the level. A block counts as within a
-    factor of `guard` of its surroundings along the range, so that an object, however wide, does not erase itself.
+    factor of `guard` of its surroundings along the range, so that an object, however wide, does not erase itself. What
+    is in the shadow of a wall stays dark beside what is lit: else the lit bottom within a block of it would be raised.
     """
     beams, samples = fan.shape
     beam_edges = np.linspace(0, beams, min(params.beam_blocks, beams) + 1).astype(np.int64)
@@ -97,7 +101,19 @@ def block_gains(means: Image, guard: np.float32, gain: Image) -> None:
         for q in range(means.shape[1]):
             around = sorted_middle(means[p, max(0, q - 2) : q + 3], work)
             level = min(max(means[p, q], around / guard), around * guard)
-            gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(1.0)
+            gain[p, q] = np.float32(1.0) / level if level > np.float32(0.0) else np.float32(np.inf)
+    for q in range(means.shape[1]):
+        keep_shadows_dark(gain[:, q])
+
+
+@kernel
+def keep_shadows_dark(gain: Floats32) -> None:
+    """Limit gain (beam blocks,) to `_BESIDE` times the lower of those beside each, in place; infinite ones to 1."""
+    before = gain.copy()
+    for p in range(gain.size):
+        for beside in (max(0, p - 1), min(p + 1, gain.size - 1)):
+            gain[p] = min(gain[p], _BESIDE * before[beside])
+        gain[p] = gain[p] if gain[p] < np.float32(np.inf) else np.float32(1.0)
 
 
 @kernel
