@@ -121,7 +121,7 @@ _FIGURE_11 = (
 )
 _WORKED = (
     "The vehicle goes north for 80 s while two objects move, and each is tracked with its radius (figure 6).",
-    "Object 1 leaves the sector at 41 s: no more is known of it, its track falls asleep, the truth goes on, dashed.",
+    "Object 1 leaves the sector at 41 s: its track waits in stand-by and ends, while the truth goes on, dashed.",
     "The tracks' velocities come to the true ones, dashed (figure 7); vertical ones are not told by one plane.",
 )
 _ROUGH = (
