@@ -27,18 +27,19 @@ SHAPES = (("60 x 2000", "seabat6012"), ("512 x 2000", "multibeam512"))
 WATCH = """
 const isView = (item) => item.fanView && item.clientWidth;
 const views = [...document.querySelectorAll("div")].filter(isView).map((item) => item.fanView);
-const drawn = () => views.reduce((sum, view) => sum + view.drawn.frames, 0);
+const newest = () => Math.max(...views.map((view) => (view.isNew ? 0 : view.have())));
 let began = null, before = 0;
 window.moves = [];
-document.addEventListener("keydown", () => { began = performance.now(); before = drawn(); }, true);
+document.addEventListener("keydown", () => { began = performance.now(); before = newest(); }, true);
 (function look() {
-  if (began !== null && drawn() > before) {
+  if (began !== null && newest() > before) {
     window.moves.push(performance.now() - began);
     began = null;
   }
   requestAnimationFrame(look);
 })();
 """
+"""The pictures' versions rise; `have` is that of the one drawn last."""
 LONGEST_S = 3.0
 """A move that shows nothing for so long shows nothing."""
 SETTLE_S = 6.0
@@ -93,7 +94,8 @@ def _page(pings: Path, profile: Path) -> Iterator[tuple[webdriver.Chrome, psutil
 
 
 def _slider_that_shows(window: webdriver.Chrome) -> WebElement:
-    sliders = window.find_elements("css selector", ".q-slider [tabindex]")
+    found = window.find_elements("css selector", ".q-slider [tabindex]")
+    sliders = [slider for slider in found if slider.is_displayed()]
     window.execute_script(WATCH)
     for slider in sliders:
         if _move(window, slider, Keys.ARROW_RIGHT):

@@ -118,7 +118,12 @@ export function legend(context, entries, x, y, perLine = 18) {
 
 // Calls back when the page turns dark or light, and when the element's size changes; returns what ends that.
 export function watch(element, changed) {
-  const theme = new MutationObserver(changed);
+  let wasDark = isDark();
+  const theme = new MutationObserver(() => {
+    if (wasDark === isDark()) return; // each key changes some class
+    wasDark = isDark();
+    changed();
+  });
   theme.observe(document.body, { attributes: true, attributeFilter: ["class"] });
   const size = new ResizeObserver(changed);
   size.observe(element);
