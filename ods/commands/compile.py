@@ -79,6 +79,7 @@ def warm_up(settings: OnboardConfig) -> None:
     from ods.tracker import warm_up as tracker
 
     pipeline.warm_up(settings.pipeline)
+    pipeline.warm_up(settings.pipeline, watch=lambda _image: None)  # the workbench watches
     tracker.warm_up(settings.tracker)
 
 

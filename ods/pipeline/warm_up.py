@@ -9,6 +9,7 @@ import numpy as np
 from ods.messages import SAMPLE_DTYPES, Ping, Pose, SampleType, Scale, frame_of
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
+from ods.pipeline.stage.watch import Watch
 
 _BEAMS, _SAMPLES = 64, 512
 _PINGS = 3
@@ -16,10 +17,10 @@ _PINGS = 3
 _LEARNT_CELLS = 200_000
 
 
-def warm_up(settings: PipelineSettings) -> None:
+def warm_up(settings: PipelineSettings, watch: Watch | None = None) -> None:
     """Let the chain of these settings process small made-up pings of every sample type, scale and border.
 
-    Raises StageError.
+    watch: see `Chain`; images that are shown are made by other code. Raises StageError.
     Half of the pings begin before the least range, so that their near end is cut off: other memory layouts, other code.
     Half have a beam that is louder than the others, whose gain then is not 1.
     Of each geometry there are enough for all phases of attention and for stages that compare pings.
@@ -29,7 +30,7 @@ def warm_up(settings: PipelineSettings) -> None:
     zeros = (0.0, 0.0, 0.0)
     kinds = list(product(get_args(SampleType), get_args(Scale)))
     for gain, range0_m in product((1, 3), (settings.min_range_m - 0.5, settings.min_range_m + 0.5)):
-        chain = Chain(settings, learnt_cells=_LEARNT_CELLS)
+        chain = Chain(settings, learnt_cells=_LEARNT_CELLS, watch=watch)
         for number, (dtype, scale) in enumerate(kinds):
             for phase in range(2 * (phases if number else max(phases, _PINGS))):
                 pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)

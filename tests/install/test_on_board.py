@@ -36,6 +36,8 @@ from ods.sonar_link.files.opening import open_pings
 
 for result in offline.detect_pings(open_pings(Path(sys.argv[1])).pings, PipelineSettings()):
     print(offline.json_line(result))
+for _ in offline.detect_pings(open_pings(Path(sys.argv[1])).pings, PipelineSettings(), watch=lambda _image: None):
+    pass  # as the workbench does
 assert "numba" not in sys.modules
 """
 
