@@ -21,6 +21,8 @@ BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
+MACHINE_CODE = frozenset({"ods.commands.detect", "ods.track.command"})
+"""Modules of commands that import kernels at once, and take them from `ods compile`."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -104,6 +106,14 @@ def _extra_missing(error: ModuleNotFoundError) -> str:
     raise error
 
 
+def _link_kernels() -> None:
+    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler."""
+    from ods.compiled.kernel import do_without_numba
+
+    do_without_numba()
+    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # stages of all kinds are tried out here
+
+
 class _Parser(argparse.ArgumentParser):
     """Gets the arguments of its command's module when that command is chosen."""
 
@@ -111,6 +121,8 @@ class _Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
+            if self.module in MACHINE_CODE:
+                _link_kernels()
             try:
                 chosen = importlib.import_module(self.module)
             except ModuleNotFoundError as error:
