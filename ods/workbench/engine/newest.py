@@ -42,6 +42,11 @@ class Newest(Generic[AskT, AnswerT]):
         """Tell work that lasts long whether a later request waits, so that it may give up."""
         return bool(self._waiting) or self._ends
 
+    def rests(self, seconds: float) -> bool:
+        """Let work that is not urgent wait so long; tell whether no later request came."""
+        with self._changed:
+            return not self._changed.wait_for(lambda: self.overtaken, seconds)
+
     def close(self) -> None:
         """End the thread, after what it does now."""
         with self._changed:

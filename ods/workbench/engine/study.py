@@ -87,7 +87,6 @@ class Study:
     looks: tuple[Look, ...]
     """As recorded, then after each stage that runs. The last one is what the detector compared with its levels."""
     detections: Detections
-    cost: Cost
 
     @cached_property
     def attended(self) -> Mask:
@@ -120,6 +119,17 @@ class Studio:
             except PingError as error:
                 raise StudyError(f"ping {place}: {error}") from error
 
+    def cost(self, settings: MissionSettings, place: int, give_up: Callable[[], bool]) -> Cost | None:
+        """Return what the ping costs that was looked at last, by a few more runs; none: given up."""
+        with self._lock:
+            ping = self._data.pings[place]
+            prepared = self._kept.get(_key(settings.pipeline, ping))
+            if prepared is None or prepared.at != place:
+                return None
+            if not prepared.chain.over_pings:  # the others remember, and must not see it again
+                prepared.run_again(ping, place, give_up)
+            return None if give_up() else prepared.cost()
+
     def _study(self, settings: MissionSettings, place: int) -> Study:
         ping = self._data.pings[place]
         prepared = self._prepared(settings.pipeline, ping, place)
@@ -134,16 +144,14 @@ class Studio:
         except OvertakenError:
             self._kept.popitem()  # it has not learnt; it was the last one asked for
             raise
-        if not prepared.chain.over_pings:  # the others remember, and must not see it again
-            prepared.run_again(ping, place)
         grid = grid_of(ping)
         looks = looks_of(grid, looker.shown, [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
         looks[0] = replace(looks[0], image=_whole(looks[0], ping))
-        return Study(place, ping, grid, tuple(looks), detections, prepared.cost())
+        return Study(place, ping, grid, tuple(looks), detections)
 
     def _prepared(self, settings: PipelineSettings, ping: Ping, place: int) -> "_Prepared":
         """Return the chain for these settings and this geometry; one that compares pings if it saw the last one."""
-        key = msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
+        key = _key(settings, ping)
         kept = self._kept.get(key)
         if kept is None or (kept.chain.over_pings and kept.at != place - 1):
             kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping), self._overtaken)
@@ -156,7 +164,7 @@ class Studio:
         """Return where the speckle of these filters and this geometry is kept. Raises PingError."""
         numbers = make_plan(ping, settings).settings
         filters = msgspec.structs.replace(numbers, stage=numbers.stage[:-1])
-        key = msgspec.msgpack.encode((filters, geometry_key(ping)), enc_hook=str)
+        key = _key(filters, ping)
         if self._speckle[0] != key:
             self._speckle = key, []
         return self._speckle[1]
@@ -168,6 +176,11 @@ class Studio:
         for pose in self._data.poses_about(t_ns, POSES_BEFORE):
             buffer.insert(pose)
         return head_of(buffer.at(t_ns), Mounting(settings.mounting))
+
+
+def _key(settings: PipelineSettings, ping: Ping) -> bytes:
+    """Return what a chain is prepared for."""
+    return msgspec.msgpack.encode((settings, geometry_key(ping)), enc_hook=str)
 
 
 class _Looker:
@@ -300,11 +313,11 @@ class _Prepared:
         self.at = place
         return found
 
-    def run_again(self, ping: Ping, place: int) -> None:
+    def run_again(self, ping: Ping, place: int, give_up: Callable[[], bool]) -> None:
         """Take the time of a ping in a few runs in which nobody looks."""
         self._runs = []
         began = time.perf_counter_ns()
-        while len(self._runs) < MOST_RUNS and time.perf_counter_ns() - began < LONGEST_RUNS_NS:
+        while len(self._runs) < MOST_RUNS and time.perf_counter_ns() - began < LONGEST_RUNS_NS and not give_up():
             self.run(ping, place)
 
     def cost(self) -> Cost:

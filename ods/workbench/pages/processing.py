@@ -5,6 +5,7 @@ from functools import partial
 import numpy as np
 from nicegui import ui
 from nicegui.elements.button import Button
+from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.thresholds import setting_at
@@ -14,7 +15,7 @@ from ods.workbench.model.state import State
 from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
 from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
-from ods.workbench.pages.processing_work import Answer, Work, last_stage, wanted
+from ods.workbench.pages.processing_work import Answer, Costs, Work, last_stage
 from ods.workbench.pages.timeline import Timeline
 from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView, Spot
@@ -29,6 +30,8 @@ KEYS = (
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
+BESIDE_S = 0.03
+"""After the picture, which the browser then has drawn, what is beside it is sent."""
 NOTHING = -2
 """In the list of what is shown beside the picture."""
 
@@ -46,7 +49,8 @@ class _Page:
         self._board = FrameBoard()
         self._answer: Answer | None = None
         panel = ui.context.slot.parent
-        self._work = Work(session, self._told, self._failed)
+        self._waits: Answer | None = None
+        self._work = Work(session, self)
         with ui.row().classes("w-full no-wrap items-start gap-3") as self._root:
             with (
                 ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto").style("max-height: calc(100vh - 7rem)")
@@ -170,18 +174,34 @@ class _Page:
         return f"{text}: dB over the median, {', '.join(levels)}"
 
     # -- what comes of it --
-    def _told(self, answer: Answer) -> None:
-        """Take an answer, in the thread of the work."""
+    def told(self, answer: Answer) -> None:
+        """Take an answer, in the thread of the work: the picture first, then what is beside it."""
         for name, frame in frames_of(answer).items():
             self._board.show(name, frame)
-        in_loop(self._root, partial(self._show, answer))
+        in_loop(self._root, partial(self._take, answer))
 
-    def _failed(self, why: str) -> None:
+    def costed(self, costs: Costs, period_s: float | None) -> None:
+        """Take what the chains cost."""
+        in_loop(self._root, partial(self._cost.show, costs, period_s))
+
+    def failed(self, why: str) -> None:
+        """Take why nothing came."""
+
         def show() -> None:
             self._complaint.set_text(why)
             self._mark_busy()
 
         in_loop(self._root, show)
+
+    def _take(self, answer: Answer) -> None:
+        if self._waits is None:
+            in_loop(self._root, self._show_newest, BESIDE_S)
+        self._waits = answer
+
+    def _show_newest(self) -> None:
+        answer, self._waits = self._waits, None
+        if answer is not None:
+            self._show(answer)
 
     def _show(self, answer: Answer) -> None:
         self._answer = answer
@@ -189,7 +209,6 @@ class _Page:
         self._mark_busy()
         self._profile.answer(answer)
         self._histogram.answer(answer)
-        self._cost.answer(answer)
         self._timeline.show(answer.data, answer.place)
         self._titles(answer)
 
@@ -221,8 +240,6 @@ class _Page:
         self._main.switch(OTHER if self._main.view == MAIN else MAIN)
 
     def _follow(self, before: State, after: State) -> None:
-        if wanted(before) != wanted(after):
-            self._work.ask()
         if (before.view, before.tuning, before.other) != (after.view, after.tuning, after.other):
             self._arrange(after)
 
@@ -230,9 +247,9 @@ class _Page:
         """Show what the state says of the tools and of which pictures there are."""
         view, chain = state.view, state.tuning.config.pipeline.chain()
         options = {place: title_of(state.tuning, place) for place in range(-1, len(chain))}
-        self._after.set_options(options, value=min(view.shown_stage, len(chain) - 1))
+        _offer(self._after, options, min(view.shown_stage, len(chain) - 1))
         compared = NOTHING if view.compared_stage is None else min(view.compared_stage, len(chain) - 1)
-        self._beside.set_options({NOTHING: "nothing", **options}, value=compared)
+        _offer(self._beside, {NOTHING: "nothing", **options}, compared)
         self._beside.set_enabled(not compares(state))
         self._attention.set_value(view.attention)
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
@@ -245,3 +262,9 @@ class _Page:
             self._main.switch(MAIN)
         if view.pinned_beam is not None:
             self._profile.beam(view.pinned_beam)
+
+
+def _offer(choice: Select, options: dict[int, str], value: int) -> None:
+    """Give a choice its options, which are sent whole, only if they are others."""
+    if (choice.options, choice.value) != (options, value):
+        choice.set_options(options, value=value)

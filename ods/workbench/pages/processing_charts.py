@@ -1,6 +1,8 @@
 """Curves of the image processing menu: range profile, histogram, cost."""
 
+import itertools
 from collections.abc import Callable
+from html import escape
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +12,7 @@ from ods.workbench.engine.look import HIGHEST_DB, LOWEST_DB, Look, histogram, pr
 from ods.workbench.engine.study import Cost
 from ods.workbench.engine.thresholds import thresholds
 from ods.workbench.pages.processing_pictures import pooled_db, title_of
-from ods.workbench.pages.processing_work import Answer, last_stage
+from ods.workbench.pages.processing_work import Answer, Costs, last_stage
 from ods.workbench.web.curve_view import Axis, CurveView, EvenCurve, Line
 from ods.workbench.web.time_view import Colour
 
@@ -142,21 +144,17 @@ def _bars(look: Look, role: Colour, label: str) -> EvenCurve:
 
 
 class CostBars:
-    """What each stage takes of the time until the next ping, of A and of B."""
+    """What each stage takes of the time until the next ping, of A and of B: one element, as it changes often."""
 
     def __init__(self) -> None:
-        self._place = ui.column().classes("w-full gap-1").mark("cost")
+        ui.label("Cost of one ping").classes("text-sm font-medium")
+        self._shown = ui.html("", sanitize=False).classes("w-full text-sm").mark("cost")
 
-    def answer(self, answer: Answer) -> None:
+    def show(self, costs: Costs, period_s: float | None) -> None:
         """Show what came anew."""
-        self._place.clear()
-        costs = [("A" if answer.b else "", answer.a.cost), *([("B", answer.b.cost)] if answer.b else [])]
         most = max(cost.whole for _, cost in costs)
-        with self._place:
-            ui.label("Cost of one ping").classes("text-sm font-medium")
-            for who, cost in costs:
-                ui.label(f"{who} {_summary(cost, answer.data.period_s)}".strip()).classes("text-sm")
-                _bar(cost, most)
+        rows = (f"<div>{who} {_summary(cost, period_s)}</div>{_bar(cost, most)}" for who, cost in costs)
+        self._shown.set_content("".join(rows))
 
 
 def _summary(cost: Cost, period_s: float | None) -> str:
@@ -166,16 +164,18 @@ def _summary(cost: Cost, period_s: float | None) -> str:
     return f"{text}; {cost.prepared / 1e3:.0f} ms once to prepare"
 
 
-def _bar(cost: Cost, most: float) -> None:
-    parts = [*cost.stages, ("read, measure", cost.rest)]
-    with ui.row().classes("w-full no-wrap gap-0 h-4"):
-        for (name, time_us), colour in zip(parts, COLOURS * (1 + len(parts) // len(COLOURS)), strict=False):
-            part = ui.element("div").classes("h-full")
-            part.style(f"width: {100.0 * time_us / most:.2f}%; background: {colour}").tooltip(
-                f"{name}: {time_us:.0f} µs"
-            )
-    with ui.row().classes("w-full gap-x-3 gap-y-0"):
-        for (name, time_us), colour in zip(parts, COLOURS * (1 + len(parts) // len(COLOURS)), strict=False):
-            with ui.row().classes("items-center gap-1 no-wrap"):
-                ui.element("div").classes("w-2 h-2").style(f"background: {colour}")
-                ui.label(f"{name} {time_us:.0f} µs").classes("text-xs")
+def _bar(cost: Cost, most: float) -> str:
+    """Return the bar of one chain and its legend, as HTML."""
+    parts = [(escape(name), time_us) for name, time_us in (*cost.stages, ("read, measure", cost.rest))]
+    coloured = list(zip(parts, itertools.cycle(COLOURS), strict=False))
+    bars = (
+        f'<div class="h-full" style="width: {100.0 * time_us / most:.2f}%; background: {colour}" '
+        f'title="{name}: {time_us:.0f} µs"></div>'
+        for (name, time_us), colour in coloured
+    )
+    legend = (
+        f'<span class="text-xs whitespace-nowrap"><span class="inline-block w-2 h-2 mr-1" style="background: {colour}">'
+        f"</span>{name} {time_us:.0f} µs</span>"
+        for (name, time_us), colour in coloured
+    )
+    return f'<div class="flex h-4">{"".join(bars)}</div><div class="flex flex-wrap gap-x-3">{"".join(legend)}</div>'

@@ -2,17 +2,21 @@
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from ods.base.errors import OdsError, one_line
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.study import OvertakenError, Studio, Study
+from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
+
+
+REST_S = 0.1
+"""After a picture, until it is drawn, nothing else is computed."""
 
 
 class Opened(NamedTuple):
@@ -38,20 +42,38 @@ class Answer:
     """Why there is no B."""
 
 
-class Work:
-    """Answers the newest state. Waits while nobody sees the page (`visible`), and then does what was asked last."""
+Costs = Sequence[tuple[str, Cost]]
+"""Of A alone, unnamed, or of A and B."""
 
-    def __init__(self, session: Session, tell: Callable[[Answer], None], fail: Callable[[str], None]) -> None:
-        """tell, fail: called in a thread; fail with one line."""
+
+class Hearer(Protocol):
+    """Who is told what comes of it, in a thread."""
+
+    def told(self, answer: Answer) -> None:
+        """Take what came."""
+
+    def costed(self, costs: Costs, period_s: float | None) -> None:
+        """Take what the chains of the last answer cost; period_s: of the pings."""
+
+    def failed(self, why: str) -> None:
+        """Take why nothing came, one line."""
+
+
+class Work:
+    """Answers the session's newest state. Waits while nobody sees the page (`visible`), and then does what was asked
+    last. What a chain costs is found once it is answered, unless something else is asked."""
+
+    def __init__(self, session: Session, hearer: Hearer) -> None:
         self._session = session
         self._opened: Opened | None = None
-        self._told, self._failed = tell, fail
+        self._hearer = hearer
         self._lock = threading.Lock()
         self.asked, self.answered = 0, 0
         """Numbers of requests; equal when nothing is computed."""
         self._newest: Newest[tuple[int, State], Answer] = Newest(self._answer, self._tell, self._fail)
         self._visible, self._waits = True, False
         self._since = 0.0
+        self._stop = session.listen(self._follow)
 
     @property
     def visible(self) -> bool:
@@ -80,7 +102,12 @@ class Work:
 
     def close(self) -> None:
         """End the thread."""
+        self._stop()
         self._newest.close()
+
+    def _follow(self, before: State, after: State) -> None:
+        if wanted(before) != wanted(after):
+            self.ask()
 
     def _answer(self, request: tuple[int, State]) -> Answer:
         _, state = request
@@ -108,13 +135,25 @@ class Work:
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
         self.answered = request[0]
-        self._told(answer)
+        self._hearer.told(answer)
+        opened, state = self._opened, answer.state
+        if opened is None or not self._newest.rests(REST_S):
+            return
+        chains = [("A" if answer.b else "", state.tuning), *([("B", state.other)] if answer.b and state.other else [])]
+        costs = []
+        for who, tuning in chains:
+            cost = opened.studio.cost(tuning.mission(), answer.place, lambda: self._newest.overtaken)
+            if cost is None:
+                return
+            costs.append((who, cost))
+        self._hearer.costed(costs, answer.data.period_s)
 
     def _fail(self, request: tuple[int, State], error: Exception) -> None:
         if isinstance(error, OvertakenError):
             return
         self.answered = request[0]
-        self._failed(str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}")
+        why = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}"
+        self._hearer.failed(why)
 
 
 def wanted(state: State) -> tuple[Any, ...]:

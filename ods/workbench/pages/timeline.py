@@ -63,7 +63,8 @@ class Timeline:
     def show(self, data: Data, place: int) -> None:
         """Show where in the data the ping is."""
         count = len(data.pings)
-        self._ping.props(f"max={max(count - 1, 1)}")
+        if self._ping.props["max"] != (last := max(count - 1, 1)):
+            self._ping.props(f"max={last}")
         self._ping.set_value(place)
         when = f", {data.t_s(place):.2f} s" if data.timed else ""
         self._time.set_text(f"ping {place} of {count}{when}")

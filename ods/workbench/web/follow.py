@@ -9,8 +9,11 @@ from ods.workbench.model.state import State
 from ods.workbench.session import Session
 
 
-def in_loop(element: Element, call: Callable[[], object]) -> None:
-    """Call something soon in NiceGUI's loop and in the element's slot, unless the element is gone. From any thread."""
+def in_loop(element: Element, call: Callable[[], object], after_s: float = 0.0) -> None:
+    """Call something soon in NiceGUI's loop and in the element's slot, unless the element is gone. From any thread.
+
+    after_s: not before.
+    """
 
     def run() -> None:
         if not element.is_deleted:
@@ -19,7 +22,7 @@ def in_loop(element: Element, call: Callable[[], object]) -> None:
 
     if core.is_loop_running():
         assert core.loop is not None
-        core.loop.call_soon_threadsafe(run)
+        core.loop.call_soon_threadsafe(*((core.loop.call_later, after_s, run) if after_s else (run,)))
 
 
 def follow(session: Session, element: Element, changed: Callable[[State, State], object]) -> None:

@@ -113,7 +113,11 @@ def test_going_on_from_ping_to_ping_is_as_jumping_there() -> None:
 
 
 def test_costs_are_told_for_each_stage() -> None:
-    cost = Studio(data(pings())).study(settings(), 0).cost
+    studio = Studio(data(pings()))
+    studio.study(settings(), 0)
+    assert studio.cost(settings(), 0, lambda: True) is None
+    cost = studio.cost(settings(), 0, lambda: False)
+    assert cost is not None
     assert [name for name, _ in cost.stages] == [stage["use"] for stage in SHORT]
     assert all(time_us > 0.0 for _, time_us in cost.stages)
     assert cost.whole >= sum(time_us for _, time_us in cost.stages)
