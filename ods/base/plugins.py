@@ -10,6 +10,7 @@ import importlib.util
 import os
 import sys
 from collections.abc import Iterable
+from functools import cache
 from importlib.machinery import PathFinder
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
@@ -37,14 +38,14 @@ class PluginGroup(NamedTuple):
 
     def may_add(self, named: Iterable[Path]) -> bool:
         """Tell whether there is any plug-in, which may know more names than those that come with ODS."""
-        return any(True for _ in named) or bool(importlib.metadata.entry_points(group=self.entry_points))
+        return any(True for _ in named) or bool(installed(self.entry_points))
 
     def load(self, named: Iterable[Path]) -> None:
         """Import the modules of the entry points and what the key names, once a process each. Raises PluginError.
 
         named: Python files, `.py`; anything else is a module by its dotted name, whatever folder stands before it.
         """
-        for entry in importlib.metadata.entry_points(group=self.entry_points):
+        for entry in installed(self.entry_points):
             try:
                 entry.load()
             except (Exception, SystemExit) as error:
@@ -56,6 +57,12 @@ class PluginGroup(NamedTuple):
             except (Exception, SystemExit) as error:
                 what = place if is_file else place.name
                 raise PluginError(f"{self.key}[{index}] ({what}): {reason(error)}") from error
+
+
+@cache
+def installed(group: str) -> importlib.metadata.EntryPoints:
+    """Return the entry points of a group; to find them all packages are read."""
+    return importlib.metadata.entry_points(group=group)
 
 
 def add(register: dict[str, PartT], kind: str, name: str, part: PartT) -> None:

@@ -1,6 +1,5 @@
 """Plug-ins of every kind: files, modules, entry points, what is wrong with one, and who may have written it."""
 
-import importlib.metadata
 import os
 import sys
 from collections import Counter
@@ -57,7 +56,7 @@ def test_an_entry_point_that_fails_is_named(monkeypatch: pytest.MonkeyPatch) -> 
         def load(self) -> None:
             raise ImportError("gone")
 
-    monkeypatch.setattr(importlib.metadata, "entry_points", lambda group: [Entry()])
+    monkeypatch.setattr(plugins, "installed", lambda group: [Entry()])
     with pytest.raises(PluginError, match=r"^entry point ods\.tracker mine: ImportError: gone$"):
         GROUP.load([])
 

@@ -1,6 +1,5 @@
 """Stages by name: parameters, complaints, stages of the user's own."""
 
-import importlib.metadata
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ods.base import plugins
 from ods.base.arrays import Image
 from ods.base.plugins import PluginError
 from ods.base.settings import Positive, Settings
@@ -150,7 +150,7 @@ def test_plugin_of_another_package_is_found_by_its_entry_point(
 
     monkeypatch.setattr(registry, "_stages", dict(registry._stages))
     with monkeypatch.context() as patched:
-        patched.setattr(importlib.metadata, "entry_points", lambda group: [Entry()] if group == "ods.stages" else [])
+        patched.setattr(plugins, "installed", lambda group: [Entry()] if group == "ods.stages" else [])
         built = chain({"use": "equalize.mean_range"}, {"use": "other.double"}, DETECT)
     plain = chain({"use": "equalize.mean_range"}, DETECT).process(make_ping(frame))
     assert [d.range_m for d in built.process(make_ping(frame)).detections] == [d.range_m for d in plain.detections]

@@ -129,9 +129,8 @@ def _joined(grid: Grid, images: Sequence[StageImage]) -> Image:
     whole = np.full(shape, np.nan, np.float32)
     for each in images:
         stride = max(1, round(each.fan.dr_m / grid.dr_m))
-        first = np.rint((each.fan.range_m - grid.range0_m) / grid.dr_m - 0.5 * (stride - 1)).astype(np.int64)
+        first = round((float(each.fan.range_m[0]) - grid.range0_m) / grid.dr_m - 0.5 * (stride - 1))
         for k in range(stride):
-            inside = first + k < grid.samples
-            columns = (first + k)[inside]
-            whole[:, columns] = np.fmax(whole[:, columns], each.image[:, inside])
+            columns = whole[:, first + k : first + stride * each.image.shape[1] : stride]
+            np.fmax(columns, each.image[:, : columns.shape[1]], out=columns)
     return whole

@@ -107,6 +107,8 @@ class Studio:
         self._overtaken = overtaken
         self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
         self._speckle: tuple[bytes, Speckle] = (b"", [])
+        self._recorded: tuple[Ping, Image] | None = None
+        """The last ping's amplitudes."""
         self._lock = threading.Lock()
 
     def study(self, settings: MissionSettings, place: int) -> Study:
@@ -146,7 +148,7 @@ class Studio:
             raise
         grid = grid_of(ping)
         looks = looks_of(grid, looker.shown, [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
-        looks[0] = replace(looks[0], image=_whole(looks[0], ping))
+        looks[0] = replace(looks[0], image=self._whole(looks[0], ping))
         return Study(place, ping, grid, tuple(looks), detections)
 
     def _prepared(self, settings: PipelineSettings, ping: Ping, place: int) -> "_Prepared":
@@ -168,6 +170,16 @@ class Studio:
         if self._speckle[0] != key:
             self._speckle = key, []
         return self._speckle[1]
+
+    def _whole(self, recorded: Look, ping: Ping) -> Image:
+        """Return the recorded image with the ranges that were not processed, too."""
+        missing = ~np.isfinite(recorded.image)
+        if not missing.any():
+            return recorded.image
+        if self._recorded is None or self._recorded[0] is not ping:
+            levels = level_db(ping).reshape(ping.planes, *recorded.image.shape).max(axis=0)
+            self._recorded = ping, np.power(np.float32(10.0), levels / np.float32(20.0))
+        return np.where(missing, self._recorded[1], recorded.image)
 
     def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
         """Return where the sonar's head was at a ping, as far as poses tell."""
@@ -325,12 +337,3 @@ class _Prepared:
         runs = self._runs or [[*self.chain.spent_ns, self._prepared_ns]]
         *stages, whole = (statistics.median(times) / 1e3 for times in zip(*runs, strict=True))
         return Cost(tuple(zip(self._names, stages, strict=True)), whole, self._prepared_ns / 1e3)
-
-
-def _whole(recorded: Look, ping: Ping) -> Any:
-    """Return the recorded image with the ranges that were not processed, too."""
-    missing = ~np.isfinite(recorded.image)
-    if not missing.any():
-        return recorded.image
-    levels = level_db(ping).reshape(ping.planes, *recorded.image.shape).max(axis=0)
-    return np.where(missing, np.power(np.float32(10.0), levels / np.float32(20.0)), recorded.image)

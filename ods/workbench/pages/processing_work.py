@@ -14,7 +14,6 @@ from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
 
-
 REST_S = 0.1
 """After a picture, until it is drawn, nothing else is computed."""
 
