@@ -1,5 +1,6 @@
 """Stages by name: parameters, complaints, stages of the user's own."""
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
