@@ -129,8 +129,16 @@ def _joined(grid: Grid, images: Sequence[StageImage]) -> Image:
     whole = np.full(shape, np.nan, np.float32)
     for each in images:
         stride = max(1, round(each.fan.dr_m / grid.dr_m))
-        first = round((float(each.fan.range_m[0]) - grid.range0_m) / grid.dr_m - 0.5 * (stride - 1))
+        first = np.rint((each.fan.range_m - grid.range0_m) / grid.dr_m - 0.5 * (stride - 1)).astype(np.int64)
         for k in range(stride):
-            columns = whole[:, first + k : first + stride * each.image.shape[1] : stride]
-            np.fmax(columns, each.image[:, : columns.shape[1]], out=columns)
+            inside = first + k < grid.samples
+            columns = _slice_of((first + k)[inside])
+            whole[:, columns] = np.fmax(whole[:, columns], each.image[:, inside])
     return whole
+
+
+def _slice_of(places: Ints) -> Ints | slice:
+    """Return rising places as a slice, if none is left out between them: numpy copies that far faster."""
+    if len(places) and places[-1] - places[0] == len(places) - 1:
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places
