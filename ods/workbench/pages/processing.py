@@ -188,6 +188,7 @@ class _Page:
         """Take why nothing came."""
 
         def show() -> None:
+            self._show_newest()  # of what came before
             self._complaint.set_text(why)
             self._mark_busy()
 
