@@ -6,10 +6,12 @@ Every tracker gets the same scans; all take turns within one run, so that a mach
 
 import argparse
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -111,33 +113,33 @@ def observer_steps() -> dict[str, list[float]]:
     spent: dict[str, list[float]] = {name: [] for name in OBSERVERS}
     for count, _ in SIZES:
         measured, rows, since_s = measurements(count), np.arange(count), np.full(count, 1.0 / 7.0)
-        observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
-        times: dict[str, list[float]] = {name: [] for name in observers}
-        for observer in observers.values():
-            observer.start(measured)
-        for _ in range(TIMED):
-            for name, observer in observers.items():
-                began = time.process_time()
-                observer.predict(1.0 / 7.0)
-                observer.belief()
-                observer.update(rows, measured, since_s)
-                times[name].append(1e3 * (time.process_time() - began))
-        for name in spent:
-            spent[name].append(float(np.median(times[name])))
+        step = partial(_ping, given=(rows, measured, since_s))
+        for name, median in _in_turns(measured, step).items():
+            spent[name].append(median)
     return spent
+
+
+def _ping(observer: Any, given: tuple[Any, ...]) -> None:
+    observer.predict(1.0 / 7.0)
+    observer.belief()
+    observer.update(*given)
 
 
 def time_updates() -> dict[str, float]:
     """Return the median time, ms, that each observer takes to carry 10,000 objects on."""
-    measured = measurements(HIBERNATED)
+    return _in_turns(measurements(HIBERNATED), lambda observer: observer.predict(1.0 / 7.0))
+
+
+def _in_turns(start: PositionMeasurement, step: Callable[[Any], None]) -> dict[str, float]:
+    """Return the median time, ms, of a step of each observer, begun with these measurements."""
     observers = {name: make_observer(name, MotionSettings()) for name in OBSERVERS}
     spent: dict[str, list[float]] = {name: [] for name in observers}
     for observer in observers.values():
-        observer.start(measured)
+        observer.start(start)
     for _ in range(TIMED):
         for name, observer in observers.items():
             began = time.process_time()
-            observer.predict(1.0 / 7.0)
+            step(observer)
             spent[name].append(1e3 * (time.process_time() - began))
     return {name: float(np.median(times)) for name, times in spent.items()}
 
