@@ -112,9 +112,10 @@ POSE_OBJECTS: dict[str, str | ObjectSettings] = {
     "0x2013:2": "sigma_down",
     "0x2013:3": "sigma_tilt",
     "0x2013:4": "sigma_yaw",
+    "0x2014": "over_bottom",
 }
-"""Those of config/ins.eds."""
-STATUS_BITS: dict[str, StatusBit] = {"position": 0, "attitude": 1, "velocity": 2, "time_of_day": 3}
+"""Those of config/ins.eds and, the last, of config/ins_altitude.eds."""
+STATUS_BITS: dict[str, StatusBit] = {"position": 0, "attitude": 1, "velocity": 2, "time_of_day": 3, "altitude": 4}
 
 
 class CanopenSettings(Settings, frozen=True):
@@ -130,10 +131,10 @@ class CanopenSettings(Settings, frozen=True):
     """CANopen node id of this process."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
     """Object of the INS to pose field, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`; as a whole in
-    place of the default, which is that of config/ins.eds (docs/navigation.md)."""
+    place of the default, which is that of config/ins.eds and config/ins_altitude.eds (docs/navigation.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
-    """Bit of the status object that says that position, attitude, velocity or time_of_day is valid; a part left out
-    always is."""
+    """Bit of the status object that says that position, attitude, velocity, time_of_day or altitude (over the bottom)
+    is valid; a part left out always is."""
     epoch_window_s: Seconds = 0.005
     """Without sequence numbers: time from the first to the last PDO of one instant; shorter than the time between two
     instants, s."""

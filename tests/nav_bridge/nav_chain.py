@@ -93,14 +93,18 @@ class Vehicle(threading.Thread):
 
 @contextmanager
 def nav_process(
-    run_dir: Path, can_settings: CanSettings, dbc: DbcSettings | None = None, nmea: NmeaSettings | None = None
+    run_dir: Path,
+    can_settings: CanSettings,
+    dbc: DbcSettings | None = None,
+    nmea: NmeaSettings | None = None,
+    canopen: CanopenSettings | None = None,
 ) -> Iterator[tuple[NavWorker, Client]]:
     """Run the worker in the real work loop, in a thread, with a real subscriber."""
     nav = NavSettings(
         source="nmea" if nmea else "dbc" if dbc else "canopen",
         dbc=dbc,
         nmea=nmea,
-        canopen=CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
+        canopen=canopen or CanopenSettings(ins_eds=EDS, node_eds=CONFIG / "ods_node.eds", heartbeat_timeout_s=0.5),
         can=can_settings,
         stale_s=0.2,
     )

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
-from ods.nav_bridge.pose_fields import UNITS
-from ods.nav_bridge.settings import ObjectSettings
+from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
+from ods.nav_bridge.settings import POSE_OBJECTS, ObjectSettings
 
 SEQUENCE_FIELD, STATUS_FIELD, TIME_FIELD = CONTROL_FIELDS = "sequence", "status", "time_of_day"
 """What an object may be beside a pose field. Only the sequence number may come from several objects."""
@@ -26,14 +26,17 @@ class MappedObject(NamedTuple):
     field: str
     factor: float | None
     """None: that of the EDS."""
+    may_lack: bool = False
+    """An EDS is as good without it."""
 
 
 def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, MappedObject]:
-    """Return what each object is. Raises OdsError: one line with the key."""
+    """Return what each object is; of the default, what is optional may lack. Raises OdsError: one line with the key."""
     found: dict[Where, MappedObject] = {}
+    usual = {name: _field(told) for name, told in objects.items()} == POSE_OBJECTS
     for name, told in objects.items():
         where, factor = _where(name), told.factor if isinstance(told, ObjectSettings) else None
-        field = told.field if isinstance(told, ObjectSettings) else told
+        field = _field(told)
         if field not in UNITS and field not in CONTROL_FIELDS:
             raise OdsError(f"{KEY}.{name}: no pose field: {none_of(field, sorted({*UNITS, *CONTROL_FIELDS}))}")
         if field in CONTROL_FIELDS and factor is not None:
@@ -43,8 +46,12 @@ def object_map(objects: Mapping[str, str | ObjectSettings]) -> dict[Where, Mappe
         twin = next((other.name for other in found.values() if other.field == field != SEQUENCE_FIELD), None)
         if twin:
             raise OdsError(f"{KEY}.{name}: {twin} is {field} already")
-        found[where] = MappedObject(name, field, factor)
+        found[where] = MappedObject(name, field, factor, usual and field in OPTIONAL)
     return found
+
+
+def _field(told: str | ObjectSettings) -> str:
+    return told.field if isinstance(told, ObjectSettings) else told
 
 
 def _where(name: str) -> Where:

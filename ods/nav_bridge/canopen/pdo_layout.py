@@ -91,7 +91,9 @@ def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject])
         modulus = _sequence_modulus(dictionary, objects)
     except ValueError as error:
         raise EdsError(f"{eds}: {error}") from error
-    missing = [f"{told.name} ({told.field})" for where, told in objects.items() if where not in carried]
+    missing = [
+        f"{told.name} ({told.field})" for where, told in objects.items() if where not in carried and not told.may_lack
+    ]
     if missing or not layouts:
         raise EdsError(f"{eds}: no transmit PDO carries {', '.join(missing) or 'a pose field'}")
     if len({layout.cob_id for layout in layouts}) < len(layouts):

@@ -8,7 +8,7 @@ from ods.messages import Pose
 from ods.nav_bridge.canopen.epoch import Epoch
 from ods.nav_bridge.canopen.object_map import STATUS_FIELD
 from ods.nav_bridge.ins_clock import InsClock, day_ms
-from ods.nav_bridge.pose_fields import PoseMaker
+from ods.nav_bridge.pose_fields import OVER_BOTTOM, PoseMaker
 
 
 class CanopenPose:
@@ -24,8 +24,9 @@ class CanopenPose:
         self.not_valid: list[str] = []
         """Parts of the pose that the newest epoch says are not valid."""
         self._maker = maker
-        self._needed = {part: 1 << bit for part, bit in status_bits.items() if part != "time_of_day"}
-        self._timed = 1 << status_bits["time_of_day"] if "time_of_day" in status_bits else 0
+        masks = {part: 1 << bit for part, bit in status_bits.items()}
+        self._timed, self._over_bottom = masks.pop("time_of_day", 0), masks.pop("altitude", 0)
+        self._needed = masks
         self._counters = counters
         self._clock = InsClock(round(clock_jump_s * NS))
 
@@ -40,7 +41,10 @@ class CanopenPose:
         if self.not_valid:
             self._counters["epoch_invalid"] += 1
             return None
-        return self._maker.make(epoch.values, self._instant(epoch, status, instant_ns), epoch.t_ns)
+        values = dict(epoch.values)
+        if status & self._over_bottom != self._over_bottom:
+            values.pop(OVER_BOTTOM, None)
+        return self._maker.make(values, self._instant(epoch, status, instant_ns), epoch.t_ns)
 
     def _instant(self, epoch: Epoch, status: int, instant_ns: int) -> int:
         milliseconds = day_ms(epoch.values["time_ms"]) if "time_ms" in epoch.values else None

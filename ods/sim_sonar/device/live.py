@@ -5,7 +5,10 @@ import queue
 import threading
 from collections.abc import Callable
 
+import numpy as np
+
 from ods.base import clock
+from ods.base.arrays import Floats
 from ods.messages import Truth
 from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.remote_end import Line
@@ -13,7 +16,8 @@ from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.ins.nmea_ins import SimulatedNmeaIns
-from ods.sim_sonar.ins.place import InsPlace
+from ods.sim_sonar.ins.place import InsPlace, over_bottom
+from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
 from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.settings import FaultSettings, SimSettings
@@ -180,6 +184,7 @@ class LiveIns:
         self._offset_ns = round(settings.ins_clock_offset_s * clock.NS)
         self._period_ns = round(clock.NS / settings.pose_rate_hz)
         self._due_ns = clock.monotonic_ns()
+        self._noise = np.random.default_rng(scene.file.seed)
 
     def step(self) -> int:
         """Send the pose of now; return when the next is due."""
@@ -188,6 +193,10 @@ class LiveIns:
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
             told = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
-            self._ins.send(device_utc_ns - beyond_ms, *told)
+            self._ins.send(device_utc_ns - beyond_ms, *told, over_bottom=self._over_bottom(told[0]))
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns
+
+    def _over_bottom(self, place: Floats) -> float | None:
+        true = over_bottom(self._scene, place)
+        return None if true is None else true + USUAL_SIGMAS.over_bottom * self._noise.standard_normal()

@@ -22,6 +22,7 @@ NMT_COMMANDS = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL, 129: BOOT_UP, 
 TIME_OF_DAY = struct.Struct("<IH")
 STATUS_ALL_VALID = 0b1111
 """Position, attitude, velocity and time of day are valid."""
+OVER_BOTTOM_VALID = 0b10000
 DAYS_1970_TO_1984 = 5113
 SEND_TIMEOUT_S = 0.05
 
@@ -55,12 +56,14 @@ class SimulatedIns:
         velocity_body: ArrayLike,
         sigmas: Sigmas = USUAL_SIGMAS,
         only: Iterable[int] | None = None,
+        over_bottom: float | None = None,
     ) -> None:
         """Send SYNC and one pose epoch, and heartbeat and TIME when due.
 
         `t_device_utc_ns`: the INS's own clock, whole milliseconds (the protocol cuts off the rest). `position_ned` (3,)
         m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
         FRD m/s.
+        `over_bottom`: height over the bottom, m, None where it has none; told if the EDS has 0x2014.
         `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
         """
         self._obey()
@@ -75,7 +78,10 @@ class SimulatedIns:
         if self.state != OPERATIONAL:
             return
         self._transmit(SYNC, b"")
-        self._fill(_objects(position_ned, attitude, velocity_body, sigmas), time_of_day)
+        objects = _objects(position_ned, attitude, velocity_body, sigmas)
+        objects[0x2001, 0] = self.status if over_bottom is None else self.status | OVER_BOTTOM_VALID
+        objects[0x2014, 0] = over_bottom or 0.0
+        self._fill(objects, time_of_day)
         wanted = None if only is None else set(only)
         for number, pdo in enumerate(self._pdos, 1):
             if wanted is None or number in wanted:
@@ -100,8 +106,6 @@ class SimulatedIns:
                 where = (variable.index, variable.subindex)
                 if where == (0x2000, 0):
                     variable.raw = self._sequence % (1 << variable.length)
-                elif where == (0x2001, 0):
-                    variable.raw = self.status
                 elif where == (0x2002, 0):
                     variable.data = time_of_day
                 else:

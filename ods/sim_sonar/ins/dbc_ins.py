@@ -21,6 +21,11 @@ FIRST_TICK = CLOCK_SPAN - 10_000_000
 SOLUTION_VALID = 0xF4
 """Attitude, heading, velocity and position are valid; full navigation."""
 SEND_TIMEOUT_S = 0.05
+ALTIMETER = "ALTIMETER"
+"""The altimeter's own message, if the DBC file has it,"""
+ALTIMETER_REACH_M = 655.0
+ALTIMETER_EVERY = 10
+"""at one instant in so many."""
 
 
 class SimulatedDbcIns:
@@ -38,6 +43,8 @@ class SimulatedDbcIns:
         assert isinstance(database, Database)
         self._database = database
         self._power_on_ns: int | None = None
+        self._has_altimeter = any(message.name == ALTIMETER for message in database.messages)
+        self._count = 0
 
     def send(
         self,
@@ -47,12 +54,14 @@ class SimulatedDbcIns:
         velocity_body: ArrayLike,
         sigmas: Sigmas = USUAL_SIGMAS,
         without: Collection[str] = (),
+        over_bottom: float | None = None,
     ) -> None:
-        """Send status and one pose epoch.
+        """Send status and one pose epoch, and what the altimeter says when that is due.
 
         `position_ned` (3,) m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
         FRD m/s.
         `without`: messages, less PREFIX, that an INS that fails does not send.
+        `over_bottom`: height over the bottom, m, None where it has none.
         """
         if self._power_on_ns is None:
             self._power_on_ns = t_device_utc_ns - 1000 * FIRST_TICK
@@ -72,6 +81,11 @@ class SimulatedDbcIns:
         for name, values in signals.items():
             if name not in without:
                 self._transmit(PREFIX + name, values)
+        if self._has_altimeter and self._count % ALTIMETER_EVERY == 0:
+            range_m = over_bottom or 0.0
+            found = 0.0 < range_m <= ALTIMETER_REACH_M
+            self._transmit(ALTIMETER, {"RANGE": range_m if found else 0.0, "STATUS": int(found)})
+        self._count += 1
 
     def _transmit(self, name: str, values: dict[str, float]) -> None:
         layout = self._database.get_message_by_name(name)

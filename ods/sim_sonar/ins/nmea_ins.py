@@ -15,7 +15,7 @@ from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
 PORT = "ins"
 """Name of the simulated device in the run folder."""
-EVERY = {"PASHR": 1, "GGA": 10, "GST": 10, "TS": 5, "BS": 5, "ZDA": 100}
+EVERY = {"PASHR": 1, "GGA": 10, "GST": 10, "TS": 5, "BS": 5, "BD": 5, "ZDA": 100}
 """Each sentence comes at one instant in so many."""
 METRE = 1000.0
 """PD6 tells velocities in mm/s."""
@@ -37,14 +37,17 @@ class SimulatedNmeaIns:
         velocity_body: ArrayLike,
         sigmas: Sigmas = USUAL_SIGMAS,
         without: Collection[str] = (),
+        over_bottom: float | None = None,
     ) -> None:
         """Send the sentences that are due at this instant.
 
         `position_ned` (3,) m, `attitude` (4,) quaternion body to north, east, down where it is, `velocity_body` (3,)
         FRD m/s.
+        `over_bottom`: height over the bottom, m, None where it has none.
         `without`: sentences that one that fails does not send.
         """
-        due = [name for name, every in EVERY.items() if self._count % every == 0 and name not in without]
+        silent = {*without, "BD"} if over_bottom is None else without
+        due = [name for name, every in EVERY.items() if self._count % every == 0 and name not in silent]
         self._count += 1
         now = datetime.fromtimestamp(t_device_utc_ns // 1_000_000 / 1000, UTC)
         time = f"{now:%H%M%S}.{now.microsecond // 1000:03d}"
@@ -61,6 +64,7 @@ class SimulatedNmeaIns:
             "ZDA": f"$INZDA,{time},{now:%d,%m,%Y},00,00",
             "TS": f":TS,{now:%y%m%d%H%M%S}{now.microsecond // 10000:02d},35.0,+10.0,{-height:6.1f},1480.0,000",
             "BS": f":BS,{starboard:+6d},{forward:+6d},{-down:+6d},A",
+            "BD": f":BD,,,,{over_bottom or 0.0:.2f},0.2",
         }
         self._write([_ended(told[name]) for name in due])
 

@@ -36,3 +36,8 @@ class InsPlace(NamedTuple):
         turn = rotation_matrix(scene.pose_at(np.array([t_s - STEP_S, t_s, t_s + STEP_S])).attitude)
         swing = turn[1].T @ (turn[2] - turn[0]) @ self.lever_m / (2.0 * STEP_S)
         return vehicle.position_ned + turn[1] @ self.lever_m, attitude, vehicle.velocity_body + swing
+
+
+def over_bottom(scene: Scene, place: Floats) -> float | None:
+    """Return the height of a place, (3,) NED, over the bottom right below, m; None in a scene without a sea-bed."""
+    return None if scene.sea_bed is None else scene.sea_bed.altitude_of(place)

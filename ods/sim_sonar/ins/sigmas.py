@@ -12,6 +12,8 @@ class Sigmas(NamedTuple):
     """(3,) north, east, down, m."""
     attitude: ArrayLike = (0.002, 0.002, 0.005)
     """(3,) roll, pitch, yaw, rad."""
+    over_bottom: float = 0.1
+    """Of the height over the bottom, m: the only one that is in what is told as noise, too."""
 
 
 USUAL_SIGMAS = Sigmas()
