@@ -132,4 +132,4 @@ def test_the_two_eds_differ_by_the_height_only() -> None:
     changes = [line for line in difflib.ndiff(plain, with_it) if line[0] in "+-"]
     gone = [line[2:].split("=")[0] for line in changes if line[0] == "-"]
     assert gone == ["FileName", "Description", "Line3", "SubNumber", "DefaultValue", "SupportedObjects"]
-    assert sum(line[0] == "+" for line in changes) == len(gone) + 8 + 1 + 8  # a mapping entry, a name, an object
+    assert sum(line[0] == "+" for line in changes) == len(gone) + 8 + 1 + 9  # a mapping entry, a name, an object
