@@ -57,13 +57,18 @@ class TrackTable(Generic[RowNames]):
     def __len__(self) -> int:
         return int(self.table.shape[-1])
 
-    def grow(self, count: int) -> RowNames:
-        """Append so many objects, all numbers 0, and return their rows to be filled in."""
+    def extend(self, count: int) -> None:
+        """Append so many objects, all numbers 0."""
         old = len(self)
         larger = np.zeros((*self.table.shape[:-1], old + count), self.table.dtype)
         larger[..., :old] = self.table
         self.table, self._rows = larger, None
-        return self._record(*larger[..., old:])
+
+    def grow(self, count: int) -> RowNames:
+        """Append so many objects, all numbers 0, and return their rows to be filled in."""
+        old = len(self)
+        self.extend(count)
+        return self._record(*self.table[..., old:])
 
     def restore(self, stored: bytes) -> None:
         """Replace all objects by those of another table of the same record, `table.tobytes()`. Raises ValueError."""

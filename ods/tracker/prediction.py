@@ -21,7 +21,7 @@ from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
 from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import existence, lifecycle
+from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
 
 VAGUE_M = 1.0
@@ -75,8 +75,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         seen = without_unseen(seen, share_unseen(measurement, np.maximum(estimate.radius, 0.0), fan, scan.unseen))
     reported = history.state != lifecycle.TENTATIVE
     silent = reported & ((scan.t_ns - history.last) / NS > UNSEEN_S)
-    seen.watched[silent & occluded(measurement, estimate.radius, history.state == lifecycle.ACTIVE)] = 0.0
-    audible = existence.visibility(tracks.probabilities, tracks.unjudged_s, settings.echo)
+    seen.watched[occluded(measurement, estimate.radius, silent, history.state == lifecycle.ACTIVE)] = 0.0
     return ScanPrediction(
         vehicle=vehicle,
         fan=fan,
@@ -85,7 +84,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         by_hypothesis=by_hypothesis,
         measurement=measurement,
         field_of_view=seen,
-        visibility=audible * seen.probability,
+        visibility=tracks.visibility(settings.echo.return_rate) * seen.probability,
         reported=reported,
         vague=silent & (np.maximum(measurement.rows.along, measurement.rows.across) > VAGUE_M**2),
     )

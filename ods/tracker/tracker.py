@@ -1,7 +1,5 @@
 """Detections and pose to tracked objects: one `step` a ping, for all objects at once [SSIE figure 5]."""
 
-import numpy as np
-
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
@@ -102,10 +100,7 @@ class Tracker:
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        # how echoes wander that tell no strength, and so are not the chain's, nobody knows beforehand
-        off_range = np.where(match.strength > 0.0, match.off_range, np.nan)
-        tracks.place(off_range, self._alarms.wander.of_spots_m2)
-        states = judge(tracks, prediction, match, scan.t_ns, settings)
+        states = judge(tracks, prediction, match, self._alarms.wander.of_spots_m2, scan.t_ns, settings)
         self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
@@ -121,8 +116,7 @@ class Tracker:
         where, doubt = Places(*(each[ended] for each in places)), tracks.doubt
         spots, nothing = doubt.spot[ended], doubt.nothing[ended]
         self._alarms.flicker.learn(where, spots, spots + nothing, scan.sector)
-        nature = tracks.nature
-        self._alarms.wander.learn(float(spots @ nature.off_squares[ended]), float(spots @ nature.placed[ended]))
+        self._alarms.wander.learn(float(spots @ doubt.off_squares[ended]), float(spots @ doubt.placed[ended]))
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

@@ -1,5 +1,6 @@
 """Figure 5: whatever the evidence, no path leads where it has no arrow; existence is a probability."""
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.special import betaln
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
 from ods.tracker.track import existence, lifecycle
+from ods.tracker.track.existence import Chain, Often, Rates
 from ods.tracker.track.lifecycle import Evidence
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import scan
@@ -18,32 +20,31 @@ from tests.tracker.samples import scan
 LIFE, ECHO = LifeSettings(), EchoSettings()
 
 
-def evidence(seed: int, count: int) -> Evidence:
-    rng = np.random.default_rng(seed)
-    flags = rng.random((5, count)) < 0.5
+def evidence(rng: np.random.Generator) -> Evidence:
+    hit, inside, static, covered, other = (rng.random(5) < 0.5).tolist()
     return Evidence(
-        hit=flags[0],
-        inside=flags[1],
-        skipped=flags[4] & flags[1],
-        echoes=rng.integers(1, 10, count),
-        unseen_s=rng.exponential(5.0, count),
-        missed_s=rng.exponential(3.0, count),
-        existence=rng.random(count),
-        visible=rng.random(count) ** 4,
-        first_visible=rng.random(count),
-        static=flags[2],
-        covered=flags[3],
-        duplicate=flags[4],
-        intermittent=rng.random(count) < 0.3,
-        sigma=rng.exponential(3.0, count),
+        hit=hit,
+        inside=inside,
+        skipped=other and inside,
+        echoes=int(rng.integers(1, 10)),
+        unseen_s=rng.exponential(5.0),
+        missed_s=rng.exponential(3.0),
+        existence=rng.random(),
+        visible=rng.random() ** 4,
+        first_visible=rng.random(),
+        static=static,
+        covered=covered,
+        duplicate=other,
+        intermittent=bool(rng.random() < 0.3),
+        sigma=rng.exponential(3.0),
     )
 
 
 @given(st.integers(0, 100_000))
 def test_every_change_is_an_arrow_of_figure_5(seed: int) -> None:
-    state = np.random.default_rng(seed + 1).integers(0, 5, 200)
-    after = lifecycle.next_states(state, evidence(seed, 200), LIFE)
-    for old, new in zip(state.tolist(), after.tolist(), strict=True):
+    rng, limits = np.random.default_rng(seed), lifecycle.limits_of(LIFE)
+    for old in rng.integers(0, 5, 200).tolist():
+        new = lifecycle.next_state(old, evidence(rng), limits)
         assert old == new or new in lifecycle.TRANSITIONS[old]
 
 
@@ -77,16 +78,18 @@ def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> N
 
 @given(st.integers(0, 100_000), st.floats(0.0, 1e6))
 def test_existence_stays_a_probability(seed: int, dt: float) -> None:
-    rng = np.random.default_rng(seed)
-    start = rng.dirichlet(np.ones(4), 50).T
-    carried = existence.carry_on(start, rng.integers(1, 1000, 50), rng.random(50), dt, ECHO)
-    hit = rng.random(50) < 0.5
-    often = existence.returns(np.floor(50.0 * rng.random(50)), 50.0 + 10.0 * rng.random(50), 0.9)
-    judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0, 50), rng.random(50) * 0.99, often)
-    for probabilities in (carried, judged):
-        np.testing.assert_allclose(probabilities.sum(axis=0), 1.0)
-        assert (probabilities >= 0.0).all()
-    assert (carried[existence.NOTHING] >= start[existence.NOTHING] - 1e-12).all()  # time alone gives no life
+    rng, rates = np.random.default_rng(seed), Rates(ECHO.silence_rate, ECHO.return_rate, ECHO.loss_rate)
+    for probabilities in rng.dirichlet(np.ones(4), 50).tolist():
+        start = Chain(*probabilities)
+        carried = existence.carried_on(start, int(rng.integers(1, 1000)), rng.random(), dt, rates)
+        often = existence.how_often(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9)
+        hit = bool(rng.random() < 0.5)
+        judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0), rng.random() * 0.99, often)
+        told = existence.told_apart(judged, rng.normal(0.0, 5.0), rng.normal(0.0, 5.0))
+        for chain in (carried, judged, told):
+            assert sum(chain) == pytest.approx(1.0)
+            assert min(chain) >= 0.0
+        assert carried.nothing >= start.nothing - 1e-12  # time alone gives no life
 
 
 def test_bayes_by_hand() -> None:
@@ -95,22 +98,22 @@ def test_bayes_by_hand() -> None:
     An echo 9 times as likely from the object, at its setting of 0.9: (0.1 + 9) 0.2 : 0.3 : 0.4 : (0.55 + 4.5) 0.1. To
     the silent object the echo is a false alarm: it is no proof against it.
     """
-    start, often = np.array([[0.2], [0.3], [0.4], [0.1]]), existence.Returns(np.array([1.0]), np.array([0.5]))
-    hit = existence.after_image(start, np.array([True]), np.log([9.0]), np.array([0.9]), often)
-    np.testing.assert_allclose(hit[:, 0], np.array([1.82, 0.3, 0.4, 0.505]) / 3.025)
-    missed = existence.after_image(start, np.array([False]), np.zeros(1), np.array([0.9]), often)
-    np.testing.assert_allclose(missed[:, 0], np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
+    start, often = Chain(0.2, 0.3, 0.4, 0.1), Often(1.0, 0.5)
+    hit = existence.after_image(start, True, math.log(9.0), 0.9, often)
+    np.testing.assert_allclose(hit, np.array([1.82, 0.3, 0.4, 0.505]) / 3.025)
+    missed = existence.after_image(start, False, 0.0, 0.9, often)
+    np.testing.assert_allclose(missed, np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
 
 
 @pytest.mark.parametrize(("hits", "looks"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
 def test_many_images_prove_what_the_beta_binomial_law_says(hits: int, looks: int) -> None:
     """A body over a spot, whatever the order: no place where it is known how often it is seen beforehand."""
     order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
-    told, seen, often = np.array([[0.5], [0.0], [0.0], [0.5]]), 0.0, 0.9
-    for k, hit in enumerate(order):
-        how = existence.returns(np.array([seen]), np.array([float(k)]), often)
+    told, seen, often = Chain(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
+    for k, hit in enumerate(order.tolist()):
+        how = existence.how_often(seen, float(k), often)
         # a sharp echo: 1e6 times as likely as a false alarm, which then is no other explanation
-        told = existence.after_image(told, np.array([hit]), np.log([1e6]), np.array([often]), how)
+        told = existence.after_image(told, hit, math.log(1e6), often, how)
         seen += float(hit)
 
     def log_law(share: float, weight: float) -> float:
@@ -118,7 +121,7 @@ def test_many_images_prove_what_the_beta_binomial_law_says(hits: int, looks: int
         return float(betaln(a + hits, b + looks - hits) - betaln(a, b))
 
     expected = log_law(existence.BODY_SEEN, existence.BODY_LOOKS) - log_law(existence.SPOT_SEEN, existence.SPOT_LOOKS)
-    ratio = np.log(told[existence.VISIBLE, 0] / told[existence.SPOT, 0])
+    ratio = np.log(told.visible / told.spot)
     assert ratio == pytest.approx(expected, abs=1e-3)
 
 

@@ -14,14 +14,14 @@ from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
-from ods.tracker.association.strength import Strength, Typical
+from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
-from ods.tracker.measurement.field_of_view import FieldOfView
-from ods.tracker.measurement.model import PositionMeasurement, position_measurement
-from ods.tracker.measurement.scan import Echoes, Scan
+from ods.tracker.measurement.model import PositionMeasurement, position_measurement, predicted_rows
+from ods.tracker.measurement.scan import Echoes, Scan, echo_rows
+from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.tracks import Unexplained
+from ods.tracker.track.doubt import AtPlaces, Look, Unexplained, look_rows
 
 DROP_OUT_EXPECTED = 3.0
 """So many confirmed objects expected,"""
@@ -41,6 +41,11 @@ class FalseAlarms(NamedTuple):
     strength: Strength
     wander: Wander
 
+    def at(self, places: Places, sector: Sector) -> AtPlaces:
+        """Return what echoes of nothing are like at n places."""
+        spots = self.flicker.share(places, sector, self.strength.per_scan)
+        return AtPlaces(spots, self.strength.typical(places.range_m, sector).table)
+
 
 class ScanMatch(NamedTuple):
     """n objects, of which k were seen."""
@@ -51,21 +56,10 @@ class ScanMatch(NamedTuple):
     """and where (k,)."""
     hit: Mask
     """(n,) seen."""
-    llr: Floats
-    """(n,) log-likelihood ratio of the echo: of the object, or a false alarm; 0 where not hit."""
-    watched: Floats
-    """(n,) probability that the sonar looked at the object,"""
-    expected: Floats
-    """and that a visible object would have given an echo; 0 in a drop-out."""
-    spots: Floats
-    """(n,) share of spots, which come and go, among echoes of nothing at each: see `flicker`."""
-    strength: Floats
-    """(n,) of the echo, dB; 0: none, or not told."""
-    typical: Typical
-    """Of n echoes of nothing, where the objects are."""
-    off_range: Floats
-    """(n,) by how much the echo is farther than the object was expected, m; NaN: none, or one that is not all of it
-    and only of it."""
+    look: Named[Look]
+    """What the image shows of each."""
+    nothing: AtPlaces
+    """What echoes of nothing are like where the objects are."""
     unexplained: PositionMeasurement | None
     """Where echoes come from that no object explains, k; None: there are none,"""
     unknown: Unexplained
@@ -94,48 +88,33 @@ def match_scan(
     hit = np.zeros(len(prediction.reported), bool)
     hit[shown.objects] = True
     seen, reported = prediction.field_of_view, prediction.reported
-    merged = split_merged.merged_variance(prediction.estimate, hit, reported & (seen.watched > 0.0))
-    watched = _watched(seen, reported, hit, merged)
+    merged = split_merged.merged_variance(prediction.estimate, hit, reported, seen.watched)
     rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
     measurement = _measured(shown, merged, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    strength = np.zeros(len(hit))
-    strength[shown.objects] = shown.echoes.rows.strength
-    alarms.strength.count(_not_of_confirmed(echoes, assignment.pairs, reported), scan.sector)
-    spots = alarms.flicker.share(prediction.places, scan.sector, alarms.strength.per_scan)
-    typical = alarms.strength.typical(prediction.measurement.rows.range_m, scan.sector)
+    told = shown.objects, shown.echoes.table, shown.llr, shown.off_centre
+    watched = seen.watched, reported, hit, seen.inside & ~seen.skipped
+    look = _look(told, merged, watched, prediction.measurement.table, 0.0 if drop_out else chance.detection_probability)
+    alarms.strength.count(echoes, _not_of_confirmed(echoes, assignment.pairs, reported), scan.sector)
+    nothing = alarms.at(prediction.places, scan.sector)
     if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
         objects=shown.objects,
         measurement=measurement,
         hit=hit,
-        llr=np.asarray(np.bincount(shown.objects, shown.llr, len(hit)), np.float64),
-        watched=watched,
-        expected=watched * (0.0 if drop_out else chance.detection_probability),
-        spots=spots,
-        strength=strength,
-        typical=typical,
-        off_range=_off_range(shown, merged, prediction),
+        look=Named(Look, look),
+        nothing=nothing,
         unexplained=elsewhere,
         unknown=_unknown(rest, elsewhere, alarms, scan.sector),
     )
 
 
-def _off_range(shown: "_Shown", merged: Floats, prediction: ScanPrediction) -> Floats:
-    """Return the `off_range` of `ScanMatch`; `merged` as in `_measured`."""
-    off = np.full(len(merged), np.nan)
-    off[shown.objects] = shown.echoes.rows.range_m - prediction.measurement.rows.range_m[shown.objects]
-    off[shown.objects[shown.off_centre > 0.0]] = np.nan
-    off[merged > 0.0] = np.nan
-    return off
-
-
-def _not_of_confirmed(echoes: Echoes, pairs: Hypotheses, reported: Mask) -> Echoes:
-    """Return the echoes that no confirmed object explains."""
+def _not_of_confirmed(echoes: Echoes, pairs: Hypotheses, reported: Mask) -> Mask:
+    """Tell (m,) which echoes no confirmed object explains."""
     free = np.ones(len(echoes), bool)
     free[pairs.echoes[reported[pairs.objects]]] = False
-    return echoes.take(free.nonzero()[0])
+    return free
 
 
 def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
@@ -143,12 +122,7 @@ def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlar
     clutter, nowhere = alarms.clutter, np.zeros(0)
     north, east = (nowhere, nowhere) if places is None else places.position[:2]
     where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
-    return Unexplained(
-        clutter.density(rest, sector).per_scan,
-        alarms.flicker.share(where, sector, alarms.strength.per_scan),
-        rest.rows.strength,
-        alarms.strength.typical(rest.rows.range_m, sector),
-    )
+    return Unexplained(clutter.density(rest, sector).per_scan, rest.rows.strength, alarms.at(where, sector))
 
 
 def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
@@ -208,16 +182,32 @@ def _put_together(assignment: Assignment, split: Hypotheses, echoes: Echoes, rad
 
 
 @kernel
-def _watched(seen: FieldOfView, reported: Mask, hit: Mask, merged: Floats) -> Floats:
-    """Return (n,) the `watched` of `ScanMatch`.
+def _look(
+    told: tuple[Indices, Floats, Floats, Floats],
+    merged: Floats,
+    seen: tuple[Floats, Mask, Mask, Mask],
+    predicted_table: Floats,
+    detection_probability: float,
+) -> Floats:
+    """Return the (5, n) table of `Look`.
 
-    `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in that of a neighbour.
+    `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
+    that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped.
     """
-    watched = np.zeros(len(hit))
+    objects, echo_table, llr, off_centre = told
+    watched, reported, hit, in_view = seen
+    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((5, len(hit)))
+    look = look_rows(table)
+    look.off_range[:] = math.nan
     for i in range(len(hit)):
         if hit[i] or merged[i] == 0.0:
-            watched[i] = seen.watched[i] if reported[i] else 1.0 * (seen.inside[i] and not seen.skipped[i])
-    return watched
+            look.watched[i] = watched[i] if reported[i] else 1.0 * in_view[i]
+        look.expected[i] = look.watched[i] * detection_probability
+    for k, i in enumerate(objects):
+        look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
+        if off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.strength[k] > 0.0:
+            look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
+    return table
 
 
 def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:

@@ -94,19 +94,22 @@ def _put_together(pairs: Hypotheses, table: Floats, all_objects: int) -> tuple[I
     return wholes[:k], llr[:k], middles[:, :k].copy()
 
 
-def merged_variance(estimate: Estimate, hit: Mask, here: Mask) -> Floats:
+def merged_variance(estimate: Estimate, hit: Mask, reported: Mask, watched: Floats) -> Floats:
     """Return (n,) variance, m^2, by which an echo may lie off its object's centre because it is of two objects.
 
-    Where the circles of two objects touch and only one of them is `hit`, its echo may be the echo of both; `here`:
-    objects that the sonar looks at. 0: no such neighbour.
+    Where the circles of two objects touch and only one of them is `hit`, its echo may be the echo of both; both are
+    confirmed, `reported`, and the sonar looks at them with a probability `watched`, all (n,). 0: no such neighbour.
     """
-    return _merged(estimate.position, estimate.radius, (here & hit).nonzero()[0], (here & ~hit).nonzero()[0])
+    return _merged(estimate.position, estimate.radius, hit, reported, watched)
 
 
 @kernel
-def _merged(position: Floats, radius: Floats, seen: Indices, unseen: Indices) -> Floats:
-    result = np.zeros(len(radius))
-    for i in seen:
+def _merged(position: Floats, radius: Floats, hit: Mask, reported: Mask, watched: Floats) -> Floats:
+    result, here = np.zeros(len(radius)), reported & (watched > 0.0)
+    unseen = (here & ~hit).nonzero()[0]
+    for i in range(len(radius)):
+        if not (here[i] and hit[i]):
+            continue
         for j in unseen:
             north = position[0, i] - position[0, j]
             reach = radius[i] + radius[j]

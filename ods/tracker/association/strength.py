@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats
+from ods.base.arrays import Floats, Mask
+from ods.compiled.kernel import kernel
 from ods.messages import Sector
-from ods.tracker.measurement.scan import Echoes
+from ods.tracker.measurement.scan import Echoes, echo_rows
+from ods.tracker.named import Named
 from ods.tracker.state import StrengthState
 
 RANGES = 10
@@ -45,6 +47,12 @@ class Typical(NamedTuple):
     """How much is known of them, from 0 to 1."""
 
 
+@kernel
+def typical_rows(table: Floats) -> Typical:
+    """Name the rows of a (3, n) table."""
+    return Typical(table[0], table[1], table[2])
+
+
 class Strength:
     """Sums over the echoes of the last images that no confirmed object explains."""
 
@@ -69,42 +77,60 @@ class Strength:
             raise ValueError("strengths of echoes that are none")
         self._rings, self._images = rings, state.images
 
-    def count(self, echoes: Echoes, sector: Sector) -> None:
-        """Take in the echoes of an image that no confirmed object explains; those without a strength do not count."""
+    def count(self, echoes: Echoes, free: Mask, sector: Sector) -> None:
+        """Take in the echoes of an image that no confirmed object explains, (m,) `free`, and that tell a strength."""
         self._rings *= MEMORY
         self._images = MEMORY * self._images + 1.0
-        strength = echoes.rows.strength
-        told = strength > 0.0
-        ring, strength = _ring(echoes.rows.range_m[told], sector), strength[told]
-        for row, values in enumerate((np.ones(len(strength)), strength, strength**2)):
-            self._rings[row] += np.bincount(ring, values, RANGES)
+        _count(self._rings, echoes.table, free, sector.range_min_m, sector.range_max_m)
 
-    def typical(self, range_m: Floats, sector: Sector) -> Typical:
+    def typical(self, range_m: Floats, sector: Sector) -> Named[Typical]:
         """Return what echoes of nothing are like at (n,) ranges."""
-        counted = self._rings[COUNT]
-        whole = self._rings.sum(axis=1, keepdims=True)
-        sums = self._rings + POOLED * whole / max(float(whole[COUNT, 0]), LEAST)
-        count = np.maximum(sums[COUNT], LEAST)
-        mean = sums[SUM] / count
-        sigma = np.sqrt(np.maximum(sums[SQUARES] / count - mean**2, LEAST_SIGMA_DB**2))
-        ring = _ring(range_m, sector)
-        return Typical(mean[ring], sigma[ring], (counted / (counted + FEW))[ring])
+        return Named(Typical, _typical(self._rings, range_m, sector.range_min_m, sector.range_max_m))
 
 
-def _ring(range_m: Floats, sector: Sector) -> np.typing.NDArray[np.intp]:
-    share = (range_m - sector.range_min_m) / (sector.range_max_m - sector.range_min_m)
-    return np.clip(share * RANGES, 0.0, RANGES - 1.0).astype(np.intp)
+@kernel
+def _count(rings: Floats, table: Floats, free: Mask, nearest: float, farthest: float) -> None:
+    echoes = echo_rows(table)
+    for j in range(len(free)):
+        strength = echoes.strength[j]
+        if free[j] and strength > 0.0:
+            ring = _ring(echoes.range_m[j], nearest, farthest)
+            rings[COUNT, ring] += 1.0
+            rings[SUM, ring] += strength
+            rings[SQUARES, ring] += strength**2
 
 
-def evidence(excess: Floats, echoes: Floats, typical: Typical) -> Floats:
-    """Return (n,) the log-likelihood ratio of a body over nothing that the mean strength of its echoes gives.
+@kernel
+def _typical(rings: Floats, range_m: Floats, nearest: float, farthest: float) -> Floats:
+    """Return the (3, n) table of `Typical`."""
+    whole, table = rings.sum(axis=1), np.empty((3, len(range_m)))
+    pooled, told = POOLED * whole / max(whole[COUNT], LEAST), typical_rows(table)
+    for i in range(len(range_m)):
+        ring = _ring(range_m[i], nearest, farthest)
+        count = max(rings[COUNT, ring] + pooled[COUNT], LEAST)
+        mean = (rings[SUM, ring] + pooled[SUM]) / count
+        square = (rings[SQUARES, ring] + pooled[SQUARES]) / count
+        told.mean_db[i], told.sigma_db[i] = mean, math.sqrt(max(square - mean**2, LEAST_SIGMA_DB**2))
+        told.known[i] = rings[COUNT, ring] / (rings[COUNT, ring] + FEW)
+    return table
 
-    excess: (n,) mean of (strength - mean) / sigma of so many `echoes`. Highlights follow the logistic law, whose tail
-    falls as slowly as an exponential; what is no stronger than they are on average is taken to be at their mean.
+
+@kernel
+def _ring(range_m: float, nearest: float, farthest: float) -> int:
+    return int(min(max((range_m - nearest) / (farthest - nearest) * RANGES, 0.0), RANGES - 1.0))
+
+
+@kernel
+def evidence(excess: float, echoes: float, sigma_db: float, known: float) -> float:
+    """Return the log-likelihood ratio of a body over nothing that the mean strength of its echoes gives.
+
+    excess: mean of (strength - mean) / sigma of so many `echoes`; `sigma_db`, `known`: as in `Typical`. Highlights
+    follow the logistic law, whose tail falls as slowly as an exponential; what is no stronger than they are on average
+    is taken to be at their mean.
     """
-    spread = np.sqrt(LASTING + (1.0 - LASTING) / np.maximum(echoes, 1.0))
-    scale = spread * math.sqrt(3.0) / math.pi
-    over = np.maximum(excess, 0.0) / scale
-    of_highlight = -over - 2.0 * np.log1p(np.exp(-over)) - np.log(scale * typical.sigma_db)
-    ratio = np.where(echoes > 0.0, typical.known * (-math.log(SPAN_DB) - of_highlight), 0.0)
-    return np.asarray(np.clip(ratio, -MOST, MOST))
+    if echoes == 0.0:
+        return 0.0
+    scale = math.sqrt(LASTING + (1.0 - LASTING) / max(echoes, 1.0)) * math.sqrt(3.0) / math.pi
+    over = max(excess, 0.0) / scale
+    of_highlight = -over - 2.0 * math.log1p(math.exp(-over)) - math.log(scale * sigma_db)
+    return min(max(known * (-math.log(SPAN_DB) - of_highlight), -MOST), MOST)

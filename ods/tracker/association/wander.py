@@ -6,9 +6,7 @@ is counted from the tracks that ended as spots, as it depends on bottom and sona
 
 import math
 
-import numpy as np
-
-from ods.base.arrays import Floats
+from ods.compiled.kernel import kernel
 from ods.tracker.state import WanderState
 
 FIRST_M = 0.85
@@ -52,11 +50,12 @@ class Wander:
         return (self._squares + FIRST_ECHOES * FIRST_M**2) / (self._echoes + FIRST_ECHOES)
 
 
-def evidence(squares: Floats, echoes: Floats, of_spots_m2: float) -> Floats:
-    """Return (n,) the log-likelihood ratio of a body over a spot by the sum of squares, m2, of so many echoes.
+@kernel
+def evidence(squares: float, echoes: float, of_spots_m2: float) -> float:
+    """Return the log-likelihood ratio of a body over a spot by the sum of squares, m2, of so many echoes.
 
     Ranges are normal about the place; their variance is inverse gamma distributed, of `SURE` degrees of freedom.
     """
     body, spot = BODY_SHARE**2 * of_spots_m2, of_spots_m2
-    ratio = SURE * math.log(body / spot) + (SURE + echoes) * np.log((SURE * spot + squares) / (SURE * body + squares))
-    return np.asarray(np.clip(0.5 * ratio, -MOST, MOST))
+    more = math.log((SURE * spot + squares) / (SURE * body + squares))
+    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST), MOST)

@@ -181,26 +181,25 @@ def _near_fan(table: Floats, fan: Coverage, margin_m: float) -> Mask:
     return near
 
 
-def occluded(predicted: Named[PredictedMeasurement], radius: Floats, hiding: Mask) -> Mask:
-    """Tell (n,) whose predicted place is behind a nearer object, one of `hiding`, as seen from the sonar.
+def occluded(predicted: Named[PredictedMeasurement], radius: Floats, asked: Mask, hiding: Mask) -> Mask:
+    """Tell (n,) which of `asked` are predicted behind a nearer object, one of `hiding`, as seen from the sonar.
 
     `radius`: (n,) m. The shadow is as wide as the object in front, and the standard deviation of the bearing wider.
     """
-    return _occluded(predicted.table, radius, hiding)
+    return _occluded(predicted.table, radius, asked, hiding)
 
 
 @kernel
-def _occluded(table: Floats, radius: Floats, hiding: Mask) -> Mask:
+def _occluded(table: Floats, radius: Floats, asked: Mask, hiding: Mask) -> Mask:
     predicted, n = predicted_rows(table), table.shape[1]
     behind = np.zeros(n, np.bool_)
-    for front in range(n):
-        if not hiding[front]:
+    for i in range(n):
+        if not asked[i]:
             continue
-        half_width = math.asin(min(radius[front] / predicted.range_m[front], 1.0))
-        beyond = predicted.range_m[front] + radius[front]
-        for i in range(n):
-            if predicted.range_m[i] > beyond:
-                sigma = math.sqrt(predicted.across[i]) / predicted.horizontal[i]
+        sigma = math.sqrt(predicted.across[i]) / predicted.horizontal[i]
+        for front in range(n):
+            if hiding[front] and predicted.range_m[i] > predicted.range_m[front] + radius[front]:
+                half_width = math.asin(min(radius[front] / predicted.range_m[front], 1.0))
                 behind[i] |= abs(predicted.bearing[i] - predicted.bearing[front]) <= half_width + sigma
     return behind
 

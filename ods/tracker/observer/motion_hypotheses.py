@@ -197,6 +197,10 @@ class StaticOrMovingObserver:
             static=weight[RESTING],
         )
 
+    def static(self) -> Floats:
+        """Return (n,) the probability that each object does not move."""
+        return _all_static(self._table.rows.odds)
+
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
         horizontal = self._horizontal.state()
@@ -309,6 +313,14 @@ def _predict(table: Floats, dt: float, acceleration_noise: float, static_noise: 
 def _static(odds: float) -> float:
     """Return the probability of log-odds."""
     return 0.5 * (1.0 + math.tanh(0.5 * odds))
+
+
+@kernel
+def _all_static(odds: Floats) -> Floats:
+    static = np.empty(len(odds))
+    for i in range(len(odds)):
+        static[i] = _static(odds[i])
+    return static
 
 
 @kernel

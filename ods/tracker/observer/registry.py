@@ -40,6 +40,9 @@ class Observer(Protocol):
     def belief(self) -> Belief:
         """Return the hypotheses of all objects; the arrays may be views that the next change spoils."""
 
+    def static(self) -> Floats:
+        """Return (n,) the probability that each object does not move: that of `belief`, which is more work."""
+
     def velocity(self) -> tuple[Floats, Floats]:
         """Return mean and variance (3, n) of all velocities."""
 

@@ -1,4 +1,4 @@
-"""The states of an object [SSIE figure 5] and what leads from one to the next, for all objects at once.
+"""The states of an object [SSIE figure 5] and what leads from one to the next.
 
 TENTATIVE -> ACTIVE                 proved by echoes (before that the planner does not hear of it)
 TENTATIVE -> TERMINATED             not proved
@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import msgspec
 
-from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.settings import LifeSettings
 
@@ -37,39 +36,39 @@ TENTATIVE_DOUBT = 0.03
 
 
 class Evidence(NamedTuple):
-    """What the newest image says of n objects: (n,) each."""
+    """What the newest image says of an object."""
 
-    hit: Mask
-    inside: Mask
+    hit: bool
+    inside: bool
     """The predicted place is in the sonar's view,"""
-    skipped: Mask
+    skipped: bool
     """but where this image was not looked at, or blind."""
-    echoes: Ints
+    echoes: int
     """Echoes so far."""
-    unseen_s: Floats
+    unseen_s: float
     """Time since the last one,"""
-    missed_s: Floats
+    missed_s: float
     """and how much of it images were looked at."""
-    existence: Floats
+    existence: float
     """Probability."""
-    visible: Floats
+    visible: float
     """Probability that it exists and gives echoes."""
-    first_visible: Floats
+    first_visible: float
     """The same when it began."""
-    static: Mask
+    static: bool
     """It does not move, at a probability of at least `REST`."""
-    covered: Mask
+    covered: bool
     """It lies inside another object that is seen."""
-    duplicate: Mask
+    duplicate: bool
     """Its echoes may be those of a confirmed object beside it."""
-    intermittent: Mask
+    intermittent: bool
     """Seen as places are where echoes come and go, not as objects are: nothing for the map."""
-    sigma: Floats
+    sigma: float
     """Standard deviation of its horizontal position, m."""
 
 
 class LifeLimits(NamedTuple):
-    """`LifeSettings`, for the compiled loop."""
+    """`LifeSettings`, for compiled code."""
 
     confirm_echoes: int
     confirm_existence: float
@@ -80,42 +79,46 @@ class LifeLimits(NamedTuple):
     lost_sigma_m: float
 
 
-def next_states(state: Ints, e: Evidence, settings: LifeSettings) -> Ints:
-    """Return the states after an image, reached by one of `TRANSITIONS` each or unchanged."""
-    return _next_states(state, e, LifeLimits(*msgspec.structs.astuple(settings)))
+def limits_of(settings: LifeSettings) -> LifeLimits:
+    """Return the settings as limits."""
+    return LifeLimits(*msgspec.structs.astuple(settings))
 
 
 @kernel
-def _next_states(state: Ints, e: Evidence, limits: LifeLimits) -> Ints:
-    after = state.copy()
-    for i in range(len(state)):
-        doubted = e.existence[i] < limits.drop_existence
-        if state[i] == TENTATIVE:
-            after[i] = _proved_or_not(e, i, limits)
-        elif state[i] == ACTIVE:
-            missed = e.missed_s[i] > limits.silent_s and not e.skipped[i]
-            lost = e.skipped[i] and e.sigma[i] > limits.lost_sigma_m
-            if not e.hit[i] and (not e.inside[i] or doubted or missed or lost):
-                after[i] = STAND_BY
-        elif state[i] == STAND_BY or state[i] == HIBERNATED:
-            lasting = e.static[i] and not e.intermittent[i]
-            overdue = (not e.inside[i] and e.unseen_s[i] > limits.stand_by_s) or e.sigma[i] > limits.lost_sigma_m
-            if e.hit[i]:
-                after[i] = ACTIVE
-            elif doubted or (state[i] == STAND_BY and (e.covered[i] or (overdue and not lasting))):
-                after[i] = TERMINATED
-            elif overdue:
-                after[i] = HIBERNATED
-    return after
+def next_state(state: int, e: Evidence, limits: LifeLimits) -> int:
+    """Return an object's state after an image, reached by one of `TRANSITIONS` or unchanged."""
+    if state == TENTATIVE:
+        return _proved_or_not(e, limits)
+    doubted = e.existence < limits.drop_existence
+    if state == ACTIVE:
+        missed = e.missed_s > limits.silent_s and not e.skipped
+        lost = e.skipped and e.sigma > limits.lost_sigma_m
+        unsure = not e.inside or doubted or missed or lost
+        return STAND_BY if unsure and not e.hit else ACTIVE
+    if state in (STAND_BY, HIBERNATED):
+        return _found_again_or_not(state, e, doubted, limits)
+    return state
 
 
 @kernel
-def _proved_or_not(e: Evidence, i: int, limits: LifeLimits) -> int:
+def _proved_or_not(e: Evidence, limits: LifeLimits) -> int:
     """Return the next state of a tentative object."""
-    if e.hit[i]:
-        proved = e.echoes[i] >= limits.confirm_echoes and e.existence[i] >= limits.confirm_existence
-        return ACTIVE if proved and not e.duplicate[i] else TENTATIVE
-    if e.skipped[i]:
+    if e.hit:
+        proved = e.echoes >= limits.confirm_echoes and e.existence >= limits.confirm_existence
+        return ACTIVE if proved and not e.duplicate else TENTATIVE
+    if e.skipped:
         return TENTATIVE
-    unproved = e.visible[i] < TENTATIVE_DOUBT * e.first_visible[i] or e.missed_s[i] > TENTATIVE_SILENT_S
+    unproved = e.visible < TENTATIVE_DOUBT * e.first_visible or e.missed_s > TENTATIVE_SILENT_S
     return TERMINATED if unproved else TENTATIVE
+
+
+@kernel
+def _found_again_or_not(state: int, e: Evidence, doubted: bool, limits: LifeLimits) -> int:
+    """Return the next state of an object in stand-by or hibernated."""
+    if e.hit:
+        return ACTIVE
+    lasting = e.static and not e.intermittent
+    overdue = (not e.inside and e.unseen_s > limits.stand_by_s) or e.sigma > limits.lost_sigma_m
+    if doubted or (state == STAND_BY and (e.covered or (overdue and not lasting))):
+        return TERMINATED
+    return HIBERNATED if overdue else state

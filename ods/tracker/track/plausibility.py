@@ -15,16 +15,16 @@ ROUNDING = 1e-6
 def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
     """Raise ValueError when a history, a probability or a filter cannot be, at the time `t_ns`."""
     _refuse_absurd_histories(tracks, t_ns)
-    doubt = np.stack(tracks.doubt)
-    if not ((doubt >= 0.0) & (doubt <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
+    doubt = tracks.doubt
+    chances = np.stack([doubt.visible, doubt.silent, doubt.nothing, doubt.spot, doubt.first_visible])
+    if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
         raise ValueError("probabilities that are none")
-    hits, looks, flickers = tracks.looks
+    hits, looks, flickers = doubt.hits, doubt.looks, doubt.flickers
     most = looks * (1.0 + ROUNDING)
     if not (np.isfinite(looks) & (hits >= 0.0) & (flickers >= 0.0) & (hits <= most) & (flickers <= most)).all():
         raise ValueError("looks that are none")
-    nature = tracks.nature
-    bounded = (np.abs(np.stack(nature)) < FARTHEST).all()
-    if not bounded or not ((nature.told >= 0.0) & (nature.spots > 0.0) & (nature.spots < 1.0)).all():
+    bounded = (np.abs(np.stack(doubt)) < FARTHEST).all()
+    if not bounded or not ((doubt.told >= 0.0) & (doubt.spots > 0.0) & (doubt.spots < 1.0)).all():
         raise ValueError("strengths or shares of spots that are none")
     _refuse_absurd_filters(tracks)
 

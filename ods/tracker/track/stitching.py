@@ -4,11 +4,10 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Ints, Mask
+from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.linear_assignment import best_columns
 from ods.tracker.observer.belief import Estimate
-from ods.tracker.settings import STATIC
 from ods.tracker.track.tracks import History
 
 FARTHEST_M = 10.0
@@ -40,44 +39,30 @@ def stitch(
     return young[real], old[columns[real]]
 
 
-def duplicates(history: History, estimate: Estimate, young: Mask, missed: Mask) -> Mask:
-    """Tell (n,) which of the `young` may be stray echoes of one of the `missed`, objects not seen in this image.
+@kernel
+def is_duplicate(i: int, missed: Mask, history: History, position: Floats, radius: Floats) -> bool:
+    """Tell whether young object i may be stray echoes of one of the `missed`, (n,) objects not seen in this image.
 
     Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
     until an image shows both, they are one.
     """
-    rows = young.nonzero()[0], missed.nonzero()[0]
-    return _duplicates(estimate.position, estimate.radius, history.born, history.last, *rows)
+    found = False
+    for j in range(len(missed)):
+        if missed[j] and history.last[j] >= history.born[i]:
+            found |= _apart(position, i, j) < radius[i] + radius[j]
+    return found
 
 
 @kernel
-def _duplicates(position: Floats, radius: Floats, born: Ints, last: Ints, young: Indices, missed: Indices) -> Mask:
-    result = np.zeros(len(radius), np.bool_)
-    for i in young:
-        for j in missed:
-            if last[j] >= born[i] and _apart(position, i, j) < radius[i] + radius[j]:
-                result[i] = True
-    return result
-
-
-def covered(estimate: Estimate, silent: Mask, active: Mask) -> Mask:
-    """Tell (n,) which of the `silent` objects lie inside the circle of one of the `active`, neither of them moving."""
-    still = estimate.static >= STATIC
-    inner, outer = (silent & still).nonzero()[0], (active & still).nonzero()[0]
-    return _covered(estimate.position, estimate.radius, inner, outer)
+def is_covered(i: int, others: Mask, position: Floats, radius: Floats) -> bool:
+    """Tell whether object i lies inside the circle of one of the `others`, (n,)."""
+    found = False
+    for j in range(len(others)):
+        found |= others[j] and _apart(position, i, j) < radius[j]
+    return found
 
 
 @kernel
-def _covered(position: Floats, radius: Floats, inner: Indices, outer: Indices) -> Mask:
-    result = np.zeros(len(radius), np.bool_)
-    for i in inner:
-        for j in outer:
-            if _apart(position, i, j) < radius[j]:
-                result[i] = True
-    return result
-
-
-@kernel
-def _apart(position: Floats, i: np.intp, j: np.intp) -> float:
+def _apart(position: Floats, i: int, j: int) -> float:
     """Return the horizontal distance of two objects."""
     return math.hypot(position[0, i] - position[0, j], position[1, i] - position[1, j])

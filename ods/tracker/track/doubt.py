@@ -1,0 +1,244 @@
+"""What speaks for and against the existence of each live object, and what an image adds to that."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Ints, Mask
+from ods.compiled.kernel import inlined, kernel
+from ods.tracker.association import strength, wander
+from ods.tracker.association.strength import Typical, typical_rows
+from ods.tracker.settings import EchoSettings, MotionSettings
+from ods.tracker.track import existence
+from ods.tracker.track.existence import Chain, Rates
+
+FLICKERING = 0.03
+"""A place flickers when its chance to show an echo without an object is above this."""
+
+
+class Doubt(NamedTuple):
+    """Of n objects: (n,) each."""
+
+    visible: Floats
+    """Probabilities of the states of `existence.Chain`."""
+    silent: Floats
+    nothing: Floats
+    spot: Floats
+    first_visible: Floats
+    """That it existed after the first echo."""
+    hits: Floats
+    """Since it was started or recalled: echoes after the first,"""
+    looks: Floats
+    """images in which there might have been one,"""
+    flickers: Floats
+    """and how many of these would have had one if there were no object: see `flicker`."""
+    strength: Floats
+    """Sum over its echoes of what they have over the echoes of nothing, in standard deviations of these,"""
+    told: Floats
+    """and number of the echoes that tell their strength;"""
+    by_strength: Floats
+    """the log-likelihood ratio taken of that, and"""
+    by_motion: Floats
+    """that of its motion;"""
+    off_squares: Floats
+    """sum of squares, m2, of how much its echoes were off their range,"""
+    placed: Floats
+    """number of those that tell it,"""
+    by_wander: Floats
+    """and the log-likelihood ratio taken of that;"""
+    spots: Floats
+    """the share of spots at its place that it is judged by."""
+
+
+class Look(NamedTuple):
+    """What an image shows of n objects: (n,) each."""
+
+    llr: Floats
+    """Log-likelihood ratio of the echo: of the object, or a false alarm; 0 where there is none."""
+    watched: Floats
+    """Probability that the sonar looked at the object,"""
+    expected: Floats
+    """and that a visible object would have given an echo; 0 in a drop-out."""
+    strength: Floats
+    """Of the echo, dB; 0: none, or not told."""
+    off_range: Floats
+    """By how much the echo is farther than the object was expected, m; NaN: none, or one that is not all of it and only
+    of it, or that tells no strength, and so is not of the chain: how such echoes wander nobody knows beforehand."""
+
+
+class AtPlaces(NamedTuple):
+    """What echoes of nothing are like at n places."""
+
+    spots: Floats
+    """(n,) share of spots, which come and go, among them: see `flicker`."""
+    typical: Floats
+    """(3, n) table of `strength.Typical`."""
+
+
+class Unexplained(NamedTuple):
+    """What is known of k echoes that no object explains: (k,) each."""
+
+    clutter: Floats
+    """False alarms a scan if it had as many everywhere as there."""
+    strength: Floats
+    """dB; 0: not told."""
+    nothing: AtPlaces
+
+
+class Assumed(NamedTuple):
+    """What is taken to be known of bodies and spots."""
+
+    rates: Rates
+    detection_probability: float
+    static_prior: float
+    of_spots_m2: float
+    """Mean square of what the echoes of spots wander, m2."""
+
+
+def assumed(echo: EchoSettings, motion: MotionSettings, of_spots_m2: float) -> Assumed:
+    """Return what the settings say, and what was learned of spots."""
+    rates = Rates(echo.silence_rate, echo.return_rate, echo.loss_rate)
+    return Assumed(rates, echo.detection_probability, motion.static_prior, of_spots_m2)
+
+
+@kernel
+def doubt_rows(table: Floats) -> Doubt:
+    """Name the rows of a (16, n) table."""
+    return Doubt(
+        table[0],
+        table[1],
+        table[2],
+        table[3],
+        table[4],
+        table[5],
+        table[6],
+        table[7],
+        table[8],
+        table[9],
+        table[10],
+        table[11],
+        table[12],
+        table[13],
+        table[14],
+        table[15],
+    )
+
+
+@kernel
+def look_rows(table: Floats) -> Look:
+    """Name the rows of a (5, n) table."""
+    return Look(table[0], table[1], table[2], table[3], table[4])
+
+
+@kernel
+def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> None:
+    """Set objects from `first` on, one an unexplained echo, given births a scan."""
+    d, typical = doubt_rows(table), typical_rows(unknown.nothing.typical)
+    for k in range(len(unknown.clutter)):
+        i, spots = first + k, unknown.nothing.spots[k]
+        none = unknown.clutter[k] / (births + unknown.clutter[k])
+        chain = Chain(1.0 - none, 0.0, (1.0 - spots) * none, spots * none)
+        d.spots[i] = spots
+        _keep(d, i, _by_strength(d, i, chain, unknown.strength[k], typical, k))
+        d.first_visible[i] = d.visible[i]
+
+
+@kernel
+def take_image(
+    table: Floats,
+    seen: tuple[Ints, Mask, Mask],
+    look_table: Floats,
+    nothing: AtPlaces,
+    static: Floats,
+    dt: float,
+    known: Assumed,
+) -> None:
+    """Judge by an image, `dt` seconds after the one before.
+
+    `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo; `static`: (n,)
+    probability that they do not move.
+    """
+    echoes, confirmed, hit = seen
+    d, look, typical = doubt_rows(table), look_rows(look_table), typical_rows(nothing.typical)
+    for i in range(len(hit)):
+        watched, spots = look.watched[i], nothing.spots[i]
+        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.of_spots_m2)
+        chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
+        often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability)
+        chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
+        chain = _by_strength(d, i, chain, look.strength[i], typical, i)
+        # confirmed objects are judged by what is known of their places by now
+        place = spots if confirmed[i] else d.spots[i]
+        _keep(d, i, _by_motion(d, i, chain, existence.evidence_of_motion(static[i], known.static_prior), place))
+        looked = 1.0 if hit[i] else watched
+        d.hits[i] += hit[i]
+        d.looks[i] += looked
+        d.flickers[i] += existence.SPOT_SEEN * spots * looked
+
+
+@inlined
+def _chain(d: Doubt, i: int) -> Chain:
+    return Chain(d.visible[i], d.silent[i], d.nothing[i], d.spot[i])
+
+
+@inlined
+def _keep(d: Doubt, i: int, chain: Chain) -> None:
+    d.visible[i], d.silent[i], d.nothing[i], d.spot[i] = chain
+
+
+@inlined
+def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, of_spots_m2: float) -> Chain:
+    """Judge by how far the echoes wander: see `wander`."""
+    if math.isnan(off_range):
+        return chain
+    # the place is the mean of the echoes before, so the newest is off it by its own error and by that of the mean
+    before = max(echoes - 1.0, 1.0)
+    d.off_squares[i] += off_range**2 * before / (before + 1.0)
+    d.placed[i] += 1.0
+    ratio = wander.evidence(d.off_squares[i], d.placed[i], of_spots_m2)
+    change, d.by_wander[i] = ratio - d.by_wander[i], ratio
+    return existence.told_apart(chain, 0.0, change)
+
+
+@inlined
+def _by_strength(d: Doubt, i: int, chain: Chain, echo_db: float, typical: Typical, k: int) -> Chain:
+    """Judge by how strong the echoes are: see `strength`; k: the object's place in `typical`."""
+    if not echo_db > 0.0:
+        return chain
+    d.strength[i] += (echo_db - typical.mean_db[k]) / typical.sigma_db[k]
+    d.told[i] += 1.0
+    ratio = strength.evidence(d.strength[i] / d.told[i], d.told[i], typical.sigma_db[k], typical.known[k])
+    change, d.by_strength[i] = ratio - d.by_strength[i], ratio
+    return existence.told_apart(chain, change, change)
+
+
+@inlined
+def _by_motion(d: Doubt, i: int, chain: Chain, ratio: float, spots: float) -> Chain:
+    """Judge by motion, and by the share of spots at the place, if that is another than before."""
+    change = ratio - d.by_motion[i] - (_logit(spots) - _logit(d.spots[i]))
+    d.by_motion[i], d.spots[i] = ratio, spots
+    return existence.told_apart(chain, 0.0, change)
+
+
+@inlined
+def _logit(share: float) -> float:
+    """Return the logarithm of the odds."""
+    return math.log(share / (1.0 - share))
+
+
+@kernel
+def intermittent(d: Doubt, i: int, detection_probability: float) -> bool:
+    """Tell whether an object is seen as places are where echoes come and go, and not as objects are there."""
+    half_way = 0.5 * (detection_probability * d.looks[i] + d.flickers[i])
+    return bool(d.flickers[i] > FLICKERING * d.looks[i] and d.hits[i] < half_way)
+
+
+@kernel
+def visibilities(table: Floats, returned: float) -> Floats:
+    """Return (n,) the probability that an object, if it exists, gives echoes; `returned`: that a silent one does."""
+    d, found = doubt_rows(table), np.empty(table.shape[1])
+    for i in range(len(found)):
+        visible, silent = d.visible[i], d.silent[i]
+        found[i] = (visible + silent * returned) / max(visible + silent, existence.SMALLEST)
+    return found
