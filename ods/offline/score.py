@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 
 import msgspec
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ods.base.clock import NS
 from ods.messages import Obstacle, Truth, TruthObject
@@ -55,6 +54,8 @@ def position_rms_m(objects: list[ObjectScore]) -> float:
 
 def match(truth: Truth, obstacles: list[Obstacle]) -> dict[str, Obstacle]:
     """Return the obstacle that stands for each object, by name: least sum of horizontal distances in STANDS_FOR_M."""
+    from scipy.optimize import linear_sum_assignment  # 20 MB: only where lists are judged
+
     if not obstacles or not truth.objects:
         return {}
     far = 1e6

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
 from ods.base.errors import OdsError
@@ -12,6 +11,7 @@ from ods.base.geodesy import LocalFrame
 from ods.messages import Ping, Pose, Truth
 from ods.offline.poses import poses_along, way_of
 from ods.offline.recorded import Indexed, is_recording
+from ods.offline.truths import truths_beside
 from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
@@ -21,9 +21,6 @@ from ods.sim_sonar.sonar.model import SonarModel
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.files.ping_sequence import LazyPings
-
-TRUTH_SUFFIX = ".truth.jsonl"
-"""Of what `ods simulate` writes beside pings."""
 
 
 @dataclass(frozen=True)
@@ -91,15 +88,3 @@ def _recorded_source(path: Path, site: LocalFrame | None) -> Source:
         raise OdsError(f"{path}: no {'poses' if pings else 'pings'} in it")
     truths = {truth.ping_number: truth for truth in recorded.truths}
     return Source(pings, poses, truths, recorded.losses, site)
-
-
-def truths_beside(path: Path) -> dict[int, Truth]:
-    """Return what `ods simulate` wrote beside a file, by ping number; empty where it did not. Raises OdsError."""
-    file = path.with_suffix(TRUTH_SUFFIX)
-    if not file.is_file():
-        return {}
-    try:
-        truths = [msgspec.json.decode(line, type=Truth) for line in file.read_bytes().splitlines()]
-    except (OSError, msgspec.MsgspecError) as error:
-        raise OdsError(f"{file}: {error}") from error
-    return {truth.ping_number: truth for truth in truths}

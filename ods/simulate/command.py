@@ -12,6 +12,7 @@ from rich.progress import track
 from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
+from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, add_style, drawn_in
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
@@ -19,8 +20,6 @@ from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import Shot, shots_of
 from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.files.s7k.writer import write_s7k
-
-TRUTH_SUFFIX = ".truth.jsonl"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

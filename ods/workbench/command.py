@@ -8,6 +8,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import port_number
+from ods.base.resident import give_back
 from ods.compiled.kernel import do_without_numba
 
 NO_STORAGE = Path(os.devnull) / "none"
@@ -45,6 +46,7 @@ def run(args: Namespace) -> None:
     from ods.workbench.pages import frame  # takes a second: after what may be wrong
     from ods.workbench.web import server
 
+    give_back("llvmlite")  # 40 MB, and kernels are linked by now
     bound = server.listening(args.port)
     told: list[str] = []
 

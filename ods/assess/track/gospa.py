@@ -6,7 +6,6 @@ Rahmathullah, Garcia-Fernandez, Svensson: Generalized optimal sub-pattern assign
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ods.base.arrays import Floats, Indices
 
@@ -26,6 +25,8 @@ class Pairs:
 
 def pair(distance: Floats, cutoff: float = CUTOFF_M, order: float = ORDER) -> Pairs:
     """Return the assignment that minimises GOSPA for (objects, tracks) distances: pairs at the cutoff are none."""
+    from scipy.optimize import linear_sum_assignment  # 20 MB: only where lists are judged
+
     rows, columns = linear_sum_assignment(np.minimum(distance, cutoff) ** order)
     near = distance[rows, columns] < cutoff
     rows, columns = rows[near], columns[near]

@@ -16,11 +16,9 @@ from ods.base.settings_file import load
 from ods.messages import Ping, Pose, Truth
 from ods.offline.poses import Way, way_of
 from ods.offline.recorded import Indexed, TruthsByNumber, is_recording
-from ods.offline.source import simulated, truths_beside
+from ods.offline.truths import truths_beside
 from ods.recording.mcap.reader import open_recording
-from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.sim_sonar.scene.timeline import Scene
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.folders import readable
@@ -30,8 +28,6 @@ KEPT_BYTES = 48 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
 FAN_SUFFIX = ".toml"
 """Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
-LONGEST_S = 86_400.0
-"""Of a scene: its whole path is laid out when it is opened."""
 PERIOD_PINGS = 8
 """Pings whose times tell the period."""
 
@@ -128,27 +124,12 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
     """
     match reference.kind:
         case "scene":
-            return _simulated(reference, scene, folders)
+            from ods.workbench.engine.scene_data import simulated_data  # the simulator and scipy: only for scenes
+
+            return simulated_data(reference, scene, folders)
         case "file":
             return _from_file(reference, readable(reference.path, folders))
     raise DataError("no data are open" if reference.kind == "none" else f"{reference.kind}: has no pings to go back to")
-
-
-def _simulated(reference: DataReference, scene: SceneFile | None, folders: Sequence[Path]) -> Data:
-    if scene is None:
-        raise DataError("scene: none is open")
-    if scene.duration_s > LONGEST_S:
-        raise DataError(f"scene: duration_s: {scene.duration_s:g} s is more than the {LONGEST_S:g} s shown here")
-    if reference.sonar.endswith(".toml"):
-        readable(reference.sonar, folders)
-    elif "/" in reference.sonar:
-        raise DataError(f"sonar: {reference.sonar} is no name")
-    model = find_sonar(reference.sonar, Path(reference.path) if reference.path else None)
-    try:
-        source = simulated(Scene(scene), model)
-    except ValueError as error:
-        raise DataError(f"scene: {error}") from error
-    return Data(reference, KeptPings(source.pings), source.poses, truths=source.truths)
 
 
 def _from_file(reference: DataReference, path: Path) -> Data:

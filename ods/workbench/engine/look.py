@@ -54,11 +54,12 @@ class Look:
         cells = cells[cells > 0.0]
         return float(np.median(cells)) if cells.size else 1.0
 
-    @cached_property
-    def level_db(self) -> Floats32:
-        """(beams, samples) over the median; NaN where nothing was processed."""
-        scaled = np.maximum(self.image * np.float32(1.0 / self.unit), np.float32(FAINTEST))
-        return np.asarray(np.log10(scaled, out=scaled) * np.float32(20.0))
+    def level_db(self, beams: slice = slice(None)) -> Floats32:
+        """Return the levels of some beams, (beams, samples), over the median; NaN where nothing was processed."""
+        scaled = self.image[beams] * np.float32(1.0 / self.unit)
+        np.maximum(scaled, np.float32(FAINTEST), out=scaled)
+        np.log10(scaled, out=scaled)
+        return np.asarray(np.multiply(scaled, np.float32(20.0), out=scaled), np.float32)
 
     @property
     def levels_db(self) -> tuple[float, float] | None:
@@ -86,14 +87,17 @@ class Histogram(NamedTuple):
 def histogram(look: Look) -> Histogram:
     """Return the histogram of an image's levels."""
     edges = np.linspace(LOWEST_DB, HIGHEST_DB, BINS + 1)
-    levels = look.level_db[np.isfinite(look.level_db)]
-    place = ((levels - np.float32(LOWEST_DB)) * np.float32(BINS / (HIGHEST_DB - LOWEST_DB))).astype(np.int64)
-    return Histogram(edges, np.bincount(np.clip(place, 0, BINS - 1), minlength=BINS).astype(np.int64))
+    place = look.level_db()
+    place -= np.float32(LOWEST_DB)
+    place *= np.float32(BINS / (HIGHEST_DB - LOWEST_DB))
+    np.clip(place, 0.0, BINS - 1, out=place)
+    place[np.isnan(place)] = BINS
+    return Histogram(edges, np.bincount(place.astype(np.uint8).ravel(), minlength=BINS)[:BINS])
 
 
 def profile(look: Look, beam: int) -> Floats32:
     """Return the levels along one beam, (samples,) dB over the image's median. Raises IndexError."""
-    return np.asarray(look.level_db[beam])
+    return np.asarray(look.level_db(slice(beam, beam + 1))[0])
 
 
 def grid_of(ping: Ping) -> Grid:
@@ -127,13 +131,14 @@ def _joined(grid: Grid, images: Sequence[StageImage]) -> Image:
     if len(images) == 1 and images[0].image.shape == shape:
         return images[0].image
     whole = np.full(shape, np.nan, np.float32)
-    for each in images:
+    for number, each in enumerate(images):
         stride = max(1, round(each.fan.dr_m / grid.dr_m))
         first = np.rint((each.fan.range_m - grid.range0_m) / grid.dr_m - 0.5 * (stride - 1)).astype(np.int64)
         for k in range(stride):
             inside = first + k < grid.samples
             columns = _slice_of((first + k)[inside])
-            whole[:, columns] = np.fmax(whole[:, columns], each.image[:, inside])
+            part = each.image if inside.all() else each.image[:, inside]
+            whole[:, columns] = np.fmax(whole[:, columns], part) if number else part
     return whole
 
 

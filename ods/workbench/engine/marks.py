@@ -1,5 +1,6 @@
 """What is worth a mark on the timeline: pings that are missing, objects that come and go, bookmarks."""
 
+import contextlib
 import time
 from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
@@ -7,6 +8,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
+from ods.base.errors import OdsError
 from ods.tracker.track.lifecycle import ACTIVE, STAND_BY
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.tracked import Course, Tracked
@@ -28,15 +30,16 @@ class Mark(NamedTuple):
 
 
 def gap_marks(data: Data, give_up: Callable[[], bool] = lambda: False) -> list[Mark]:
-    """Return where ping numbers are left out, at the next ping that is there. It reads all pings, which lasts: not for
-    the server's loop. Raises OdsError."""
-    numbers: list[int] = []
+    """Return where ping numbers are left out, at the next ping that can be read. It reads all pings, which lasts: not
+    for the server's loop."""
+    numbers: list[tuple[int, int]] = []
     for place in range(len(data.pings)):
         if give_up():
             return []
-        numbers.append(data.pings[place].ping_number)
+        with contextlib.suppress(OdsError):  # who goes to such a ping is told why it cannot be read
+            numbers.append((place, data.pings[place].ping_number))
         time.sleep(PAUSE_S)
-    missing = ((place, after - before - 1) for place, (before, after) in enumerate(pairwise(numbers), 1))
+    missing = ((place, after - before - (place - former)) for (former, before), (place, after) in pairwise(numbers))
     return [Mark(place, "gap", f"{count} ping{'s' * (count > 1)} missing") for place, count in missing if count > 0]
 
 

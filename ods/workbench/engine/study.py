@@ -34,12 +34,15 @@ from ods.workbench.engine.look import Grid, Look, grid_of, looks_of
 
 FORMER_PINGS = 16
 """That go through a chain that compares pings before the one that is looked at."""
-KEPT_CHAINS = 4
-"""Prepared for a geometry: to come back to one costs no learning."""
+KEPT_CHAINS, LEAST_KEPT_CHAINS = 4, 2
+"""Prepared for a geometry: to come back to one costs no learning. So many, or fewer of them, but A's and B's,"""
+KEPT_CELLS = 2_000_000
+"""with no more cells in all: at 512 x 2000 samples each takes 20 MB."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
 """Runs of which the time is taken: so many, or fewer where they last."""
-KEPT_SPECKLE_CELLS = 200_000
-"""Images of speckle are kept for a geometry of no more cells: of 60 x 2000 they take 5 MB."""
+KEPT_SPECKLE_CELLS = 1_100_000
+"""Images of speckle are kept for a geometry of no more cells: of 60 x 2000 they take 5 MB, of 512 x 2000 33 MB, and
+drawing them anew takes longer than all else of a ping."""
 PATIENCE_S = 0.3
 """A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
 POSES_BEFORE = 64
@@ -147,7 +150,7 @@ class Studio:
             self._kept.popitem()  # it has not learnt; it was the last one asked for
             raise
         grid = grid_of(ping)
-        looks = looks_of(grid, looker.shown, [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
+        looks = looks_of(grid, looker.taken(), [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
         looks[0] = replace(looks[0], image=self._whole(looks[0], ping))
         return Study(place, ping, grid, tuple(looks), detections)
 
@@ -158,7 +161,8 @@ class Studio:
         if kept is None or (kept.chain.over_pings and kept.at != place - 1):
             kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping), self._overtaken)
         self._kept.move_to_end(key)
-        while len(self._kept) > KEPT_CHAINS:
+        most = min(KEPT_CHAINS, KEPT_CELLS // (ping.beams * ping.samples))
+        while len(self._kept) > max(most, LEAST_KEPT_CHAINS):
             self._kept.popitem(last=False)
         return kept
 
@@ -168,6 +172,8 @@ class Studio:
         filters = msgspec.structs.replace(numbers, stage=numbers.stage[:-1])
         key = _key(filters, ping)
         if self._speckle[0] != key:
+            for images in self._speckle[1]:  # the chains that learnt from them still have the lists
+                images.clear()
             self._speckle = key, []
         return self._speckle[1]
 
@@ -199,17 +205,22 @@ class _Looker:
     """Takes what stages make, while it is entered; otherwise it is false, so that nothing is copied for it."""
 
     def __init__(self) -> None:
-        self.shown: list[StageImage] = []
+        self._shown: list[StageImage] = []
         self._looks = False
 
     def __call__(self, image: StageImage) -> None:
-        self.shown.append(image)
+        self._shown.append(image)
+
+    def taken(self) -> list[StageImage]:
+        """Return what it took, and keep none of it."""
+        taken, self._shown = self._shown, []
+        return taken
 
     def __bool__(self) -> bool:
         return self._looks
 
     def __enter__(self) -> None:
-        self.shown, self._looks = [], True
+        self._shown, self._looks = [], True
 
     def __exit__(self, *_: object) -> None:
         self._looks = False

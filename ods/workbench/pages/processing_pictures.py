@@ -50,7 +50,7 @@ def _frame(study: Study, tuning: Tuning, place: int, state: State, circles: Sequ
     scale = state.view.lowest_db, state.view.highest_db
     attended = study.attended
     return Frame(
-        cells=cells_of(look.level_db, scale),
+        cells=cells_of(look.level_db(), scale),
         bearing_rad=study.grid.bearing_rad,
         range0_m=study.grid.range0_m,
         dr_m=study.grid.dr_m,

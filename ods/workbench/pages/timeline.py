@@ -22,6 +22,8 @@ PLAY_S = 0.2
 """Between pings, where their times are not known."""
 MOST_MARKS = 120
 """Of a kind."""
+TOLD: tuple[Kind, ...] = ("new", "lost")
+"""Of objects: what the tracker's lists tell."""
 SIGNS: dict[Kind, tuple[str, str]] = {
     "new": ("▲", "text-teal-5"), "lost": ("▽", "text-blue-4"), "gap": ("✕", "text-red-5"),
     "bookmark": ("★", "text-amber-7"),
@@ -37,6 +39,8 @@ class Timeline:
         self._session, self._is_ready = session, is_ready
         self._data: Data | None = None
         self._gaps: list[Mark] = []
+        self._drawn: tuple[int, list[tuple[Mark, bool]]] = (0, [])
+        """The last place, and the marks that are shown, with those that are dimmed."""
         self._rerun = rerun_of(session)
         with ui.row().classes("w-full items-end no-wrap gap-2"):
             self._build()
@@ -128,14 +132,15 @@ class Timeline:
         last = 0 if data is None else len(data.pings) - 1
         result, of = rerun.result, rerun.result_of
         tracks = track_marks(result) if result is not None and of is not None and of[:2] == wish[:2] else []
-        self._bar.clear()
-        if not last:
+        known = [*self._gaps, *tracks, *bookmark_marks(self._session.state.bookmarks)] if last else []
+        drawn = last, [(mark, mark.kind in TOLD and of != wish) for mark in thinned(known, last, MOST_MARKS)]
+        if drawn == self._drawn:
             return
+        self._drawn = drawn
+        self._bar.clear()
         with self._bar:
-            for mark in thinned(
-                [*self._gaps, *tracks, *bookmark_marks(self._session.state.bookmarks)], last, MOST_MARKS
-            ):
-                self._sign(mark, last, dim=mark.kind in ("new", "lost") and of != wish)
+            for mark, dim in drawn[1]:
+                self._sign(mark, last, dim=dim)
 
     def _sign(self, mark: Mark, last: int, *, dim: bool) -> None:
         sign, colour = SIGNS[mark.kind]

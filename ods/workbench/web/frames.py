@@ -124,18 +124,23 @@ def cells_of(level_db: Floats32, scale_db: tuple[float, float]) -> Cells:
     """Return levels (beams, samples), dB, as cells; what is no number as the lowest."""
     low, high = scale_db
     scaled = (level_db - np.float32(low)) * np.float32(255.0 / (high - low))
-    return np.asarray(np.clip(np.nan_to_num(scaled, nan=0.0), 0.0, 255.0) + np.float32(0.5)).astype(np.uint8)
+    np.fmax(scaled, np.float32(0.0), out=scaled)  # of a number and none: the number
+    np.minimum(scaled, np.float32(255.0), out=scaled)
+    scaled += np.float32(0.5)
+    return scaled.astype(np.uint8)
 
 
 def pooled(image: Cells, most: int) -> Cells:
     """Return the highest of each few neighbouring samples: `most` cells a row or fewer, and no echo is lost."""
-    beams, samples = image.shape
+    samples = image.shape[1]
     window = pool_of(samples, most)
     if window == 1:
         return image
-    padded = np.zeros((beams, -(-samples // window) * window), np.uint8)
-    padded[:, :samples] = image
-    return np.asarray(padded.reshape(beams, -1, window).max(axis=2))
+    highest = image[:, ::window].copy()
+    for k in range(1, window):  # far quicker than a maximum over a short axis
+        later = image[:, k::window]
+        np.maximum(highest[:, : later.shape[1]], later, out=highest[:, : later.shape[1]])
+    return highest
 
 
 def pool_of(samples: int, most: int) -> int:

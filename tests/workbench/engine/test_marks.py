@@ -1,8 +1,12 @@
 """Marks of the timeline: against what is put into made-up data."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+from ods.messages import Ping
+from ods.recording.errors import RecordingError
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.marks import Mark, bookmark_marks, gap_marks, thinned, track_marks
 from ods.workbench.model.state import Bookmark, DataReference
@@ -15,6 +19,20 @@ def test_gaps_are_told_by_the_numbers_of_pings() -> None:
     data = Data(DataReference(), pings)
     assert gap_marks(data) == [Mark(2, "gap", "2 pings missing"), Mark(4, "gap", "1 ping missing")]
     assert gap_marks(data, lambda: True) == []
+
+
+class Torn(list[Ping]):
+    """Pings of which the third cannot be read."""
+
+    def __getitem__(self, place: Any) -> Any:
+        if place == 2:
+            raise RecordingError("ping 2: torn")
+        return super().__getitem__(place)
+
+
+def test_a_ping_that_cannot_be_read_hides_no_gap() -> None:
+    pings = [make_ping(np.zeros((4, 25), np.uint8), ping_number=number) for number in (3, 4, 5, 6, 9)]
+    assert gap_marks(Data(DataReference(), Torn(pings))) == [Mark(4, "gap", "2 pings missing")]
 
 
 def test_objects_come_and_go_where_lists_say_so() -> None:

@@ -159,7 +159,7 @@ def test_levels_are_decibels_over_the_median() -> None:
     some = look([[1.0, 2.0, 4.0, np.nan, 20.0]], (3.0, 30.0))
     assert some.unit == pytest.approx(3.0)
     np.testing.assert_allclose(
-        some.level_db[0, [0, 1, 2, 4]], 20.0 * np.log10(np.array([1, 2, 4, 20]) / 3.0), rtol=1e-5
+        some.level_db()[0, [0, 1, 2, 4]], 20.0 * np.log10(np.array([1, 2, 4, 20]) / 3.0), rtol=1e-5
     )
     assert some.levels_db is not None
     np.testing.assert_allclose(some.levels_db, (0.0, 20.0), atol=1e-6)
@@ -173,7 +173,8 @@ def test_histograms_count_every_cell_that_was_processed() -> None:
     image[3, :50], image[5, 3], image[6, 4] = np.nan, 0.0, 1e9
     some = look(image)
     counted = histogram(some)
-    levels = some.level_db[np.isfinite(some.level_db)].clip(LOWEST_DB, HIGHEST_DB)
+    levels = some.level_db()
+    levels = levels[np.isfinite(levels)].clip(LOWEST_DB, HIGHEST_DB)
     expected, _ = np.histogram(levels, BINS, (LOWEST_DB, HIGHEST_DB))
     assert counted.cells.sum() == 5950
     assert np.abs(counted.cells - expected).sum() <= 4  # those at the very edges of bins
@@ -204,6 +205,17 @@ def test_a_detector_learns_from_kept_speckle_what_it_learns_on_board(change: dic
         study = studio.study(wanted, 0)
         assert study.detections == expected
         assert study.looks[-1].levels == shown[-1].levels
+
+
+def test_speckle_of_former_filters_is_given_back() -> None:
+    studio = Studio(data(pings(1)))
+    lasts = [[*SHORT[:2], {"use": "detect.two_level"}], [SHORT[0], {"use": "detect.two_level"}]]
+    kept = []
+    for stages in (lasts[0], lasts[1]):
+        studio.study(settings(stages), 0)
+        kept.append(studio._speckle[1])
+    assert not any(kept[0])
+    assert any(kept[1])
 
 
 def test_long_learning_is_given_up_for_what_is_newer(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,21 +1,24 @@
 """Frames: cells, pooling, the message on the wire, and who gets which frame when."""
 
+import asyncio
 import json
 import math
 import threading
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from typing import Any
 
 import numpy as np
 import pytest
-from fastapi import FastAPI
 from hypothesis import given
 from hypothesis import strategies as st
-from starlette.testclient import TestClient, WebSocketTestSession
-from starlette.websockets import WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from ods.workbench.web import frames
 from ods.workbench.web.frames import Cells, Channel, Circle, Frame, FrameBoard, cells_of, encode, pooled
 
 SCALE = (0.0, 51.0)
+LONGEST_S = 10.0
 
 
 def frame(samples: int = 8, number: int = 0, attended: bool = False) -> Frame:
@@ -79,66 +82,83 @@ def board() -> FrameBoard:
     return FrameBoard()
 
 
-@pytest.fixture
-def app() -> TestClient:
-    application = FastAPI()
-    application.add_api_websocket_route("/frames", frames.pull)
-    return TestClient(application)
+class Page:
+    """A page's end of the WebSocket, without a network between: what ASGI says of it."""
+
+    def __init__(self) -> None:
+        self.to_server: asyncio.Queue[Any] = asyncio.Queue()
+        self.to_page: asyncio.Queue[Any] = asyncio.Queue()
+
+    def send(self, text: str) -> None:
+        self.to_server.put_nowait({"type": "websocket.receive", "text": text})
+
+    def ask(self, **have: int) -> None:
+        self.send(json.dumps({"views": {key: {"have": version, "cells": 100} for key, version in have.items()}}))
+
+    async def received(self) -> dict[str, Any]:
+        message: dict[str, Any] = await asyncio.wait_for(self.to_page.get(), LONGEST_S)
+        return message
+
+    async def got(self) -> list[tuple[object, object]]:
+        return [(view["key"], view["version"]) for view, _, _ in decoded((await self.received())["bytes"])]
 
 
-def ask(page: WebSocketTestSession, **have: int) -> None:
-    page.send_text(json.dumps({"views": {key: {"have": version, "cells": 100} for key, version in have.items()}}))
+@asynccontextmanager
+async def connected() -> AsyncIterator[Page]:
+    page = Page()
+    page.to_server.put_nowait({"type": "websocket.connect"})
+    socket = WebSocket({"type": "websocket"}, page.to_server.get, page.to_page.put)
+    pulling = asyncio.create_task(frames.pull(socket))
+    assert (await page.received())["type"] == "websocket.accept"
+    yield page
+    page.to_server.put_nowait({"type": "websocket.disconnect", "code": 1000})
+    await asyncio.wait_for(pulling, LONGEST_S)
 
 
-def got(page: WebSocketTestSession) -> list[tuple[object, object]]:
-    return [(view["key"], view["version"]) for view, _, _ in decoded(page.receive_bytes())]
-
-
-def test_a_page_gets_the_newest_frame_and_none_twice(app: TestClient, board: FrameBoard) -> None:
+async def test_a_page_gets_the_newest_frame_and_none_twice(board: FrameBoard) -> None:
     channel = Channel(board, "fan")
     shown = [frame(number=number) for number in range(4)]
-    with app.websocket_connect("/frames") as page:
+    async with connected() as page:
         board.show("fan", shown[0])
-        ask(page, **{channel.key: 0})
-        assert got(page) == [(channel.key, shown[0].version)]
+        page.ask(**{channel.key: 0})
+        assert await page.got() == [(channel.key, shown[0].version)]
         for later in shown[1:3]:
             board.show("fan", later)
-        ask(page, **{channel.key: shown[0].version})
-        assert got(page) == [(channel.key, shown[2].version)]
-        ask(page, **{channel.key: shown[2].version})
+        page.ask(**{channel.key: shown[0].version})
+        assert await page.got() == [(channel.key, shown[2].version)]
+        page.ask(**{channel.key: shown[2].version})
         timer = threading.Timer(0.05, board.show, ("fan", shown[3]))  # while the page waits, from another thread
         timer.start()
-        assert got(page) == [(channel.key, shown[3].version)]
+        assert await page.got() == [(channel.key, shown[3].version)]
         timer.join()
 
 
-def test_a_view_can_be_switched_to_an_older_frame(app: TestClient, board: FrameBoard) -> None:
+async def test_a_view_can_be_switched_to_an_older_frame(board: FrameBoard) -> None:
     channel = Channel(board, "a")
     a, b = frame(), frame(number=1)
     board.show("a", a)
     board.show("b", b)
-    with app.websocket_connect("/frames") as page:
-        ask(page, **{channel.key: 0})
-        assert got(page) == [(channel.key, a.version)]
+    async with connected() as page:
+        page.ask(**{channel.key: 0})
+        assert await page.got() == [(channel.key, a.version)]
         for view, wanted, have in (("b", b, a), ("a", a, b)):
-            ask(page, **{channel.key: have.version})
+            page.ask(**{channel.key: have.version})
             channel.switch(view)
-            assert got(page) == [(channel.key, wanted.version)]
+            assert await page.got() == [(channel.key, wanted.version)]
 
 
-def test_views_of_one_page_come_together_and_those_of_nobody_never(app: TestClient, board: FrameBoard) -> None:
+async def test_views_of_one_page_come_together_and_those_of_nobody_never(board: FrameBoard) -> None:
     one, two, gone = Channel(board, "one"), Channel(board, "two"), Channel(board, "one").key
     for view in ("one", "two"):
         board.show(view, frame())
-    with app.websocket_connect("/frames") as page:
-        ask(page, **{one.key: 0, two.key: 0, gone: 0, "made up": 0})
-        assert {key for key, _ in got(page)} == {one.key, two.key}
+    async with connected() as page:
+        page.ask(**{one.key: 0, two.key: 0, gone: 0, "made up": 0})
+        assert {key for key, _ in await page.got()} == {one.key, two.key}
 
 
 @pytest.mark.parametrize("text", ["", "{", '{"views": 3}', '{"views": {"a": {"have": 0}}}', '{"views": {}, "x": 1}'])
-def test_what_is_no_request_ends_the_connection(app: TestClient, text: str) -> None:
-    with app.websocket_connect("/frames") as page:
-        page.send_text(text)
-        with pytest.raises(WebSocketDisconnect) as ended:
-            page.receive_bytes()
-    assert ended.value.code == frames.NOT_UNDERSTOOD
+async def test_what_is_no_request_ends_the_connection(text: str) -> None:
+    async with connected() as page:
+        page.send(text)
+        ended = await page.received()
+    assert (ended["type"], ended["code"]) == ("websocket.close", frames.NOT_UNDERSTOOD)

@@ -1,0 +1,22 @@
+"""What is true of pings, as `ods simulate` writes it beside them."""
+
+from pathlib import Path
+
+import msgspec
+
+from ods.base.errors import OdsError
+from ods.messages import Truth
+
+TRUTH_SUFFIX = ".truth.jsonl"
+
+
+def truths_beside(path: Path) -> dict[int, Truth]:
+    """Return what `ods simulate` wrote beside a file, by ping number; empty where it did not. Raises OdsError."""
+    file = path.with_suffix(TRUTH_SUFFIX)
+    if not file.is_file():
+        return {}
+    try:
+        truths = [msgspec.json.decode(line, type=Truth) for line in file.read_bytes().splitlines()]
+    except (OSError, msgspec.MsgspecError) as error:
+        raise OdsError(f"{file}: {error}") from error
+    return {truth.ping_number: truth for truth in truths}
