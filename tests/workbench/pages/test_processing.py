@@ -186,7 +186,7 @@ async def test_keys_go_from_ping_to_ping_and_play(user: User, session: Session) 
 async def test_marks_of_the_timeline_go_to_their_pings(user: User, session: Session) -> None:
     await user.should_see(marker="mark gap 2", retries=5000)
     session.do(SetBookmark(1, "echo"))
-    await user.should_see(marker="mark bookmark 1")
+    await user.should_see(marker="mark bookmark 1", retries=5000)
     user.find(marker="mark bookmark 1").click()
     assert session.state.ping == 1
     user.find(marker="mark gap 2").click()
@@ -194,7 +194,7 @@ async def test_marks_of_the_timeline_go_to_their_pings(user: User, session: Sess
     rerun = rerun_of(session)
     rerun.result, rerun.result_of = tracked({4: {1: "active"}}), wanted(session.state)
     session.do(SetBookmark(1, ""))
-    await user.should_see(marker="mark new 1")
+    await user.should_see(marker="mark new 1", retries=5000)
     user.find(marker="mark new 1").click()
     assert session.state.ping == 1
     user.find(marker="mark lost 2").click()
