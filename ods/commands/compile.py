@@ -103,7 +103,7 @@ def _keep(
         check=False,
     )
     if tried.returncode and not (tried.returncode == NOT_COMPILED and may_need_numba):
-        file.unlink()
+        file.unlink(missing_ok=True)  # another `ods compile` may have cleared it away: its sources had changed
         said = (tried.stdout + tried.stderr).strip().splitlines() or [f"exit code {tried.returncode}"]
         raise CompileError(f"the machine code does not work, so processes go on using numba's cache: {said[-1]}")
 

@@ -50,7 +50,12 @@ class Lag:
         """Return what is wrong; empty when nothing is."""
         if not self._failure and not self._stalled:
             return ""
-        told = self._failure or f"{self._name}: the disk does not answer"
+        silent = (
+            "the disk does not answer"
+            if self.wanted == WRITTEN
+            else "its process is not up yet, or the disk does not answer"
+        )
+        told = self._failure or f"{self._name}: {silent}"
         return f"{told}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"
 
     def _lasted_s(self, now_ns: int) -> float:
