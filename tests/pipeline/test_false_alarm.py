@@ -41,6 +41,12 @@ def test_rate_is_kept_in_other_clutter(clutter: str) -> None:
     assert (found < 1.5).all()
 
 
+def test_counts_of_few_bits_do_not_spoil_the_level() -> None:
+    """Between two counts of so narrow a tail lies a factor of 1.9; the rate was 2.5 to 2.9 times the one set."""
+    found = rates("u1 linear", [chain_of(*CHAINS["as recorded"], 1e-4)], 25, CLUTTER["4 looks"]).mean() / 1e-4
+    assert 1.0 / 1.5 < found < 1.5
+
+
 def test_ten_objects_do_not_raise_the_level() -> None:
     """They fill 1 % of the image; the rate was a twentieth of the one set."""
     found = rates("u2 linear", [chain_of(*CHAINS["FIR"], 1e-4)], 40, objects=10).mean() / 1e-4

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image, Ints
+from ods.base.arrays import Floats, Image
 from ods.pipeline.detect.loud_blocks import QUIET, count_cells
-from ods.pipeline.detect.noise import NoiseMeter, quantile
+from ods.pipeline.detect.noise import NoiseMeter
 
 _BINS = 16384
 _SPAN = 32.0
@@ -23,6 +23,8 @@ _WHOLE = 16
 """but all of the first so many images."""
 _REMEMBERED = 1_500_000
 """Cells that are remembered, to twice as many."""
+_FEW = 1024
+"""An image whose cells fill fewer bins was recorded in counts of few bits."""
 _RENEWED = 16
 """The level is worked out anew when so small a part of what is remembered has been added; pings over which the spread,
 which tells echoes from noise, is averaged."""
@@ -39,9 +41,9 @@ class TailMeter:
         """rate: the share of the cells without echoes that shall be above the level."""
         self._rate = rate
         self._noise = NoiseMeter()
-        self._counted = np.zeros((2, _BINS), np.int64)
-        self._former = np.zeros(_BINS, np.int64)
-        self._renewed_at = 0
+        self._counted = np.zeros((2, _BINS))
+        self._former = np.zeros(_BINS)
+        self._renewed_at = 0.0
         self._spread, self._images = 0.0, 0
         self._over = 0.5 * np.log(np.log(rate) / np.log(0.5))
         """Logarithm of level / background: of Rayleigh distributed amplitudes, until more is known."""
@@ -51,12 +53,12 @@ class TailMeter:
         """Take in how the tail follows from the bulk; of images without echoes, kind by kind."""
         bulks, levels, steepness = [], [], []
         for images in kinds:
-            counted = np.zeros((2, _BINS), np.int64)
+            counted = np.zeros((2, _BINS))
             for image in images:
                 background, noise = self._noise.background_and_noise(image)
                 if background > 0.0:
                     crest = background * crest_over(float(np.log1p(noise / background)))
-                    count_cells(image, (0, len(image)), crest, _BINS / (_SPAN * background), counted)
+                    counted += _counted(image, (0, len(image)), crest, background)
             if counted[QUIET].any():
                 at = _log_quantiles(counted.sum(axis=0), _TAIL)
                 tail = np.polyfit(_log_log(_TAIL), at, 2, w=_TAIL**_WEIGHT)
@@ -75,19 +77,19 @@ class TailMeter:
         beams, part = len(image), self._images % _PARTS
         rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _WHOLE else (0, beams)
         crest = background * crest_over(self._spread)
-        count_cells(image, rows, crest, _BINS / (_SPAN * background), self._counted)
+        self._counted += _counted(image, rows, crest, background)
         self._renew()
         return background * float(np.exp(self._over))
 
     def _renew(self) -> None:
         quiet = self._former + self._counted[QUIET]
-        count = int(quiet.sum())
-        if count - self._renewed_at <= count // _RENEWED:
+        count = float(quiet.sum())
+        if count - self._renewed_at <= count / _RENEWED:
             return
         bulk = _log_quantiles(quiet, _BULK)
         self._over = max(self._level_of @ (1.0, *bulk), bulk[-1])
         self._renewed_at = count
-        recent = int(self._counted[QUIET].sum())
+        recent = float(self._counted[QUIET].sum())
         if recent > _REMEMBERED:
             self._former[:] = self._counted[QUIET]
             self._counted[:] = 0
@@ -103,11 +105,29 @@ def crest_over(spread: float) -> float:
     return float(np.exp(4.2 * spread / (1.0 + 0.15 * spread)))
 
 
+def _counted(image: Image, rows: tuple[int, int], crest: float, background: float) -> Floats:
+    """Return the (2, bins) histograms of some beams of image, as `count_cells` does.
+
+    Counts of few bits stand for all levels halfway to the next ones, and are counted as such: else a level could lie
+    only at a count, and be wrong by as much as lies between two of them.
+    """
+    counted = np.zeros((2, _BINS), np.int64)
+    count_cells(image, rows, crest, _BINS / (_SPAN * background), counted)
+    filled = np.flatnonzero(counted.any(axis=0))
+    if not 1 < filled.size < _FEW:
+        return counted.astype(np.float64)
+    halfway = 0.5 * (filled[1:] + filled[:-1] + 1.0)
+    ends = [filled[0], *halfway, filled[-1] + 1.0]
+    up_to = [np.interp(np.arange(_BINS + 1), ends, [0, *np.cumsum(kind[filled])]) for kind in counted]
+    return np.asarray(np.diff(up_to, axis=1))
+
+
 def _log_log(shares: Floats) -> Floats:
     return np.asarray(np.log(-np.log(shares)))
 
 
-def _log_quantiles(histogram: Ints, shares: Floats) -> Floats:
+def _log_quantiles(histogram: Floats, shares: Floats) -> Floats:
     """Return the logarithms of the levels, in units of the background, that shares of the cells exceed."""
-    ranks = (1.0 - shares) * histogram.sum()
-    return np.log([max(quantile(histogram, rank), 1.0) * _SPAN / _BINS for rank in ranks])
+    up_to = np.cumsum(histogram)
+    bins = np.interp((1.0 - shares) * up_to[-1], up_to, np.arange(1.0, _BINS + 1.0))
+    return np.asarray(np.log(np.maximum(bins, 1.0) * _SPAN / _BINS))
