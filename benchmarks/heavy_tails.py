@@ -18,7 +18,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 
 SHAPE = 60, 2000
-FOLLOW = (0.0, 0.75, 1.0)
+FOLLOW = (0.0, 0.6, 1.0)
 HIGH = (5.5, 4.55)
 """The default, and what has about one false echo in an image of speckle."""
 PATCH = (0.7, 8.0)

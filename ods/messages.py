@@ -191,6 +191,9 @@ class Detections(msgspec.Struct, frozen=True):
     the same ping gives the same detections."""
     poses_heard: Count = 0
     """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
+    faint: list[Detection] = []
+    """Echoes too weak for the false-alarm rate wanted over this background: many are none. For who looks for the same
+    echo in many pings, as the tracker does."""
 
 
 class Pose(msgspec.Struct, frozen=True):

@@ -107,7 +107,8 @@ def _plainly(detector: dict[str, Any]) -> Find:
 
 
 def _two_level(follow: float, level: float) -> Find:
-    return _plainly({"use": "detect.two_level", "high": level, "low": min(LOW, level), "follow": follow})
+    levels = {"high": level, "low": min(LOW, level), "follow": follow, "faint": follow}
+    return _plainly({"use": "detect.two_level", **levels})
 
 
 def _tail(level: float) -> Find:

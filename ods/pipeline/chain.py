@@ -74,7 +74,7 @@ class Chain:
         self._prepare(ping)
         first = self._plan.first
         usable = _shows_something(frame[:, first:])
-        found: list[Detection] = []
+        found, faint = list[Detection](), list[Detection]()
         unseen = ALL_SEEN
         phase = self._phase % self._plan.phases
         if usable:
@@ -83,7 +83,9 @@ class Chain:
             unseen = self._sight.judge(ping, frame, first, whole.missing)
             for prepared in self._prepared:
                 if prepared.phase in (EVERY_PHASE, phase):
-                    found += prepared.detect(whole, context, mask, len(found))
+                    more = prepared.detect(whole, context, mask, len(found))
+                    found += more.detections
+                    faint += more.faint
             self._phase += 1
         else:
             unseen = nothing_sent(ping, frame, first)
@@ -101,6 +103,7 @@ class Chain:
             unseen=unseen.parts,
             unseen_share=unseen.share,
             unseen_why=unseen.why,
+            faint=faint,
         )
 
     def _prepare(self, ping: Ping) -> None:

@@ -17,7 +17,7 @@ from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, lend_samples, paint
-from ods.pipeline.image.regions import Regions, chosen, shared_at
+from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
 from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import filtered_speckle
@@ -37,6 +37,14 @@ class Frame(NamedTuple):
     """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
     number: int
     """Of the ping."""
+
+
+class Found(NamedTuple):
+    """The echoes of an image."""
+
+    detections: list[Detection]
+    faint: list[Detection]
+    """Too weak for the false-alarm rate wanted."""
 
 
 class PreparedChain:
@@ -65,10 +73,10 @@ class PreparedChain:
         self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
         self._filters = self._new_filters()
 
-    def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> list[Detection]:
+    def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> Found:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
 
-        mask: (all beams, all samples). Raises StageError.
+        mask: (all beams, all samples); faint echoes have no numbers. Raises StageError.
         """
         layout = self._layout
         recorded = _with_samples_lent(Recorded(
@@ -81,18 +89,26 @@ class PreparedChain:
             blank_gaps(image, gaps)
         if layout.fan.seam is not None:
             image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
-        found: list[Detection] = []
+        rows = None if mask is None else mask[layout.rows]
         try:
-            for band, inside in _by_band(self._regions(image, recorded), layout.bands):
-                echoes = measure_echoes(image, inside, recorded, band.fan).tolist()
-                if not math.isfinite(sum(map(sum, echoes))):
-                    raise NotANumberError
-                kept = [band.from_m <= echo[0] < band.to_m for echo in echoes]
-                if mask is not None:
-                    paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask[layout.rows])
-                found += [Detection(*echo) for echo in compress(echoes, kept)]
+            sure, faint = parted(self._regions(image, recorded))
+            return Found(self._measured(image, sure, recorded, rows, before), self._measured(image, faint, recorded))
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
+
+    def _measured(
+        self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None = None, before: int = 0
+    ) -> list[Detection]:
+        """Return the echoes of regions; mask: (beams, all samples). Raises NotANumberError."""
+        found: list[Detection] = []
+        for band, inside in _by_band(regions, self._layout.bands):
+            echoes = measure_echoes(image, inside, recorded, band.fan).tolist()
+            if not math.isfinite(sum(map(sum, echoes))):
+                raise NotANumberError
+            kept = [band.from_m <= echo[0] < band.to_m for echo in echoes]
+            if mask is not None:
+                paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask)
+            found += [Detection(*echo) for echo in compress(echoes, kept)]
         return found
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from ods.messages import Detections, ObstacleList
+from ods.messages import Detection, Detections, ObstacleList
 from ods.replay.again import DetectionsPair, ListPair
 from ods.runtime.processes import PROCESSES
 
@@ -71,14 +71,18 @@ def _of_input(reasons: list[str]) -> list[str]:
 
 def _near_detections(told: Detections, again: Detections) -> bool:
     return (
-        len(told.detections) == len(again.detections)
-        and told.usable == again.usable
-        and all(
-            abs(a.range_m - b.range_m) <= NEAR_M
-            and abs(a.radius_m - b.radius_m) <= NEAR_M
-            and abs(a.bearing_rad - b.bearing_rad) <= NEAR_RAD
-            for a, b in zip(told.detections, again.detections, strict=True)
-        )
+        told.usable == again.usable
+        and _near_echoes(told.detections, again.detections)
+        and _near_echoes(told.faint, again.faint)
+    )
+
+
+def _near_echoes(told: list[Detection], again: list[Detection]) -> bool:
+    return len(told) == len(again) and all(
+        abs(a.range_m - b.range_m) <= NEAR_M
+        and abs(a.radius_m - b.radius_m) <= NEAR_M
+        and abs(a.bearing_rad - b.bearing_rad) <= NEAR_RAD
+        for a, b in zip(told, again, strict=True)
     )
 
 

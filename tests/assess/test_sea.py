@@ -10,7 +10,7 @@ from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.command import shipped_scenes
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import Listed, images_of, scene_with_seed
-from ods.assess.sea.table import scene_table
+from ods.assess.sea.table import condensed, scene_table
 from ods.cli import main
 from ods.messages import Truth, TruthObject
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, VehiclePath
@@ -48,6 +48,18 @@ def lists_of(
         number, state = table[:, 0].astype(int), table[:, 1].astype(int)
         lists.append(Listed(truth, 3, number, state, table[:, 2:4], table[:, 4], 1.0, 2.0, k >= unsettled))
     return lists
+
+
+def test_the_condensed_table_has_a_column_a_seed_and_names_what_is_missed() -> None:
+    bodies = SceneBodies(scene(sphere("ball", 50.0, 0.0)), 1.0)
+    near, away = (7, lifecycle.ACTIVE, 50.0, 0.5, 1.0), (8, lifecycle.ACTIVE, 80.0, 0.0, 1.0)
+    lists = lists_of([[], [], [near], [near, away], [near, away]], [20.0] * 5)
+    late, good = judge("bed", lists, bodies), judge("bed", lists_of([[near]] * 5, [20.0] * 5), bodies, seed=1)
+    heading, line, row, total = condensed([late, good])
+    cells = [cell.strip() for cell in row.strip("| ").split("|")]
+    assert cells == ["bed", "15.0", "0.0", "ball 75%", "", "ball 2.00"]
+    assert heading.count("|") == line.count("|") == row.count("|") == total.count("|") == 8
+    assert "| 15.0 | 0.0 |" in total
 
 
 def test_groups_of_what_has_to_be_tracked() -> None:

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Image
+from ods.messages import Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import CrestMeter, count_maxima, quantiles_around, shrink
+from ods.pipeline.detect.crests import CrestMeter, count_maxima, quantiles_around, reaching, shrink
+from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping
 
@@ -21,6 +23,10 @@ def learnt() -> CrestMeter:
     meter = CrestMeter(SHAPE)
     meter.learn(rayleigh(k) for k in range(8))
     return meter
+
+
+def levelled(meter: CrestMeter, image: Image, noise: tuple[float, float], follow: float) -> Image:
+    return meter.levelled(image, noise[0], meter.factors(image, noise, 5.5) ** follow)
 
 
 def measured(image: Image) -> tuple[float, float]:
@@ -53,7 +59,7 @@ def test_speckle_is_left_alone_and_follow_zero_is_too() -> None:
     changed = 0.0
     for seed in range(20, 30):
         image = rayleigh(seed)
-        out = meter.levelled(image, measured(image), 5.5, 1.0)
+        out = levelled(meter, image, measured(image), 1.0)
         changed += float((out != image).mean()) / 10
     assert changed < 0.15
 
@@ -63,12 +69,12 @@ def test_a_region_of_high_crests_is_brought_to_those_of_speckle() -> None:
     texture = np.sqrt(np.random.default_rng(1).gamma(1.0, 1.0, (SHAPE[0], 256))).astype(np.float32)
     image[:, 256:] *= texture
     noise = measured(image)
-    out = meter.levelled(image, noise, 5.5, 1.0).copy()
+    out = levelled(meter, image, noise, 1.0).copy()
     level = noise[0] + 4.0 * noise[1]
     before, after = (image[:, 320:] > level).sum(), (out[:, 320:] > level).sum()
     assert after < before / 4
     np.testing.assert_array_equal(out[:, :128], image[:, :128])
-    half = meter.levelled(image, noise, 5.5, 0.5)
+    half = levelled(meter, image, noise, 0.5)
     assert after < (half[:, 320:] > level).sum() < before
 
 
@@ -86,7 +92,7 @@ def test_few_tiles_change_nothing() -> None:
     meter = CrestMeter((8, 64))
     images = [np.random.default_rng(k).rayleigh(1.0, (8, 64)).astype(np.float32) for k in range(8)]
     meter.learn(images)
-    assert meter.levelled(images[0], measured(images[0]), 5.5, 1.0) is images[0]
+    assert levelled(meter, images[0], measured(images[0]), 1.0) is images[0]
 
 
 @pytest.mark.parametrize("follow", [0.75, 1.0])
@@ -108,3 +114,48 @@ def test_heavy_tails_give_few_echoes_and_an_object_among_them_is_found(follow: f
             false[k] += count - 1
     assert false[0] > 12
     assert false[1] < false[0] / 5
+
+
+def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
+    image = np.zeros((8, 8), np.float32)
+    image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
+    runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
+    levels = np.array([[9.0, 2.0], [3.0, 4.0]], np.float32)  # of quarters; a level has to be exceeded
+    assert reaching(image, runs, 3, levels, (4, 4)).tolist() == [True, False, True]
+
+
+def bed_and_ball(seed: int) -> Ping:
+    """Return K-distributed clutter in the far half, and a body in the near one."""
+    rng = np.random.default_rng(seed)
+    intensity = np.ones((60, 2000))
+    intensity[:, 1000:] = rng.gamma(0.5, 2.0, (60, 1000))
+    intensity[20:23, 400:430] += 100.0
+    return make_ping((300.0 * np.sqrt(intensity * rng.standard_exponential((60, 2000)))).astype(np.uint16))
+
+
+def test_faint_echoes_are_those_that_only_the_lower_level_shows() -> None:
+    *filters, detector = DEFAULT_STAGES
+    both, low, high = (
+        Chain(PipelineSettings(stage=(*filters, {**detector, "follow": follow, "faint": faint})))
+        for follow, faint in ((1.0, 0.3), (0.3, 0.3), (1.0, 1.0))
+    )
+    faint = 0
+    for seed in range(3):
+        ping = bed_and_ball(seed)
+        parted, all_found, strong = both.process(ping), low.process(ping), high.process(ping)
+        assert sorted(parted.detections + parted.faint, key=repr) == sorted(all_found.detections, key=repr)
+        assert not all_found.faint
+        assert not strong.faint
+        assert len(parted.detections) <= len(strong.detections)  # two that touch at the lower level are one
+        assert any(abs(echo.near_m - 20.0) < 1.0 for echo in parted.detections)
+        faint += len(parted.faint)
+    assert faint > 5
+
+
+def test_faint_echoes_are_not_marked() -> None:
+    *filters, detector = DEFAULT_STAGES
+    chain = Chain(PipelineSettings(stage=(*filters, {**detector, "follow": 1.0})))
+    mask = np.zeros((60, 2000), np.int32)
+    found = chain.process(bed_and_ball(1), mask)
+    assert found.faint
+    assert set(np.unique(mask)) == {0, *range(1, len(found.detections) + 1)}

@@ -2,12 +2,15 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
 from ods.base.geometry import euler_from_quat, quat_from_euler
+from ods.messages import Detection, Detections
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view, near_coverage
+from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.model import BEND, HEIGHT, position_measurement, predicted_measurement
 from ods.tracker.measurement.scan import Echoes, Vehicle, echo_table_of, echoes_of, vehicle_at
 from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
@@ -237,3 +240,16 @@ def test_bad_echoes_and_poses_are_left_out() -> None:
     assert len(echoes_of(echo_table_of([]))[0]) == 0
     assert vehicle_at(np.array([0.0, np.nan, 0.0]), quat_from_euler(0, 0, 0), NO_SIGMA, NO_SIGMA) is None
     assert euler_from_quat(quat_from_euler(0, 0, 1.0))[2] == pytest.approx(1.0)
+
+
+def test_a_scan_is_the_same_however_its_echoes_are_parted_in_faint_ones_and_others() -> None:
+    echoes = [
+        Detection(40.0 + k, bearing, 1.0, 9.0, 5.0, 12.0, 8, 0.5, 0.1, 0.1, 0.01, 0.3)
+        for k, bearing in enumerate((-0.5, -0.2, 0.1, 0.1, 0.4))
+    ]
+    message = Detections(0, 0, 0, 0, 0, 1500.0, SECTOR, echoes)
+    faint = msgspec.structs.replace(message, detections=echoes[1:4:2], faint=[echoes[0], echoes[2], echoes[4]])
+    all_of_it, parted = (received(each, None, lambda _: None, 0).scan.echoes for each in (message, faint))
+    assert len(parted) == 5
+    np.testing.assert_array_equal(np.sort(parted.rows.range_m), all_of_it.rows.range_m)
+    np.testing.assert_array_equal(parted.rows.bearing, all_of_it.rows.bearing)

@@ -25,7 +25,7 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
             range_of.plot(target.confirmed_m, row, "o", color=MARK, ms=6, alpha=0.7)
     _limit(false, FALSE_LIMIT)
     _limit(tracked, 100.0 * TRACKED_LIMIT)
-    false.set_yticks(rows, [score.scene for score in scores])
+    false.set_yticks(rows, [score.name for score in scores])
     false.invert_yaxis()
     false.margins(x=0.12)
     dress(false, "false obstacles", "a minute; dotted: most that may be", "")

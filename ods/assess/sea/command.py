@@ -15,7 +15,7 @@ from ods.assess.scene_files import scene_files
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import images_of, listed, scene_with_seed
-from ods.assess.sea.table import scene_table, target_table
+from ods.assess.sea.table import condensed, scene_table, target_table
 from ods.base.arguments import duration_s, positive_int
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
@@ -51,11 +51,6 @@ class Draw(NamedTuple):
     file: Path
     seed: int
 
-    @property
-    def name(self) -> str:
-        """How tables call it."""
-        return f"{self.file.stem} {self.seed}" if self.seed else self.file.stem
-
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Scenes, effort and chart."""
@@ -90,6 +85,7 @@ def run(args: Namespace) -> None:
     console = Console(width=120)
     console.print(scene_table(scores))
     console.print(target_table(scores))
+    print(*condensed(scores), sep="\n")
     if args.out is not None:
         from ods.assess.sea.chart import chart
         from ods.plots.chart import save_figure
@@ -128,4 +124,4 @@ def score_of(trial: Trial, draw: Draw) -> SceneScore:
     scene = scene_with_seed(draw.file, draw.seed)
     shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
     lists = listed(shots, scene, trial.pipeline, trial.tracker)
-    return judge(draw.name, lists, SceneBodies(scene, trial.clearance_m))
+    return judge(draw.file.stem, lists, SceneBodies(scene, trial.clearance_m), draw.seed)

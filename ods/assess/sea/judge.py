@@ -47,6 +47,7 @@ class SceneScore:
     """How a scene went."""
 
     scene: str
+    seed: int
     targets: tuple[TargetScore, ...]
     false_ids: int
     """Active obstacles that were, in most valid lists, near nothing."""
@@ -60,6 +61,11 @@ class SceneScore:
     tracker_ms: float
 
     @property
+    def name(self) -> str:
+        """How tables call it."""
+        return f"{self.scene} {self.seed}" if self.seed else self.scene
+
+    @property
     def false_a_minute(self) -> float:
         """False obstacles that came in a minute."""
         return self.false_ids / self.minutes
@@ -71,8 +77,8 @@ class SceneScore:
         return min(shares, default=float("nan"))
 
 
-def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies) -> SceneScore:
-    """Return the score of a scene's lists, one a ping; there are some."""
+def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies, seed: int = 0) -> SceneScore:
+    """Return the score of the lists of a scene's draw `seed`, one a ping; there are some."""
     logs = {name: _TargetLog(name) for name in bodies.targets}
     away: Counter[int] = Counter()
     active: Counter[int] = Counter()
@@ -92,6 +98,7 @@ def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies) -> SceneScor
     false = {number for number, count in away.items() if 2 * count > active[number]}
     return SceneScore(
         scene,
+        seed,
         tuple(log.score() for log in logs.values()),
         len(false),
         sum(active[number] for number in false) / len(lists),

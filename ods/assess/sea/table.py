@@ -1,17 +1,19 @@
 """The tables of `ods assess sea`."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from ods.assess.sea.judge import LOUD_DB, NEAR_M, SETTLE_S, SceneScore
+from ods.assess.sea.judge import LOUD_DB, NEAR_M, SETTLE_S, SceneScore, TargetScore
 
 FALSE_LIMIT = 2.0
 """False obstacles a minute that may be."""
 TRACKED_LIMIT = 0.95
 """Share of the lists that an object must be in."""
+LATE_S = 1.0
+"""Time in which an object is to be confirmed."""
 
 
 def scene_table(scores: Sequence[SceneScore]) -> Table:
@@ -24,7 +26,7 @@ def scene_table(scores: Sequence[SceneScore]) -> Table:
     )
     for score in scores:
         table.add_row(
-            score.scene,
+            score.name,
             f"{score.false_a_minute:.1f}",
             f"{score.false_at_a_time:.2f}",
             _share(score.least_share),
@@ -42,7 +44,7 @@ def target_table(scores: Sequence[SceneScore]) -> Table:
     for score in scores:
         for target in score.targets:
             table.add_row(
-                score.scene if target is score.targets[0] else "",
+                score.name if target is score.targets[0] else "",
                 target.name,
                 str(target.expected),
                 _share(target.share),
@@ -50,6 +52,37 @@ def target_table(scores: Sequence[SceneScore]) -> Table:
                 _number(target.confirmed_s, 2),
             )
     return table
+
+
+def condensed(scores: Sequence[SceneScore]) -> list[str]:
+    """Return the lines of one Markdown table of what is not as it should be: a line a scene, a column a seed."""
+    seeds = sorted({score.seed for score in scores})
+    drawn = {(score.scene, score.seed): score for score in scores}
+    said: list[tuple[str, Callable[[SceneScore], str]]] = [
+        ("false a minute", lambda score: f"{score.false_a_minute:.1f}"),
+        (f"tracked in less than {TRACKED_LIMIT:.0%} of the lists", lambda score: _listed(_lost(score))),
+        (f"confirmed later than {LATE_S:g} s, s", lambda score: _listed(_late(score))),
+    ]
+    rows = [["scene", *(f"{heading}, seed {seed}" for heading, _ in said for seed in seeds)]]
+    rows.append(["---"] * len(rows[0]))
+    for scene in dict.fromkeys(score.scene for score in scores):
+        of_scene = [drawn[scene, seed] for seed in seeds]
+        rows.append([scene, *(say(score) for _, say in said for score in of_scene)])
+    sums = [sum(score.false_a_minute for score in scores if score.seed == seed) for seed in seeds]
+    rows.append(["sum", *(f"{false:.1f}" for false in sums), *[""] * (2 * len(seeds))])
+    return [f"| {' | '.join(row)} |" for row in rows]
+
+
+def _lost(score: SceneScore) -> list[tuple[TargetScore, str]]:
+    return [(each, f"{each.share:.0%}") for each in score.targets if each.share < TRACKED_LIMIT]
+
+
+def _late(score: SceneScore) -> list[tuple[TargetScore, str]]:
+    return [(each, f"{each.confirmed_s:.2f}") for each in score.targets if each.confirmed_s > LATE_S]
+
+
+def _listed(found: Sequence[tuple[TargetScore, str]]) -> str:
+    return ", ".join(f"{target.name} {figure}" for target, figure in found)
 
 
 def _table(*headings: str) -> Table:

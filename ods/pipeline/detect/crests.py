@@ -10,9 +10,10 @@ from itertools import islice
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32, Image, Ints
+from ods.base.arrays import Floats, Floats32, Image, Ints, Mask
 from ods.compiled.kernel import kernel
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.image.regions import Regions, Runs
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -56,26 +57,41 @@ class CrestMeter:
         all_found = np.concatenate(found)
         self._of_speckle = all_found.mean(axis=0) if len(all_found) else np.zeros(2)
 
-    def levelled(self, image: Image, measured: tuple[float, float], level: float, follow: float) -> Image:
-        """Return image (beams, samples) with what lies over the background shrunk where crests reach high.
+    def factors(self, image: Image, measured: tuple[float, float], level: float) -> Floats:
+        """Return how many times as high as `level` the background of image (beams, samples) reaches: (rows, columns).
 
-        measured: background and noise. With `follow` 1 the background there then reaches `level`, in multiples of the
-        noise over it, as seldom as speckle does; with less the factor is taken to that power. Where crests are no
-        higher than those of speckle nothing is changed; the same array is returned where that is so everywhere.
+        measured: background and noise, in multiples of which `level` is over it. So many times `level` is reached in a
+        region as seldom as `level` is by speckle; 1 where crests are no higher than those of speckle.
         """
         background, noise = measured
         middle, upper = self._of_speckle
         if not upper > middle or noise <= 0.0:
-            return image
+            return np.ones((1, 1))
         crests = self._measure(image, background, noise)
         reached = crests[..., 0] + (crests[..., 1] - crests[..., 0]) * (level - middle) / (upper - middle)
-        factor = reached / level
-        factor[factor < _BY_CHANCE] = 1.0
-        factor **= follow
-        if (factor == 1.0).all():
+        factors = reached / level
+        factors[factors < _BY_CHANCE] = 1.0
+        return factors
+
+    def levelled(self, image: Image, background: float, factors: Floats) -> Image:
+        """Return image (beams, samples) with what lies over the background divided by its region's factor.
+
+        The same array is returned where all are 1.
+        """
+        if (factors == 1.0).all():
             return image
-        shrink(image, np.float32(background), (1.0 / factor).astype(np.float32), self._region, self._scaled)
+        shrink(image, np.float32(background), (1.0 / factors).astype(np.float32), self._region, self._scaled)
         return self._scaled
+
+    def faint(self, image: Image, regions: Regions, levels: Image) -> Mask | None:
+        """Tell (total,) which regions of image (beams, samples) nowhere reach the level of its region of `levels`.
+
+        levels: (rows, columns), or (1, 1) for the whole image. None: there are none.
+        """
+        if not regions.total:
+            return None
+        region = self._region if levels.size > 1 else image.shape
+        return ~reaching(image, regions.runs, regions.total, levels, region)
 
     @property
     def _region(self) -> tuple[int, int]:
@@ -158,3 +174,16 @@ def _shrink_cells(cells: Floats32, background: np.float32, factor: np.float32, o
         return
     for j in range(cells.size):
         out[j] = background + (cells[j] - background) * factor
+
+
+@kernel
+def reaching(image: Image, runs: Runs, total: int, levels: Image, region: tuple[int, int]) -> Mask:
+    """Tell (total,) which regions of runs have a cell above the level (rows, columns) of its region of the image."""
+    found = np.zeros(total, np.bool_)
+    for i in range(runs.shape[0]):
+        beam, row = runs[i].beam, levels[runs[i].beam // region[0]]
+        for column in range(runs[i].first, runs[i].stop):
+            if image[beam, column] > row[column // region[1]]:
+                found[runs[i].region - 1] = True
+                break
+    return found

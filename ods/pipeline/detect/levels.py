@@ -2,6 +2,8 @@
 
 from collections.abc import Iterable
 
+import numpy as np
+
 from ods.base.arrays import Image
 from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
@@ -14,6 +16,7 @@ from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector
 
+_NO_FACTORS = np.ones((1, 1))
 _LEAST_NOISE = 0.02
 """Of the background: keeps the rounding of a noiseless image from becoming echoes."""
 
@@ -21,18 +24,25 @@ _LEAST_NOISE = 0.02
 @detect_stage("detect.two_level", TwoLevelParams)
 def two_level(params: TwoLevelParams, fan: Fan) -> PreparedDetector:
     """Find connected regions above the low level in which at least one cell is above the high level."""
-    return level_detector(params, fan, params.low, params.high)
+    return level_detector(params, fan, (params.low, params.high), min(params.faint, params.follow))
 
 
 @detect_stage("detect.one_level", OneLevelParams)
 def one_level(params: OneLevelParams, fan: Fan) -> PreparedDetector:
     """Find connected regions above one level; for comparison: objects fall to pieces or speckle joins in."""
-    return level_detector(params, fan, params.level, params.level)
+    return level_detector(params, fan, (params.level, params.level), params.follow)
 
 
-def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float, high: float) -> PreparedDetector:
-    """Return a detector that finds the regions between two levels, given in the units of `params.levels`."""
-    meter, crests, tail = NoiseMeter(), CrestMeter(fan.shape), TailMeter(params.rate)
+def level_detector(
+    params: TwoLevelParams | OneLevelParams, fan: Fan, levels: tuple[float, float], faint: float
+) -> PreparedDetector:
+    """Return a detector that finds the regions between two levels, given in the units of `params.levels`.
+
+    faint: how far levels rise with the background's crests for what is found at all; what does not reach the high one
+    where it rises by `params.follow` is faint.
+    """
+    (low, high), meter = levels, NoiseMeter()
+    crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
 
@@ -41,12 +51,17 @@ def level_detector(params: TwoLevelParams | OneLevelParams, fan: Fan, low: float
         if background <= 0.0:
             return group.nothing(image)
         measured = background, max(noise, _LEAST_NOISE * background)
-        judged = crests.levelled(image, measured, high, follow) if follow else image
+        factors = crests.factors(image, measured, high) if follow else _NO_FACTORS
+        judged = crests.levelled(image, background, factors**faint)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        return group.regions(judged, recorded, DetectionLevels(below, above, background))
+        regions = group.regions(judged, recorded, DetectionLevels(below, above, background))
+        if faint >= follow:
+            return regions
+        wanted = above + (above - background) * (factors ** (follow - faint) - 1.0)
+        return regions._replace(faint=crests.faint(judged, regions, wanted.astype(np.float32)))
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind

@@ -35,6 +35,16 @@ class Regions(NamedTuple):
     """Level of an image without echoes, above 0: what peak and mean levels are multiples of."""
     judged: Judged | None = None
     """For pictures only; None: by no levels."""
+    faint: Mask | None = None
+    """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
+
+
+def parted(regions: Regions) -> tuple[Regions, Regions]:
+    """Return the regions that are not faint, and those that are."""
+    faint = np.zeros(regions.total, np.bool_) if regions.faint is None else regions.faint
+    if not faint.any():
+        return regions._replace(judged=None, faint=None), Regions(regions.runs[:0], 0, regions.background)
+    return chosen(regions, ~faint), chosen(regions, faint)
 
 
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:

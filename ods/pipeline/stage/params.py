@@ -193,10 +193,13 @@ class TwoLevelParams(GroupParams, frozen=True):
     """Cells above this level belong to it."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """Wanted share of the cells without echoes above the high level, when levels = "false_alarm"."""
-    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
+    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
     """With levels = "noise": how far levels rise in regions where the crests of the background reach higher than those
-    of speckle do, as over a rough sea-bed. 1: until echoes without an object are as rare there; 0.75: three quarters of
-    the way there in dB, as objects have to be found there, too; 0: one pair of levels for the whole image."""
+    of speckle do, as over a rough sea-bed. 1: until echoes without an object are as rare there; 0.6: three fifths of
+    the way there in dB; 0: one pair of levels for the whole image."""
+    faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
+    """The same for faint echoes, which only the tracker gets: objects have to be found over a rough sea-bed, too, and
+    it has many pings to tell them from the bottom. With `follow` or more there are none."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
@@ -212,7 +215,7 @@ class OneLevelParams(GroupParams, frozen=True):
     """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
     """Wanted share of the cells without echoes above the level, when levels = "false_alarm"."""
-    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
+    follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
     """As in detect.two_level."""
 
 

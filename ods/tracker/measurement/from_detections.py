@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ods.messages import Detections
+from ods.messages import Detection, Detections
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, unseen_of, vehicle_at
@@ -29,7 +29,7 @@ def received(
 
     sent: the head's pose then; skipped_pings: those since the one before that nobody looked at.
     """
-    echoes, dropped = echoes_of(echo_table_of(message.detections))
+    echoes, dropped = echoes_of(echo_table_of(_all_echoes(message)))
     vehicle, fan_turn, at_rest = None, 0.0, False
     if sent is not None:
         seen_from = sent
@@ -53,3 +53,10 @@ def received(
         skipped_pings,
     )
     return Received(scan, dropped, at_rest)
+
+
+def _all_echoes(message: Detections) -> list[Detection]:
+    """Return all echoes, faint ones too, as many pings tell a body from the bottom; in the order of their bearings."""
+    if not message.faint:
+        return message.detections
+    return sorted(message.detections + message.faint, key=lambda echo: echo.bearing_rad)
