@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import TrackTable
+from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.motion_hypotheses import HorizontalState, Learned, NewPlaces, StaticOrMovingObserver
 from ods.tracker.observer.registry import Observer, observer
 from ods.tracker.observer.sensitivity import STATE, Heights
@@ -76,8 +76,10 @@ class PlainAxes:
         s.place_variance[:] = s.variance[:] = new.variance
         s.velocity_variance[:] = self._settings.velocity_sigma**2
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
-        """Take one measurement a row; return the log of how much likelier it is if the object rests."""
+    def update(
+        self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
+    ) -> Named[Learned]:
+        """Take one measurement a row; return the logs of its likelihoods if the object rests and if it moves."""
         s, seen = self._table.rows, measured.position[:2]
         noise = np.stack([measured.variance_north, measured.variance_east])
         at_rest, if_moving = s.place_variance[:, rows] + noise, s.variance[:, rows] + noise
@@ -91,9 +93,10 @@ class PlainAxes:
         s.velocity_variance[:, rows] -= velocity_gain * s.covariance[:, rows]
         s.covariance[:, rows] *= 1.0 - gain
         s.variance[:, rows] *= 1.0 - gain
-        unlikely = np.log(at_rest / if_moving) + off_rest**2 / at_rest - off**2 / if_moving
-        as_before = heights.variance, heights.square, heights.square_variance
-        return Learned(-0.5 * unlikely.sum(axis=0), np.zeros_like(heights.step), *as_before)
+        unlikely = [np.log(at_rest) + off_rest**2 / at_rest, np.log(if_moving) + off**2 / if_moving]
+        told = heights.rows
+        as_before = np.zeros_like(told.step), told.variance, told.square, told.square_variance
+        return Named(Learned, np.array([-0.5 * np.sum(unlikely, axis=1), *as_before]))
 
     def rest_there(self, rows: Indices) -> None:
         """Let objects rest, if they do, where they are if they move."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
+from ods.compiled.kernel import kernel
 from ods.tracker.map.hibernated import HibernatedObjects
 from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
 from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
@@ -59,6 +60,8 @@ class TrackManager:
 
     def wake(self, tracks: Tracks, scan: Scan, vehicle: Vehicle) -> None:
         """Let the hibernated objects in and near the sector join the live ones."""
+        if not len(self.asleep):
+            return
         ids, places = self.asleep.places(vehicle.position[:2], scan.sector.range_max_m + WAKE_MARGIN_M)
         if not len(ids):
             return
@@ -70,30 +73,42 @@ class TrackManager:
         """Take the objects to their next `states` (n,); return what that changes."""
         inside, before = prediction.field_of_view.inside, tracks.history.state.copy()
         tracks.history.state[:] = states
-        tracks.settle(((states == STAND_BY) & ~inside).nonzero()[0])
-        resting = states == HIBERNATED
-        if (states == before).all() and not resting.any():
-            return Outcome()
-        continued = self._confirm(tracks, ((before == TENTATIVE) & (states == ACTIVE)).nonzero()[0])
-        rested = before == HIBERNATED
-        near = near_coverage(prediction.measurement, prediction.fan, 2.0 * WAKE_MARGIN_M) if rested.any() else inside
-        ended = (states == TERMINATED) & (before != TENTATIVE) & ~continued
-        stored, away = resting & ~rested & ~continued, resting & ~near & ~continued
-        tracks.rest(stored.nonzero()[0])
-        outcome = Outcome()
-        if (ended | stored | away).any():
-            outcome = self._report(tracks, ended, stored, utc_ns)
-            self.asleep.sleep(tracks.history.id[away].tolist(), tracks.existence[away].tolist())
-        leaving = (states == TERMINATED) | continued | away
+        lost, confirmed, for_the_map = _events(before, states, inside)
+        if lost:
+            tracks.settle(((states == STAND_BY) & ~inside).nonzero()[0])
+        continued = np.zeros(len(states), bool)
+        if confirmed:
+            continued = self._confirm(tracks, ((before == TENTATIVE) & (states == ACTIVE)).nonzero()[0])
+        leaving, outcome = (states == TERMINATED) | continued, Outcome()
+        if for_the_map:
+            outcome, away = self._end_or_rest(tracks, before, ~continued, prediction, utc_ns)
+            leaving |= away
         if leaving.any():
             tracks.keep(~leaving)
         return outcome
 
+    def _end_or_rest(
+        self, tracks: Tracks, before: Ints, own: Mask, prediction: ScanPrediction, utc_ns: int
+    ) -> tuple[Outcome, Mask]:
+        """End confirmed objects and put those that rest in the map, (n,) `own`: all that do not live on in another one.
+
+        `before`: (n,) states before the image. Returns also which sleep from now on, (n,).
+        """
+        states, outcome, rested = tracks.history.state, Outcome(), before == HIBERNATED
+        near = prediction.field_of_view.inside
+        if rested.any():
+            near = near_coverage(prediction.measurement, prediction.fan, 2.0 * WAKE_MARGIN_M)
+        ended, resting = (states == TERMINATED) & (before != TENTATIVE) & own, (states == HIBERNATED) & own
+        stored, away = resting & ~rested, resting & ~near
+        tracks.rest(stored.nonzero()[0])
+        if (ended | stored | away).any():
+            outcome = self._report(tracks, ended, stored, utc_ns)
+            self.asleep.sleep(tracks.history.id[away].tolist(), tracks.existence[away].tolist())
+        return outcome, away
+
     def _confirm(self, tracks: Tracks, confirmed: Indices) -> Mask:
         """Give objects just confirmed their ids; return (n,) which old objects live on in one of them."""
         history, continued = tracks.history, np.zeros(len(tracks), bool)
-        if not len(confirmed):
-            return continued
         old = np.flatnonzero((history.state != TENTATIVE) & (history.state != TERMINATED))
         _, estimate = tracks.told()
         heirs, old = stitching.stitch(history, estimate, confirmed, old, self._gate_sigmas)
@@ -114,3 +129,14 @@ class TrackManager:
         outcome.hibernated = map_objects(now.take(stored[reported]), utc_ns)
         self.asleep.remember(outcome.hibernated)
         return outcome
+
+
+@kernel
+def _events(before: Ints, states: Ints, inside: Mask) -> tuple[bool, bool, bool]:
+    """Tell whether any object is lost out of view, is confirmed, and ends or rests once confirmed."""
+    lost = confirmed = for_the_map = False
+    for i in range(len(states)):
+        lost |= states[i] == STAND_BY and not inside[i]
+        confirmed |= before[i] == TENTATIVE and states[i] == ACTIVE
+        for_the_map |= states[i] == HIBERNATED or (states[i] == TERMINATED and before[i] != TENTATIVE)
+    return lost, confirmed, for_the_map

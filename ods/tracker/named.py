@@ -77,7 +77,7 @@ class TrackTable(Generic[RowNames]):
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where (n,) `mask` is False; the others keep their order."""
-        self.table, self._rows = self.table.compress(mask, axis=-1), None
+        self.table, self._rows = self.table.take(mask.nonzero()[0], axis=-1), None  # half the time of `compress`
 
 
 def each(*rows: Floats) -> tuple[Floats, ...]:

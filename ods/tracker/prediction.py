@@ -4,8 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Mask
+from ods.base.arrays import Floats, Ints, Mask
 from ods.base.clock import NS
+from ods.compiled.kernel import kernel
 from ods.tracker.association.flicker import Places
 from ods.tracker.measurement.field_of_view import (
     Coverage,
@@ -16,13 +17,13 @@ from ods.tracker.measurement.field_of_view import (
     share_unseen,
     without_unseen,
 )
-from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement, predicted_rows
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
 from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.track import lifecycle
-from ods.tracker.track.tracks import Tracks
+from ods.tracker.track.tracks import Tracks, history_rows
 
 VAGUE_M = 1.0
 """A silent object whose place is less certain than this is vague."""
@@ -74,7 +75,7 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
     if len(scan.unseen):
         seen = without_unseen(seen, share_unseen(measurement, np.maximum(estimate.radius, 0.0), fan, scan.unseen))
     reported = history.state != lifecycle.TENTATIVE
-    silent = reported & ((scan.t_ns - history.last) / NS > UNSEEN_S)
+    silent, vague = _silent_and_vague(tracks.known[0], measurement.table, scan.t_ns)
     seen.watched[occluded(measurement, estimate.radius, silent, history.state == lifecycle.ACTIVE)] = 0.0
     return ScanPrediction(
         vehicle=vehicle,
@@ -86,5 +87,17 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         field_of_view=seen,
         visibility=tracks.visibility(settings.echo.return_rate) * seen.probability,
         reported=reported,
-        vague=silent & (np.maximum(measurement.rows.along, measurement.rows.across) > VAGUE_M**2),
+        vague=vague,
     )
+
+
+@kernel
+def _silent_and_vague(history_table: Ints, measurement_table: Floats, t_ns: int) -> Mask:
+    """Return (2, n) the confirmed objects that are silent, and those of them whose place is vague."""
+    history, measurement = history_rows(history_table), predicted_rows(measurement_table)
+    found = np.empty((2, len(history.state)), np.bool_)
+    silent, vague = found
+    for i in range(len(silent)):
+        silent[i] = history.state[i] != lifecycle.TENTATIVE and (t_ns - history.last[i]) / NS > UNSEEN_S
+        vague[i] = silent[i] and max(measurement.along[i], measurement.across[i]) > VAGUE_M**2
+    return found

@@ -3,7 +3,7 @@
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
-from ods.tracker.association.flicker import Flicker, Places
+from ods.tracker.association.flicker import Flicker
 from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.association.strength import Strength
@@ -17,7 +17,7 @@ from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snap
 from ods.tracker.prediction import ScanPrediction, predict_scan
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
-from ods.tracker.track import lifecycle
+from ods.tracker.track import doubt, lifecycle
 from ods.tracker.track.plausibility import refuse_absurd
 from ods.tracker.track.tracks import Tracks
 from ods.tracker.utc import Restamp
@@ -111,12 +111,10 @@ class Tracker:
 
     def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
         """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
-        tracks, places = self._tracks, prediction.places
-        ended = ((states == lifecycle.TERMINATED) & prediction.field_of_view.inside).nonzero()[0]
-        where, doubt = Places(*(each[ended] for each in places)), tracks.doubt
-        spots, nothing = doubt.spot[ended], doubt.nothing[ended]
-        self._alarms.flicker.learn(where, spots, spots + nothing, scan.sector)
-        self._alarms.wander.learn(float(spots @ doubt.off_squares[ended]), float(spots @ doubt.placed[ended]))
+        ended = (states == lifecycle.TERMINATED) & prediction.field_of_view.inside
+        spots, off_squares, placed = doubt.as_nothing(self._tracks.known[1], ended)
+        self._alarms.flicker.learn(prediction.places, spots, scan.sector)
+        self._alarms.wander.learn(off_squares, placed)
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

@@ -42,9 +42,9 @@ def pooled(counts: list[tuple[float, float]], prior: float) -> float:
 
 def test_the_share_is_that_of_the_place_where_tracks_ended() -> None:
     """Against the counts of the image, the ring, its part and the world's cell, put together by hand."""
-    flicker, nothing = Flicker(), np.zeros(0)
+    flicker = Flicker()
     spots = places((55.0, 0.3, 52.0, 16.0), (55.0, -0.3, 52.0, -16.0), (15.0, 0.3, 14.0, 4.0))
-    flicker.learn(spots, np.array([6.0, 1.0, 0.0]), np.array([10.0, 10.0, 2.0]), SECTOR)
+    flicker.learn(spots, np.array([[6.0, 1.0, 0.0], [10.0, 10.0, 2.0]]), SECTOR)
     prior = CALM + NEW * 9.0 / (9.0 + MANY**2)
     whole, ring = (7.0, 22.0), (7.0, 20.0)
     expected = [
@@ -55,7 +55,7 @@ def test_the_share_is_that_of_the_place_where_tracks_ended() -> None:
     asked = places((55.0, 0.3, 52.5, 16.5), (55.0, 0.3, 58.5, 16.5), (15.0, -0.3, 14.0, -4.0))
     np.testing.assert_allclose(flicker.share(asked, SECTOR, 3.0), expected, rtol=1e-6)
     for _ in range(100):
-        flicker.learn(places(), nothing, nothing, SECTOR)
+        flicker.learn(asked, np.zeros((2, 3)), SECTOR)
     fan, world = FAN_MEMORY**100, WORLD_MEMORY**100
     faded = [(7.0 * fan, 22.0 * fan), (7.0 * fan, 20.0 * fan), (6.0 * fan, 10.0 * fan), (6.0 * world, 10.0 * world)]
     assert flicker.share(asked, SECTOR, 3.0)[0] == pytest.approx(pooled(faded, prior), rel=1e-4)
@@ -64,7 +64,7 @@ def test_the_share_is_that_of_the_place_where_tracks_ended() -> None:
 def test_the_share_is_never_all() -> None:
     flicker, spot = Flicker(), places((55.0, 0.3, 52.0, 16.0))
     for _ in range(200):
-        flicker.learn(spot, np.array([9.0]), np.array([9.0]), SECTOR)
+        flicker.learn(spot, np.array([[9.0], [9.0]]), SECTOR)
     assert flicker.share(spot, SECTOR, 30.0)[0] == MOST
 
 
@@ -73,7 +73,7 @@ def test_the_next_one_goes_on_with_the_same_counts_and_refuses_nonsense() -> Non
     rng = np.random.default_rng(3)
     spots = Places(*rng.uniform((5.0, -0.7, -80.0, -80.0), (95.0, 0.7, 80.0, 80.0), (200, 4)).T.copy())
     tracks = rng.random(200)
-    one.learn(spots, tracks * rng.random(200), tracks, SECTOR)
+    one.learn(spots, np.array([tracks * rng.random(200), tracks]), SECTOR)
     other.restore(one.state())
     np.testing.assert_array_equal(one.share(spots, SECTOR, 1.0), other.share(spots, SECTOR, 1.0))
     good = one.state()

@@ -8,6 +8,7 @@ import pytest
 
 from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
+from ods.tracker.named import Named
 from ods.tracker.observer.independent import IndependentAxes
 from ods.tracker.observer.motion_hypotheses import HorizontalFilter, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
@@ -49,11 +50,11 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
             rng.normal(50.0, 1.0, (3, k)), noise[0], noise[1], np.zeros(k), one, one, one, one, *level
         )
         ones = np.ones((2, k))
-        heights = Heights(ones, ones, ones, ones, np.zeros((2, k)))
+        heights = Named(Heights, np.array([ones, ones, ones, ones, np.zeros((2, k))]))
         ratios = []
         for each in (plain, ours):
             each.predict(0.1 + 0.01 * step)
-            ratios.append(each.update(rows, seen, np.ones(k), heights).ratio)
+            ratios.append(np.subtract(*each.update(rows, seen, np.ones(k), heights).rows.log_likelihood))
             if step == 20:
                 each.rest_there(np.array([0]))
                 each.set_out(np.array([2]))

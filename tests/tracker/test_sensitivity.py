@@ -7,6 +7,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.tracker.measurement.model import BEND, UNSEEN, PositionMeasurement
+from ods.tracker.named import Named
 from ods.tracker.observer.imm import InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import NewPlaces
 from ods.tracker.observer.sensitivity import Heights, possible_square
@@ -78,13 +79,13 @@ def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:
     square, variance, zero = np.zeros((2, 1)), np.full((2, 1), SQUARE_VARIANCE), np.zeros((2, 1))
     for fix in others:
         filters.predict(DT)
-        heights = Heights(zero, np.full((2, 1), NO_HEIGHT), square, variance, zero)
-        learned = filters.update(ONE, measurement(fix), np.zeros(1), heights)
+        heights = Named(Heights, np.array([zero, np.full((2, 1), NO_HEIGHT), square, variance, zero]))
+        learned = filters.update(ONE, measurement(fix), np.zeros(1), heights).rows
         square, variance = learned.square, learned.square_variance
         large[0].predict(0.0)
         large[1].predict(NOISE)
         density = [one.update(fix) for one in large]
-        assert learned.ratio[0] == pytest.approx(density[0] - density[1], abs=1e-6)
+        assert np.subtract(*learned.log_likelihood) == pytest.approx(density[0] - density[1], abs=1e-6)
         for g, one in enumerate(large):
             assert (square[g, 0], variance[g, 0]) == pytest.approx((one.x[4], one.p[4, 4]), rel=1e-6)
             by_square = filters.state().unseen[g, BEND, :2, 0]

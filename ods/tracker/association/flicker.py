@@ -7,11 +7,12 @@ objects: what came of them tells how likely each was one (`existence`). An objec
 track does not end.
 """
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32
+from ods.base.arrays import Floats, Floats32, Ints, Ints32
 from ods.compiled.kernel import kernel
 from ods.messages import Sector
 from ods.tracker.state import FlickerState
@@ -52,6 +53,15 @@ class Places(NamedTuple):
     east: Floats
 
 
+class World(NamedTuple):
+    """Counts by the world's cells, which fade from image to image: brought up to date when they are needed."""
+
+    counts: Floats32
+    """(2, CELLS, CELLS) of spots and of tracks,"""
+    image: Ints
+    """(CELLS, CELLS) as of this image."""
+
+
 class _Span(NamedTuple):
     nearest: float
     farthest: float
@@ -64,12 +74,13 @@ class Flicker:
 
     def __init__(self) -> None:
         self._fan = np.zeros((2, RANGES, BEARINGS))
-        self._world = np.zeros((2, CELLS, CELLS), np.float32)
+        self._images = 0
+        self._world = World(np.zeros((2, CELLS, CELLS), np.float32), np.zeros((CELLS, CELLS), np.int64))
 
     def state(self) -> FlickerState:
         """Return what was counted."""
-        cells = np.flatnonzero(self._world[TRACKS]).astype(np.int32)
-        return FlickerState(self._fan.tobytes(), cells.tobytes(), self._world.reshape(2, -1)[:, cells].tobytes())
+        cells, counts = _left(self._world, self._images)
+        return FlickerState(self._fan.tobytes(), cells.tobytes(), counts.tobytes())
 
     def restore(self, state: FlickerState) -> None:
         """Go on with what another one counted. Raises ValueError."""
@@ -83,15 +94,18 @@ class Flicker:
             if not (np.isfinite(table) & (table >= 0.0)).all() or more.any():
                 raise ValueError("counts of echoes that are none")
         self._fan = fan.copy()
-        self._world = np.zeros((2, CELLS, CELLS), np.float32)
-        self._world.reshape(2, -1)[:, cells] = counts
+        self._images = 0
+        self._world = World(np.zeros((2, CELLS, CELLS), np.float32), np.zeros((CELLS, CELLS), np.int64))
+        self._world.counts.reshape(2, -1)[:, cells] = counts
 
-    def learn(self, ended: Places, spots: Floats, tracks: Floats, sector: Sector) -> None:
-        """Take in the tracks that an image ended: (k,) probabilities of spots, and of no objects.
+    def learn(self, places: Places, counts: Floats, sector: Sector) -> None:
+        """Take in the tracks at n places that an image ended: (2, n) probabilities of spots, and of no objects.
 
-        Called for every image.
+        Called for every image; others are 0.
         """
-        _learn(self._fan, self._world, ended, np.array([np.minimum(spots, tracks), tracks]), _span_of(sector))
+        self._fan *= FAN_MEMORY
+        self._images += 1
+        _learn(self._fan, self._world, self._images, places, counts, _span_of(sector))
 
     def share(self, places: Places, sector: Sector, per_scan: float) -> Floats:
         """Return (n,) the share of spots among echoes of nothing at each place.
@@ -99,7 +113,7 @@ class Flicker:
         per_scan: echoes of nothing in an image that tell their strength.
         """
         prior = CALM + NEW * per_scan**2 / (per_scan**2 + MANY**2)
-        return _share(self._fan, self._world, places, _span_of(sector), prior)
+        return _share(self._fan, self._world, self._images, places, _span_of(sector), prior)
 
 
 def _span_of(sector: Sector) -> _Span:
@@ -118,20 +132,43 @@ def _cell(metres: float) -> int:
 
 
 @kernel
-def _learn(fan: Floats, world: Floats32, ended: Places, counts: Floats, span: _Span) -> None:
-    fan *= FAN_MEMORY
+def _kept(world: World, i: int, j: int, images: int) -> float:
+    """Return the share of its counts that is left of a cell's after so many images."""
+    tracks, since = world.counts[TRACKS, i, j], images - world.image[i, j]
+    if since == 0 or tracks == 0.0:
+        return 1.0
+    before = math.exp((since - 1.0) * math.log(WORLD_MEMORY))
+    return before * WORLD_MEMORY if before * tracks > LEAST_TRACKS else 0.0
+
+
+@kernel
+def _left(world: World, images: int) -> tuple[Ints32, Floats32]:
+    """Return (k,) numbers of the cells that have counts, and (2, k) these."""
+    cells, counts, found = np.empty(CELLS**2, np.int32), np.empty((2, CELLS**2), np.float32), 0
     for i in range(CELLS):
         for j in range(CELLS):
-            kept = WORLD_MEMORY if world[TRACKS, i, j] > LEAST_TRACKS else 0.0
-            world[SPOTS, i, j] *= kept
-            world[TRACKS, i, j] *= kept
+            if world.counts[TRACKS, i, j] > 0.0:
+                kept = _kept(world, i, j, images)
+                cells[found] = CELLS * i + j
+                counts[SPOTS, found] = world.counts[SPOTS, i, j] * kept
+                counts[TRACKS, found] = world.counts[TRACKS, i, j] * kept
+                found += kept > 0.0
+    return cells[:found].copy(), counts[:, :found].copy()
+
+
+@kernel
+def _learn(fan: Floats, world: World, images: int, places: Places, counts: Floats, span: _Span) -> None:
     for k in range(counts.shape[1]):
-        ring = _part(ended.range_m[k], span.nearest, span.farthest, RANGES)
-        column = _part(ended.bearing[k], span.port, span.starboard, BEARINGS)
-        i, j = _cell(ended.north[k]), _cell(ended.east[k])
+        if counts[TRACKS, k] == 0.0:
+            continue
+        ring = _part(places.range_m[k], span.nearest, span.farthest, RANGES)
+        column = _part(places.bearing[k], span.port, span.starboard, BEARINGS)
+        i, j = _cell(places.north[k]), _cell(places.east[k])
+        kept, world.image[i, j] = _kept(world, i, j, images), images
         for row in range(2):
-            fan[row, ring, column] += counts[row, k]
-            world[row, i, j] += counts[row, k]
+            count = min(counts[row, k], counts[TRACKS, k])
+            fan[row, ring, column] += count
+            world.counts[row, i, j] = kept * world.counts[row, i, j] + count
 
 
 @kernel
@@ -141,7 +178,7 @@ def _pooled(spots: float, tracks: float, larger: float, weight: float) -> float:
 
 
 @kernel
-def _share(fan: Floats, world: Floats32, places: Places, span: _Span, prior: float) -> Floats:
+def _share(fan: Floats, world: World, images: int, places: Places, span: _Span, prior: float) -> Floats:
     spots, tracks = fan[SPOTS], fan[TRACKS]
     whole = _pooled(spots.sum(), tracks.sum(), prior, CALM_TRACKS)
     rings = np.empty(RANGES)
@@ -153,5 +190,7 @@ def _share(fan: Floats, world: Floats32, places: Places, span: _Span, prior: flo
         c = _part(places.bearing[k], span.port, span.starboard, BEARINGS)
         i, j = _cell(places.north[k]), _cell(places.east[k])
         in_fan = _pooled(spots[r, c], tracks[r, c], rings[r], POOLED_TRACKS)
-        share[k] = min(_pooled(world[SPOTS, i, j], world[TRACKS, i, j], in_fan, POOLED_TRACKS), MOST)
+        kept = _kept(world, i, j, images)
+        here, all_here = kept * world.counts[SPOTS, i, j], kept * world.counts[TRACKS, i, j]
+        share[k] = min(_pooled(here, all_here, in_fan, POOLED_TRACKS), MOST)
     return share

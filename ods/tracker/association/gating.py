@@ -35,10 +35,13 @@ class Hypotheses(NamedTuple):
 
     def take(self, chosen: Mask) -> "Hypotheses":
         """Return the pairs of a mask."""
-        return Hypotheses(self.objects[chosen], self.echoes[chosen], self.llr[chosen], self.score[chosen])
+        rows = chosen.nonzero()[0]
+        return Hypotheses(self.objects.take(rows), self.echoes.take(rows), self.llr.take(rows), self.score.take(rows))
 
     def joined(self, other: "Hypotheses") -> "Hypotheses":
         """Return the pairs of both."""
+        if not len(other.objects):
+            return self
         return Hypotheses(
             np.concatenate([self.objects, other.objects]),
             np.concatenate([self.echoes, other.echoes]),
@@ -61,14 +64,6 @@ class _Gate(NamedTuple):
     detection_probability: float
 
 
-class _Window(NamedTuple):
-    """Only the echoes `order[first[i]:last[i]]` may be near object i."""
-
-    order: Indices
-    first: Indices
-    last: Indices
-
-
 def hypotheses(
     predicted: Named[PredictedMeasurement],
     belief: Belief,
@@ -82,12 +77,9 @@ def hypotheses(
     `predicted`: what the sonar should see, (h, n) arrays, by the h hypotheses of `belief`.
     """
     order = echoes.rows.range_m.argsort()
-    in_order = echoes.rows.range_m[order]
-    nearest, farthest = _reach(predicted.table, echoes.rows.sigma_range, gate_sigmas)
-    window = _Window(order, in_order.searchsorted(nearest), in_order.searchsorted(farthest, side="right"))
     gate = _Gate(gate_sigmas, chance.detection_probability)
     extent = belief.weight, belief.radius, belief.radius_variance
-    return scored(*_gated(predicted.table, extent, echoes.table, clutter, window, gate), chance)
+    return scored(*_gated(predicted.table, extent, echoes.table, clutter, order, gate), chance)
 
 
 def scored(objects: Indices, echoes: Indices, llr: Floats, chance: Detectability) -> Hypotheses:
@@ -105,23 +97,22 @@ def _score(objects: Indices, llr: Floats, visibility: Floats, detection_probabil
 
 
 @kernel
-def _reach(table: Floats, sigma_range: Floats, gate: float) -> Floats:
-    """Return (2, n) the smallest and the largest range at which an echo may be inside the gate of each object."""
+def _windows(predicted: PredictedMeasurement, echoes: EchoRows, order: Indices, gate: float) -> Indices:
+    """Return (2, n): only the echoes `order[first:last]` may be inside the gate of an object."""
     largest = 0.0
-    for sigma in sigma_range:
+    for sigma in echoes.sigma_range:
         largest = max(largest, sigma)
-    predicted = predicted_rows(table)
     hypotheses, n = predicted.range_m.shape
-    reach = np.empty((2, n))
-    nearest, farthest = reach
+    in_order, windows = echoes.range_m[order], np.empty((2, n), np.intp)
     for i in range(n):
         low, high = math.inf, -math.inf
         for h in range(hypotheses):
             # The gate is an ellipse: nothing inside it is farther along the line of sight than `width`.
             width = gate * math.sqrt(predicted.along[h, i] + largest**2)
             low, high = min(low, predicted.range_m[h, i] - width), max(high, predicted.range_m[h, i] + width)
-        nearest[i], farthest[i] = low, high
-    return reach
+        windows[0, i] = np.searchsorted(in_order, low)
+        windows[1, i] = np.searchsorted(in_order, high, side="right")
+    return windows
 
 
 @kernel
@@ -130,23 +121,23 @@ def _gated(
     extent: tuple[Floats, Floats, Floats],
     echo_table: Floats,
     clutter: ClutterDensity,
-    window: _Window,
+    order: Indices,
     gate: _Gate,
 ) -> tuple[Indices, Indices, Floats]:
     """Return objects, echoes and log-likelihood ratios of `Hypotheses`.
 
-    `extent`: weight, radius and radius_variance of `Belief`.
+    `extent`: weight, radius and radius_variance of `Belief`; `order`: of the echoes by range.
     """
     predicted, echoes = predicted_rows(predicted_table), echo_rows(echo_table)
     weight, radius, radius_variance = extent
-    first, last = window.first, window.last
+    first, last = _windows(predicted, echoes, order, gate.sigmas)
     most = 0
     for i in range(len(first)):
         most += max(last[i] - first[i], 0)
     objects, columns, llr = np.empty(most, np.intp), np.empty(most, np.intp), np.empty(most)
     pairs = 0
     for i in range(len(first)):
-        for j in window.order[first[i] : last[i]]:
+        for j in order[first[i] : last[i]]:
             if _nearest(predicted, echoes, i, j) <= gate.sigmas**2:
                 density = _density(predicted, weight, echoes, i, j)
                 chance = density * gate.detection_probability / clutter.per_m2[j]

@@ -24,6 +24,8 @@ def best_pairs(hypotheses: Hypotheses, first: Mask, echoes: int) -> Hypotheses:
     The objects of the mask `first` choose before the others; within each group the sum of scores, all above 0, is the
     largest possible. `echoes`: how many there are.
     """
+    if not len(hypotheses.score):
+        return hypotheses
     chosen, taken = np.zeros(len(hypotheses.score), bool), np.zeros(echoes, bool)
     for group in (first, ~first):
         disputed = _undisputed(hypotheses, group, taken, chosen)

@@ -75,7 +75,8 @@ def match_scan(
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
     found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas)
-    found = found.take(~prediction.vague[found.objects])
+    if prediction.vague.any():
+        found = found.take(~prediction.vague[found.objects])
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
     assignment = associate(ask)
     drop_out = _is_drop_out(prediction, assignment.pairs)
@@ -95,7 +96,8 @@ def match_scan(
     told = shown.objects, shown.echoes.table, shown.llr, shown.off_centre
     watched = seen.watched, reported, hit, seen.inside & ~seen.skipped
     look = _look(told, merged, watched, prediction.measurement.table, 0.0 if drop_out else chance.detection_probability)
-    alarms.strength.count(echoes, _not_of_confirmed(echoes, assignment.pairs, reported), scan.sector)
+    free = _not_of_confirmed(assignment.pairs.objects, assignment.pairs.echoes, reported, len(echoes))
+    alarms.strength.count(echoes, free, scan.sector)
     nothing = alarms.at(prediction.places, scan.sector)
     if len(hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
@@ -110,10 +112,12 @@ def match_scan(
     )
 
 
-def _not_of_confirmed(echoes: Echoes, pairs: Hypotheses, reported: Mask) -> Mask:
-    """Tell (m,) which echoes no confirmed object explains."""
-    free = np.ones(len(echoes), bool)
-    free[pairs.echoes[reported[pairs.objects]]] = False
+@kernel
+def _not_of_confirmed(objects: Indices, echoes: Indices, reported: Mask, m: int) -> Mask:
+    """Tell (m,) which echoes no confirmed object explains, by pairs of object and echo."""
+    free = np.ones(m, np.bool_)
+    for i, j in zip(objects, echoes):  # noqa: B905  numba knows no `strict`
+        free[j] &= not reported[i]
     return free
 
 
@@ -129,8 +133,9 @@ def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
     """Tell whether far fewer of the confirmed objects have an echo than are in view."""
     watched = prediction.field_of_view.watched * prediction.reported
     expected = float(watched.sum())
-    found = int(np.count_nonzero(watched[pairs.objects]))
-    return expected >= DROP_OUT_EXPECTED and found <= DROP_OUT_SHARE * expected
+    if expected < DROP_OUT_EXPECTED:
+        return False
+    return int(np.count_nonzero(watched.take(pairs.objects))) <= DROP_OUT_SHARE * expected
 
 
 class _Shown(NamedTuple):
@@ -147,13 +152,12 @@ def _with_parts(
     assignment: Assignment, echoes: Echoes, prediction: ScanPrediction, density: ClutterDensity, chance: Detectability
 ) -> tuple[_Shown, Indices]:
     """Return the objects seen, as a whole or only in parts, and the echoes that nobody explains."""
-    radius, loose = prediction.estimate.radius, ~assignment.explained
-    objects, parts = split_merged.parts_inside(
-        prediction.measurement, radius, echoes, prediction.reported.nonzero()[0], loose.nonzero()[0]
-    )
-    loose[parts] = False
-    pairs, unexplained = assignment.pairs, loose.nonzero()[0]
+    pairs, radius, loose = assignment.pairs, prediction.estimate.radius, ~assignment.explained
+    whole, unexplained = prediction.reported.nonzero()[0], loose.nonzero()[0]
+    objects, parts = split_merged.parts_inside(prediction.measurement, radius, echoes, whole, unexplained)
     if len(parts):
+        loose[parts] = False
+        unexplained = loose.nonzero()[0]
         by_chance = np.minimum(density.per_m2[parts] * np.pi * radius[objects] ** 2, 1.0)
         split = gating.scored(objects, parts, -np.log(by_chance), chance)
         split = split.take(split.score > 0.0)  # the rest is more likely false alarms inside a silent object's circle

@@ -78,6 +78,8 @@ class Echoes(Named[EchoRows]):
 
     def joined(self, other: "Echoes") -> "Echoes":
         """Return the echoes of both."""
+        if not len(other):
+            return self
         return Echoes(np.concatenate([self.table, other.table], axis=1))
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import TrackTable, each
+from ods.tracker.named import Named, TrackTable, each
 from ods.tracker.observer import sensitivity, ud_filter
-from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
 from ods.tracker.observer.sensitivity import STATE, Fix, Heights, Innovation, Place
 from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATE_ROWS, VELOCITY, Work
 from ods.tracker.settings import MotionSettings
@@ -28,6 +28,10 @@ EXCHANGE_S = 1.0
 """So long after their last exchange, at the next measurement, models exchange their states."""
 GOLDEN = 0.618
 """Each new object exchanges so much of that time later than the one before: never many of them in the same ping."""
+
+
+_Tables = tuple[Floats, Floats, Floats, Floats]
+"""Factors, shares, derivatives, times."""
 
 
 class Model(NamedTuple):
@@ -79,17 +83,16 @@ class InteractingModels:
         """Append objects whose velocity is unknown."""
         first, count = len(self._filters), len(new.covariance_ne)
         for table in self.tables():
-            table.grow(count)
-        self._apart.table[first:] = GOLDEN * np.arange(first, first + count) % EXCHANGE_S
-        self._share.table[:, first:] = self._habits.usual[:, None]
-        self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
-        places = np.ascontiguousarray(np.vstack([new.position, new.variance, new.covariance_ne]))
-        _start(self._filters.table, first, places, self._settings.velocity_sigma**2)
+            table.extend(count)
+        tables = self._filters.table, self._share.table, self._unseen.table, self._apart.table
+        _start(tables, first, new, self._habits.usual, self._settings.velocity_sigma**2)
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+    def update(
+        self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
+    ) -> Named[Learned]:
         """Take one measurement an object, `since_s` after its last one."""
         tables = self._filters.table, self._share.table, self._unseen.table, self._apart.table
-        return Learned(*_update(tables, rows, measured, since_s, self._habits, heights))
+        return Named(Learned, _update(tables, rows, measured, since_s, self._habits, heights.table))
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the likeliest of the moving ones is now."""
@@ -115,13 +118,17 @@ class InteractingModels:
 
 
 @kernel
-def _start(s: Floats, first: int, places: Floats, velocity_variance: float) -> None:
-    """Set objects from `first` on; a column of `places` (5, k) is a `Place`."""
-    for h in range(len(s)):
-        for k in range(places.shape[1]):
-            north, east, s_nn, s_ee, s_ne = places[:, k]
-            place = Place(north, east, s_nn, s_ee, s_ne)
-            ud_filter.start(s[h], first + k, place, 0.0 if h == RESTING else velocity_variance)
+def _start(tables: _Tables, first: int, new: NewPlaces, usual: Floats, velocity_variance: float) -> None:
+    """Set objects from `first` on."""
+    s, share, unseen, apart = tables
+    position, variance = new.position, new.variance
+    for k in range(len(new.covariance_ne)):
+        i = first + k
+        apart[i], share[:, i] = GOLDEN * i % EXCHANGE_S, usual
+        place = Place(position[0, k], position[1, k], variance[0, k], variance[1, k], new.covariance_ne[k])
+        for h in range(len(s)):
+            ud_filter.start(s[h], i, place, 0.0 if h == RESTING else velocity_variance)
+            unseen[h, :, :VELOCITY, i] = new.sensitivity[:, :, k]
 
 
 @kernel
@@ -169,19 +176,18 @@ def _velocity(s: Floats, share: Floats) -> Floats:
 
 @kernel
 def _update(
-    tables: tuple[Floats, Floats, Floats, Floats],
+    tables: _Tables,
     rows: Indices,
     measured: PositionMeasurement,
     since_s: Floats,
     habits: Habits,
-    heights: Heights,
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Update all filters of `rows`; return the fields of `Learned`. `tables`: factors, shares, derivatives, times."""
+    height_table: Floats,
+) -> Floats:
+    """Update all filters of `rows`; return the (5, 2, k) table of `Learned`."""
     s, share, unseen, apart = tables
-    models = len(share)
-    ratio, evidence = np.empty(len(rows)), np.empty(models)
-    learned, by_model = np.empty((4, 2, len(rows))), np.empty((4, models))
-    step, variance, square, square_variance = learned
+    models, heights, table = len(share), sensitivity.height_rows(height_table), np.empty((5, 2, len(rows)))
+    learned, evidence, by_model = learned_rows(table), np.empty(models), np.empty((4, models))
+    step, variance, square, square_variance = learned[1:]
     scratch = scratch_for(models)
     for k, i in enumerate(rows):
         apart[i] += since_s[k]
@@ -194,14 +200,15 @@ def _update(
             told = _correct(s, unseen, 1 + m, i, moved, heights.step[1, k])
             evidence[m], by_model[0, m], by_model[1, m] = told.log_likelihood, told.step, told.variance
             by_model[2, m], by_model[3, m] = told.square, told.square_variance
-        ratio[k] = rest.log_likelihood - _weigh(share, i, evidence)
+        learned.log_likelihood[RESTING, k] = rest.log_likelihood
+        learned.log_likelihood[1, k] = _weigh(share, i, evidence)
         step[RESTING, k], variance[RESTING, k] = rest.step, rest.variance
         square[RESTING, k], square_variance[RESTING, k] = rest.square, rest.square_variance
         step[1, k], variance[1, k] = _mixed(share, i, by_model[0], by_model[1])
         square[1, k], square_variance[1, k] = _mixed(share, i, by_model[2], by_model[3])
         for h in range(1 + models):
             _lower(s, unseen, h, i, step[min(h, 1), k])
-    return ratio, step, variance, square, square_variance
+    return table
 
 
 @inlined

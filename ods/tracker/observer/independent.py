@@ -13,10 +13,10 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.named import TrackTable, each
+from ods.tracker.named import Named, TrackTable, each
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
-from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
 from ods.tracker.observer.sensitivity import (
     STATE,
     VELOCITY,
@@ -125,10 +125,12 @@ class IndependentAxes:
         self._unseen.grow(count)
         self._unseen.table[:, :, :VELOCITY, first:] = new.sensitivity
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+    def update(
+        self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
+    ) -> Named[Learned]:
         """Take one measurement an object; `since_s` is not needed."""
         tables = self._table.table, self._together.table, self._unseen.table
-        return Learned(*_update(tables, rows, measured, heights))
+        return Named(Learned, _update(tables, rows, measured, heights.table))
 
     def rest_there(self, rows: Indices) -> None:
         """Start the static hypothesis anew where the moving one is now."""
@@ -202,13 +204,11 @@ def _velocity_variance(table: Floats) -> Floats:
 
 
 @kernel
-def _update(
-    tables: _Tables, rows: Indices, measured: PositionMeasurement, heights: Heights
-) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """Update all filters of `rows`, in place; return the fields of `Learned`."""
+def _update(tables: _Tables, rows: Indices, measured: PositionMeasurement, height_table: Floats) -> Floats:
+    """Update all filters of `rows`, in place; return the (5, 2, k) table of `Learned`."""
     table, together, unseen = tables
-    ratio, learned = np.empty(len(rows)), np.empty((4, 2, len(rows)))
-    step, variance, square, square_variance = learned
+    heights, found = sensitivity.height_rows(height_table), np.empty((5, 2, len(rows)))
+    learned = learned_rows(found)
     for k, i in enumerate(rows):
         for h in range(2):
             _shift(table, h, i, sensitivity.lowered(unseen, h, i, heights.step[h, k]))
@@ -217,11 +217,11 @@ def _update(
             gain = _correct(table, h, i, told, fix)
             _correct_together(table, together, h, i, gain, fix.covariance_ne)
             sensitivity.correct(unseen, h, i, gain, fix)
-            step[h, k], variance[h, k] = told.step, told.variance
-            square[h, k], square_variance[h, k] = told.square, told.square_variance
+            learned.log_likelihood[h, k], learned.step[h, k] = told.log_likelihood, told.step
+            learned.variance[h, k], learned.square[h, k] = told.variance, told.square
+            learned.square_variance[h, k] = told.square_variance
             _shift(table, h, i, sensitivity.lowered(unseen, h, i, told.step))
-            ratio[k] = told.log_likelihood if h == RESTING else ratio[k] - told.log_likelihood
-    return ratio, step, variance, square, square_variance
+    return found
 
 
 @kernel

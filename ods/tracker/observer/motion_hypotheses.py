@@ -13,7 +13,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import HEIGHT, UNSEEN, PositionMeasurement
-from ods.tracker.named import TrackTable
+from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.belief import Belief
@@ -68,18 +68,23 @@ class NewPlaces(NamedTuple):
 
 
 class Learned(NamedTuple):
-    """What k measurements say beyond north and east."""
+    """What k measurements say beyond north and east: (2, k) each, if the objects rest and if they move."""
 
-    ratio: Floats
-    """(k,) log of the likelihood if the object is static over that if it moves."""
+    log_likelihood: Floats
+    """Of the measurement, but for a number that both share."""
     step: Floats
-    """(2, k) by which the height is another, at rest and moving,"""
+    """By which the height is another,"""
     variance: Floats
-    """(2, k) and its variance then,"""
+    """and its variance then,"""
     square: Floats
-    """(2, k) and the same of the height's square, as in `Heights`."""
+    """and the same of the height's square, as in `Heights`."""
     square_variance: Floats
-    """(2, k)."""
+
+
+@kernel
+def learned_rows(table: Floats) -> Learned:
+    """Name the rows of a (5, 2, k) table."""
+    return Learned(table[0], table[1], table[2], table[3], table[4])
 
 
 class HorizontalFilter(Protocol):
@@ -97,7 +102,9 @@ class HorizontalFilter(Protocol):
     def append(self, new: NewPlaces) -> None:
         """Append objects whose velocity is unknown."""
 
-    def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Heights) -> Learned:
+    def update(
+        self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
+    ) -> Named[Learned]:
         """Take one measurement an object; `since_s`: (k,) time since its last one."""
 
     def rest_there(self, rows: Indices) -> None:
@@ -166,6 +173,22 @@ def _rows(table: Floats) -> CommonState:
     )
 
 
+class NewCommon(NamedTuple):
+    """Of k new objects."""
+
+    height: Floats
+    """(k,)."""
+    variance: Floats
+    """(k,) of the height."""
+    radius: Floats
+    """(k,)."""
+    radius_variance: Floats
+    """(k,)."""
+    pose_variance: Floats
+    """(2,), as in `PositionMeasurement`."""
+    odds: float
+
+
 class StaticOrMovingObserver:
     """See `ods.tracker.observer.registry.Observer`."""
 
@@ -210,11 +233,10 @@ class StaticOrMovingObserver:
     def start(self, measured: PositionMeasurement) -> None:
         """Append new objects, one a measurement, anywhere in the fan's height."""
         variance = measured.half_height**2 / 3.0
-        noise = np.stack([measured.variance_north, measured.variance_east])
+        noise = np.array([measured.variance_north, measured.variance_east])
         self._horizontal.append(NewPlaces(measured.position[:2], noise, measured.covariance_ne, measured.sensitivity))
-        radius = measured.radius, measured.radius_variance
-        new = self._append(measured.position[2], variance, *radius, self._new_odds)
-        new.pose_north[:], new.pose_east[:] = measured.pose_variance
+        alike = measured.position[2], variance, measured.radius, measured.radius_variance
+        self._append(NewCommon(*alike, measured.pose_variance, self._new_odds))
 
     def recall(
         self, position: Floats, variance: Floats, covariance_ne: Floats, radius: Floats, radius_variance: Floats
@@ -223,25 +245,20 @@ class StaticOrMovingObserver:
         variance = np.maximum(variance, LEAST_VARIANCE)
         unseen = np.zeros((UNSEEN, 2, len(radius)))
         self._horizontal.append(NewPlaces(position[:2], variance[:2], covariance_ne, unseen))
-        self._append(position[2], variance[2], radius, np.maximum(radius_variance, LEAST_VARIANCE), math.inf)
+        radius_variance = np.maximum(radius_variance, LEAST_VARIANCE)
+        self._append(NewCommon(position[2], variance[2], radius, radius_variance, np.zeros(2), math.inf))
 
-    def _append(
-        self, height: Floats, variance: Floats, radius: Floats, radius_variance: Floats, odds: float
-    ) -> CommonState:
-        new = self._table.grow(len(radius))
-        new.rest_height[:] = new.height[:] = height
-        new.rest_height_variance[:] = new.height_variance[:] = variance
-        new.rest_square_variance[:] = new.square_variance[:] = sensitivity.FOURTH_MOMENT * variance**2
-        new.residual[:] = self._settings.vertical_velocity_sigma**2
-        new.radius[:], new.radius_variance[:], new.odds[:] = radius, radius_variance, odds
-        return new
+    def _append(self, new: NewCommon) -> None:
+        first = len(self._table)
+        self._table.extend(len(new.radius))
+        _start(self._table.table, first, new, self._settings.vertical_velocity_sigma**2)
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:
         """Take one measurement an object, `since_s` after its last one."""
-        heights = Heights(*_in_fan(self._table.table, rows, measured.position[2], measured.half_height))
-        learned = self._horizontal.update(rows, measured, since_s, heights)
+        heights = Named(Heights, _in_fan(self._table.table, rows, measured.position[2], measured.half_height))
+        learned = self._horizontal.update(rows, measured, since_s, heights).table
         seen = measured.radius, measured.radius_variance, measured.pose_variance
-        disproved = _update(self._table.table, rows, seen, heights, learned, since_s, self._settings.change_rate)
+        disproved = _update(self._table.table, rows, seen, heights.table, learned, since_s, self._settings.change_rate)
         if len(disproved):
             self._horizontal.rest_there(disproved)
 
@@ -295,6 +312,20 @@ class StaticOrMovingObserver:
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""
         return [self._table, *self._horizontal.tables()]
+
+
+@kernel
+def _start(table: Floats, first: int, new: NewCommon, climb_variance: float) -> None:
+    """Set objects from `first` on."""
+    s = _rows(table)
+    for k in range(len(new.radius)):
+        i, variance = first + k, new.variance[k]
+        s.rest_height[i] = s.height[i] = new.height[k]
+        s.rest_height_variance[i] = s.height_variance[i] = variance
+        s.rest_square_variance[i] = s.square_variance[i] = sensitivity.FOURTH_MOMENT * variance**2
+        s.residual[i] = climb_variance
+        s.radius[i], s.radius_variance[i], s.odds[i] = new.radius[k], new.radius_variance[k], new.odds
+        s.pose_north[i], s.pose_east[i] = new.pose_variance
 
 
 @kernel
@@ -411,8 +442,8 @@ def _update(
     table: Floats,
     rows: Indices,
     seen: tuple[Floats, Floats, Floats],
-    heights: Heights,
-    learned: Learned,
+    height_table: Floats,
+    learned_table: Floats,
     since_s: Floats,
     change_rate: float,
 ) -> Indices:
@@ -420,13 +451,14 @@ def _update(
 
     `seen`: radius, radius_variance and pose_variance of `PositionMeasurement`, whose other arrays would only cost time.
     """
-    s = _rows(table)
+    s, heights, learned = _rows(table), sensitivity.height_rows(height_table), learned_rows(learned_table)
     radius, radius_variance, pose_variance = seen
     disproved, count = np.empty(len(rows), np.intp), 0
     for k, i in enumerate(rows):
         static = _static(s.odds[i])
         static += change_rate * min(since_s[k], 1.0) * (1.0 - 2.0 * static)
-        odds = math.log(static / (1.0 - static)) + learned.ratio[k]
+        ratio = learned.log_likelihood[RESTING, k] - learned.log_likelihood[1, k]
+        odds = math.log(static / (1.0 - static)) + ratio
         s.rest_height[i] = heights.height[RESTING, k] + learned.step[RESTING, k]
         s.height[i] = heights.height[1, k] + learned.step[1, k]
         s.climb[i] += s.slope[i] * (heights.step[1, k] + learned.step[1, k])

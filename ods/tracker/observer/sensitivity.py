@@ -54,6 +54,12 @@ class Heights(NamedTuple):
     """By which the height changed."""
 
 
+@kernel
+def height_rows(table: Floats) -> Heights:
+    """Name the rows of a (5, 2, k) table."""
+    return Heights(table[0], table[1], table[2], table[3], table[4])
+
+
 class Fix(NamedTuple):
     """One measurement, as numbers: handing arrays from kernel to kernel costs more than all that is done with them."""
 

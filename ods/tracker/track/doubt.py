@@ -242,3 +242,18 @@ def visibilities(table: Floats, returned: float) -> Floats:
         visible, silent = d.visible[i], d.silent[i]
         found[i] = (visible + silent * returned) / max(visible + silent, existence.SMALLEST)
     return found
+
+
+@kernel
+def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, float, float]:
+    """Return what the (n,) `ended` tell as no objects: (2, n) probabilities of a spot, and of none; 0 for the others.
+
+    And by how much the echoes of spots wandered: sum of squares, m2, of so many.
+    """
+    d, chances, squares, echoes = doubt_rows(table), np.zeros((2, len(ended))), 0.0, 0.0
+    for i in range(len(ended)):
+        if ended[i]:
+            chances[0, i], chances[1, i] = d.spot[i], d.spot[i] + d.nothing[i]
+            squares += d.spot[i] * d.off_squares[i]
+            echoes += d.spot[i] * d.placed[i]
+    return chances, squares, echoes

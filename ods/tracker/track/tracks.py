@@ -153,8 +153,8 @@ class Tracks:
         exists.nothing[:] = 1.0 - exists.visible
         exists.spots[:] = EVEN
         self._observer.recall(
-            np.array([o.position for o in objects]).T,
-            np.array([o.sigma for o in objects]).T ** 2,
+            np.array([o.position for o in objects]).T.copy(),
+            np.array([o.sigma for o in objects]).T.copy() ** 2,
             np.array([o.covariance_ne for o in objects]),
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,
