@@ -21,7 +21,7 @@ import psutil
 from nicegui import ui
 from selenium import webdriver
 
-from benchmarks import workbench_recording, workbench_sliders
+from benchmarks import workbench_gallery, workbench_recording, workbench_sliders
 from ods.workbench.session import Session
 from ods.workbench.web import server
 from ods.workbench.web.fan_view import FanView
@@ -67,6 +67,10 @@ def main() -> None:
     parser.add_argument(
         "--recording", action=argparse.BooleanOptionalAction, default=True, help="one of ten minutes, opened"
     )
+    parser.add_argument(
+        "--gallery", action=argparse.BooleanOptionalAction, default=True, help="its exhibits, each opened twice"
+    )
+    parser.add_argument("--folder", type=Path, action="append", default=[], help="with recordings for the gallery")
     args = parser.parse_args()
     if args.serve is not None:
         _serve(args.serve)
@@ -79,6 +83,8 @@ def main() -> None:
         workbench_sliders.tell(args.moves)
     if args.recording:
         workbench_recording.tell()
+    if args.gallery:
+        workbench_gallery.tell(args.folder)
 
 
 def _tell_cpu(seconds: float) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.messages import Ping, Pose, Truth
@@ -69,16 +70,18 @@ def simulated(scene: Scene, model: SonarModel) -> Source:
     truths: dict[int, Truth] = {}
 
     def make(number: int) -> Ping:
-        ping, truths[number] = shot_at(images, number)
+        try:
+            ping, truths[number] = shot_at(images, number)
+        except ValueError as error:  # levels of this ping that no amplitude holds
+            raise OdsError(f"scene: {error}") from error
         return ping
 
     count = int(scene.file.duration_s / model.ping_period_s) + 1
     shots = range(count)
     times = [round(number * model.ping_period_s * 1e9) for number in shots]
-    vehicles = [scene.vehicle_at(t_ns / 1e9) for t_ns in times]
-    attitudes = [tuple(vehicle.attitude.tolist()) for vehicle in vehicles]
-    places = np.array([vehicle.position_ned for vehicle in vehicles])
-    return Source(LazyPings(count, make), poses_along(times, places, attitudes, START_UTC_NS), truths)
+    path = scene.pose_at(np.array(times) / NS)
+    attitudes = [tuple(attitude) for attitude in path.attitude.tolist()]
+    return Source(LazyPings(count, make), poses_along(times, path.position_ned, attitudes, START_UTC_NS), truths)
 
 
 def _recorded_source(path: Path, site: LocalFrame | None) -> Source:

@@ -1,8 +1,11 @@
 """One call renders one image: a scene, or arrays, seen by a sonar at one time."""
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import NamedTuple
+
+import numpy as np
 
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
@@ -74,7 +77,8 @@ class ImageSimulator:
         self.scene = scene
         levels = scene.file.image
         chosen = scene.file.seed if seed is None else seed
-        self.receiver = Receiver(sonar, levels, chosen, power_db=power_db, gain_db=gain_db)
+        with _that_amplitudes_hold():
+            self.receiver = Receiver(sonar, levels, chosen, power_db=power_db, gain_db=gain_db)
         self.blindness: Sequence[Callable[[Image], None]] = ()
         """What is wrong with the sonar just now: each changes the image that it sends."""
         self._make_ping = PingMaker(sonar, levels)
@@ -114,12 +118,16 @@ class ImageSimulator:
     def mean_image(self, t_s: float, ping_number: int = 0) -> Image:
         """Return the image without speckle: (beams, samples) float32 root mean square amplitude, counts."""
         moment = self._moment(t_s)
-        return self.receiver.mean_image(moment.area, self.receiver.levels_of(moment.sent(ping_number)))
+        with _that_amplitudes_hold():
+            return self.receiver.mean_image(moment.area, self.receiver.levels_of(moment.sent(ping_number)))
 
     def render(self, t_s: float, ping_number: int) -> Image:
-        """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts."""
+        """Return the image at scene time `t_s`: (beams, samples) float32 amplitude, counts. Raises ValueError."""
         moment = self._moment(t_s)
-        image = self.receiver.receive(moment.area, moment.sent(ping_number))
+        with _that_amplitudes_hold():
+            image = self.receiver.receive(moment.area, moment.sent(ping_number))
+            if not np.isfinite(image).all():
+                raise OverflowError
         for spoil in self.blindness:
             spoil(image)
         return image
@@ -134,3 +142,14 @@ class ImageSimulator:
         levels = self.receiver.levels_of(moment.sent(ping_number))
         heard_ned = moment.heard["centre"][self.scene.shown]
         return truth_of(self.sonar, moment.area, levels, moment.pose, self.scene.objects_at(t_s), heard_ned)
+
+
+@contextmanager
+def _that_amplitudes_hold() -> Iterator[None]:
+    """Raise ValueError where levels come to more than 32-bit numbers hold: who looks amplitudes up relies on it."""
+    try:
+        with np.errstate(over="raise"):
+            yield
+    except ArithmeticError as error:
+        names = "gain, noise_counts, a level_counts or a level in dB"
+        raise ValueError(f"image: {names} is higher than an amplitude can be (1e19 counts)") from error

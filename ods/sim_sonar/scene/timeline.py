@@ -106,8 +106,8 @@ class Scene:
     def _check(self) -> None:
         """Refuse a sonar under the sea-bed or inside an object at any time of the mission."""
         steps = min(MAX_CHECKS, math.ceil(self.file.duration_s / CHECK_STEP_S)) + 1
-        for t_s in np.linspace(0.0, self.file.duration_s, steps):
-            place = self.head_at(float(t_s)).position_ned
+        times = np.linspace(0.0, self.file.duration_s, steps)
+        for t_s, place in zip(times, self.head_at(times).position_ned, strict=True):
             if self.sea_bed is not None and not self.sea_bed.is_above(place):
                 raise ValueError(f"sea_bed.depth_m: the sonar is under the sea-bed at t = {t_s:.2f} s")
             for body, item in zip(self.bodies_at(float(t_s)), self.file.objects, strict=True):

@@ -88,11 +88,13 @@ class Control(NamedTuple):
     default: Any
     """As TOML has it."""
     meaning: str = ""
+    label: str = ""
+    """What it is called where that is not the field's own name."""
 
     @property
     def name(self) -> str:
-        """Return the field's own name."""
-        return self.path.rpartition(".")[2]
+        """Return what it is called."""
+        return self.label or self.path.rpartition(".")[2]
 
 
 def controls_of(

@@ -20,11 +20,11 @@ class ControlRow:
         self._value = value
         self._slider: ui.slider | None = None
         self._field: Any
-        with ui.row().classes("w-full items-center no-wrap gap-2 h-8"):
+        with ui.row().classes("w-full items-center no-wrap gap-2 h-8") as self.element:
             unit = control.by.unit if isinstance(control.by, Number) else ""
             name = control.name.replace("_", f"_{MAY_BREAK}")
             label = ui.label(name).classes("text-sm leading-none w-28 shrink-0")
-            label.tooltip(" ".join(filter(None, (f"{control.path}:", control.meaning))))
+            label.tooltip(f"{control.path}: {control.meaning}" if control.meaning else control.path)
             self._build()
             ui.label(unit).classes("text-xs opacity-70 w-14 shrink-0 truncate")
         self.show(value)
@@ -41,7 +41,7 @@ class ControlRow:
         if isinstance(by, Number):
             assert self._slider is not None
             self._slider.set_value(by.place_of(float(value)))
-            self._field.set_value(value)
+            self._field.set_value(_rounded(value))
         elif isinstance(by, Switch | Choice):
             self._field.set_value(value)
         else:
@@ -76,7 +76,7 @@ class ControlRow:
     def _written(self) -> None:
         by, value = self._control.by, self._field.value
         if isinstance(by, Number):
-            if value is not None:
+            if value is not None and value != _rounded(self._value):
                 self._give(round(value) if by.whole and value == round(value) else value)
         else:
             self._give(value_of(value))
@@ -84,3 +84,8 @@ class ControlRow:
     def _give(self, value: Any) -> None:
         if value != self._value and value is not None:
             self._changed(value)
+
+
+def _rounded(value: float) -> float:
+    """Return a number as its field shows it: what was dragged has more digits than a field has room for."""
+    return value if isinstance(value, int) else float(f"{value:.6g}")

@@ -8,9 +8,11 @@ from nicegui import ui
 
 from ods.workbench.model.actions import Action, RemoveWaypoint, SetScene
 from ods.workbench.model.paths import PathError, value_at
-from ods.workbench.model.scene_dials import Dial, Group
+from ods.workbench.model.scene_dials import Group
 from ods.workbench.model.scene_effects import EFFECTS, Effect, is_on, switch
+from ods.workbench.model.sliders import Control
 from ods.workbench.model.state import State
+from ods.workbench.pages.control_row import ControlRow
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 
@@ -29,43 +31,24 @@ def groups(session: Session, shown: Sequence[Group]) -> None:
         if group.dials:
             ui.label(group.title).classes("text-xs opacity-60 mt-1")
         for each in group.dials:
-            _Slider(session, each)
+            _row(session, each)
 
 
-class _Slider:
-    """A slider with its label, and its value to be typed."""
+def _row(session: Session, control: Control) -> None:
+    """Build a row; what cannot be is shown as it was, and the page says why."""
 
-    def __init__(self, session: Session, dial: Dial) -> None:
-        self._session, self._dial = session, dial
-        self._follows = False
-        value = self._value(session.state)
-        with ui.row().classes("w-full items-center no-wrap gap-2").style("height: 30px"):
-            label = f"{dial.label}, {dial.unit}" if dial.unit else dial.label
-            ui.label(label).classes("text-sm w-36 shrink-0")
-            self._slider = ui.slider(min=dial.low, max=dial.high, step=dial.step, value=value or 0.0)
-            self._slider.classes("grow").props("dense")
-            self._number = ui.number(value=value, step=dial.step).props("dense borderless")
-            self._number.classes("w-16 shrink-0").mark(dial.path)
-        self._slider.mark(f"slide:{dial.path}").on_value_change(lambda event: self._set(event.value))
-        self._number.on_value_change(lambda event: self._set(event.value))
-        follow(session, self._slider, self._follow)
+    def give(value: float) -> None:
+        try_to(session, SetScene(control.path, float(value)))
+        show()
 
-    def _value(self, state: State) -> float | None:
-        given = _value(state, self._dial.path)
-        return float(given) if isinstance(given, int | float) else None
+    def show(_: State | None = None, __: State | None = None) -> None:
+        value = _value(session.state, control.path)  # the newest: what is told comes later
+        if isinstance(value, int | float):
+            row.show(value)
 
-    def _set(self, value: float | None) -> None:
-        now = self._value(self._session.state)
-        if not self._follows and value is not None and now is not None and value != now:
-            try_to(self._session, SetScene(self._dial.path, float(value)))
-
-    def _follow(self, _: State, __: State) -> None:
-        value = self._value(self._session.state)  # the newest: what is told comes later
-        if value is not None:
-            self._follows = True  # what is shown may be rounded, and ends where the slider ends
-            self._slider.set_value(min(max(value, self._dial.low), self._dial.high))
-            self._number.set_value(round(value, 4))
-            self._follows = False
+    row = ControlRow(control, control.default, give)
+    follow(session, row.element, show)
+    show()
 
 
 def effects(session: Session) -> None:

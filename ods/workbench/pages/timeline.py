@@ -4,6 +4,7 @@ from collections.abc import Callable
 from functools import partial
 
 from nicegui import ui
+from nicegui.elements.mixins.value_element import ValueElement
 from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.data import Data
@@ -20,6 +21,8 @@ SPEEDS = {0.25: "x 1/4", 0.5: "x 1/2", 1.0: "x 1", 2.0: "x 2", 5.0: "x 5", 20.0:
 STEPS = {"ArrowLeft": -1, "ArrowRight": 1}
 PLAY_S = 0.2
 """Between pings, where their times are not known."""
+SCRUB_S = 0.03
+"""Between two places that a drag tells."""
 MOST_MARKS = 120
 """Of a kind."""
 TOLD: tuple[Kind, ...] = ("new", "lost")
@@ -59,8 +62,11 @@ class Timeline:
         self._track.tooltip("mark where objects come and go: tracks the mission as the menu Observer does")
         with ui.column().classes("grow min-w-0 gap-0"):
             self._bar = ui.element("div").classes("relative w-full h-4 text-xs").mark("marks")
-            self._ping = ui.slider(min=0, max=1, step=1, value=0, on_change=lambda event: self._go(event.value))
-            self._ping.props("dense").mark("ping")
+            self._ping: ValueElement[float] = ValueElement(  # ui.slider would tell of no more than 20 places a second
+                tag="q-slider", value=0.0, throttle=SCRUB_S, on_value_change=lambda event: self._go(event.value)
+            )
+            self._ping.props.update(min=0, max=1, step=1, dense=True)
+            self._ping.mark("ping")
             self._ping.on("pointerup", js_handler="() => document.activeElement.blur()")  # arrows are the page's
         self._time = ui.label("").classes("text-sm w-56 text-right")
 
@@ -68,7 +74,7 @@ class Timeline:
         """Show where in the data the ping is."""
         count = len(data.pings)
         if self._ping.props["max"] != (last := max(count - 1, 1)):
-            self._ping.props(f"max={last}")
+            self._ping.props["max"] = last
         self._ping.set_value(place)
         when = f", {data.t_s(place):.2f} s" if data.timed else ""
         self._time.set_text(f"ping {place} of {count}{when}")

@@ -1,5 +1,6 @@
 """What the hand does in a real browser: way-points, thresholds and stages dragged, A against B, keys, a macro."""
 
+import math
 import re
 import threading
 import time
@@ -96,6 +97,23 @@ def drag(window: webdriver.Chrome, element: WebElement, start: tuple[float, floa
 def done(window: webdriver.Chrome) -> str:
     """Return what the undo button would undo."""
     return window.find_element(By.CSS_SELECTOR, "header button").text.split("\n")[-1]
+
+
+def test_the_ruler_measures_in_a_plan(page: webdriver.Chrome) -> None:
+    wait_for(page, "ping 0 of")
+    plan = view(page, "planView")
+    scale = until(lambda: page.execute_script("return arguments[0].planView.view?.scale", plan))
+    ActionChains(page).key_down(Keys.SHIFT).perform()
+    drag(page, plan, (200.0, 160.0), (60, -40))
+    ActionChains(page).key_up(Keys.SHIFT).perform()
+    read = page.execute_script("return arguments[0].planView.reading()", plan)
+    apart, bearing, north, east = (float(number) for number in re.findall(r"-?\d+\.\d+", " ".join(read)))
+    assert north == pytest.approx(40 / scale, abs=0.01)
+    assert east == pytest.approx(60 / scale, abs=0.01)
+    assert apart == pytest.approx(math.hypot(40, 60) / scale, abs=0.01)
+    assert bearing == pytest.approx(math.degrees(math.atan2(60, 40)), abs=0.1)
+    ActionChains(page).send_keys("m").send_keys(Keys.ESCAPE).perform()
+    assert page.execute_script("return arguments[0].planView.measured", plan) is None
 
 
 def test_a_waypoint_is_dragged_in_the_path_editor(page: webdriver.Chrome) -> None:

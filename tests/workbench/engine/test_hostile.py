@@ -27,6 +27,13 @@ SCENES = {
     "another type": ("radius_m = 1.5", "radius_m = 'x'"),
     "for ever": ("duration_s = 60.0", "duration_s = inf"),
     "nearly for ever": ("duration_s = 60.0", "duration_s = 1e300"),
+    "louder than any amplitude": ("gain = 20000.0", "gain = 1e300"),
+    "loud where it is squared": ("gain = 20000.0", "gain = 1e25"),
+    "a loud sonar besides": (
+        "[image]",
+        "[image]\ninterference = [{ position_ned = [20.0, 0.0, 5.0], level_counts = 1e300 }]",
+    ),
+    "a bright arc": ("[image]", "[image]\ndrop_ins = [{ range_m = 20.0, gain_db = 1e5 }]"),
     "an unknown key": ("seed = 11", "seed = 11\nplugins = ['evil.py']"),
     "too large": ("seed = 11", "seed = 11\n" + "# comment\n" * 500_000),
 }
@@ -55,7 +62,9 @@ def test_scenes(tmp_path: Path, change: tuple[str, str]) -> None:
     assert change[0] in text
     file = tmp_path / "scene.toml"
     file.write_text(text.replace(*change))
-    assert "scene" in refused(file, tmp_path)
+    said = refused(file, tmp_path)
+    assert "scene" in said
+    assert ("higher than an amplitude can be" in said) == any(word in change[1] for word in ("gain", "level_counts"))
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".s7k", ".aris", ".raw", ".avi", ".mcap", ".toml"])

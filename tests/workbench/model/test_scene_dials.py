@@ -9,6 +9,7 @@ from ods.workbench.model.paths import value_at
 from ods.workbench.model.scene_dials import Group, image_groups, object_groups, sea_bed_groups, vehicle_groups
 from ods.workbench.model.scene_edits import scene_of
 from ods.workbench.model.short_tables import short_tables
+from ods.workbench.model.sliders import Number
 from ods.workbench.model.state import State
 
 SCENE = scene_of(
@@ -33,8 +34,9 @@ GROUPS = [*vehicle_groups(SCENE), *sea_bed_groups(SCENE), *image_groups(), *(
 @pytest.mark.parametrize("group", GROUPS, ids=lambda group: f"{group.title}-{group.dials[0].path}")
 def test_every_slider_sets_its_value_over_its_whole_range(group: Group) -> None:
     for dial in group.dials:
-        assert dial.low <= value_at(SCENE, dial.path) <= dial.high or "normal" in dial.path
-        for value in (dial.low, dial.high):
+        assert isinstance(dial.by, Number)
+        assert dial.by.low <= value_at(SCENE, dial.path) <= dial.by.high or "normal" in dial.path
+        for value in (dial.by.low, dial.by.high):
             made = apply(State(scene=SCENE), do.SetScene(dial.path, value)).scene
             assert made is not None
             assert value_at(made, dial.path) == value

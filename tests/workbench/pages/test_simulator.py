@@ -72,20 +72,21 @@ async def test_a_slider_changes_the_scene_and_undo_brings_the_slider_back(sessio
     async with visiting(session, simulator.build) as user:
         await until(lambda: layer(user, "scene"))
         one(user, "part").set_value("objects[0]")
-        slider = one(user, "slide:objects[0].radius_m")
-        slider.set_value(4.0)
+        slider = one(user, "slider objects[0].radius_m")
+        slider.set_value(78)
         await until(lambda: scene(session).objects[0].radius_m == 4.0)
-        await until(lambda: one(user, "objects[0].radius_m").value == 4.0)
+        await until(lambda: one(user, "value objects[0].radius_m").value == 4.0)
         session.undo()
-        await until(lambda: slider.value == 1.5)
+        await until(lambda: slider.value == 28)
         assert scene(session).objects[0].radius_m == 1.5
 
 
 async def test_typing_a_value_beyond_the_slider_keeps_it(session: Session) -> None:
     async with visiting(session, simulator.build) as user:
         one(user, "part").set_value("objects[0]")
-        one(user, "objects[0].radius_m").set_value(12.0)
-        await until(lambda: one(user, "slide:objects[0].radius_m").value == 10.0)
+        one(user, "value objects[0].radius_m").set_value(12.0)
+        user.find(marker="value objects[0].radius_m").trigger("change")
+        await until(lambda: one(user, "slider objects[0].radius_m").value == 198)
         assert scene(session).objects[0].radius_m == 12.0
 
 
