@@ -11,12 +11,13 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.belief import Belief
+from ods.tracker.observer.creep import Unseen, creep
 from ods.tracker.observer.sensitivity import VELOCITY, Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
@@ -358,7 +359,7 @@ def _all_static(odds: Floats) -> Floats:
 def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats, Floats, Floats, Floats]:
     """Return weight, position, variance, by_height and shared of `Belief`."""
     s = _rows(table)
-    share, place, place_variance, _, unseen = horizontal
+    share, place, place_variance, covariance, unseen = horizontal
     hypotheses, _, n = place.shape
     weight, position = np.empty((hypotheses, n)), np.empty((hypotheses, 3, n))
     variance, by_height, shared = (
@@ -383,7 +384,20 @@ def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
             position[h, 2, i], variance[h, 2, i] = height[i], height_variance[i]
             nn, ee, ne = sensitivity.shared(unseen, h, i, 0, (height_variance[i], square_variance[i] + square[i] ** 2))
             shared[h, 0, i], shared[h, 1, i], shared[h, 2, i] = nn + s.pose_north[i], ee + s.pose_east[i], ne
+    for i in range(n):
+        if weight[RESTING, i] < 1.0:
+            nn, ee, ne = creep(share, (place, place_variance, covariance), unseen, i, _unseen_at_rest(s, i))
+            shared[RESTING, 0, i] += nn
+            shared[RESTING, 1, i] += ee
+            shared[RESTING, 2, i] += ne
     return weight, position, variance, by_height, shared
+
+
+@inlined
+def _unseen_at_rest(s: CommonState, i: int) -> Unseen:
+    lower = s.rest_height[i] - s.height[i]
+    variance = s.rest_height_variance[i], s.rest_square_variance[i], 1.0
+    return Unseen((lower, lower**2, 0.0), (0.0, s.rest_square[i], 0.0), variance)
 
 
 @kernel
