@@ -164,6 +164,17 @@ class UnseenPart(msgspec.Struct, frozen=True):
     full scale; level fallen: far below what it was (a head that is blocked or out of the water)."""
 
 
+class BottomEcho(msgspec.Struct, frozen=True):
+    """Where the bottom's echo sets in: there the lower side of the fan meets the bottom."""
+
+    bearing_rad: list[Angle]
+    """Of the groups of beams that show it, and"""
+    range_m: list[Metres]
+    """its slant range there."""
+    below_rad: Angle
+    """So far below the level of the sonar's head the fan hears it there: below an elevation of 0."""
+
+
 class Detections(msgspec.Struct, frozen=True):
     """All detections of one ping; an empty list is information too."""
 
@@ -194,6 +205,8 @@ class Detections(msgspec.Struct, frozen=True):
     faint: list[Detection] = []
     """Echoes too weak for the false-alarm rate wanted over this background: many are none. For who looks for the same
     echo in many pings, as the tracker does."""
+    bottom_echo: BottomEcho | None = None
+    """Where the bottom's echo sets in; none: not seen, or not looked for: it is at each fourth ping."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -278,9 +291,9 @@ class Obstacle(msgspec.Struct, frozen=True):
     on."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it is part of the bottom: that it reaches no higher over it than `tracker.bottom.clearance_m`. 0
-    where the vehicle's altitude is not known."""
+    where the bottom is not known: the pose tells no altitude, and no image showed the bottom lately."""
     height_above_bottom_m: float | None = None
-    """Of the middle of what is seen of it, over the bottom; none: the vehicle's altitude is not known."""
+    """Of the middle of what is seen of it, over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
     """Its standard deviation, m: large where heights are not seen, as by a sonar of one plane."""
 

@@ -43,6 +43,8 @@ class Trial(NamedTuple):
     """Folder of the images."""
     pipeline: PipelineSettings
     tracker: TrackerSettings
+    knows_altitude: bool = True
+    """The vehicle's pose tells it."""
 
 
 class Draw(NamedTuple):
@@ -67,6 +69,7 @@ def add_arguments(parser: ArgumentParser) -> None:
                         "another sea-bed and other speckle (default: 1)")  # fmt: skip
     parser.add_argument("--clearance", type=float, default=CLEARANCE_M, metavar="M", help="what is lower over the "
                         f"sea-bed need not be tracked (default: {CLEARANCE_M:g})")  # fmt: skip
+    parser.add_argument("--no-altitude", action="store_true", help="leave the altitude out of the vehicle's pose")
     parser.add_argument("--images", type=Path, metavar="FOLDER", help="keep the images there, and take them from there")
     parser.add_argument("--jobs", type=positive_int, default=1, metavar="N", help="scenes at a time (default: 1)")
 
@@ -79,7 +82,9 @@ def run(args: Namespace) -> None:
         tracker = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
     if args.images is not None and not args.images.is_dir():
         raise OdsError(f"--images {args.images}: no such folder")
-    trial = Trial(find_sonar(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker)
+    trial = Trial(
+        find_sonar(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker, not args.no_altitude
+    )
     files = list(scene_files(args.scene)) if args.scene else shipped_scenes(args.scenes)
     scores = scores_of([Draw(file, seed) for file in files for seed in range(args.seeds)], trial, args.jobs)
     console = Console(width=120)
@@ -123,5 +128,5 @@ def score_of(trial: Trial, draw: Draw) -> SceneScore:
     """Return how a scene goes. Raises OdsError."""
     scene = scene_with_seed(draw.file, draw.seed)
     shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
-    lists = listed(shots, scene, trial.pipeline, trial.tracker)
+    lists = listed(shots, scene, trial.pipeline, trial.tracker, knows_altitude=trial.knows_altitude)
     return judge(draw.file.stem, lists, SceneBodies(scene, trial.clearance_m), draw.seed)

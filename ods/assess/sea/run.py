@@ -25,6 +25,7 @@ from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.measurement.from_detections import received
+from ods.tracker.output.bottom_seen import BottomKnown
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import SETTLE_S
@@ -78,19 +79,31 @@ def images_of(scene: Scene, sonar: SonarModel, seconds: float, kept: Path | None
     yield from (Shot(*pair) for pair in pairs)
 
 
-def listed(shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, settings: TrackerSettings) -> list[Listed]:
-    """Return what chain and tracker tell a planner of pings, in order. Raises OdsError."""
+def listed(
+    shots: Iterable[Shot],
+    scene: Scene,
+    pipeline: PipelineSettings,
+    settings: TrackerSettings,
+    *,
+    knows_altitude: bool = True,
+) -> list[Listed]:
+    """Return what chain and tracker tell a planner of pings, in order. Raises OdsError.
+
+    knows_altitude: the vehicle's pose tells it.
+    """
     chain, tracker, hittable = Chain(pipeline), Tracker(settings), HittableFilter(settings)
+    known = BottomKnown(settings.surface.down_m)
     lists: list[Listed] = []
     for ping, truth in shots:
-        head = _head_at(scene, ping.t_ns)
+        head = head_at(scene, ping.t_ns, knows_altitude=knows_altitude)
         began = time.perf_counter()
         found = chain.process(ping, pose=head)
         between = time.perf_counter()
-        tracker.step(received(found, head, lambda t_ns: _head_at(scene, t_ns), ping.utc_ns).scan)
+        tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), ping.utc_ns).scan)
         ended = time.perf_counter()
+        known.hear(found, head)
         view = View(ping.utc_ns, head, found.sector.half_vertical_rad)
-        told = hittable.of(tracker.snapshot(), head, view).snapshot
+        told = hittable.of(tracker.snapshot(), known.at(ping.t_ns, head), view).snapshot
         spent = 1e3 * (between - began), 1e3 * (ended - between)
         places = told.position[:2].T.copy()
         valid = bool(lists) and ping.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
@@ -98,12 +111,12 @@ def listed(shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, sett
     return lists
 
 
-def _head_at(scene: Scene, t_ns: int) -> PoseEstimate:
-    """Return the true pose of the sonar's head and its altitude, with the standard deviations of the bench's INS."""
+def head_at(scene: Scene, t_ns: int, *, knows_altitude: bool = True) -> PoseEstimate:
+    """Return the true pose of the sonar's head, and its altitude, with the standard deviations of the bench's INS."""
     t_s = t_ns / clock.NS
     (place, attitude), vehicle = scene.head_at(t_s), scene.vehicle_at(t_s)
     velocity = rotation_matrix(vehicle.attitude) @ vehicle.velocity_body
     sigma_position, sigma_attitude = np.array(USUAL_SIGMAS.position), np.array(USUAL_SIGMAS.attitude)
-    altitude = None if scene.sea_bed is None else scene.sea_bed.altitude_of(place)
+    altitude = scene.sea_bed.altitude_of(place) if knows_altitude and scene.sea_bed is not None else None
     sigmas = sigma_position, sigma_attitude, 0.0
     return PoseEstimate(t_ns, place, attitude, velocity, *sigmas, altitude, SigmaSettings().altitude_m)

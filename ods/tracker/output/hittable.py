@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from ods.runtime.pose_buffer import PoseEstimate
-from ods.tracker.output.bottom import bottom_below, may_be_hit
+from ods.tracker.output.bottom import Bottom, may_be_hit
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View, Waves
 from ods.tracker.settings import TrackerSettings
@@ -23,9 +22,9 @@ class HittableFilter:
         self._bottom = settings.bottom
         self._waves = Waves(settings.surface)
 
-    def of(self, everything: Snapshot, vehicle: PoseEstimate | None, view: View | None) -> Hittable:
-        """Return what the planner hears of `everything`; vehicle: with the altitude over the bottom, if it is known."""
-        standing = everything.take(may_be_hit(everything, bottom_below(vehicle), self._bottom))
+    def of(self, everything: Snapshot, bottom: Bottom | None, view: View | None) -> Hittable:
+        """Return what the planner hears of `everything`; bottom: if it is known."""
+        standing = everything.take(may_be_hit(everything, bottom, self._bottom))
         waves = self._waves.among(standing, view)
         hittable = standing.take(~waves)
         return Hittable(hittable, len(everything) - len(hittable))
