@@ -4,6 +4,9 @@ Echoes are made here, by quadrature over the body, and by nothing of the simulat
 over the body's lit points, weighted with a Gaussian beam of -3 dB width 1.5 deg, plus a background of 1, under
 exponential speckle, or the mean of so many images. The circle of a front is the sphere's, of a disc the disc's, of a
 plate the one around it; the near edge is the body's nearest point, that of a plate its front.
+
+The last table draws radius and range anew for each look: what an echo cannot tell, such as how much of a weak front is
+unseen, is then a spread that its standard deviations have to cover, where in a row of one radius it is a bias.
 """
 
 import argparse
@@ -24,10 +27,12 @@ SIGMA = SPACING / np.sqrt(8.0 * np.log(2.0))
 BEAM_REACH = 5.0 * SIGMA
 """A beam hears nothing from further beside its axis: less than 4e-6 of what is on it."""
 BEARINGS = (np.arange(BEAMS) - 0.5 * (BEAMS - 1)) * SPACING
-KINDS = ("front", "disc", "plate", "point")
+KINDS = ("front", "disc", "half", "plate", "point")
 GATE_SIGMAS = 4.0
 """`tracker.gate_sigmas`."""
 LEAST_FOUND = 10
+RADII_M, RANGES_M = (0.25, 6.0), (12.0, 92.0)
+"""Of bodies that are drawn; radii by their logarithms."""
 RIGHT = (0.7, 1.3)
 """Mean of error^2/sigma^2 in a row whose sigmas are right."""
 
@@ -62,6 +67,13 @@ def disc(radius: float) -> Points:
     return Points(ahead[inside], across[inside], np.zeros(inside.sum()), np.ones(inside.sum()))
 
 
+def half(radius: float) -> Points:
+    """Return the near half of a disc that shines all over."""
+    whole = disc(radius)
+    near = whole.ahead < 0.0
+    return Points(*(values[near] for values in whole))
+
+
 def plate(half_width: float) -> Points:
     """Return a line across the line of sight."""
     across = half_width * (np.arange(400) + 0.5 - 200) / 200
@@ -70,7 +82,7 @@ def plate(half_width: float) -> Points:
 
 def body(kind: str, size: float) -> Points:
     """Return the points of one of KINDS."""
-    return {"front": front, "disc": disc, "plate": plate, "point": lambda _: plate(1e-3)}[kind](size)
+    return {"front": front, "disc": disc, "half": half, "plate": plate, "point": lambda _: plate(1e-3)}[kind](size)
 
 
 def mean_intensity(points: Points, range_m: float, bearing: float) -> Floats:
@@ -206,10 +218,32 @@ def print_summary(rows: list[Row]) -> None:
         )
 
 
+def drawn(kind: str, snr_db: float, rng: np.random.Generator) -> Case:
+    """Draw radius and range of a body."""
+    size = 0.0 if kind == "point" else float(np.exp(rng.uniform(*np.log(RADII_M))))
+    return Case(kind, size, float(rng.uniform(*RANGES_M)), snr_db)
+
+
+def print_drawn(chain: Chain, args: argparse.Namespace) -> None:
+    """Print the means of error^2/sigma^2 by kind and level over radii and ranges that are drawn."""
+    print(f"\nradii {RADII_M} m and ranges {RANGES_M} m drawn, {args.drawn} looks; near edge, centre, radius, across")
+    print(f"{'body':8}" + "".join(f"{f'{snr_db:g} dB':^25}" for snr_db in args.snr))
+    for kind in args.kinds:
+        line = f"{kind:8}"
+        for snr_db in args.snr:
+            rng = np.random.default_rng([1, int(snr_db), KINDS.index(kind)])
+            cases = (drawn(kind, snr_db, rng) for _ in range(args.drawn))
+            errors = errors_of([look for case in cases for look in looks(chain, case, 1, rng, args.speckle)])
+            square = np.minimum(errors.normalized() ** 2, GATE_SIGMAS**2)
+            line += "|" + ("".join(f"{v:6.2f}" for v in square.mean(0)) if len(square) >= LEAST_FOUND else " " * 24)
+        print(line, flush=True)
+
+
 def arguments() -> argparse.Namespace:
     """Return the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--looks", type=int, default=60, help="images a row")
+    parser.add_argument("--drawn", type=int, default=100, help="images a kind and level of bodies drawn at random")
     parser.add_argument("--speckle", type=int, default=1, help="images that are averaged")
     parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
     parser.add_argument("--radii", nargs="+", type=float, default=[1.5, 3.0], metavar="M")
@@ -239,6 +273,7 @@ def main() -> None:
     print(f"\nrows with {LEAST_FOUND} looks or more that found it; mean of error^2/sigma^2, each no more than 16,")
     print(f"right: {RIGHT[0]} to {RIGHT[1]}; near edge, centre, radius, across")
     print_summary(rows)
+    print_drawn(chain, args)
 
 
 if __name__ == "__main__":
