@@ -30,8 +30,9 @@ KEYS = (
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
-BESIDE_S = 0.03
-"""After the picture, which the browser then has drawn, what is beside it is sent."""
+BESIDE_S = 0.1
+"""After the picture, which the browser then has drawn, what is beside it is sent: no more often while one drags, as it
+costs the browser more than the picture."""
 NOTHING = -2
 """In the list of what is shown beside the picture."""
 

@@ -34,6 +34,13 @@ SIGNS: dict[Kind, tuple[str, str]] = {
 """Sign and colour."""
 
 
+class _Scrubber(ValueElement[float]):
+    """A slider that tells of more places a second than `ui.slider`, and is not sent back what it told: with each thing
+    that is sent the browser goes through the whole page."""
+
+    LOOPBACK = False
+
+
 class Timeline:
     """One row. `show` takes the data and the ping that is shown."""
 
@@ -62,7 +69,7 @@ class Timeline:
         self._track.tooltip("mark where objects come and go: tracks the mission as the menu Observer does")
         with ui.column().classes("grow min-w-0 gap-0"):
             self._bar = ui.element("div").classes("relative w-full h-4 text-xs").mark("marks")
-            self._ping: ValueElement[float] = ValueElement(  # ui.slider would tell of no more than 20 places a second
+            self._ping = _Scrubber(
                 tag="q-slider", value=0.0, throttle=SCRUB_S, on_value_change=lambda event: self._go(event.value)
             )
             self._ping.props.update(min=0, max=1, step=1, dense=True)
