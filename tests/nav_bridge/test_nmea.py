@@ -189,6 +189,10 @@ class Ins:
     def bs(status: str = "A") -> bytes:
         return f":BS,+0,{round(1000 * SPEED):+d},+0,{status}".encode()
 
+    @staticmethod
+    def bd() -> bytes:
+        return b":BD,+1.0,-2.0,+0.1,12.34,0.2"
+
 
 def fly(source: NmeaSource, ins: Ins, seconds: float, late_ms: random.Random | None = None) -> list[Pose]:
     """Send attitude at 50 Hz, place and its deviations at 1 Hz and 80 ms old, depth at 10 Hz, Doppler log at 5 Hz."""

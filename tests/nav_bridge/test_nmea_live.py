@@ -40,7 +40,7 @@ class Vehicle(threading.Thread):
         ins, count = Ins(), 0
         while not self._stopping.wait(PERIOD_S):
             t_ns = clock.monotonic_ns() - self.begun_ns
-            sent = [ins.gga(t_ns), ins.gst(t_ns), ins.ts(t_ns), ins.bs()] if count % 5 == 0 else []
+            sent = [ins.gga(t_ns), ins.gst(t_ns), ins.ts(t_ns), ins.bs(), ins.bd()] if count % 5 == 0 else []
             for line in [ins.pashr(t_ns), *sent]:
                 self._write((self.only or line) + b"\r\n")
             count += 1
@@ -129,7 +129,7 @@ def test_doctor_looks_at_the_line_and_what_comes_on_it(ends: tuple[str, Write], 
     found = {item.subject: item for item in (*nav_line.examine(settings.nav), *navigation.files(settings))}
     assert found[f"NMEA {port}"].level == ("note" if "://" in port else "good")
     assert found["navigation by nmea"].text == (
-        "waits for BS (velocity), GGA (place), GST (accuracy), PASHR (attitude, heading), TS (depth)"
+        "waits for BD (altitude), BS (velocity), GGA (place), GST (accuracy), PASHR (attitude, heading), TS (depth)"
     )
     vehicle = Vehicle(write)
     vehicle.start()

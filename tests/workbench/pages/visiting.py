@@ -20,8 +20,8 @@ async def visiting(session: Session, build: Callable[[Session], None]) -> AsyncI
         yield user
 
 
-async def until(true: Callable[[], object], seconds: float = 60.0) -> None:
-    """Wait for something that happens in the background."""
+async def until(true: Callable[[], object], seconds: float = 240.0) -> None:
+    """Wait for something that happens in the background, where kernels may have to be compiled first."""
     for _ in range(round(seconds / 0.05)):
         if true():
             return
