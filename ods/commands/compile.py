@@ -56,7 +56,7 @@ def _job(settings: OnboardConfig) -> str:
     tracker = settings.tracker
     named = settings.pipeline, tracker.plugins, tracker.observer, tracker.association
     digest = hashlib.sha256(msgspec.json.encode(named, enc_hook=str))
-    for file in filter(Path.is_file, _plugins(settings)):
+    for file in (*_PACKAGE.glob("*/warm_up.py"), *filter(Path.is_file, _plugins(settings))):
         digest.update(file.read_bytes())
     return digest.hexdigest()
 

@@ -154,12 +154,8 @@ def test_an_ins_that_waits_to_be_started_is_one_line(tmp_path: Path, start_ins: 
     file.write_text(file.read_text().replace("[nav.canopen]", f"[nav.canopen]\nstart_ins = {str(start_ins).lower()}"))
     with SlcanHub([near, far_end]), can.Bus(str(far_end), "slcan", sleep_after_open=0.0) as far:
         heartbeat = can.Message(arbitration_id=0x705, data=[127], is_extended_id=False)
-        timers = [threading.Timer(delay_s, far.send, [heartbeat]) for delay_s in (0.2, 0.3, 0.4)]
-        for timer in timers:
-            timer.start()
+        far.send_periodic(heartbeat, 0.1)
         (found,) = listen(load(file, OnboardConfig), 0.7)
-        for timer in timers:
-            timer.join()
     assert found.level == level
     assert found.text.startswith("the INS waits to be started")
     assert "start_ins" in found.text
@@ -267,7 +263,7 @@ def test_listening_tells_what_comes_what_does_not_and_how_many_poses(tmp_path: P
         (silent,) = listen(settings, 0.2)
         assert silent.text.startswith("nothing that it should send came within 0.2 s (")
         stranger = can.Message(arbitration_id=0x286, data=bytes(8), is_extended_id=False)
-        threading.Timer(0.2, far.send, [stranger]).start()
+        far.send_periodic(stranger, 0.05)
         (instead,) = listen(settings, 0.6)
         assert "others came: 0x286): is the INS on, wired and told to send" in instead.text
 

@@ -45,7 +45,9 @@ def test_no_real_scan_compiles_anything_more(observer: str, association: str) ->
     path = course(40.0, 0.6, starts, velocities, rng.uniform(0.5, 6.0, 40))
     path.yaw[(path.t > 15.0) & (path.t < 25.0)] = np.pi
     known = [MapObject(i, (30.0 + i, 0.0, 4.0), (0.5, 0.5, 1.0), 1.0, 0.2, 0.9, 9, 1, 2, 3) for i in (1, 2, 200)]
-    result = run(path, Tracker(settings, known, first_id=300), seed=12, clutter=5.0, silent=(8.0, 9.0))
+    tracker = Tracker(settings, known, first_id=300)
+    result = run(path, tracker, seed=12, clutter=5.0, silent=(8.0, 9.0))
+    Tracker(settings, [], first_id=300).restore(tracker.state(), known, next_id=1000)
     pose = PoseBuffer(2, 0.3)
     pose.insert(Pose(0, 0, 0, (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.1,) * 3))
     sent = pose.at(0)
