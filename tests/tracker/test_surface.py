@@ -100,6 +100,40 @@ def test_a_wave_stays_one_for_a_moment_and_a_body_does_not_become_one() -> None:
     assert not waves.among(seen(PLACES[:1] + 9.0, alike(1), at_s=40.0), view(at_s=40.0)).any()
 
 
+def test_a_wave_that_is_not_seen_again_stays_one_until_the_map_has_it() -> None:
+    waves = Waves(SurfaceSettings())
+    assert waves.among(seen(PLACES, alike(5)), view()).all()
+    resting = alike(5)
+    resting[2:] = 0.0
+    silent = seen(PLACES, resting, at_s=2.0)
+    assert waves.among(silent, view(at_s=2.0)).all()
+    assert waves.among(silent, view(at_s=9.0)).all()
+    asleep = silent.state.copy()
+    asleep[3] = lifecycle.HIBERNATED
+    assert waves.among(replace(silent, state=asleep), view(at_s=9.1)).tolist() == [True, True, True, False, True]
+    assert waves.among(seen(PLACES, resting, at_s=9.2), view(at_s=9.2)).tolist() == [True, True, False, False, False]
+
+
+def test_where_there_are_waves_what_may_run_is_told_after_a_second() -> None:
+    waves = Waves(SurfaceSettings())
+    assert waves.among(seen(PLACES, alike(5)), view()).all()
+
+    def left_out(north: float, at_s: float, static: float = 0.5) -> bool:
+        places = np.vstack([PLACES, [[north, 5.0]]])
+        everything = seen(places, np.vstack([alike(5), [[-0.1, -0.3]]]), at_s=at_s)
+        doubted = everything.static.copy()
+        doubted[5] = static
+        return bool(waves.among(replace(everything, static=doubted), view(at_s=at_s))[5])
+
+    assert [left_out(50.0, at_s) for at_s in (2.0, 2.9, 3.1)] == [True, True, False]
+    waves.among(seen(PLACES, alike(5), at_s=4.0), view(at_s=4.0))
+    assert not left_out(15.0, 4.1)  # too near to wait
+    waves.among(seen(PLACES, alike(5), at_s=5.0), view(at_s=5.0))
+    assert not left_out(50.0, 5.1, static=0.9)
+    calm = Waves(SurfaceSettings())
+    assert not calm.among(seen(PLACES[:1], alike(1)), view()).any()
+
+
 def test_without_a_pose_or_when_all_is_asked_for_nothing_is_left_out() -> None:
     everything = seen(PLACES, alike(5))
     assert not Waves(SurfaceSettings()).among(everything, None).any()

@@ -35,7 +35,13 @@ REMEMBERED_S = 20.0
 ALIKE = 9.2
 """Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
 GRACE_S = 3.0
-"""What was a wave is none only after so long: as waves leave the fan, their tracks stop, or jump to the next one."""
+"""What was a wave is none only when it is seen so much later: as waves leave the fan, their tracks stop, or jump to the
+next one."""
+YOUNG_S, YOUNG_M = 1.0, 20.0
+"""Where there are waves, what is farther than this and may run is told so long after it was confirmed: by then it is
+known how."""
+RESTS = 0.8
+"""Probability from which on an object is taken to be at rest."""
 HEIGHT_SIGMAS = 2.0
 """What hangs lower than the clearance by so many standard deviations is known to."""
 
@@ -58,22 +64,41 @@ class Waves:
         self._velocity: Floats | None = None
         self._known_ns = 0
         self._until_ns: dict[int, int] = {}
-        """Until when the objects of these ids count as waves."""
+        """Until when the objects of these ids count as waves where they are seen,"""
+        self._met_ns: dict[int, int] = {}
+        """and when all objects of the list before this one were first in a list."""
 
     def among(self, snapshot: Snapshot, view: View | None) -> Mask:
         """Tell (n,) which objects are waves; none of them where nothing is known of the pose."""
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
-        rows = np.flatnonzero(runs(snapshot))
-        rows = rows[may_be_at_surface(snapshot.take(rows), view, self._settings)]
-        candidates = snapshot.take(rows)
-        self._learn(candidates, view.utc_ns)
+        high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
+        self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
+        open_still = self._young(snapshot, view.utc_ns) & high & (snapshot.static < RESTS) & ~running
         if self._velocity is not None:
-            alike = distances(candidates, self._velocity) < ALIKE
-            self._until_ns |= dict.fromkeys(candidates.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
-        self._until_ns = {i: until for i, until in self._until_ns.items() if 0 < until - view.utc_ns <= GRACE_S * NS}
-        away = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None])) > NEAREST_M
-        return np.asarray(np.isin(snapshot.id, list(self._until_ns)) & away & ~hangs_low(snapshot, self._settings))
+            alike = running & high & (distances(snapshot, self._velocity) < ALIKE)
+            self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
+        self._forget(snapshot, view.utc_ns)
+        distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
+        waves = np.isin(snapshot.id, list(self._until_ns)) & (distance > NEAREST_M)
+        waves |= open_still & (distance > YOUNG_M) & (self._velocity is not None)
+        return np.asarray(waves & ~hangs_low(snapshot, self._settings))
+
+    def _young(self, snapshot: Snapshot, utc_ns: int) -> Mask:
+        """Tell (n,) which objects were first in a list a moment ago."""
+        self._met_ns = {i: self._met_ns.get(i, utc_ns) for i in snapshot.id.tolist()}
+        age_ns = utc_ns - np.array(list(self._met_ns.values()), np.int64)
+        return np.asarray((age_ns >= 0) & (age_ns < YOUNG_S * NS) & (snapshot.state == lifecycle.ACTIVE))
+
+    def _forget(self, snapshot: Snapshot, utc_ns: int) -> None:
+        """Let those be waves no more that were seen after their time, that the map has, and that are gone."""
+        live = snapshot.state != lifecycle.HIBERNATED
+        seen_ns = dict(zip(snapshot.id[live].tolist(), snapshot.last_seen_utc_ns[live].tolist(), strict=True))
+        self._until_ns = {
+            i: until
+            for i, until in self._until_ns.items()
+            if seen_ns.get(i, until) < until and until - utc_ns <= GRACE_S * NS
+        }
 
     def _learn(self, candidates: Snapshot, utc_ns: int) -> None:
         """Take the velocity that most of the candidates share, if they are waves."""
