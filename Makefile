@@ -8,7 +8,9 @@ CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser tests/workbench/engine/test_macro.py \
   tests/tracker/test_consistency.py tests/pipeline/test_failures.py tests/docs/test_site.py tests/docs/test_planner_types.py \
-  tests/docs/test_how_to.py tests/in_vcan tests/pipeline/test_warm_up.py tests/pipeline/test_no_data.py tests/tracker/test_stalled_disk.py
+  tests/docs/test_how_to.py tests/in_vcan tests/pipeline/test_warm_up.py tests/pipeline/test_no_data.py tests/tracker/test_stalled_disk.py \
+  tests/pipeline/test_false_alarm.py tests/sim_sonar/test_speckle.py tests/sonar_link/test_faults.py tests/commands/test_detect.py \
+  tests/workbench/pages/test_simulator.py tests/recording/test_recorder_process.py
 
 .PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
 

@@ -196,7 +196,7 @@ class Sonar:
         numbers = [ping.ping_number for ping in self._process.pings]
         assert numbers == sorted(set(numbers))
         missing = self._process.counter("lost_pings") + self._process.dropped_here()
-        assert len(self.sent) == len(numbers) + missing
+        assert len(self.sent) == len(numbers) + missing, (sorted(set(self.sent) - set(numbers)), missing)
 
 
 def assert_same(came: Ping, sent: Ping) -> None:

@@ -20,8 +20,7 @@ def in_loop(element: Element, call: Callable[[], object], after_s: float = 0.0) 
             with element:
                 call()
 
-    if core.is_loop_running():
-        assert core.loop is not None
+    if core.loop is not None and not core.loop.is_closed():  # one that is about to run will do it, too
         core.loop.call_soon_threadsafe(*((core.loop.call_later, after_s, run) if after_s else (run,)))
 
 
