@@ -16,9 +16,7 @@ SETTLE_S = 8.0
 MOVES_HZ, LASTS_S = 60.0, 10.0
 """Of the pointer."""
 TRACK = """
-const isLabel = (item) => /^ping \\d+ of \\d+/.test(item.textContent) && !item.children.length;
-const label = [...document.querySelectorAll("div")].find(isLabel);
-const box = label.parentElement.querySelector(".q-slider").getBoundingClientRect();
+const box = document.querySelector("[role=slider][aria-label=ping]").getBoundingClientRect();
 return [box.left, box.right, box.top + box.height / 2];
 """
 COUNT = """

@@ -30,6 +30,8 @@ SCORES: Columns = (
 TRACKED = ("file", "scene")
 """Kinds of data that can be tracked again."""
 COMPUTING = "computing ..."
+TABLE_S = 0.25
+"""The table of a ping follows plan and diagrams, which cost the browser less."""
 HEIGHT = "calc(100vh - 330px)"
 
 _reruns: "WeakKeyDictionary[Session, Rerun]" = WeakKeyDictionary()
@@ -54,6 +56,7 @@ class _Observer:
         self._session, self._rerun = session, rerun
         self._drawn: Tracked | None = None
         self._shown = True
+        self._table_waits = False
         panel = ui.context.slot.parent
         with ui.row().classes("w-full no-wrap items-start gap-2"):
             with (
@@ -99,6 +102,7 @@ class _Observer:
         came, self._shown = shown and not self._shown, shown
         if came:
             self._ask()
+            self._draw_moment()
 
     def _ask(self) -> None:
         if self._shown and self._session.state.data.kind in TRACKED:
@@ -179,13 +183,19 @@ class _Observer:
 
     def _draw_moment(self) -> None:
         result, state = self._drawn, self._session.state
-        if result is None or not 0 <= state.ping < len(result.t_s):
+        if not self._shown or result is None or not 0 <= state.ping < len(result.t_s):
             return
         course = observer_times.looked_at(result, state.view.marked_obstacle)
         self._plan.show("moment", observer_plan.moment(result, state.ping, None if course is None else course.id))
         self._plan.set_title(f"Plan at {result.t_s[state.ping]:.1f} s, ping {state.ping}")
         self._times.set_cursor(float(result.t_s[state.ping]))
-        told = result.list_at(state.ping)
+        if not self._table_waits:
+            self._table_waits = True
+            in_loop(self._plan, self._list_objects, TABLE_S)
+
+    def _list_objects(self) -> None:
+        self._table_waits = False
+        told = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
         self._now.rows = [] if told is None else [numbers(obstacle) for obstacle in told.obstacles]
 
 

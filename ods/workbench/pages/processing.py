@@ -30,9 +30,9 @@ KEYS = (
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
-BESIDE_S = 0.1
-"""After the picture, which the browser then has drawn, what is beside it is sent: no more often while one drags, as it
-costs the browser more than the picture."""
+BESIDE_S, BESIDE_HELD_S = 0.1, 0.4
+"""After the picture, which the browser then has drawn, what is beside it is sent: no more often while one drags a
+slider, or the timeline, as it costs the browser more than the picture."""
 NOTHING = -2
 """In the list of what is shown beside the picture."""
 
@@ -60,7 +60,7 @@ class _Page:
             with ui.column().classes("grow min-w-0 gap-1"):
                 self._build_tools()
                 self._build_pictures()
-                self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked)
+                self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked, self._hold)
                 ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
                 with ui.row().classes("w-full no-wrap items-start gap-3"):
                     with ui.column().classes("w-1/2 min-w-0 gap-0"):
@@ -142,6 +142,11 @@ class _Page:
         if event.action.keydown and self._work.visible:
             self._timeline.press(event)
 
+    def _hold(self, held: bool) -> None:
+        self._work.hold(held)
+        if not held:
+            self._show_newest()
+
     def _drag_level(self, name: str, level_db: float) -> None:
         if self._answer is None:
             return
@@ -197,7 +202,7 @@ class _Page:
 
     def _take(self, answer: Answer) -> None:
         if self._waits is None:
-            in_loop(self._root, self._show_newest, BESIDE_S)
+            in_loop(self._root, self._show_newest, BESIDE_HELD_S if self._work.held else BESIDE_S)
         self._waits = answer
 
     def _show_newest(self) -> None:

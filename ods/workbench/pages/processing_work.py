@@ -71,6 +71,8 @@ class Work:
         """Numbers of requests; equal when nothing is computed."""
         self._newest: Newest[tuple[int, State], Answer] = Newest(self._answer, self._tell, self._fail)
         self._visible, self._waits = True, False
+        self.held = False
+        """Whether the timeline is dragged just now: pictures only, and no costs."""
         self._since = 0.0
         self._stop = session.listen(self._follow)
 
@@ -86,7 +88,7 @@ class Work:
             self.ask()
 
     def is_late(self, limit_s: float) -> bool:
-        """Tell whether something has been computed for longer than that."""
+        """Tell whether something is computed, and nothing has come for longer than that."""
         return self.asked != self.answered and time.monotonic() - self._since > limit_s
 
     def ask(self) -> None:
@@ -94,10 +96,16 @@ class Work:
         self._waits = not self._visible
         if self._visible:
             with self._lock:
-                if self.asked == self.answered:
+                if self.asked == self.answered:  # else it was told when the last came
                     self._since = time.monotonic()
                 self.asked += 1
                 self._newest.ask((self.asked, self._session.state))
+
+    def hold(self, held: bool) -> None:
+        """Begin to answer with pictures only; when it ends, what the last one left out comes with it once more."""
+        ends, self.held = self.held and not held, held
+        if ends:
+            self.ask()
 
     def close(self) -> None:
         """End the thread."""
@@ -133,10 +141,10 @@ class Work:
         return self._opened
 
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
-        self.answered = request[0]
+        self.answered, self._since = request[0], time.monotonic()
         self._hearer.told(answer)
         opened, state = self._opened, answer.state
-        if opened is None or not self._newest.rests(REST_S):
+        if opened is None or self.held or not self._newest.rests(REST_S):
             return
         chains = [("A" if answer.b else "", state.tuning), *([("B", state.other)] if answer.b and state.other else [])]
         costs = []

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from functools import partial
 
 from nicegui import ui
-from nicegui.elements.mixins.value_element import ValueElement
 from nicegui.events import KeyEventArguments
 
 from ods.workbench.engine.data import Data
@@ -16,13 +15,12 @@ from ods.workbench.model.state import State
 from ods.workbench.pages.observer import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
+from ods.workbench.web.scrubber import Scrubber
 
 SPEEDS = {0.25: "x 1/4", 0.5: "x 1/2", 1.0: "x 1", 2.0: "x 2", 5.0: "x 5", 20.0: "x 20"}
 STEPS = {"ArrowLeft": -1, "ArrowRight": 1}
 PLAY_S = 0.2
 """Between pings, where their times are not known."""
-SCRUB_S = 0.03
-"""Between two places that a drag tells."""
 MOST_MARKS = 120
 """Of a kind."""
 TOLD: tuple[Kind, ...] = ("new", "lost")
@@ -34,19 +32,13 @@ SIGNS: dict[Kind, tuple[str, str]] = {
 """Sign and colour."""
 
 
-class _Scrubber(ValueElement[float]):
-    """A slider that tells of more places a second than `ui.slider`, and is not sent back what it told: with each thing
-    that is sent the browser goes through the whole page."""
-
-    LOOPBACK = False
-
-
 class Timeline:
     """One row. `show` takes the data and the ping that is shown."""
 
-    def __init__(self, session: Session, is_ready: Callable[[], bool]) -> None:
-        """is_ready: whether the page shows what was asked for last, so that playing may go on."""
-        self._session, self._is_ready = session, is_ready
+    def __init__(self, session: Session, is_ready: Callable[[], bool], hold: Callable[[bool], None]) -> None:
+        """is_ready: whether the page shows what was asked for last, so that playing may go on; hold: told that the
+        hand drags the timeline, and that it has let go."""
+        self._session, self._is_ready, self._hold = session, is_ready, hold
         self._data: Data | None = None
         self._gaps: list[Mark] = []
         self._drawn: tuple[int, list[tuple[Mark, bool]]] = (0, [])
@@ -69,20 +61,13 @@ class Timeline:
         self._track.tooltip("mark where objects come and go: tracks the mission as the menu Observer does")
         with ui.column().classes("grow min-w-0 gap-0"):
             self._bar = ui.element("div").classes("relative w-full h-4 text-xs").mark("marks")
-            self._ping = _Scrubber(
-                tag="q-slider", value=0.0, throttle=SCRUB_S, on_value_change=lambda event: self._go(event.value)
-            )
-            self._ping.props.update(min=0, max=1, step=1, dense=True)
-            self._ping.mark("ping")
-            self._ping.on("pointerup", js_handler="() => document.activeElement.blur()")  # arrows are the page's
+            self._ping = Scrubber(self._scrub).mark("ping")
         self._time = ui.label("").classes("text-sm w-56 text-right")
 
     def show(self, data: Data, place: int) -> None:
         """Show where in the data the ping is."""
         count = len(data.pings)
-        if self._ping.props["max"] != (last := max(count - 1, 1)):
-            self._ping.props["max"] = last
-        self._ping.set_value(place)
+        self._ping.show(place, max(count - 1, 1))
         when = f", {data.t_s(place):.2f} s" if data.timed else ""
         self._time.set_text(f"ping {place} of {count}{when}")
         if data is not self._data:
@@ -113,9 +98,13 @@ class Timeline:
         if self._data is not None and self._is_ready():
             self._session.do(ShowPing((self._session.state.ping + 1) % len(self._data.pings)))
 
-    def _go(self, place: float) -> None:
-        if round(place) != self._session.state.ping:
-            self._session.do(ShowPing(round(place)))
+    def _scrub(self, place: int, held: bool) -> None:
+        self._go(place)
+        self._hold(held)
+
+    def _go(self, place: int) -> None:
+        if place != self._session.state.ping:
+            self._session.do(ShowPing(place))
 
     # -- marks --
     def _find(self) -> None:

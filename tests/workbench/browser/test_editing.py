@@ -49,6 +49,8 @@ let count = 0;
 for (let at = 0; at < data.length; at += 4) count += colour.every((part, k) => Math.abs(data[at + k] - part) < 12);
 return count;
 """
+TIMELINE = "[role=slider][aria-label=ping]"
+CAPTION = "return arguments[0].fanView.frame?.caption"
 ONLY_B = "37b6ff"
 OPENS = """
 const [address, done] = arguments, socket = new WebSocket(address);
@@ -207,6 +209,21 @@ def test_keys_do_what_their_list_says(page: webdriver.Chrome) -> None:
     until(lambda: not page.find_elements(By.CSS_SELECTOR, ".q-dialog__backdrop"))
     keys(page, "5")
     wait_for(page, "Configuration for the vehicle")
+
+
+def test_after_a_drag_of_the_timeline_all_of_the_page_shows_its_ping(page: webdriver.Chrome) -> None:
+    open_menu(page, "Image processing")
+    bar = until(lambda: [one for one in page.find_elements(By.CSS_SELECTOR, TIMELINE) if one.is_displayed()])[0]
+    fan = view(page, "fanView")
+    last = int(bar.get_attribute("aria-valuemax") or 0)
+    drag(page, bar, (0.2 * bar.size["width"], 9), (bar.size["width"] // 2, 0))
+    place = int(bar.get_attribute("aria-valuenow") or 0)
+    assert place == pytest.approx(0.7 * last, abs=1)
+    wait_for(page, f"ping {place} of {last + 1}")
+    until(lambda: str(page.execute_script(CAPTION, fan)).startswith(f"ping {place},"))
+    keys(page, Keys.ARROW_RIGHT)  # keys are the page's still
+    wait_for(page, f"ping {place + 1} of {last + 1}")
+    assert bar.get_attribute("aria-valuenow") == str(place + 1)
 
 
 def keys(window: webdriver.Chrome, *pressed: str) -> None:

@@ -2,12 +2,14 @@
 
 import asyncio
 from collections.abc import AsyncIterator, Callable
+from functools import partial
 from typing import Any
 
 import msgspec
 import pytest
 import pytest_asyncio
 from nicegui import ui
+from nicegui.outbox import Outbox
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
@@ -68,6 +70,15 @@ async def until(true: Callable[[], Any]) -> Any:
 def widget(user: User, marker: str) -> Any:
     (found,) = user.find(marker=marker).elements
     return found
+
+
+def scrub(user: User, place: int, *, held: bool = True) -> None:
+    user.find(marker="ping").trigger("scrub", {"place": place, "held": held})
+
+
+def shows(user: User, place: int) -> bool:
+    shown = frame(user)
+    return shown is not None and shown.caption.startswith(f"ping {place},")
 
 
 def stages(session: Session) -> list[str]:
@@ -147,11 +158,32 @@ async def test_dragging_a_level_changes_its_setting(user: User, session: Session
 
 async def test_the_timeline_shows_another_ping(user: User, session: Session) -> None:
     await until(lambda: frame(user))
-    widget(user, "ping").set_value(2)
+    scrub(user, 2, held=False)
     assert session.state.ping == 2
     await user.should_see("ping 2 of 3", retries=50)
     session.do(ShowPing(0))
-    await until(lambda: widget(user, "ping").value == 0)
+    await until(lambda: widget(user, "ping").place == 0)
+
+
+async def test_pictures_of_a_timeline_that_is_dragged_cost_no_message_and_all_is_told_at_the_end(
+    user: User, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    await user.should_see(marker="mark gap 2", retries=5000)
+    await until(lambda: "ms" in widget(user, "cost").content)
+    sent: list[object] = []
+    monkeypatch.setattr(processing, "BESIDE_HELD_S", 3600.0)  # longer than the drag
+    scrub(user, 1)
+    monkeypatch.setattr(Outbox, "enqueue_update", lambda _, element: sent.append(element))
+    monkeypatch.setattr(Outbox, "enqueue_message", lambda *message: sent.append(message))
+    for place in (0, 2, 1, 2, 0, 2) * 3:
+        scrub(user, place)
+        await until(partial(shows, user, place))
+    await asyncio.sleep(2.0 * processing_work.REST_S)  # the cost would be told by now
+    assert sent == []
+    scrub(user, 2, held=False)
+    await user.should_see("ping 2 of 3", retries=50)
+    assert widget(user, "ping").place == 2
+    await until(lambda: widget(user, "cost") in sent)
 
 
 async def test_what_a_stage_complains_of_is_one_line_and_the_page_goes_on(user: User, session: Session) -> None:
