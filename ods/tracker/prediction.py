@@ -71,9 +71,10 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
         estimate.position, estimate.variance, estimate.covariance_ne, vehicle, estimate.by_height
     )
     fan = coverage_of(scan.sector, scan.fan_turn)
-    seen = field_of_view(measurement, fan, scan.processed_ranges_m, settings.life.edge_sigmas)
+    radius = np.maximum(estimate.radius, 0.0)
+    seen = field_of_view(measurement, radius, fan, scan.processed_ranges_m, settings.life.edge_sigmas)
     if len(scan.unseen):
-        seen = without_unseen(seen, share_unseen(measurement, np.maximum(estimate.radius, 0.0), fan, scan.unseen))
+        seen = without_unseen(seen, share_unseen(measurement, radius, fan, scan.unseen))
     reported = history.state != lifecycle.TENTATIVE
     silent, vague = _silent_and_vague(tracks.known[0], measurement.table, scan.t_ns)
     seen.watched[occluded(measurement, estimate.radius, silent, history.state == lifecycle.ACTIVE)] = 0.0

@@ -69,6 +69,17 @@ def measured(image: Floats32, runs: list[tuple[int, int, int, int]], bearings: F
     return Detection(*echoes[0].tolist())
 
 
+@pytest.mark.parametrize(("beams", "cut"), [((0, 1), True), ((1, 2), False), ((3, 4), True), ((2, 3), False)])
+def test_an_echo_in_the_first_or_last_beam_is_cut_off_and_its_place_unsure(beams: tuple[int, int], cut: bool) -> None:
+    image = np.ones((5, 50), np.float32)
+    for beam in beams:
+        image[beam, 20:24] = [4.0, 8.0, 8.0, 4.0]
+    echo = measured(image, [(beam, 20, 24, 1) for beam in beams], np.linspace(-0.04, 0.04, 5))
+    assert echo.cut is cut
+    assert (echo.sigma_bearing_rad * echo.range_m > 4.0) is cut
+    assert (echo.sigma_radius_m > 4.0) is cut
+
+
 def test_levels_extents_and_raw_peak() -> None:
     image = np.ones((5, 50), np.float32)
     image[1, 20:24] = [4.0, 8.0, 8.0, 4.0]

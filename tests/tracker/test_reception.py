@@ -135,7 +135,7 @@ def test_an_object_at_the_edge_is_expected_when_the_fan_at_reception_covers_it(s
     predicted = Named(PredictedMeasurement, np.stack(rows))
     away = [False, False, True, False]
     toward = [True, True, True, False]
-    seen = field_of_view(predicted, coverage_of(SECTOR, turn), (), 2.0)
+    seen = field_of_view(predicted, 0.0 * n, coverage_of(SECTOR, turn), (), 2.0)
     assert seen.inside.tolist() == (toward if sign > 0.0 else away)
     assert (seen.watched > 0.0).tolist() == seen.inside.tolist()
 

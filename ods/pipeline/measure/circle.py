@@ -104,7 +104,13 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
     gap = 0.0 if resolved else max(0.5 * wide_m - radius, 0.0)
     shape = Shape(whole, roundness, long, wide_m, blur_m, gap, doubt)
     circle = _with_sigmas((distance, np.arctan2(y, x), radius), shape, depth.sigma_near_m, peak)
-    return _cut_off(circle) if low == 0 or high == bearing.size - 1 else circle
+    return _cut_off(circle) if is_cut(runs, fan) else circle
+
+
+@kernel
+def is_cut(runs: Runs, fan: FanTable) -> bool:
+    """Tell whether an echo reaches the fan's edge."""
+    return bool(runs[0].beam == 0 or runs[-1].beam == fan.bearing_rad.size - 1)
 
 
 @kernel

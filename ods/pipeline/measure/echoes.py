@@ -10,7 +10,7 @@ from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
-from ods.pipeline.measure.circle import Circle, circle_of
+from ods.pipeline.measure.circle import Circle, circle_of, is_cut
 from ods.pipeline.measure.depth import Depth, Ends, Level, depth_of, ends_of
 
 ECHO = np.dtype(
@@ -31,6 +31,7 @@ ECHO = np.dtype(
         ("elevation_rad", np.float64),
         ("near_m", np.float64),
         ("sigma_near_m", np.float64),
+        ("cut", np.bool_),
     ],
     align=True,
 )
@@ -63,7 +64,11 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
         _extents(part, fan, echo)
         depth = depth_of(image, part, ends, Level(background, echo.mean, echo.peak), fan)
         _place(circle_of(part, ends, depth, beam, fan, echo.peak), depth, echo)
-        echo.amplitude, echo.elevation_rad = _recorded_peak(recorded, part), fan.elevation_rad
+        echo.amplitude, echo.elevation_rad, echo.cut = (
+            _recorded_peak(recorded, part),
+            fan.elevation_rad,
+            is_cut(part, fan),
+        )
         start = stop
 
 

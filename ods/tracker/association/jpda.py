@@ -87,7 +87,7 @@ def _put_together(
     predicted_table: Floats,
     radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (8, k) each.
+    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (9, k) each.
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
@@ -123,6 +123,7 @@ def _put_together(
         i = objects[k]
         made.elevation[k] = echoes.elevation[hypotheses.echoes[best[k]]]
         made.strength[k] = echoes.strength[hypotheses.echoes[best[k]]]
+        made.cut[k] = echoes.cut[hypotheses.echoes[best[k]]]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],

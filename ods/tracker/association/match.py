@@ -16,6 +16,7 @@ from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
+from ods.tracker.measurement.cut_off import nothing_twice
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement, predicted_rows
 from ods.tracker.measurement.scan import Echoes, Scan, echo_rows
 from ods.tracker.named import Named
@@ -217,7 +218,10 @@ def _look(
 def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
     """Return where the objects were seen; `merged`: (n,) variance by which an echo may lie off the centre."""
     predicted = prediction.measurement.table.take(shown.objects, axis=1)
-    found = position_measurement(shown.echoes, prediction.vehicle, half_vertical, predicted)
+    echoes, seen, estimate = shown.echoes, shown.objects, prediction.estimate
+    if echoes.rows.cut.any():
+        echoes = nothing_twice(echoes, predicted, estimate.radius[seen], estimate.radius_variance[seen])
+    found = position_measurement(echoes, prediction.vehicle, half_vertical, predicted)
     off_centre = shown.off_centre + merged[shown.objects]
     if not off_centre.any():
         return found

@@ -19,6 +19,8 @@ HIDDEN_SHARE = 0.25
 """An object of which more than this is hidden by blind beams may be missed."""
 LEAST_CHANCE = 0.05
 """That an object in a blind part gives an echo beside it: its place is not known so well."""
+PARTS = 0.5
+"""Standard deviation of where what gives an echo of an object lies, in radii from its middle."""
 LEAST_SIGMA = 1e-6
 """Keeps the distance to the edge, in standard deviations, finite."""
 
@@ -65,21 +67,26 @@ def coverage_of(sector: Sector, turn: float = 0.0) -> Coverage:
 
 def field_of_view(
     predicted: Named[PredictedMeasurement],
+    radius: Floats,
     fan: Coverage,
     processed_ranges_m: Sequence[tuple[float, float]],
     edge_sigmas: float,
 ) -> FieldOfView:
     """Compare predictions with the sector; an object is watched that is at least `edge_sigmas` inside its edges.
 
-    processed_ranges_m: see `Scan`. Vertically an object is anywhere in an interval as wide as its variance allows.
+    radius: (n,) m; processed_ranges_m: see `Scan`. An object gives an echo with the probability that one of its parts,
+    which are normal about its middle with half its radius, is inside. Vertically an object is anywhere in an interval
+    as wide as its variance allows.
     """
     processed_m = np.array(processed_ranges_m, np.float64).reshape(-1, 2)
-    (inside, skipped), (probability, watched) = _field_of_view(predicted.table, fan, processed_m, edge_sigmas)
+    (inside, skipped), (probability, watched) = _field_of_view(predicted.table, radius, fan, processed_m, edge_sigmas)
     return FieldOfView(inside, probability, skipped, np.zeros(len(inside), np.bool_), watched)
 
 
 @kernel
-def _field_of_view(table: Floats, fan: Coverage, processed_m: Floats, edge_sigmas: float) -> tuple[Mask, Floats]:
+def _field_of_view(
+    table: Floats, radius: Floats, fan: Coverage, processed_m: Floats, edge_sigmas: float
+) -> tuple[Mask, Floats]:
     """Return the fields of `FieldOfView`: (2, n) inside and skipped, (2, n) probability and watched."""
     predicted, n = predicted_rows(table), table.shape[1]
     flags, shares = np.empty((2, n), np.bool_), np.empty((2, n))
@@ -90,15 +97,19 @@ def _field_of_view(table: Floats, fan: Coverage, processed_m: Floats, edge_sigma
         sigma_range = math.sqrt(predicted.along[i]) + LEAST_SIGMA
         sigma_bearing = math.sqrt(predicted.across[i]) / predicted.horizontal[i] + LEAST_SIGMA
         in_fan = predicted.bearing[i] - fan.turn * distance
-        to_edge = min(
-            min(distance - fan.range_min_m, fan.range_max_m - distance) / sigma_range,
-            min(in_fan - fan.bearing_min, fan.bearing_max - in_fan) / sigma_bearing,
+        to_range = min(distance - fan.range_min_m, fan.range_max_m - distance)
+        to_bearing = min(in_fan - fan.bearing_min, fan.bearing_max - in_fan)
+        to_edge = min(to_range / sigma_range, to_bearing / sigma_bearing)
+        parts_m = PARTS * max(radius[i], 0.0)
+        to_part = min(
+            to_range / math.hypot(sigma_range, parts_m),
+            to_bearing / math.hypot(sigma_bearing, parts_m / predicted.horizontal[i]),
         )
         covered = _covered(distance, predicted.elevation[i], predicted.vertical[i], fan.half_vertical)
         processed = _processed(distance, sigma_range, processed_m)
         inside[i] = to_edge >= 0.0 and covered > 0.0
         skipped[i] = inside[i] and processed < 0.5
-        probability[i] = _normal(to_edge) * processed
+        probability[i] = _normal(to_part) * processed
         watched[i] = covered * processed if to_edge >= edge_sigmas else 0.0
     return flags, shares
 

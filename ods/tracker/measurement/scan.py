@@ -52,12 +52,14 @@ class EchoRows(NamedTuple):
     """m."""
     strength: Floats
     """Peak over the background, dB; 0: not told."""
+    cut: Floats
+    """1: the fan's edge cuts it off; 0: it does not."""
 
 
 @kernel
 def echo_rows(table: Floats) -> EchoRows:
     """Name the rows of the table of `Echoes`."""
-    return EchoRows(table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7])
+    return EchoRows(table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7], table[8])
 
 
 class Echoes(Named[EchoRows]):
@@ -66,7 +68,7 @@ class Echoes(Named[EchoRows]):
     __slots__ = ()
 
     def __init__(self, table: Floats) -> None:
-        """`table`: (8, m), its rows as in `EchoRows`."""
+        """`table`: (9, m), its rows as in `EchoRows`."""
         super().__init__(EchoRows, table)
 
     def __len__(self) -> int:
@@ -90,13 +92,12 @@ LARGEST = 1e5
 
 
 def echoes_of(table: Floats) -> tuple[Echoes, int]:
-    """Return the echoes of a (m, 8) table with the columns of `EchoRows`, and how many rows were dropped as not usable.
+    """Return the echoes of a (m, 9) table with the columns of `EchoRows`, and how many rows were dropped as not usable.
 
-    The last column may be missing: (m, 7). Dropped: numbers that are not finite or absurdly large, ranges not above 0,
-    negative radii or standard deviations.
+    The last columns may be missing, (m, 7) or (m, 8): not told, and not cut. Dropped: numbers that are not finite or
+    absurdly large, ranges not above 0, negative radii or standard deviations.
     """
-    if table.shape[1] == len(EchoRows._fields) - 1:
-        table = np.column_stack([table, np.zeros(len(table))])
+    table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])
     told = EchoRows(*table.T)
     claims = np.array([told.radius, told.sigma_range, told.sigma_bearing, told.sigma_radius])
     good = (np.abs(table) <= LARGEST).all(axis=1) & (told.range_m > 0.0) & (claims >= 0.0).all(axis=0)
@@ -107,15 +108,15 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
 
 
 def echo_table_of(detections: list[Detection]) -> Floats:
-    """Return the (m, 8) table of `echoes_of` for a message's detections."""
+    """Return the (m, 9) table of `echoes_of` for a message's detections."""
     rows = [
         (
             *(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m),
-            *(d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m, d.snr_db),
+            *(d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m, d.snr_db, d.cut),
         )
         for d in detections
     ]
-    return np.array(rows, np.float64).reshape(-1, 8)
+    return np.array(rows, np.float64).reshape(-1, 9)
 
 
 def nothing_unseen() -> Floats:
