@@ -53,6 +53,8 @@ KEYS = (
 )
 FIRST_MENU = {"none": 0, "file": 0, "scene": 2, "live": 6}
 """Place in MENUS of what opens first, by the kind of the data."""
+SERVER_GONE = "If it has ended: start ods workbench again, and open the link that its terminal shows."
+"""Under NiceGUI's own words, which say that the connection is lost: the cookie is good for one start only."""
 LONGEST_NAME = 44
 """Characters of a step's name in the header; the list of steps has all of it."""
 
@@ -65,6 +67,7 @@ def build(session: Session) -> None:
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
     ui.colors(primary="#2f81f7")
+    ui.add_css(f'#popup::after {{ content: "{SERVER_GONE}"; }}')
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
     menus = _Menus(session)

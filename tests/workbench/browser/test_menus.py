@@ -10,13 +10,17 @@ from selenium.webdriver.common.by import By
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
 from ods.workbench.model.share import shared_text
-from ods.workbench.pages.frame import MENUS
+from ods.workbench.pages.frame import MENUS, SERVER_GONE
 from ods.workbench.start import first_state
-from tests.workbench.browser.waiting import wait_for
+from tests.workbench.browser.waiting import until, wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import serving
 from tests.workbench.test_command import arguments, loaded_by
 
+POPUP = """
+const popup = document.getElementById("popup");
+return popup.getAttribute("aria-hidden") === "false" ? getComputedStyle(popup, "::after").content : "";
+"""
 SCENE = Path(__file__).parents[3] / "config" / "scenes" / "figure11.toml"
 
 
@@ -38,3 +42,5 @@ def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: 
         assert hosts == {"127.0.0.1"}
         errors = [line for line in window.get_log("browser") if line["level"] == "SEVERE"]
         assert errors == []
+        server.process.terminate()
+        assert SERVER_GONE in until(lambda: window.execute_script(POPUP))
