@@ -1,0 +1,173 @@
+"""What an echo shows of its object: depth and outline, with the beam's width taken out.
+
+Across the beams, an echo is wider than its object, because a beam of -3 dB width w also hears its surroundings with a
+Gaussian directivity. In the outermost beam an object's edge at distance x inside or outside the beam's axis leaves the
+share q = Phi(x / s), s = w / 2.355, of the intensity that the beams further in show: so the level of that beam tells
+where the edge is.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.compiled.kernel import kernel
+from ods.pipeline.image.fan import FanTable
+from ods.pipeline.image.regions import Runs
+from ods.pipeline.measure.depth import Depth, Ends
+from ods.pipeline.measure.enclosing_circle import Points, smallest_circle
+
+_SIGMA_OF_WIDTH = 1.0 / 2.3548
+"""Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity)."""
+_LOGIT_OF_PROBIT = 1.702
+"""Phi(x) is 1 / (1 + exp(-1.702 x)) to within 0.01."""
+_LIMB = 0.8
+"""Exponent of the outermost beam's share: a round body is darker at its edge [SSIE eq. 3] even without a beam's blur.
+1 fits flat discs, 0.6 spheres."""
+_LONE_BEAM = 0.7
+"""Widest object, in units of a cell, that is seen in one beam alone."""
+
+
+class Shape(NamedTuple):
+    """An echo in the sonar's plane."""
+
+    depth: Depth
+    wide_m: float
+    """Across the line of sight, without the beam's width."""
+    blur_m: float
+    """Width of the beam there."""
+    outline_m: float
+    """Radius of the smallest circle around it,"""
+    behind_m: float
+    """how far its centre is behind the near edge,"""
+    bearing_rad: float
+    """and where it is."""
+    roundness: float
+    """1: a convex front; 0: a flat one, or too few beams to tell."""
+    beams: int
+    peak: float
+    """Highest level, in multiples of the background."""
+    cut_off: bool
+    """The fan's edge hides a part."""
+
+
+class Width(NamedTuple):
+    """An echo across the line of sight, rad, with the beam's width taken out."""
+
+    left: float
+    right: float
+    blur: float
+    """-3 dB width of the beam."""
+
+
+@kernel
+def shape_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, peak: float) -> Shape:
+    """Return the shape of the echo of these runs. beam: intensity of each of the echo's beams; peak: in multiples of
+    the background.
+    """
+    low, high = runs[0].beam, runs[-1].beam
+    middle = 0.5 * (depth.near_m + depth.far_m)
+    width = _width(beam, low, fan)
+    borders = fan.borders_rad
+    left, right, centre = width.left - borders[low], borders[high + 1] - width.right, 0.5 * (width.left + width.right)
+    ahead, starboard, radius = smallest_circle(_corners(runs, ends, borders, left, right, centre))
+    return Shape(
+        depth, max(width.right - width.left, 0.0) * middle, width.blur * middle,
+        radius, np.hypot(ahead, starboard) - depth.near_m, np.arctan2(starboard, ahead),
+        _roundness(runs, ends.near_m, fan.bearing_rad, width), beam.size, peak,
+        low == 0 or high == fan.bearing_rad.size - 1,
+    )  # fmt: skip
+
+
+@kernel
+def _width(beam: Floats, low: int, fan: FanTable) -> Width:
+    """Return from where to where an echo reaches. beam: intensity of each of its beams, the first of which is `low`."""
+    high = low + beam.size - 1
+    bearing, borders = fan.bearing_rad[low : high + 1], fan.borders_rad
+    blur = fan.beam_width_rad[(low + high) // 2]
+    left = bearing[0] - _overhang(beam, bearing, blur, borders[low + 1] - borders[low], False)
+    right = bearing[-1] + _overhang(beam, bearing, blur, borders[high + 1] - borders[high], True)
+    return Width(left, right, blur)
+
+
+@kernel
+def _overhang(beam: Floats, bearing: Floats, blur: float, cell: float, backwards: bool) -> float:
+    """Return how far an object reaches beyond the axis of the outermost beam of its echo, rad; negative inside.
+
+    beam, bearing: intensity and axis of the echo's beams; the last one is the outermost one when `backwards`.
+    """
+    count = beam.size
+    if count == 1:
+        return 0.5 * _LONE_BEAM * cell
+    begin, step = (count - 1, -1) if backwards else (0, 1)
+    inner = 0.0
+    for k in range(1, count):
+        inner = max(inner, beam[begin + step * k])
+        if abs(bearing[begin + step * k] - bearing[begin]) >= 0.75 * blur:
+            break
+    share = min(max((beam[begin] / max(inner, 1e-30)) ** _LIMB, 1e-6), 0.999)
+    outside = _SIGMA_OF_WIDTH * blur * np.log(share / (1.0 - share)) / _LOGIT_OF_PROBIT
+    return float(min(max(outside, -max(blur, cell)), 0.5 * cell))
+
+
+@kernel
+def _corners(runs: Runs, ends: Ends, borders: Floats, left: float, right: float, centre: float) -> Points:
+    """Return the corners of all runs in the sonar's plane, (4 runs, 2) ahead and to starboard, m.
+
+    Corners on the left of `centre` are moved `left` rad towards it, the others `right` rad, and never across it.
+    """
+    points = np.empty((4 * runs.shape[0], 2))
+    for i in range(runs.shape[0]):
+        for side in range(2):
+            border = borders[runs[i].beam + side]
+            angle = min(border + left, centre) if border < centre else max(border - right, centre)
+            k = 4 * i + 2 * side
+            points[k, 0], points[k, 1] = ends.near_m[i] * np.cos(angle), ends.near_m[i] * np.sin(angle)
+            points[k + 1, 0], points[k + 1, 1] = ends.far_m[i] * np.cos(angle), ends.far_m[i] * np.sin(angle)
+    return points
+
+
+@kernel
+def _roundness(runs: Runs, near: Floats, bearing: Floats, width: Width) -> float:
+    """Return 1 for an echo with a convex front, 0 for a flat one, by the curvature of a parabola through the front.
+
+    The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.2 when the
+    beams blur it, and within +-0.1 for a wall with speckle.
+    """
+    centre = 0.5 * (width.left + width.right)
+    across = np.empty(runs.shape[0])  # position of each beam's front, from left to right
+    ahead = np.empty(runs.shape[0])
+    count = 0
+    nearest = np.inf  # of the runs of one beam
+    for i in range(runs.shape[0]):
+        nearest = min(nearest, near[i])
+        if i + 1 == runs.shape[0] or runs[i + 1].beam != runs[i].beam:
+            angle = bearing[runs[i].beam] - centre
+            across[count], ahead[count] = nearest * np.sin(angle), nearest * np.cos(angle)
+            count += 1
+            nearest = np.inf
+    if count < 3:
+        return 0.0
+    half_width = 0.5 * (width.right - width.left) * ahead[:count].min()
+    curvature = 2.0 * _square_term(across[:count], ahead[:count])
+    return float(min(max((curvature * half_width - 0.05) / 0.2, 0.0), 1.0))
+
+
+@kernel
+def _square_term(x: Floats, y: Floats) -> float:
+    """Return c of the parabola y = a + b x + c x^2 that fits best, by polynomials orthogonal on the points x."""
+    count = x.size
+    mean, second, third = 0.0, 0.0, 0.0
+    for i in range(count):
+        mean += x[i] / count
+    for i in range(count):
+        away = x[i] - mean
+        second += away * away
+        third += away * away * away
+    product, square = 0.0, 0.0
+    for i in range(count):
+        away = x[i] - mean
+        term = away * away - away * third / second - second / count
+        product += y[i] * term
+        square += term * term
+    return product / max(square, 1e-30)
