@@ -37,10 +37,12 @@ def run(args: Namespace) -> None:
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     do_without_numba()  # where `ods compile` has been: pages wait for no compiler
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # the simulator is not of the machine code
+    from ods.workbench.engine.compiling import COMPILING
     from ods.workbench.engine.config_file import load_config
     from ods.workbench.session import Session
     from ods.workbench.start import first_state, folders_of
 
+    COMPILING.hear()
     loaded, folders = load_config(args.config), folders_of(args)
     state = first_state(args, loaded)
     from ods.workbench.pages import frame  # takes a second: after what may be wrong
