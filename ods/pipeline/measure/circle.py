@@ -1,24 +1,40 @@
-"""The circle that stands for an echo's body, and how well it is known."""
+"""The circle that stands for an echo's body, with the beam's width taken out, and how well it is known.
 
-import math
+Across the beams, an echo is wider than its object, because a beam of -3 dB width w also hears its surroundings with a
+Gaussian directivity. In the outermost beam an object's edge at distance x inside or outside the beam's axis leaves the
+share q = Phi(x / s), s = w / 2.355, of the intensity that the beams further in show: so the level of that beam tells
+where the edge is.
+"""
+
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled.kernel import kernel
-from ods.pipeline.measure.features import features_of
-from ods.pipeline.measure.kinds import body_of
-from ods.pipeline.measure.laws import BODY_HIDDEN, BODY_OUT, SIGMAS_HIDDEN, SIGMAS_OUT
-from ods.pipeline.measure.layers import outputs_of
-from ods.pipeline.measure.shape import Shape
+from ods.pipeline.image.fan import FanTable
+from ods.pipeline.image.regions import Runs
+from ods.pipeline.measure.depth import Depth, Ends
+from ods.pipeline.measure.enclosing_circle import Points, smallest_circle
 
-_SMALLEST = 0.5
-"""Least radius, widths of a point."""
+_SIGMA_OF_WIDTH = 1.0 / 2.3548
+"""Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity)."""
+_LOGIT_OF_PROBIT = 1.702
+"""Phi(x) is 1 / (1 + exp(-1.702 x)) to within 0.01."""
+_LIMB = 0.8
+"""Exponent of the outermost beam's share: a round body is darker at its edge [SSIE eq. 3] even without a beam's blur.
+1 fits flat discs, 0.6 spheres."""
+_LONE_BEAM = 0.7
+"""Widest object, in units of a cell, that is seen in one beam alone."""
+_RESOLVED = 2.0
+"""Echoes narrower than this many beam widths show no shape: they are taken for round,"""
+_WIDEST = 3.0
+"""and for no wider than this many times their depth: a sphere's front is seen to 0.3 to 0.6 of its radius."""
+_UNSEEN = 5.0
+"""A weak echo of a round front shows its highlights: the radius is larger by the share of this over the third power of
+the peak level, in multiples of the background."""
 _HIDDEN_M = 5.0
 """Standard deviation of the place of an object of which the fan's edge hides a part."""
-_LEAST_VARIANCE, _MOST_VARIANCE = -4.6, 12.0
-"""Logarithms, in units of the width of a point: nothing is known to less than a tenth of that."""
 
 
 class Circle(NamedTuple):
@@ -30,31 +46,198 @@ class Circle(NamedTuple):
     sigma_range_m: float
     sigma_bearing_rad: float
     sigma_radius_m: float
-    near_m: float
-    sigma_near_m: float
+
+
+class Shape(NamedTuple):
+    """What an echo shows of its body's shape."""
+
+    whole: float
+    """1: all of it; 0: its front."""
+    roundness: float
+    """1: a convex front; 0: a flat one."""
+    long_m: float
+    """Along the line of sight."""
+    wide_m: float
+    """Across it, without the beam's width."""
+    blur_m: float
+    """Width of the beam there."""
+    gap_m: float
+    """By how much half its width may be larger than the radius: the beam does not tell."""
+    doubt_m: float
+    """Standard deviation of the radius as the echo may show all of the body or its front."""
+
+
+class Width(NamedTuple):
+    """An echo across the line of sight, rad, with the beam's width taken out."""
+
+    left: float
+    right: float
+    blur: float
+    """-3 dB width of the beam."""
 
 
 @kernel
-def circle_of(shape: Shape) -> Circle:
-    """Return the circle of an echo of this shape: the mean over the kinds of objects that it may show."""
-    of, point = features_of(shape), shape.depth.point_m
-    body = body_of(shape, outputs_of(of, BODY_HIDDEN, BODY_OUT))
-    variances = outputs_of(of, SIGMAS_HIDDEN, SIGMAS_OUT)
-    distance = body.near_m + body.behind_m
-    circle = Circle(
-        distance, shape.bearing_rad, max(body.radius_m, _SMALLEST * point),
-        _sigma(point, variances, 1), _sigma(point, variances, 3) / max(distance, 1e-3), _sigma(point, variances, 2),
-        body.near_m, _sigma(point, variances, 0),
-    )  # fmt: skip
-    return _cut_off(circle) if shape.cut_off else circle
-
-
-@kernel
-def _sigma(point_m: float, variances: Floats, which: int) -> float:
-    """Return a standard deviation, m. variances: logarithms, in units of the width of a point, of near edge, range,
-    radius, and place across.
+def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, peak: float) -> Circle:
+    """Return the circle of the echo of these runs. beam: intensity of each of the echo's beams; peak: in multiples of
+    the background.
     """
-    return point_m * math.exp(0.5 * min(max(variances[which], _LEAST_VARIANCE), _MOST_VARIANCE))
+    bearing, borders = fan.bearing_rad, fan.borders_rad
+    low, high = runs[0].beam, runs[-1].beam
+    long, middle = depth.far_m - depth.near_m, 0.5 * (depth.near_m + depth.far_m)
+    width = _width(beam, low, fan)
+    wide = max(width.right - width.left, 0.0)
+    resolved = wide >= _RESOLVED * width.blur and beam.size > 2
+    across = wide if resolved else min(wide, _WIDEST * long / max(middle, fan.dr_m))
+    centre = 0.5 * (width.left + width.right)
+    left, right = centre - 0.5 * across, centre + 0.5 * across
+    points = _outline(runs, ends, borders, left - borders[low], borders[high + 1] - right, centre)
+    x, y, radius = smallest_circle(points)
+    blur_m, wide_m = width.blur * middle, wide * middle
+    whole, roundness = depth.whole * _as_deep_as_wide(long, wide_m, blur_m, resolved), 1.0
+    if resolved:
+        roundness = max(_roundness(runs, ends.near_m, bearing, centre, 0.5 * across * middle), whole)
+    radius *= 1.0 + roundness * _UNSEEN / peak**3
+    doubt = abs(0.5 * long - radius) * np.sqrt(whole * (1.0 - whole))
+    radius = max(radius + whole * (0.5 * long - radius), 0.5 * fan.dr_m)
+    distance = np.hypot(x, y)
+    distance += roundness * (depth.near_m + radius - distance)
+    gap = 0.0 if resolved else max(0.5 * wide_m - radius, 0.0)
+    shape = Shape(whole, roundness, long, wide_m, blur_m, gap, doubt)
+    circle = _with_sigmas((distance, np.arctan2(y, x), radius), shape, depth.sigma_near_m, peak)
+    return _cut_off(circle) if is_cut(runs, fan) else circle
+
+
+@kernel
+def is_cut(runs: Runs, fan: FanTable) -> bool:
+    """Tell whether an echo reaches the fan's edge."""
+    return bool(runs[0].beam == 0 or runs[-1].beam == fan.bearing_rad.size - 1)
+
+
+@kernel
+def _width(beam: Floats, low: int, fan: FanTable) -> Width:
+    """Return from where to where an echo reaches. beam: intensity of each of its beams, the first of which is `low`."""
+    high = low + beam.size - 1
+    bearing, borders = fan.bearing_rad[low : high + 1], fan.borders_rad
+    blur = fan.beam_width_rad[(low + high) // 2]
+    left = bearing[0] - _overhang(beam, bearing, blur, borders[low + 1] - borders[low], False)
+    right = bearing[-1] + _overhang(beam, bearing, blur, borders[high + 1] - borders[high], True)
+    return Width(left, right, blur)
+
+
+@kernel
+def _overhang(beam: Floats, bearing: Floats, blur: float, cell: float, backwards: bool) -> float:
+    """Return how far an object reaches beyond the axis of the outermost beam of its echo, rad; negative inside.
+
+    beam, bearing: intensity and axis of the echo's beams; the last one is the outermost one when `backwards`.
+    """
+    count = beam.size
+    if count == 1:
+        return 0.5 * _LONE_BEAM * cell
+    begin, step = (count - 1, -1) if backwards else (0, 1)
+    inner = 0.0
+    for k in range(1, count):
+        inner = max(inner, beam[begin + step * k])
+        if abs(bearing[begin + step * k] - bearing[begin]) >= 0.75 * blur:
+            break
+    share = min(max((beam[begin] / max(inner, 1e-30)) ** _LIMB, 1e-6), 0.999)
+    outside = _SIGMA_OF_WIDTH * blur * np.log(share / (1.0 - share)) / _LOGIT_OF_PROBIT
+    return float(min(max(outside, -max(blur, cell)), 0.5 * cell))
+
+
+@kernel
+def _outline(runs: Runs, ends: Ends, borders: Floats, left: float, right: float, centre: float) -> Points:
+    """Return the corners of all runs in the sonar's plane, (4 runs, 2) ahead and to starboard, m.
+
+    Corners on the left of `centre` are moved `left` rad towards it, the others `right` rad, and never across it.
+    """
+    points = np.empty((4 * runs.shape[0], 2))
+    for i in range(runs.shape[0]):
+        for side in range(2):
+            border = borders[runs[i].beam + side]
+            angle = min(border + left, centre) if border < centre else max(border - right, centre)
+            k = 4 * i + 2 * side
+            points[k, 0], points[k, 1] = ends.near_m[i] * np.cos(angle), ends.near_m[i] * np.sin(angle)
+            points[k + 1, 0], points[k + 1, 1] = ends.far_m[i] * np.cos(angle), ends.far_m[i] * np.sin(angle)
+    return points
+
+
+@kernel
+def _roundness(runs: Runs, near: Floats, bearing: Floats, centre: float, half_width: float) -> float:
+    """Return 1 for an echo with a convex front, 0 for a flat one, by the curvature of a parabola through the front.
+
+    The curvature times the half width is 0.6 for a sphere of which 40 deg to each side are seen, at least 0.2 when the
+    beams blur it, and within +-0.1 for a wall with speckle.
+    """
+    across = np.empty(runs.shape[0])  # position of each beam's front, from left to right
+    ahead = np.empty(runs.shape[0])
+    count = 0
+    nearest = np.inf  # of the runs of one beam
+    for i in range(runs.shape[0]):
+        nearest = min(nearest, near[i])
+        if i + 1 == runs.shape[0] or runs[i + 1].beam != runs[i].beam:
+            angle = bearing[runs[i].beam] - centre
+            across[count], ahead[count] = nearest * np.sin(angle), nearest * np.cos(angle)
+            count += 1
+            nearest = np.inf
+    if count < 3:
+        return 0.0
+    curvature = 2.0 * _square_term(across[:count], ahead[:count])
+    return float(min(max((curvature * half_width - 0.05) / 0.2, 0.0), 1.0))
+
+
+@kernel
+def _square_term(x: Floats, y: Floats) -> float:
+    """Return c of the parabola y = a + b x + c x^2 that fits best, by polynomials orthogonal on the points x."""
+    count = x.size
+    mean, second, third = 0.0, 0.0, 0.0
+    for i in range(count):
+        mean += x[i] / count
+    for i in range(count):
+        away = x[i] - mean
+        second += away * away
+        third += away * away * away
+    product, square = 0.0, 0.0
+    for i in range(count):
+        away = x[i] - mean
+        term = away * away - away * third / second - second / count
+        product += y[i] * term
+        square += term * term
+    return product / max(square, 1e-30)
+
+
+@kernel
+def _as_deep_as_wide(long: float, wide: float, blur: float, resolved: bool) -> float:
+    """Return 1 for an echo as deep as it is wide, as that of a whole body is, and 0 for one half as deep.
+
+    A width that the beam does not resolve is that much wider, and proves little: at least 0.5.
+    """
+    if not resolved:
+        wide = np.sqrt(max(wide**2 - blur**2, 1e-6))
+    alike = min(max(5.0 * (long / max(wide, 1e-3) - 0.5), 0.0), 1.0)
+    return alike if resolved else 0.5 + 0.5 * alike
+
+
+@kernel
+def _with_sigmas(place: tuple[float, float, float], shape: Shape, sigma_near: float, peak: float) -> Circle:
+    """Return the circle of a range, a bearing and a radius with its standard deviations.
+
+    How much of a front is unseen goes with how weak the echo is; what stays seen of a flat one, along its width, too.
+    Of a body seen whole the beam's width and the speckle are left. Fitted to bodies of 0.3 to 5 m at 10 to 90 m and 5
+    to 26 dB: spheres by their fronts, discs that shine all over, plates and points, each kind by itself.
+    """
+    distance, bearing, radius = place
+    flat = 1.0 - shape.roundness
+    unseen = (1.0 - shape.whole) * radius * np.hypot(2.0 / peak, 0.2)
+    inside = np.sqrt(unseen**2 + shape.doubt_m**2 + (0.03 * radius) ** 2 + (0.04 * shape.blur_m) ** 2)
+    behind = shape.roundness * inside + flat * (0.5 * shape.long_m + shape.roundness * radius)
+    share = shape.roundness * 0.6 / peak + flat * 0.35
+    beside = np.hypot(0.1 * shape.blur_m, (1.0 - shape.whole) * share * max(shape.wide_m, shape.blur_m))
+    return Circle(
+        distance, bearing, radius,
+        np.hypot(sigma_near, behind),
+        np.hypot(beside, 0.5 * sigma_near) / max(distance, 1e-3),
+        np.sqrt(sigma_near**2 + inside**2 + (0.5 * (1.0 - shape.whole) * shape.gap_m) ** 2),
+    )  # fmt: skip
 
 
 @kernel
@@ -68,5 +251,4 @@ def _cut_off(circle: Circle) -> Circle:
         np.hypot(circle.sigma_range_m, circle.radius_m),
         np.hypot(circle.sigma_bearing_rad, _HIDDEN_M / max(circle.range_m, _HIDDEN_M)),
         np.hypot(circle.sigma_radius_m, _HIDDEN_M),
-        circle.near_m, circle.sigma_near_m,
     )  # fmt: skip

@@ -1,31 +1,31 @@
-"""Along the beams: where an echo begins and ends, and where in between the middle of its intensity lies.
+"""Along the beams: where an echo begins and ends, and whether it is of a whole body or of its front.
 
-The edges of each beam's part are those of a step, whatever the detector's levels are (edge.py). A point lies at its
-crest.
+An edge lies where the echo has half the level of its outermost crest: a symmetric filter leaves that point of a step in
+place, whatever the threshold. An echo as short as the filter's response is that of a point, which lies at the crest.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image
+from ods.base.arrays import Floats, Floats32, Image
 from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import FanTable
-from ods.pipeline.image.regions import Runs
-from ods.pipeline.measure.edge import outermost_crest
+from ods.pipeline.image.regions import Run, Runs
 
-_FRINGE = 0.3
-"""Runs whose first crest is lower than this share of the highest one are a fringe, in which speckle joins in."""
-_SHORT, _LONGER = 1.15, 1.4
-"""Widths of a point, up to which a crest is one, and from which on it is none."""
-_PALES = 0.21
-"""Width of a point, by which the slope of a front that pales lies before it."""
-_LEVEL = 0.41
-"""Where in its depth the middle of an echo's intensity lies at least, if it may go on behind: a front pales."""
+_FRONT, _BODY = 0.41, 0.47
+"""Where in its depth the middle of an echo's intensity lies: a sphere's front pales behind its crest [SSIE eq. 3], a
+body that shines all over stays level."""
+_TOP, _BEFORE_TOP = 0.97, 0.79
+"""Share of the level where the crest of a step begins, and of the rise from half of it where a Gaussian gets there."""
+_STEEP, _NOISE = 0.37, 1.3
+"""Standard deviation of the near edge over the rise to the crest: by speckle, and, over the peak level, by noise."""
 _WEAK = 3.5
 """An echo of which the mean level is less than this, in multiples of the background, may be a fragment of its body,"""
-_GOES_ON = 0.18
-"""that goes on beyond it as long as the level is this share of the echo's over the background."""
+_FADES, _HIDDEN_M = 2.35, 0.6
+"""and below this there is a standard deviation of how much nearer its body begins."""
+_GOES_ON = 0.25
+"""A body goes on beyond the echo found as long as the level is this share of the echo's over the background."""
 _SURE, _LOST = 2.0, 6.0
 """Sums of levels over that, in multiples of the background, with which it does, and at which the search ends."""
 
@@ -36,10 +36,6 @@ class Ends(NamedTuple):
     near_m: Floats
     """(runs,) slant range."""
     far_m: Floats
-    width_m: Floats
-    """Of the first crest."""
-    height: Floats
-    """Of the first crest, over the background and in multiples of it."""
 
 
 class Level(NamedTuple):
@@ -48,8 +44,8 @@ class Level(NamedTuple):
     background: float
     mean: float
     """Of the echo, in multiples of the background."""
-    point: float
-    """Width of a point, columns."""
+    peak: float
+    """Likewise."""
 
 
 class Depth(NamedTuple):
@@ -58,84 +54,100 @@ class Depth(NamedTuple):
     near_m: float
     """Slant range of its nearest point."""
     far_m: float
-    middle: float
-    """Of its intensity: 0 at the near edge, 1 at the far one."""
-    height: float
-    """Of its nearest part's first crest, over the background and in multiples of it,"""
-    width: float
-    """and its width, in widths of a point,"""
-    point_m: float
-    """which is this wide."""
+    sigma_near_m: float
+    whole: float
+    """1: the echo is of a whole body; 0: it pales behind its front."""
 
 
 @kernel
-def ends_of(image: Image, runs: Runs, level: Level, fan: FanTable) -> Ends:
+def ends_of(image: Image, runs: Runs, fan: FanTable) -> Ends:
     """Return where each run begins and ends."""
-    count = runs.shape[0]
-    ends = Ends(np.empty(count), np.empty(count), np.empty(count), np.empty(count))
-    for i in range(count):
+    near, far = np.empty(runs.shape[0]), np.empty(runs.shape[0])
+    for i in range(runs.shape[0]):
         run = runs[i]
-        row, reach = image[run.beam], (run.first, run.stop)
-        crest = outermost_crest(row, reach, False, level.background, level.point)
-        last = outermost_crest(row, reach, True, level.background, level.point)
-        ends.near_m[i], ends.height[i] = fan.range0_m + crest.edge * fan.dr_m, crest.height
-        ends.far_m[i] = max(fan.range0_m + last.edge * fan.dr_m, ends.near_m[i])
-        ends.width_m[i] = crest.width * fan.dr_m
-    return ends
+        row = image[run.beam, run.first : run.stop]
+        near[i] = fan.range0_m + (run.first + _edge(row, False) - 0.5) * fan.dr_m
+        far[i] = fan.range0_m + (run.stop - _edge(row, True) - 0.5) * fan.dr_m
+    return Ends(near, far)
 
 
 @kernel
 def depth_of(image: Image, runs: Runs, ends: Ends, level: Level, fan: FanTable) -> Depth:
     """Return the depth of the echo of these runs, of which `ends` tells the ends."""
-    background, mean, point_m = level.background, level.mean, level.point * fan.dr_m
-    nearest, far = _nearest_and_far(ends, point_m)
-    near = ends.near_m[nearest] + _behind_the_slope(ends.width_m[nearest], point_m)
+    background, mean, peak = level
+    nearest, far = 0, ends.far_m[0]
+    for i in range(runs.shape[0]):
+        if ends.near_m[i] < ends.near_m[nearest]:
+            nearest = i
+        far = max(far, ends.far_m[i])
+    near = ends.near_m[nearest]
+    rise = _rise(image, runs[nearest], fan, near)
+    near += rise * min(1.0, (2.0 * rise / max(far - near, fan.dr_m)) ** 2)
     far = max(far, near + 0.5 * fan.dr_m)
-    middle = _middle(image, runs, background, fan)
-    if mean < _WEAK:
+    middle = (_middle(image, runs, background, fan) - near) / (far - near)
+    sigma = rise * np.hypot(_STEEP, _NOISE / peak)
+    whole = min(max((middle - _FRONT) / (_BODY - _FRONT), 0.0), 1.0)
+    hidden = _HIDDEN_M * whole * min(max((_FADES - mean) / 0.4, 0.0), 1.0)
+    if whole > 0.0 and mean < _WEAK:
         least = background * (1.0 + _GOES_ON * (mean - 1.0))
         first, stop = runs[0].first, runs[0].stop
         for i in range(runs.shape[0]):
             first, stop = min(first, runs[i].first), max(stop, runs[i].stop)
         beams = image[runs[0].beam : runs[-1].beam + 1]
-        before = _goes_on(beams[:, :first][:, ::-1], background, least) * fan.dr_m
-        if before > 0.0 or middle - near > _LEVEL * (far - near):
-            far += _goes_on(beams[:, stop:], background, least) * fan.dr_m
-        if before > 0.0:
-            near = min(near, fan.range0_m + (first - 0.5) * fan.dr_m - before)
-    width = ends.width_m[nearest] / point_m
-    return Depth(near, far, (middle - near) / (far - near), ends.height[nearest], width, point_m)
+        near -= _goes_on(beams[:, :first][:, ::-1], background, least) * fan.dr_m
+        far += _goes_on(beams[:, stop:], background, least) * fan.dr_m
+    return Depth(near, far, np.hypot(sigma, hidden), whole)
 
 
 @kernel
-def _nearest_and_far(ends: Ends, point_m: float) -> tuple[int, float]:
-    """Return the number of the nearest run, and where the farthest one ends, of those that are not a fringe.
-
-    Of many runs one is too near by chance, a faint one most: each counts as later by what its speckle does to it.
-    """
-    height = 0.0
-    for i in range(ends.height.size):
-        height = max(height, ends.height[i])
-    nearest, far, least = 0, 0.0, np.inf
-    for i in range(ends.height.size):
-        if ends.height[i] >= _FRINGE * height:
-            far = max(far, ends.far_m[i])
-            near = ends.near_m[i] + point_m / ends.height[i]
-            if near < least:
-                nearest, least = i, near
-    return nearest, far
+def _first_crest(row: Floats32, backwards: bool) -> int:
+    """Return how many cells before the first crest are, seen from one end of a run."""
+    last = row.size - 1
+    step = -1 if backwards else 1
+    begin = last if backwards else 0
+    crest = 0
+    while crest < last and row[begin + step * (crest + 1)] > row[begin + step * crest]:
+        crest += 1
+    return crest
 
 
 @kernel
-def _behind_the_slope(width_m: float, point_m: float) -> float:
-    """Return how far behind the place of a step with such a slope the object begins, m.
+def _rise(image: Image, run: Run, fan: FanTable, near: float) -> float:
+    """Return how far the first crest of a run lies behind `near`, where it has half of its level, m.
 
-    A point lies at the crest, half its width behind; a front that pales rises to its highest level at once.
+    Not farther than it is wide: what rises longer than the filter's response does is speckle on a body.
     """
-    wide = width_m / point_m
-    pulse = min(max((_LONGER - wide) / (_LONGER - _SHORT), 0.0), 1.0)
-    pales = _PALES * min(max((5.0 - wide) / 3.0, 0.0), 1.0)
-    return (pulse * 0.5 + (1.0 - pulse) * pales) * point_m
+    row = image[run.beam]
+    crest = run.first + _first_crest(row[run.first : run.stop], False)
+    rise = min(fan.range0_m + crest * fan.dr_m - near, _half_width(row, crest) * fan.dr_m)
+    top = np.float32(_TOP) * row[crest]
+    while crest > run.first and row[crest - 1] >= top:
+        crest -= 1
+    rise = min(rise, (fan.range0_m + crest * fan.dr_m - near) / _BEFORE_TOP)
+    return float(max(rise, 0.5 * fan.dr_m))
+
+
+@kernel
+def _half_width(row: Floats32, crest: int) -> float:
+    """Return half the width, cells, of a crest of Gaussian shape as sharp as this one, at half its level."""
+    if crest == 0 or crest + 1 == row.size:
+        return 1.0
+    sharpness = 2.0 * row[crest] - row[crest - 1] - row[crest + 1]
+    return float(np.sqrt(2.0 * np.log(2.0) * row[crest] / max(sharpness, 1e-3 * row[crest])))
+
+
+@kernel
+def _edge(row: Floats32, backwards: bool) -> int:
+    """Return how many cells lie outside the point of half the level of the first crest, seen from one end of a run."""
+    last = row.size - 1
+    step = -1 if backwards else 1
+    begin = last if backwards else 0
+    crest = _first_crest(row, backwards)
+    half = np.float32(0.5) * row[begin + step * crest]
+    outside = 0
+    while outside < crest and row[begin + step * outside] < half:
+        outside += 1
+    return min(outside, last // 2)
 
 
 @kernel

@@ -10,10 +10,8 @@ from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
-from ods.pipeline.measure.circle import Circle, circle_of
-from ods.pipeline.measure.depth import Level, depth_of, ends_of
-from ods.pipeline.measure.response import point_width
-from ods.pipeline.measure.shape import Shape, shape_of
+from ods.pipeline.measure.circle import Circle, circle_of, is_cut
+from ods.pipeline.measure.depth import Depth, Ends, Level, depth_of, ends_of
 
 ECHO = np.dtype(
     [
@@ -55,33 +53,23 @@ def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan)
 @kernel
 def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable, echoes: EchoTable) -> None:
     runs, background = regions.runs, regions.background
-    point = point_width(image, background)
+    whole = ends_of(image, runs, fan)
     start = 0
     for k in range(echoes.shape[0]):
         stop = start
         while stop < runs.shape[0] and runs[stop].region == k + 1:
             stop += 1
-        part, echo = runs[start:stop], echoes[k]
-        shape = shape_at(image, part, (background, point), fan, echo)
-        _place(circle_of(shape), echo)
-        echo.amplitude, echo.elevation_rad = _recorded_peak(recorded, part), fan.elevation_rad
-        echo.cut = shape.cut_off
+        part, ends, echo = runs[start:stop], Ends(whole.near_m[start:stop], whole.far_m[start:stop]), echoes[k]
+        beam = _levels(image, part, background, echo)
+        _extents(part, fan, echo)
+        depth = depth_of(image, part, ends, Level(background, echo.mean, echo.peak), fan)
+        _place(circle_of(part, ends, depth, beam, fan, echo.peak), depth, echo)
+        echo.amplitude, echo.elevation_rad, echo.cut = (
+            _recorded_peak(recorded, part),
+            fan.elevation_rad,
+            is_cut(part, fan),
+        )
         start = stop
-
-
-@kernel
-def shape_at(image: Image, runs: Runs, speckle: tuple[float, float], fan: FanTable, echo: EchoRecord) -> Shape:
-    """Return the shape of the echo of these runs, and fill in its levels and extents.
-
-    speckle: background of the image, and width of a point in it, columns.
-    """
-    background, point = speckle
-    beam = _levels(image, runs, background, echo)
-    _extents(runs, fan, echo)
-    level = Level(background, echo.mean, point)
-    ends = ends_of(image, runs, level, fan)
-    depth = depth_of(image, runs, ends, level, fan)
-    return shape_of(runs, ends, depth, beam, fan, echo.peak)
 
 
 @kernel
@@ -128,9 +116,9 @@ def _extents(runs: Runs, fan: FanTable, echo: EchoRecord) -> None:
 
 
 @kernel
-def _place(circle: Circle, echo: EchoRecord) -> None:
+def _place(circle: Circle, depth: Depth, echo: EchoRecord) -> None:
     """Fill in near edge and circle."""
-    echo.near_m, echo.sigma_near_m = circle.near_m, circle.sigma_near_m
+    echo.near_m, echo.sigma_near_m = depth.near_m, depth.sigma_near_m
     echo.range_m, echo.bearing_rad, echo.radius_m = circle.range_m, circle.bearing_rad, circle.radius_m
     echo.sigma_range_m, echo.sigma_bearing_rad = circle.sigma_range_m, circle.sigma_bearing_rad
     echo.sigma_radius_m = circle.sigma_radius_m
