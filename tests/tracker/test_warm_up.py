@@ -15,7 +15,7 @@ from ods.tracker.observer.registry import OBSERVERS
 from ods.tracker.settings import LifeSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 from ods.tracker.warm_up import warm_up
-from tests.tracker.samples import course, echoes, run
+from tests.tracker.samples import Course, course, echoes, run, scan
 
 
 def compiled() -> set[tuple[str, str, str]]:
@@ -29,6 +29,15 @@ def compiled() -> set[tuple[str, str, str]]:
         for name, item in vars(module).items()
         for types in getattr(item, "signatures", ())
     }
+
+
+def _see_all_cut_off(path: Course, tracker: Tracker) -> None:
+    """Show what is in view once more, as if the fan's edge cut it off."""
+    distance, bearing, seen = path.polar(-1)
+    rows = list(zip(distance[seen], bearing[seen], path.radius[seen], strict=True))
+    more = scan(float(path.t[-1]) + 0.15, path.position[-1], float(path.yaw[-1]), rows)
+    more.echoes.rows.cut[:] = 1.0
+    tracker.step(more)
 
 
 @pytest.mark.parametrize(
@@ -47,6 +56,7 @@ def test_no_real_scan_compiles_anything_more(observer: str, association: str) ->
     known = [MapObject(i, (30.0 + i, 0.0, 4.0), (0.5, 0.5, 1.0), 1.0, 0.2, 0.9, 9, 1, 2, 3) for i in (1, 2, 200)]
     tracker = Tracker(settings, known, first_id=300)
     result = run(path, tracker, seed=12, clutter=5.0, silent=(8.0, 9.0))
+    _see_all_cut_off(path, tracker)
     Tracker(settings, [], first_id=300).restore(tracker.state(), known, next_id=1000)
     pose = PoseBuffer(2, 0.3)
     pose.insert(Pose(0, 0, 0, (0.0,) * 3, (1.0, 0.0, 0.0, 0.0), (0.0,) * 3, (0.1,) * 3, (0.1,) * 3))
