@@ -30,7 +30,9 @@ def warm_up(settings: TrackerSettings) -> None:
     for k in range(9):
         tracker.step(_scan(k, whole, looks_back=False))
     tracker.step(_scan(9, part, looks_back=False))
-    tracker.step(_scan(10, np.column_stack([whole, np.zeros(3), np.ones(3)]), looks_back=False))  # cut by the fan's edge
+    tracker.step(
+        _scan(10, np.column_stack([whole, np.zeros(3), np.ones(3)]), looks_back=False)
+    )  # cut by the fan's edge
     tracker.step(_scan(11, part[:0], looks_back=True))
     again = Tracker(chosen, [rock], first_id=2)
     again.restore(tracker.state(), [rock], next_id=100)
