@@ -141,7 +141,7 @@ class Detection(msgspec.Struct, frozen=True):
     seen of it. Their errors are then the same from ping to ping."""
 
 
-class Sector(msgspec.Struct, frozen=True):
+class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     """What a ping can show: the fan's borders in the frame of the sonar's head."""
 
     range_min_m: Metres
@@ -149,7 +149,9 @@ class Sector(msgspec.Struct, frozen=True):
     bearing_min_rad: Angle
     bearing_max_rad: Angle
     half_vertical_rad: Angle
-    """Half the vertical opening."""
+    """Half the vertical opening, of all planes together."""
+    plane_half_rad: Annotated[float, msgspec.Meta(ge=0.0, le=1.6)] = 0.0
+    """Half the vertical opening of one of several planes; 0, and then left out: there is one, or it is not told."""
 
 
 UnseenWhy = Literal["no data", "saturated", "level fallen"]

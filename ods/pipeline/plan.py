@@ -2,8 +2,10 @@
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats
@@ -124,11 +126,15 @@ def _beam_width(ping: Ping, bearing: Floats, rows: slice, settings: PipelineSett
 
 
 def _sector(fans: list[Fan], vertical_half_rad: float) -> Sector:
-    elevations = [fan.elevation_rad for fan in fans]
-    return Sector(
+    elevations = sorted({fan.elevation_rad for fan in fans})
+    gaps = [high - low for low, high in pairwise(elevations)]
+    stack = Sector(
         range_min_m=max(0.0, fans[0].range0_m - 0.5 * fans[0].dr_m),
         range_max_m=fans[0].range0_m + (fans[0].samples - 0.5) * fans[0].dr_m,
         bearing_min_rad=float(min(fan.borders_rad[0] for fan in fans)),
         bearing_max_rad=float(max(fan.borders_rad[-1] for fan in fans)),
-        half_vertical_rad=0.5 * (max(elevations) - min(elevations)) + vertical_half_rad,
+        half_vertical_rad=0.5 * (elevations[-1] - elevations[0]) + vertical_half_rad,
     )
+    if not gaps:
+        return stack
+    return msgspec.structs.replace(stack, plane_half_rad=min(max(vertical_half_rad, 0.5 * max(gaps)), 0.5 * math.pi))

@@ -9,6 +9,7 @@ from ods.messages import Sector
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.planes import one_a_body
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.bottom import Bottom, may_be_hit
@@ -52,11 +53,11 @@ def _find_again(name: str) -> None:
 
 
 def _receive(table: Floats) -> None:
-    """Let echoes come back to a vehicle at rest."""
+    """Let echoes of several planes come back to a vehicle at rest."""
     zeros = np.zeros(3)
     at_rest = PoseEstimate(0, zeros, np.array([1.0, 0.0, 0.0, 0.0]), zeros, zeros, zeros, 0.0)
     motion_during_reception.at_transmission(
-        echoes_of(table)[0], motion_during_reception.Listening(at_rest, at_rest, at_rest, 100.0)
+        one_a_body(echoes_of(table)[0], 0.2), motion_during_reception.Listening(at_rest, at_rest, at_rest, 100.0)
     )
 
 

@@ -1,6 +1,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -68,6 +69,7 @@ def test_planes_are_processed_one_by_one() -> None:
     assert [d.elevation_rad for d in result.detections] == pytest.approx([0.2] * count + [-0.2] * count)
     assert [d.range_m for d in result.detections] == [d.range_m for d in single] * 2
     assert result.sector.half_vertical_rad == pytest.approx(0.2 + np.radians(10.0))
+    assert result.sector.plane_half_rad == pytest.approx(np.radians(10.0))
     assert set(np.unique(mask[:60])) == set(range(count + 1))
     assert set(np.unique(mask[120:])) == {0, *range(count + 1, 2 * count + 1)}
 
@@ -101,6 +103,7 @@ def test_sector_is_that_of_the_beams_and_samples() -> None:
     assert sector.range_min_m == pytest.approx(5.0 - 0.025)
     assert sector.range_max_m == pytest.approx(5.0 + 1199.5 * 0.05)
     assert sector.half_vertical_rad == pytest.approx(np.radians(7.0))
+    assert b"plane_half_rad" not in msgspec.msgpack.encode(sector)  # as recordings of before it
 
 
 @pytest.mark.parametrize("level", [0, 17, 255])

@@ -87,7 +87,7 @@ def _put_together(
     predicted_table: Floats,
     radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of the k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (9, k) each.
+    """Return, of k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (10, k) each.
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
@@ -124,6 +124,7 @@ def _put_together(
         made.elevation[k] = echoes.elevation[hypotheses.echoes[best[k]]]
         made.strength[k] = echoes.strength[hypotheses.echoes[best[k]]]
         made.cut[k] = echoes.cut[hypotheses.echoes[best[k]]]
+        made.half_vertical[k] = echoes.half_vertical[hypotheses.echoes[best[k]]]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],

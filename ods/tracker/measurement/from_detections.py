@@ -6,6 +6,7 @@ from typing import NamedTuple
 from ods.messages import Detection, Detections
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.planes import one_a_body
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, unseen_of, vehicle_at
 
 HeadAt = Callable[[int], PoseEstimate | None]
@@ -30,6 +31,8 @@ def received(
     sent: the head's pose then; skipped_pings: those since the one before that nobody looked at.
     """
     echoes, dropped = echoes_of(echo_table_of(_all_echoes(message)))
+    if message.sector.plane_half_rad > 0.0:
+        echoes = one_a_body(echoes, message.sector.plane_half_rad)
     vehicle, fan_turn, at_rest = None, 0.0, False
     if sent is not None:
         seen_from = sent

@@ -214,7 +214,7 @@ def position_measurement(
     `predicted`: (8, m), the table of `PredictedMeasurement`, of the objects already tracked that the echoes are of.
     Range and bearing are then taken in where the object should be, along the tangent there: across wide beams the noise
     would bend the ellipse, and turn it anew with each echo. A new object is where its echo is, in the fan's middle.
-    `half_vertical`: half the fan's vertical opening, rad.
+    `half_vertical`: half the fan's vertical opening, rad, for echoes that tell none of their own.
     """
     place, (nn, ee, ne, *others), sensitivity = _position_measurement(echoes.table, predicted, vehicle, half_vertical)
     half_height, radius, radius_variance, height = others
@@ -298,15 +298,16 @@ def _position_measurement(
     tilt = max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
     position, rest, sensitivity = np.empty((3, m)), np.empty((7, m)), np.empty((UNSEEN, 2, m))
     variance_north, variance_east, covariance_ne, half_height, radius, radius_variance, height = rest
-    opening = math.sin(half_vertical) * abs(rotation[2, 2])
+    upright = abs(rotation[2, 2])
     is_new = predicted_table.shape[1] == 0
     for j in range(m):
         distance, bearing, level = echoes.range_m[j], echoes.bearing[j], echoes.elevation[j]
+        half = echoes.half_vertical[j] if echoes.half_vertical[j] > 0.0 else half_vertical
         if is_new:  # its echo is where it is
             across = (distance * math.cos(level)) ** 2 * (echoes.sigma_bearing[j] ** 2 + yaw**2)
             aim = Aim(distance, bearing, level, across)
         else:
-            elevation = min(max(predicted.elevation[j], level - half_vertical), level + half_vertical)
+            elevation = min(max(predicted.elevation[j], level - half), level + half)
             aim = Aim(predicted.range_m[j], predicted.bearing[j], elevation, predicted.across[j])
         turned = math.sin(aim.bearing), math.cos(aim.bearing)
         x, y, z = _from_sonar(aim.range_m, turned, aim.elevation, rotation)
@@ -324,7 +325,7 @@ def _position_measurement(
         variance_north[j] = along_n**2 * s_range + across_n**2 * s_bearing + vehicle.sigma_position[0] ** 2
         variance_east[j] = along_e**2 * s_range + across_e**2 * s_bearing + vehicle.sigma_position[1] ** 2
         covariance_ne[j] = along_n * along_e * s_range + across_n * across_e * s_bearing
-        fan = aim.range_m * opening
+        fan = aim.range_m * (math.sin(half) * upright)
         half_height[j] = fan + vehicle.sigma_position[2] + math.hypot(x, y) * tilt
         radius[j], radius_variance[j] = echoes.radius[j], echoes.sigma_radius[j] ** 2
         height[j] = vehicle.position[2] + z

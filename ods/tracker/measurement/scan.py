@@ -54,12 +54,15 @@ class EchoRows(NamedTuple):
     """Peak over the background, dB; 0: not told."""
     cut: Floats
     """1: the fan's edge cuts it off; 0: it does not."""
+    half_vertical: Floats
+    """The body is within this of `elevation`, rad; 0: within half the fan's vertical opening."""
 
 
 @kernel
 def echo_rows(table: Floats) -> EchoRows:
     """Name the rows of the table of `Echoes`."""
-    return EchoRows(table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7], table[8])
+    r, b, e, radius, sr, sb, s_radius, strength, cut, half = table
+    return EchoRows(r, b, e, radius, sr, sb, s_radius, strength, cut, half)
 
 
 class Echoes(Named[EchoRows]):
@@ -68,7 +71,7 @@ class Echoes(Named[EchoRows]):
     __slots__ = ()
 
     def __init__(self, table: Floats) -> None:
-        """`table`: (9, m), its rows as in `EchoRows`."""
+        """`table`: (10, m), its rows as in `EchoRows`."""
         super().__init__(EchoRows, table)
 
     def __len__(self) -> int:
@@ -92,9 +95,9 @@ LARGEST = 1e5
 
 
 def echoes_of(table: Floats) -> tuple[Echoes, int]:
-    """Return the echoes of a (m, 9) table with the columns of `EchoRows`, and how many rows were dropped as not usable.
+    """Return the echoes of a (m, 10) table with the columns of `EchoRows`, and how many rows were dropped as useless.
 
-    The last columns may be missing, (m, 7) or (m, 8): not told, and not cut. Dropped: numbers that are not finite or
+    The last columns may be missing, (m, 7) to (m, 9): not told, and not cut. Dropped: numbers that are not finite or
     absurdly large, ranges not above 0, negative radii or standard deviations.
     """
     table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])
