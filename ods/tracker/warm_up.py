@@ -28,12 +28,11 @@ def warm_up(settings: TrackerSettings) -> None:
     tracker = Tracker(chosen, [rock], first_id=2)
     whole = np.array([_echo(40.0, 0.0, 0.5), _echo(40.5, 0.01, 0.5), _echo(70.0, -0.3, 6.0)])
     part = np.array([_echo(73.0, -0.3, 1.0)])
+    cut_off = np.column_stack([whole, np.zeros(3), np.ones(3)])  # by the fan's edge
     for k in range(9):
         tracker.step(_scan(k, whole, looks_back=False))
     tracker.step(_scan(9, part, looks_back=False))
-    tracker.step(
-        _scan(10, np.column_stack([whole, np.zeros(3), np.ones(3)]), looks_back=False)
-    )  # cut by the fan's edge
+    tracker.step(_scan(10, cut_off, looks_back=False))
     tracker.step(_scan(11, part[:0], looks_back=True))
     again = Tracker(chosen, [rock], first_id=2)
     again.restore(tracker.state(), [rock], next_id=100)
