@@ -63,10 +63,12 @@ def test_a_disc_is_its_circle_and_a_front_is_behind_what_shines(chain: Chain) ->
             assert abs(np.mean([d.range_m for d in echoes]) - range_m) < slack
 
 
-def measured(image: Floats32, first: Ints, stop: Ints) -> Detection:
+FAN = Fan(np.radians(1.5) * (np.arange(BEAMS) - 4.0), np.full(BEAMS, np.radians(1.5)), COLUMNS, RANGE0_M, DR_M)
+
+
+def measured(image: Floats32, first: Ints, stop: Ints, fan: Fan = FAN) -> Detection:
     """Return the echo of a region of columns `first` to `stop` - 1 of each beam, where there are any."""
     runs = [(b, first[b], stop[b], 1) for b in range(BEAMS) if stop[b] > first[b]]
-    fan = Fan(np.radians(1.5) * (np.arange(BEAMS) - 4.0), np.full(BEAMS, np.radians(1.5)), COLUMNS, RANGE0_M, DR_M)
     recorded = Recorded(np.zeros(image.shape, np.uint16), np.arange(COLUMNS), 1)
     return Detection(*measure_echoes(image, Regions(np.array(runs, RUN), 1, NOISE), recorded, fan)[0].tolist())
 
@@ -114,6 +116,17 @@ def test_the_circle_of_a_round_echo_begins_at_the_near_edge() -> None:
     echo = measured(image, first, stop)
     assert echo.range_m - echo.radius_m == pytest.approx(echo.near_m)
     assert echo.radius_m > 0.5  # half the level is left 0.7 m behind the edge: of a body that would be its diameter
+
+
+def test_the_centre_of_a_small_body_is_the_middle_of_what_shines() -> None:
+    image = np.full((BEAMS, COLUMNS), NOISE, np.float32)
+    first, stop = np.zeros(BEAMS, np.int64), np.zeros(BEAMS, np.int64)
+    for beam, begin in enumerate((205, 201, 200, 201, 205), 2):  # its front is round, and pales behind its crest
+        image[beam, begin:216] = 8.0 * np.exp(-np.arange(216 - begin) / 6.0)
+        first[beam], stop[beam] = begin, 210
+    fan = Fan(np.radians(0.3) * (np.arange(BEAMS) - 4.0), np.full(BEAMS, np.radians(0.3)), COLUMNS, 6.0, 0.01)
+    echo = measured(image, first, stop, fan)
+    assert 8.0 < echo.range_m < 8.1
 
 
 def test_a_recording_of_before_tells_no_near_edge() -> None:

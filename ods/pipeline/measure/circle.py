@@ -33,6 +33,9 @@ _WIDEST = 3.0
 _UNSEEN = 5.0
 """A weak echo of a round front shows its highlights: the radius is larger by the share of this over the third power of
 the peak level, in multiples of the background."""
+_SMALL_M = 0.3
+"""Up to this radius the centre is the middle of what shines, as small bodies often shine all over; from twice as much
+on it is a radius behind the near edge."""
 _HIDDEN_M = 5.0
 """Standard deviation of the place of an object of which the fan's edge hides a part."""
 
@@ -99,8 +102,8 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
     radius *= 1.0 + roundness * _UNSEEN / peak**3
     doubt = abs(0.5 * long - radius) * np.sqrt(whole * (1.0 - whole))
     radius = max(radius + whole * (0.5 * long - radius), 0.5 * fan.dr_m)
-    distance = np.hypot(x, y)
-    distance += roundness * (depth.near_m + radius - distance)
+    distance, not_small = np.hypot(x, y), min(max(radius / _SMALL_M - 1.0, 0.0), 1.0)
+    distance += roundness * not_small * (depth.near_m + radius - distance)
     gap = 0.0 if resolved else max(0.5 * wide_m - radius, 0.0)
     shape = Shape(whole, roundness, long, wide_m, blur_m, gap, doubt)
     circle = _with_sigmas((distance, np.arctan2(y, x), radius), shape, depth.sigma_near_m, peak)
