@@ -35,21 +35,43 @@ NEAR_M = 3.0
 
 def build(session: Session) -> None:
     """Build the menu; with another scene opened, anew."""
-    place = ui.column().classes("w-full gap-1")
+    _Menu(session)
 
-    def fill() -> None:
-        place.clear()
-        with place:
-            _open_bar(session)
-            if session.state.scene is not None:
-                _Simulator(session)
 
-    def changed(before: State, after: State) -> None:
+class _Menu:
+    """What opens a scene, and with one open the simulator, which simulates while the menu is shown."""
+
+    def __init__(self, session: Session) -> None:
+        self._session, self._visible = session, True
+        self._simulator: _Simulator | None = None
+        panel = ui.context.slot.parent
+        self._place = ui.column().classes("w-full gap-1")
+        panel.bind_visibility_to(self, "visible")
+        follow(session, self._place, self._changed)
+        self._fill()
+
+    @property
+    def visible(self) -> bool:
+        """Whether the menu is seen."""
+        return self._visible
+
+    @visible.setter
+    def visible(self, seen: bool) -> None:
+        self._visible = seen
+        if self._simulator is not None:
+            self._simulator.see(seen)
+
+    def _fill(self) -> None:
+        self._place.clear()
+        self._simulator = None
+        with self._place:
+            _open_bar(self._session)
+            if self._session.state.scene is not None:
+                self._simulator = _Simulator(self._session, self._visible)
+
+    def _changed(self, before: State, after: State) -> None:
         if (before.data, before.scene is None) != (after.data, after.scene is None):
-            fill()
-
-    follow(session, place, changed)
-    fill()
+            self._fill()
 
 
 def _open_bar(session: Session) -> None:
@@ -83,8 +105,9 @@ def _seen_by(session: Session, sonar: str) -> None:
 class _Simulator:
     """The menu with a scene open."""
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, seen: bool) -> None:
         self._session = session
+        self._seen, self._waits = seen, False
         self._board = FrameBoard()
         self._shown: Pictured | None = None
         self._selected = VEHICLE
@@ -125,8 +148,15 @@ class _Simulator:
             self._clock = ui.label().classes("text-sm w-40 shrink-0").mark("clock")
         self._profile = ui.echart({}).classes("w-full").style("height: 30vh")
 
+    def see(self, seen: bool) -> None:
+        """Take whether the menu is shown: while it is not, nothing is simulated."""
+        self._seen = seen
+        if seen and self._waits:
+            self._ask(self._session.state)
+
     def _ask(self, state: State) -> None:
-        if state.scene is not None:
+        self._waits = not self._seen
+        if self._seen and state.scene is not None:
             path = Path(state.data.path) if state.data.kind == "scene" and state.data.path else None
             self._newest.ask(Asked(state.scene, state.data.sonar, state.ping, path))
 

@@ -1,5 +1,6 @@
 """The simulator's menu: what is clicked and dragged changes the scene, and what the scene is shows."""
 
+import asyncio
 import json
 from pathlib import Path
 from typing import Any
@@ -66,6 +67,27 @@ async def test_plan_and_clock_show_the_ping(session: Session) -> None:
         one(user, "ping").set_value(7)
         await until(lambda: one(user, "clock").text.startswith("ping 7 of 26"))
         assert session.state.ping == 7
+
+
+async def test_nothing_is_simulated_while_the_menu_is_hidden(session: Session) -> None:
+    """And what was missed is made up for when it is shown again."""
+    panels: list[ui.column] = []
+
+    def build(session: Session) -> None:
+        with ui.column() as panel:
+            simulator.build(session)
+        panels.append(panel)
+
+    async with visiting(session, build) as user:
+        await until(lambda: layer(user, "scene"))
+        panels[0].set_visibility(False)
+        shown = one(user, "clock").text
+        for ping in (3, 5, 7):
+            session.do(do.ShowPing(ping))
+            await asyncio.sleep(0.1)
+        assert one(user, "clock").text == shown
+        panels[0].set_visibility(True)
+        await until(lambda: one(user, "clock").text.startswith("ping 7 of 26"))
 
 
 async def test_a_slider_changes_the_scene_and_undo_brings_the_slider_back(session: Session) -> None:
