@@ -4,7 +4,6 @@ An on-board process has no use for a compiler: it takes the machine code that `o
 """
 
 import logging
-from collections import defaultdict
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -19,10 +18,8 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _FASTMATH = {"reassoc", "contract", "arcp", "nsz"}
 """Sums may be reordered, so that they vectorise. Not `nnan`, not `ninf`: bad samples must compare as false."""
-ON_BOARD = ""
-"""The part of a package that its processes load; other parts are kept beside it and loaded where they are used."""
-DISPATCHERS: defaultdict[str, dict[str, Any]] = defaultdict(dict)
-"""Every kernel that numba compiles in this process: by part, then by module and name."""
+DISPATCHERS: dict[str, Any] = {}
+"""Every kernel that numba compiles in this process, by module and name."""
 
 Tell = Callable[[int, str], None]
 
@@ -40,15 +37,12 @@ def inlined(function: F) -> F:
     return compiled(function, fastmath=_FASTMATH, forceinline=True)
 
 
-def compiled(function: F, part: str = ON_BOARD, **options: Any) -> F:
-    """Compile `function` by numba with these options, division by zero giving infinity, and cache it.
-
-    part: of the package, whose machine code is linked as a whole.
-    """
-    linked = _linked(cache_folder.package_of(_source_of(function)), part) if _without_numba else None
+def compiled(function: F, **options: Any) -> F:
+    """Compile `function` by numba with these options, division by zero giving infinity, and cache it."""
+    linked = _linked(cache_folder.package_of(_source_of(function))) if _without_numba else None
     if linked is None:
-        return cast(F, _by_numba(function, part, options))
-    return cast(F, linked.kernel(function, lambda: _by_numba(function, part, options)))
+        return cast(F, _by_numba(function, options))
+    return cast(F, linked.kernel(function, lambda: _by_numba(function, options)))
 
 
 def do_without_numba() -> None:
@@ -84,15 +78,14 @@ def _listen() -> None:
 
 
 @cache
-def _linked(package: Path, part: str) -> LinkedCode | None:
-    code = load(package, part)
+def _linked(package: Path) -> LinkedCode | None:
+    code = load(package)
     if code is None:
-        of = f"of the {part} " if part else ""
-        log.warning("no machine code %sof this version for this processor: kernels are compiled; see `ods compile`", of)
+        log.warning("no machine code of this version for this processor: kernels are compiled; see `ods compile`")
     return LinkedCode(code) if code else None
 
 
-def _by_numba(function: Callable[..., Any], part: str, options: dict[str, Any]) -> Any:
+def _by_numba(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     from numba import config, njit
 
     _listen()
@@ -101,7 +94,7 @@ def _by_numba(function: Callable[..., Any], part: str, options: dict[str, Any]) 
         _say_that_nothing_is_kept()
     config.CACHE_DIR = str(folder or "")  # type: ignore[attr-defined]
     dispatcher = njit(cache=folder is not None, error_model="numpy", **options)(function)
-    DISPATCHERS[part][name_of(function)] = dispatcher
+    DISPATCHERS[name_of(function)] = dispatcher
     return dispatcher
 
 

@@ -1,6 +1,6 @@
 """Kernels as machine code: linked and called without numba and without a compiler.
 
-`ods compile` keeps the object code that numba made, in one file for each part of a package (object_code.py). Here LLVM's linker,
+`ods compile` keeps the object code that numba made, in one file for each package (object_code.py). Here LLVM's linker,
 which llvmlite brings, links it to the same C functions of numba as numba itself would: numba's compiled modules are
 loaded for that, but nothing of the compiler, which costs more memory and time than all kernels together.
 """
@@ -25,7 +25,7 @@ from ods.compiled.type_names import name_of_value, shape_of_value
 
 log = logging.getLogger(__name__)
 
-_FILE = "machine-code"
+FILE = "machine-code"
 _LOADED = "_dynfunc", "_helperlib", "core.runtime._nrt_python"
 """Compiled modules of numba."""
 
@@ -45,7 +45,7 @@ class Variant(NamedTuple):
 
 
 class MachineCode(NamedTuple):
-    """What the file of a part of a package holds."""
+    """What the file of a package holds."""
 
     made_for: tuple[str, ...]
     jobs: frozenset[str]
@@ -53,18 +53,13 @@ class MachineCode(NamedTuple):
     kernels: dict[str, tuple[Variant, ...]]
 
 
-def file_name(part: str) -> str:
-    """Return the name of the file with the machine code of a part of a package."""
-    return f"{_FILE}-{part}" if part else _FILE
-
-
-def load(package: Path, part: str) -> MachineCode | None:
-    """Return the machine code of a part as the sources are now, made for this computer; None where there is none.
+def load(package: Path) -> MachineCode | None:
+    """Return the machine code of the package's sources as they are, made for this computer; None where there is none.
 
     Only files that nobody else could have written are opened.
     """
     for folder in cache_folder.folders(package):
-        file = folder / file_name(part)
+        file = folder / FILE
         if not cache_folder.is_safe(file):
             continue
         try:
@@ -91,7 +86,7 @@ def this_computer() -> tuple[str, ...]:
 
 
 class LinkedCode:
-    """The kernels of a part of a package, in memory and ready to be called."""
+    """The kernels of a package, in memory and ready to be called."""
 
     def __init__(self, code: MachineCode) -> None:
         self._kernels = code.kernels

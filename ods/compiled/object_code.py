@@ -7,22 +7,22 @@ from pathlib import Path
 from typing import Any
 
 from ods.compiled.kernel import DISPATCHERS
-from ods.compiled.machine_code import MachineCode, Variant, file_name, this_computer
+from ods.compiled.machine_code import FILE, MachineCode, Variant, this_computer
 from ods.compiled.type_names import name_of_type
 
 
-def keep(folder: Path, part: str, job: str, before: MachineCode | None) -> Path:
-    """Write what numba has compiled of a part in this process, and what is there `before`, to a file in `folder`.
+def keep(folder: Path, job: str, before: MachineCode | None) -> Path:
+    """Write all that numba has compiled in this process, and what is there `before`, to a file in `folder`.
 
     job: digest of the settings for which nothing is missing then. Raises OSError.
     """
     kernels = {} if before is None else dict(before.kernels)
-    for name, dispatcher in DISPATCHERS[part].items():
+    for name, dispatcher in DISPATCHERS.items():
         variants = {variant.types: variant for variant in (*kernels.get(name, ()), *_variants(dispatcher))}
         if variants:
             kernels[name] = tuple(variants.values())
     jobs = {job} if before is None else before.jobs | {job}
-    return _write(folder / file_name(part), MachineCode(this_computer(), frozenset(jobs), kernels))
+    return _write(folder / FILE, MachineCode(this_computer(), frozenset(jobs), kernels))
 
 
 def _variants(dispatcher: Any) -> Iterator[Variant]:

@@ -6,8 +6,6 @@ from typing import Any, TypeVar
 from ods.compiled import kernel
 
 F = TypeVar("F", bound=Callable[..., Any])
-PART = "simulator"
-"""No process on board loads its machine code."""
 
 
 def compiled(function: F) -> F:
@@ -15,4 +13,4 @@ def compiled(function: F) -> F:
 
     IEEE rules are kept but for the order of sums: the same machine gives the same bytes. Division by zero gives inf.
     """
-    return kernel.compiled(function, PART, nogil=True, fastmath={"reassoc", "contract", "nsz"})
+    return kernel.compiled(function, nogil=True, fastmath={"reassoc", "contract", "nsz"})

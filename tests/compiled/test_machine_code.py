@@ -48,7 +48,7 @@ COMPILE = """
 
     outer(Pair(np.arange(4.0), 1.0), 2.0)
     folder = cache_folder.writable_folder(Path(sys.argv[1]))
-    keep(folder, "", "job", None)
+    keep(folder, "job", None)
 """
 RUN = """
     import sys, numpy as np

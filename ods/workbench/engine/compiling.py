@@ -1,4 +1,4 @@
-"""What numba compiles now, for who waits for it: the simulator's kernels have no machine code made ahead."""
+"""What numba compiles now, for who waits for it: where `ods compile` has not been."""
 
 import math
 import time

@@ -80,14 +80,15 @@ async def test_nothing_is_simulated_while_the_menu_is_hidden(session: Session) -
 
     async with visiting(session, build) as user:
         await until(lambda: layer(user, "scene"))
+        clock = one(user, "clock")
+        shown = clock.text
         panels[0].set_visibility(False)
-        shown = one(user, "clock").text
         for ping in (3, 5, 7):
             session.do(do.ShowPing(ping))
             await asyncio.sleep(0.1)
-        assert one(user, "clock").text == shown
+        assert clock.text == shown
         panels[0].set_visibility(True)
-        await until(lambda: one(user, "clock").text.startswith("ping 7 of 26"))
+        await until(lambda: clock.text.startswith("ping 7 of 26"))
 
 
 async def test_a_slider_changes_the_scene_and_undo_brings_the_slider_back(session: Session) -> None:
