@@ -6,7 +6,17 @@ from scipy.integrate import quad
 from scipy.stats import invgamma
 
 from ods.base.arrays import Floats
-from ods.tracker.association.wander import BODY_SHARE, FIRST_ECHOES, FIRST_M, MEMORY, MOST, SURE, Wander, evidence
+from ods.tracker.association.wander import (
+    BODY_SHARE,
+    FIRST_ECHOES,
+    FIRST_M,
+    MEMORY,
+    MOST_AGAINST,
+    MOST_FOR,
+    SURE,
+    Wander,
+    evidence,
+)
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import WanderState
 from ods.tracker.tracker import Tracker
@@ -31,7 +41,7 @@ def test_evidence_is_the_ratio_of_two_densities_of_unknown_variance(sigma_m: flo
     off = np.random.default_rng(echoes).normal(0.0, sigma_m, echoes)
     expected = np.log(density(off, (BODY_SHARE * 0.85) ** 2) / density(off, 0.85**2))
     found = evidence(float(np.sum(off**2)), float(echoes), 0.85**2)
-    assert found == pytest.approx(np.clip(expected, -MOST, MOST), rel=1e-4)
+    assert found == pytest.approx(np.clip(expected, -MOST_AGAINST, MOST_FOR), rel=1e-4)
 
 
 def test_no_echo_says_nothing() -> None:
@@ -53,16 +63,22 @@ def test_what_spots_wander_is_learned() -> None:
             Wander().restore(bad)
 
 
-def told_after(wander_m: float) -> float:
-    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s."""
+def told_after(wander_m: float, *, cut: bool = False) -> float:
+    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s.
+
+    cut: the fan's edge cuts its echoes off.
+    """
     rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
     spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
     for k in range(round(20.0 * RATE_HZ)):
         lit = [(r + rng.normal(0.0, 0.8), b) for r, b in spots if rng.random() < 0.3]
-        lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * (k > 10.0 * RATE_HZ)
+        there = k > 10.0 * RATE_HZ
+        lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * there
         rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
         image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
         image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
+        if there:
+            image.echoes.rows.cut[-1] = cut
         tracker.step(image)
         where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
         if (np.hypot(*where) < 1.5).any():
@@ -72,3 +88,8 @@ def told_after(wander_m: float) -> float:
 
 def test_a_place_that_stays_is_told_before_one_that_wanders() -> None:
     assert told_after(0.1) + 0.3 < told_after(0.7)
+
+
+def test_echoes_that_the_fans_edge_cuts_off_say_nothing_of_how_far_a_body_wanders() -> None:
+    """They stay as they are no sooner told of than they are when they slide along the body."""
+    assert told_after(0.1) + 0.3 < told_after(0.1, cut=True)

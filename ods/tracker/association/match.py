@@ -210,7 +210,8 @@ def _look(
         look.expected[i] = look.watched[i] * detection_probability
     for k, i in enumerate(objects):
         look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
-        if off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.strength[k] > 0.0:
+        whole = off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.cut[k] == 0.0
+        if whole and echoes.strength[k] > 0.0:
             look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
     return table
 

@@ -11,16 +11,17 @@ from ods.tracker.state import WanderState
 
 FIRST_M = 0.85
 """Root mean square of what spots wander where nothing is known, which counts for"""
-FIRST_ECHOES = 50.0
+FIRST_ECHOES = 200.0
 """so many echoes."""
 MEMORY = 0.997
 """What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
-BODY_SHARE = 0.4
+BODY_SHARE = 0.5
 """A body's echoes wander by this share of it,"""
-SURE = 4.0
+SURE = 12.0
 """and either is known beforehand as well as so many echoes tell it."""
-MOST = 5.0
-"""Largest logarithm of a likelihood ratio that this alone gives."""
+MOST_FOR, MOST_AGAINST = 8.0, 1.0
+"""Largest logarithm of a likelihood ratio that this alone gives for a body, and against one: those of large bodies
+wander, too."""
 
 
 class Wander:
@@ -58,4 +59,4 @@ def evidence(squares: float, echoes: float, of_spots_m2: float) -> float:
     """
     body, spot = BODY_SHARE**2 * of_spots_m2, of_spots_m2
     more = math.log((SURE * spot + squares) / (SURE * body + squares))
-    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST), MOST)
+    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST_AGAINST), MOST_FOR)

@@ -20,7 +20,7 @@ YOUNG = 300.0
 SMALLEST = 1e-300
 BODY_SEEN, BODY_LOOKS = 0.85, 8.0
 """An object is seen in so many of the images; that counts for so many of them, its own count for the rest."""
-SPOT_SEEN, SPOT_LOOKS = 0.3, 20.0
+SPOT_SEEN, SPOT_LOOKS = 0.3, 12.0
 """The same of a spot."""
 MOST_MOTION = 6.0
 """Largest logarithm of a likelihood ratio that motion alone gives."""
