@@ -21,7 +21,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from ods.compiled import cache_folder
-from ods.compiled.type_names import name_of_value, shape_of_value
+from ods.compiled.type_names import name_of_value, shape_of_values
 
 log = logging.getLogger(__name__)
 
@@ -148,7 +148,7 @@ class Kernel:
         """Call the variant for these arguments."""
         if named:
             args = inspect.signature(self.__wrapped__).bind(*args, **named).args  # type: ignore[attr-defined]
-        shape = tuple(map(shape_of_value, args))
+        shape = shape_of_values(args)
         chosen = self._chosen.get(shape) or self._choose(shape, args)
         return chosen(*args)
 
@@ -234,14 +234,14 @@ def _extension(name: str) -> ModuleType:
 
 
 def _unpickle(data: int, size: int, _digest: int) -> Any:
-    return _unpickled(ctypes.string_at(data, size))
+    """Return a Python object that machine code holds as bytes: a class of records, an exception, that of arrays."""
+    found = _UNPICKLED.get(data)
+    if found is None:
+        found = _UNPICKLED[data] = pickle.loads(ctypes.string_at(data, size))
+    return found
 
 
-@cache
-def _unpickled(data: bytes) -> Any:
-    """Return a Python object that machine code holds as bytes: a class of records, an exception."""
-    return pickle.loads(data)
-
-
+_UNPICKLED: dict[int, Any] = {}
+"""By address: machine code stays where it was linked, and asks for the class of each array that it returns."""
 _UNPICKLE = ctypes.PYFUNCTYPE(ctypes.py_object, ctypes.c_void_p, ctypes.c_int, ctypes.c_void_p)(_unpickle)
 """In place of numba's own, which imports the compiler."""

@@ -1,6 +1,7 @@
 """Names of argument types: the same for a value, which is all that there is without numba, and for its numba type."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from functools import partial
 from operator import attrgetter
 from typing import Any
 
@@ -10,17 +11,29 @@ _SHAPE_OF_ARRAY = attrgetter("dtype", "ndim", "flags.num")
 _INT64 = range(-(2**63), 2**63)
 
 
-def shape_of_value(value: Any) -> Any:
-    """Return what decides a value's type, quicker than its name; several shapes may have one name."""
-    if isinstance(value, np.ndarray):
-        return _SHAPE_OF_ARRAY(value)
-    kind = type(value)
-    if not issubclass(kind, tuple):
-        return kind
-    try:
-        return kind, *map(_SHAPE_OF_ARRAY, value)  # most records hold nothing but arrays
-    except AttributeError:
-        return kind, *map(shape_of_value, value)
+class _ShapeOf(dict[type, Callable[[Any], Any]]):
+    """How the shape of a value is told, by its class: one look-up, as records of numbers and arrays are called with."""
+
+    def __missing__(self, kind: type) -> Callable[[Any], Any]:
+        how: Callable[[Any], Any] = type
+        if issubclass(kind, np.ndarray):
+            how = _SHAPE_OF_ARRAY
+        elif issubclass(kind, tuple):
+            how = partial(_shape_of_tuple, kind)
+        self[kind] = how
+        return how
+
+
+_SHAPE_OF = _ShapeOf()
+
+
+def shape_of_values(values: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return what decides the values' types, quicker than their names; several shapes may have one name."""
+    return tuple([_SHAPE_OF[type(value)](value) for value in values])
+
+
+def _shape_of_tuple(kind: type, values: tuple[Any, ...]) -> tuple[Any, ...]:
+    return kind, *[_SHAPE_OF[type(value)](value) for value in values]
 
 
 def name_of_value(value: Any) -> str:

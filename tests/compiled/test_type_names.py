@@ -6,7 +6,7 @@ import numba
 import numpy as np
 import pytest
 
-from ods.compiled.type_names import name_of_type, name_of_value, shape_of_value
+from ods.compiled.type_names import name_of_type, name_of_value, shape_of_values
 
 typeof: Any = numba.typeof
 
@@ -57,4 +57,4 @@ def test_values_of_one_shape_have_one_name() -> None:
     names: dict[Any, str] = {}
     for value in VALUES:
         if value is not VALUES[2]:  # numbers as large as that are no argument of a kernel
-            assert names.setdefault(shape_of_value(value), name_of_value(value)) == name_of_value(value)
+            assert names.setdefault(shape_of_values((value,)), name_of_value(value)) == name_of_value(value)
