@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from rich.console import Console
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.base.mounting import Mounting
 from ods.export.geojson import Tracks
 from ods.offline.mission import Step
@@ -136,4 +136,4 @@ def _written(file: Path, write: Callable[[], object]) -> None:
     try:
         write()
     except (OSError, ValueError) as error:
-        raise OdsError(f"{file}: {error}") from error
+        raise OdsError(f"{file}: {reason_of(error)}") from error

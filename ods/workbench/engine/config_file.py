@@ -1,8 +1,6 @@
 """The configuration's file: loaded, and saved as the TOML that runs on board, after its difference has been shown."""
 
 import difflib
-import os
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +12,7 @@ from ods.base.settings_file import load
 from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
-from ods.workbench.engine.folders import writable
+from ods.workbench.engine.folders import writable, write_whole
 from ods.workbench.model.difference import Difference, changed_text, differences
 from ods.workbench.model.state import Tuning
 
@@ -97,16 +95,5 @@ def _told_as_loaded(loaded: MissionSettings, settings: MissionSettings) -> Missi
 def write_config(text: str, path: Path, folders: Iterable[Path]) -> Path:
     """Write a configuration whole or not at all, once it loads; return where it is. Raises OdsError."""
     file = writable(path, folders)
-    try:
-        descriptor, name = tempfile.mkstemp(".toml", f".{file.stem}-", file.parent)
-        with os.fdopen(descriptor, "w", encoding="utf-8") as new:
-            new.write(text)
-        try:
-            load(Path(name), OnboardConfig)
-            Path(name).chmod(file.stat().st_mode if file.exists() else 0o644)
-            Path(name).replace(file)
-        finally:
-            Path(name).unlink(missing_ok=True)
-    except OSError as error:
-        raise OdsError(f"{file}: {reason_of(error)}") from error
+    write_whole(file, text.encode(), lambda new: load(new, OnboardConfig))
     return file

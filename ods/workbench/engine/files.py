@@ -74,6 +74,7 @@ def keep_dropped(name: str, content: bytes, folders: Sequence[Path]) -> Path:
             file = file.with_name(f"{Path(plain).stem}-{number}{file.suffix}")
             number += 1
         except OSError as error:
+            file.unlink(missing_ok=True)  # what a full disk took of it
             raise OdsError(f"{file}: {reason_of(error)}") from error
         else:
             return file

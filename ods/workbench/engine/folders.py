@@ -1,9 +1,11 @@
 """Which files a workbench may read and write: those under the folders it was given at the start."""
 
-from collections.abc import Iterable
+import os
+import tempfile
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.base.shipped import FOLDER as SHIPPED
 
 
@@ -25,6 +27,26 @@ def readable(path: str | Path, folders: Iterable[Path]) -> Path:
 def writable(path: str | Path, folders: Iterable[Path]) -> Path:
     """Return where a file is to be written: under one of `folders`. Raises FolderError."""
     return _under(Path(path), list(folders))
+
+
+def write_whole(file: Path, content: bytes, check: Callable[[Path], object] = Path.exists) -> None:
+    """Write a file whole or not at all, with the rights of the one that is there.
+
+    check: looks at what has been written before it takes the place, and may raise. Raises OdsError.
+    """
+    try:
+        descriptor, name = tempfile.mkstemp(file.suffix, ".new-", file.parent)
+        new = Path(name)
+        try:
+            with os.fdopen(descriptor, "wb") as writing:
+                writing.write(content)
+            check(new)
+            new.chmod(file.stat().st_mode if file.exists() else 0o644)
+            new.replace(file)
+        finally:
+            new.unlink(missing_ok=True)
+    except OSError as error:
+        raise OdsError(f"{file}: {reason_of(error)}") from error
 
 
 def _under(path: Path, folders: list[Path]) -> Path:

@@ -5,11 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
+from ods.workbench.engine.folders import write_whole
 from ods.workbench.model.share import shared_text, state_of
 from ods.workbench.model.state import State
 
 FOLDER, SUFFIX = "workbench-presets", ".preset"
-NAME = re.compile(r"[\w][\w .,+-]{0,59}")
+LONGEST = 60
+NAME = re.compile(rf"\w[\w .,+-]{{0,{LONGEST - 1}}}")
 MOST_BYTES = 1 << 20
 
 
@@ -23,9 +25,9 @@ def save_preset(name: str, state: State, folders: Sequence[Path]) -> Path:
     file = _file(name, folders)
     try:
         file.parent.mkdir(exist_ok=True)
-        file.write_text(shared_text(state) + "\n", encoding="ascii")
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
+    write_whole(file, f"{shared_text(state)}\n".encode())
     return file
 
 
@@ -42,7 +44,8 @@ def load_preset(name: str, trusted: State, folders: Sequence[Path]) -> State:
 
 def _file(name: str, folders: Sequence[Path]) -> Path:
     if not NAME.fullmatch(name):
-        raise OdsError(f"preset {name!r}: a name has letters, digits, blanks, and . , + - _")
+        told = name if len(name) <= LONGEST else f"{name[:LONGEST]}..."
+        raise OdsError(f"preset {told!r}: a name has 1 to {LONGEST} letters, digits, blanks, and . , + - _")
     if not folders:
         raise OdsError("presets: the workbench has no folder to keep them in; --folder gives one")
     return folders[0] / FOLDER / f"{name}{SUFFIX}"

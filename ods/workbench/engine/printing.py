@@ -4,16 +4,17 @@ import hashlib
 import json
 import threading
 from collections.abc import Callable, Sequence
+from io import BytesIO
 from pathlib import Path
 
-from ods.base.errors import OdsError, reason_of
+from ods.base.errors import OdsError
 from ods.base.mounting import Mounting
 from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source
 from ods.pipeline.offline import detect_pings
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.folders import writable
+from ods.workbench.engine.folders import writable, write_whole
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import Tuning
 
@@ -47,10 +48,9 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
         count = len(found.detections)
         caption = f"{name}, ping {ping.ping_number}: {count} detections; configuration {config_hash(tuning)}"
         figure.text(0.01, 0.005, caption, fontsize=8, ha="left", va="bottom")
-        try:
-            figure.savefig(place, metadata={"Title": caption})
-        except OSError as error:
-            raise OdsError(f"{place}: {reason_of(error)}") from error
+        drawn = BytesIO()
+        figure.savefig(drawn, format=place.suffix[1:], metadata={"Title": caption})
+    write_whole(place, drawn.getvalue())
     return place
 
 

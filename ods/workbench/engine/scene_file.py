@@ -9,7 +9,7 @@ from ods.base.errors import OdsError, reason_of
 from ods.base.settings_file import load
 from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
-from ods.workbench.engine.folders import writable
+from ods.workbench.engine.folders import writable, write_whole
 from ods.workbench.model.difference import changed_text, differences
 from ods.workbench.model.scene_text import scene_text
 
@@ -44,10 +44,4 @@ def saving(scene: SceneFile, path: str, folders: Iterable[Path]) -> SavedScene:
 
 def save(saved: SavedScene) -> None:
     """Write a scene whole or not at all. Raises OdsError."""
-    new = saved.path.with_name(f".{saved.path.name}.new")
-    try:
-        new.write_text(saved.text, encoding="utf-8")
-        new.replace(saved.path)
-    except OSError as error:
-        new.unlink(missing_ok=True)
-        raise OdsError(f"{saved.path}: {reason_of(error)}") from error
+    write_whole(saved.path, saved.text.encode())

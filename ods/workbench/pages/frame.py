@@ -3,7 +3,7 @@
 import importlib
 import importlib.util
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
@@ -12,7 +12,7 @@ from nicegui import ui
 from nicegui.elements.button import Button
 from nicegui.events import KeyEventArguments
 
-from ods.base.errors import OdsError, one_line
+from ods.base.errors import one_line
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import shared_link
@@ -55,6 +55,11 @@ FIRST_MENU = {"none": 0, "file": 0, "scene": 2, "live": 6}
 """Place in MENUS of what opens first, by the kind of the data."""
 SERVER_GONE = "If it has ended: start ods workbench again, and open the link that its terminal shows."
 """Under NiceGUI's own words, which say that the connection is lost: the cookie is good for one start only."""
+TEXT_COLOURS = {
+    "dark": {"negative": "#ff7b72", "positive": "#3fb950", "warning": "#f2c037"},
+    "light": {"negative": "#c10015", "positive": "#137333", "warning": "#8a5a00"},
+}
+"""Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
 LONGEST_NAME = 44
 """Characters of a step's name in the header; the list of steps has all of it."""
 
@@ -66,7 +71,8 @@ def build(session: Session) -> None:
     """Build the whole page. An error of a handler is shown as one line, and the page goes on."""
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
-    ui.colors(primary="#2f81f7")
+    ui.colors(primary="#2f81f7", positive="#137333")  # white is read on it, too
+    ui.add_css("".join(_rules()))
     ui.add_css(f'#popup::after {{ content: "{SERVER_GONE}"; }}')
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))
@@ -85,14 +91,18 @@ def build(session: Session) -> None:
     shared_link.take_when_opened(session)
 
 
+def _rules() -> Iterator[str]:
+    for style, colours in TEXT_COLOURS.items():
+        for what, colour in colours.items():
+            yield f".body--{style} .text-{what} {{ color: {colour} !important; }}\n"
+
+
 def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:
     return ui.button(icon=icon, on_click=lambda: clicked()).props("flat round dense color=white").tooltip(tip)
 
 
 def _tell(error: Exception) -> None:
     """Say on the page what went wrong."""
-    if not isinstance(error, OdsError):
-        log.error("%s: %s", type(error).__name__, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
     ui.notify(one_line(error) or type(error).__name__, type="negative", close_button=True)
 
 
@@ -187,7 +197,7 @@ class _Menus:
             try:
                 importlib.import_module(menu.module).build(self._session)
             except Exception as error:  # one menu that fails does not take the others away
-                log.exception("%s", menu.name)
+                log.error("%s: %s", menu.name, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
                 panel.clear()
                 with panel:
                     ui.label(f"{menu.name} cannot be shown: {one_line(error)}").classes("text-negative p-4")

@@ -178,4 +178,5 @@ def _bar(cost: Cost, most: float) -> str:
         f"</span>{name} {time_us:.0f} µs</span>"
         for (name, time_us), colour in coloured
     )
-    return f'<div class="flex h-4">{"".join(bars)}</div><div class="flex flex-wrap gap-x-3">{"".join(legend)}</div>'
+    bar, names = "".join(bars), "".join(legend)
+    return f'<div class="flex no-wrap h-4">{bar}</div><div class="flex flex-wrap gap-x-3">{names}</div>'

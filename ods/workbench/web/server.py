@@ -10,7 +10,7 @@ from fastapi import FastAPI, Request
 from nicegui import core, ui
 from starlette.middleware.trustedhost import TrustedHostMiddleware
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, one_line
 from ods.workbench.session import Session
 from ods.workbench.web import frames
 from ods.workbench.web.security import BROWSER, HOSTS, Gate
@@ -61,6 +61,7 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
         _application(site), f"ods-workbench-{port}", lambda token: tell(f"http://{ADDRESS}:{port}/?token={token}")
     )
     logging.getLogger("httpx").setLevel(logging.WARNING)
+    logging.getLogger("nicegui").addFilter(in_one_line)
     config = uvicorn.Config(
         TrustedHostMiddleware(gate, HOSTS),
         log_config=None,
@@ -71,6 +72,14 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
         timeout_graceful_shutdown=1,
     )
     uvicorn.Server(config).run(sockets=[bound])
+
+
+def in_one_line(record: logging.LogRecord) -> bool:
+    """Tell whether NiceGUI's record of an error is logged, and make it one line: an OdsError is told on its page."""
+    error = record.exc_info[1] if record.exc_info else None
+    if error is not None and not logging.getLogger(record.name).isEnabledFor(logging.DEBUG):
+        record.msg, record.args, record.exc_info = f"{type(error).__name__}: {one_line(error)}", (), None
+    return not isinstance(error, OdsError)
 
 
 def _application(site: Site) -> FastAPI:

@@ -24,6 +24,19 @@ def test_names_lead_nowhere_else(tmp_path: Path, name: str) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_name_too_long_is_told_short(tmp_path: Path) -> None:
+    with pytest.raises(OdsError, match=r"1 to 60 letters") as told:
+        save_preset("x" * 300, START, [tmp_path])
+    assert len(str(told.value)) < 150
+
+
+def test_letters_of_all_languages_are_letters_and_a_name_is_kept_once(tmp_path: Path) -> None:
+    save_preset("Größe 東", State(), [tmp_path])
+    save_preset("Größe 東", START, [tmp_path])
+    assert preset_names([tmp_path]) == ["Größe 東"]
+    assert load_preset("Größe 東", State(), [tmp_path]) == START
+
+
 def test_what_is_no_preset_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(OdsError, match="no such file"):
         load_preset("none", State(), [tmp_path])

@@ -1,0 +1,69 @@
+"""A disk that takes no more: one line, what was there stays, and nothing half written is left."""
+
+import resource
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from ods.base.errors import OdsError
+from ods.sim_sonar.by_name import find_scene
+from ods.workbench.engine.config_file import write_config
+from ods.workbench.engine.data import Data
+from ods.workbench.engine.files import keep_dropped
+from ods.workbench.engine.presets import save_preset
+from ods.workbench.engine.printing import print_ping, record_movie
+from ods.workbench.engine.scene_file import save, saving
+from ods.workbench.model.state import DataReference, State
+from tests.workbench.engine.test_printing import SOURCE
+
+SCENE = find_scene("figure11").file
+ROOM = 16
+"""Bytes."""
+
+
+@contextmanager
+def full_disk() -> Iterator[None]:
+    """Let no file of this process grow any more, as root can still fill the reserve of a real one."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def movie(file: Path) -> None:
+    data = Data(DataReference(), SOURCE.pings, SOURCE.poses)
+    record_movie(data, State().tuning, file, [file.parent], tell=lambda _: False, style="dark")
+
+
+WRITERS: dict[str, Callable[[Path], object]] = {
+    "own.toml": lambda file: write_config("# long\n" * 99, file, [file.parent]),
+    "scene.toml": lambda file: save(saving(SCENE, str(file), [file.parent])),
+    "workbench-presets/mine.preset": lambda file: save_preset("mine", State(), [file.parents[1]]),
+    "ping.png": lambda file: print_ping(SOURCE.pings[0], State().tuning, file, [file.parent], name="", style="dark"),
+    "mission.webp": movie,
+    "dropped.mcap": lambda file: keep_dropped(file.name, b"x" * 999, [file.parent]),
+}
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_nothing_is_left_and_it_is_one_line(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    with full_disk(), pytest.raises(OdsError, match=f"{file.name}: file too large$"):
+        WRITERS[name](file)
+    assert list(file.parent.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["own.toml", "workbench-presets/mine.preset", "ping.png"])
+def test_what_was_there_stays(tmp_path: Path, name: str) -> None:
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("before")
+    with full_disk(), pytest.raises(OdsError):
+        WRITERS[name](file)
+    assert file.read_text() == "before"
+    assert [each.name for each in file.parent.iterdir()] == [file.name]
