@@ -25,7 +25,7 @@ ROOM = 16
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file of this process grow any more, as root can still fill the reserve of a real one."""
+    """Let no file of this process grow over ROOM."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, before[1]))
     try:
@@ -49,10 +49,17 @@ WRITERS: dict[str, Callable[[Path], object]] = {
 }
 
 
+def place(folder: Path, name: str) -> Path:
+    """Return where a file is to be, once it has been written elsewhere: kernels are compiled and kept then."""
+    for each in (folder / "other" / name, folder / "full" / name):
+        each.parent.mkdir(parents=True)
+    WRITERS[name](folder / "other" / name)
+    return folder / "full" / name
+
+
 @pytest.mark.parametrize("name", WRITERS)
 def test_nothing_is_left_and_it_is_one_line(tmp_path: Path, name: str) -> None:
-    file = tmp_path / name
-    file.parent.mkdir(exist_ok=True)
+    file = place(tmp_path, name)
     with full_disk(), pytest.raises(OdsError, match=f"{file.name}: file too large$"):
         WRITERS[name](file)
     assert list(file.parent.iterdir()) == []
@@ -60,8 +67,7 @@ def test_nothing_is_left_and_it_is_one_line(tmp_path: Path, name: str) -> None:
 
 @pytest.mark.parametrize("name", ["own.toml", "workbench-presets/mine.preset", "ping.png"])
 def test_what_was_there_stays(tmp_path: Path, name: str) -> None:
-    file = tmp_path / name
-    file.parent.mkdir(exist_ok=True)
+    file = place(tmp_path, name)
     file.write_text("before")
     with full_disk(), pytest.raises(OdsError):
         WRITERS[name](file)

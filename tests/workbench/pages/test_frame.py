@@ -137,18 +137,17 @@ async def test_the_overlay_lists_the_keys_of_frame_and_menus(user: User) -> None
     await user.should_see("what this menu's key does")
 
 
+def luminance(colour: str) -> float:
+    """Return the relative luminance of WCAG 2.2."""
+    parts = (byte / 255 for byte in bytes.fromhex(colour[1:]))
+    red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue
+
+
 def contrast(colour: str, behind: str) -> float:
     """Return the contrast ratio of WCAG 2.2."""
-    bright = sorted(
-        sum(
-            share * (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4)
-            for share, part in zip(
-                (0.2126, 0.7152, 0.0722), (byte / 255 for byte in bytes.fromhex(each[1:])), strict=True
-            )
-        )
-        for each in (colour, behind)
-    )
-    return (bright[1] + 0.05) / (bright[0] + 0.05)
+    darker, brighter = sorted((luminance(colour), luminance(behind)))
+    return (brighter + 0.05) / (darker + 0.05)
 
 
 @pytest.mark.parametrize(("style", "page", "card"), [("dark", "#121212", "#1d1d1d"), ("light", "#ffffff", "#ffffff")])
