@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
+from ods.base.shipped import shipped_file
 from ods.sim_sonar.by_name import find_scene
 from ods.workbench.engine.config_file import write_config
 from ods.workbench.engine.data import Data
@@ -19,15 +20,13 @@ from ods.workbench.model.state import DataReference, State
 from tests.workbench.engine.test_printing import SOURCE
 
 SCENE = find_scene("figure11").file
-ROOM = 16
-"""Bytes."""
 
 
 @contextmanager
 def full_disk() -> Iterator[None]:
-    """Let no file of this process grow over ROOM."""
+    """Let no file of this process grow."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (ROOM, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, before[1]))
     try:
         yield
     finally:
@@ -40,7 +39,7 @@ def movie(file: Path) -> None:
 
 
 WRITERS: dict[str, Callable[[Path], object]] = {
-    "own.toml": lambda file: write_config("# long\n" * 99, file, [file.parent]),
+    "own.toml": lambda file: write_config(shipped_file("onboard.toml").read_text(), file, [file.parent]),
     "scene.toml": lambda file: save(saving(SCENE, str(file), [file.parent])),
     "workbench-presets/mine.preset": lambda file: save_preset("mine", State(), [file.parents[1]]),
     "ping.png": lambda file: print_ping(SOURCE.pings[0], State().tuning, file, [file.parent], name="", style="dark"),
