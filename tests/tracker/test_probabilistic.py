@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from ods.base.arrays import Floats, Indices
@@ -147,6 +147,38 @@ def test_two_echoes_alike_give_their_middle_with_more_noise() -> None:
     assert assignment.echoes.rows.range_m[0] == pytest.approx(50.05)
     assert assignment.echoes.rows.sigma_range[0] ** 2 == pytest.approx(0.01 + total * (total / lowered - 1.0), rel=1e-3)
     assert assignment.pairs.llr[0] == pytest.approx(10.0 + math.log(2.0), abs=1e-3)
+
+
+@pytest.mark.parametrize(("rival", "cut"), [(2.0, True), (-2.0, True), (-8.0, False)])
+def test_what_may_be_cut_off_counts_as_cut_off(rival: float, cut: bool) -> None:
+    """The second echo is cut off; `rival`: its log-likelihood ratio above that of the first."""
+    found = hypotheses(np.array([0, 0]), np.array([0, 1]), np.array([10.0, 10.0 + rival]))
+    seen = echoes([(50.05, 0.0, 1.0), (49.9, 0.0, 1.0)])
+    seen.rows.cut[:] = 0.0, 1.0
+    assignment = probabilistic(Question(found, np.ones(1, bool), seen, *one_object(50.0)))
+    assert (assignment.echoes.rows.cut[0] > 0.0) == cut
+
+
+@given(
+    st.lists(st.tuples(st.floats(-0.5, 0.5), st.floats(0.01, 0.2), st.floats(5.0, 10.0)), min_size=1, max_size=4),
+    st.booleans(),
+)
+def test_heights_are_those_that_any_likely_plane_leaves_open(
+    planes: list[tuple[float, float, float]], told: bool
+) -> None:
+    """Against the hull of the openings of all echoes but those of a tenth of the best one's probability."""
+    level, half, ratio = (np.array(column) for column in zip(*planes, strict=True))
+    half = half if told else np.zeros(len(planes))
+    found = hypotheses(np.zeros(len(planes), np.intp), np.arange(len(planes)), ratio)
+    seen = echoes([(50.0, 0.0, 1.0)] * len(planes))
+    seen.rows.elevation[:], seen.rows.half_vertical[:] = level, half
+    made = probabilistic(Question(found, np.ones(1, bool), seen, *one_object(50.0))).echoes.rows
+    best = int(ratio.argmax())
+    likely = ratio - ratio[best] >= math.log(0.1)
+    assume(np.abs(ratio - ratio[best] - math.log(0.1)).min() > 1e-6)
+    lowest, highest = (level - half)[likely].min(), (level + half)[likely].max()
+    expected = (0.5 * (lowest + highest), 0.5 * (highest - lowest)) if told else (level[best], 0.0)
+    assert (made.elevation[0], made.half_vertical[0]) == pytest.approx(expected, abs=1e-9)
 
 
 def test_unconfirmed_objects_take_one_echo_each_from_what_is_left() -> None:

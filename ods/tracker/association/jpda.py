@@ -17,7 +17,7 @@ from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.gnn import best_pairs
 from ods.tracker.measurement.model import predicted_rows, wrapped
-from ods.tracker.measurement.scan import Echoes, echo_rows
+from ods.tracker.measurement.scan import Echoes, EchoRows, echo_rows
 
 MOST_RATIO = 25.0
 """Largest log-likelihood ratio of a pair: e^25 leaves no doubt, and no rival's share is lost to rounding."""
@@ -27,6 +27,8 @@ CONVERGED = 1e-3
 """and the largest change of a message, all between 0 and 1, with which they end."""
 MORE_LIKELY = 0.5
 """An object is seen, and an echo starts no new object, when it is more probable than this that the other is there."""
+RIVAL = 0.1
+"""An echo with less than this share of the probability of an object's most probable one is no rival of it."""
 LEAST_GAIN = 0.05
 """Where echoes far apart would make an object's variance grow, its gain is this share of that of a sure echo."""
 
@@ -119,12 +121,10 @@ def _put_together(
     made = echo_rows(table)
     measured = made.range_m, made.bearing, made.radius
     sigmas = made.sigma_range, made.sigma_bearing, made.sigma_radius
+    _tell_what_holds_for_any(made, hypotheses, (share, strongest, objects), echoes)
     for k in range(count):
         i = objects[k]
-        made.elevation[k] = echoes.elevation[hypotheses.echoes[best[k]]]
         made.strength[k] = echoes.strength[hypotheses.echoes[best[k]]]
-        made.cut[k] = echoes.cut[hypotheses.echoes[best[k]]]
-        made.half_vertical[k] = echoes.half_vertical[hypotheses.echoes[best[k]]]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],
@@ -137,6 +137,34 @@ def _put_together(
             measured[axis][k] = middle[axis] + mean[axis, i] / seen[i]
             sigmas[axis][k] = math.sqrt(together)
     return best, llr, table
+
+
+@kernel
+def _tell_what_holds_for_any(
+    made: EchoRows, hypotheses: Hypotheses, told: tuple[Floats, Indices, Indices], echoes: EchoRows
+) -> None:
+    """Set elevation, its reach and the cut of each echo `made`, for each of k objects, so that no rival is ruled out.
+
+    `told`: probability of each pair (p,), the strongest pair of each object (n,), the k objects. One cut off that may
+    be the object's own moves the middle by an error that stays, so the middle counts as cut off: to take a whole echo
+    for one loses one image, to take a slide for noise makes a motion of it. Heights are from the lowest to the highest
+    that any of the planes leaves open, where planes are told apart.
+    """
+    share, strongest, objects = told
+    place = np.full(len(strongest), -1)
+    for k, i in enumerate(objects):
+        place[i], j = k, hypotheses.echoes[strongest[i]]
+        made.elevation[k], made.half_vertical[k], made.cut[k] = echoes.elevation[j], echoes.half_vertical[j], 0.0
+    for pair in range(len(share)):
+        i, j = hypotheses.objects[pair], hypotheses.echoes[pair]
+        k = place[i]
+        if k < 0 or share[pair] < RIVAL * share[strongest[i]]:
+            continue
+        made.cut[k] = max(made.cut[k], echoes.cut[j])
+        if made.half_vertical[k] > 0.0:
+            lowest = min(made.elevation[k] - made.half_vertical[k], echoes.elevation[j] - echoes.half_vertical[j])
+            highest = max(made.elevation[k] + made.half_vertical[k], echoes.elevation[j] + echoes.half_vertical[j])
+            made.elevation[k], made.half_vertical[k] = 0.5 * (lowest + highest), 0.5 * (highest - lowest)
 
 
 @kernel
