@@ -68,13 +68,21 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
 
     def hook(wanted: type, value: Any) -> Any:
         if wanted is Path and isinstance(value, str):
-            return Path(os.path.normpath(folder / Path(value).expanduser()))
+            return Path(os.path.normpath(folder / _expanded(value)))
         raise TypeError(f"Expected `str`, got `{type(value).__name__}`")
 
     try:
         return msgspec.convert(data, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
         raise ConfigError(f"{path}: {complaint_of(error, kind)}") from error
+
+
+def _expanded(path: str) -> Path:
+    """Return a path without `~`; a home that nobody knows is Debian's for who has none, and fails where it is used."""
+    try:
+        return Path(path).expanduser()
+    except RuntimeError:
+        return Path("/nonexistent", *Path(path).parts[1:])
 
 
 def _refuse_non_finite(value: Any, path: Path, key: str) -> None:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ods.base.geodesy import SiteSettings
@@ -38,3 +39,19 @@ def test_a_worker_gets_its_part() -> None:
     config = load(CONFIG / "onboard.toml", OnboardConfig)
     part = part_of(config, TrackerConfig)
     assert (part.site, part.pose, part.tracker) == (config.site, config.pose, config.tracker)
+
+
+def test_a_user_without_a_home_loads_what_names_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def nobody(_: int) -> None:
+        raise KeyError
+
+    monkeypatch.delenv("HOME")
+    monkeypatch.setattr("pwd.getpwuid", nobody)
+    file = tmp_path / "paths.toml"
+    file.write_text('here = "~/map"\nother = "~no-such-user/map"\n')
+    assert load(file, Paths) == Paths(Path("/nonexistent/map"), Path("/nonexistent/map"))
+
+
+class Paths(msgspec.Struct):
+    here: Path
+    other: Path
