@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-import msgspec
 import pytest
 
 from ods.base.geodesy import SiteSettings
+from ods.base.settings import Settings
 from ods.base.settings_file import ConfigError, load, load_table
 from ods.config import OnboardConfig, part_of
 from ods.tracker.settings import TrackerConfig
@@ -52,6 +52,6 @@ def test_a_user_without_a_home_loads_what_names_one(tmp_path: Path, monkeypatch:
     assert load(file, Paths) == Paths(Path("/nonexistent/map"), Path("/nonexistent/map"))
 
 
-class Paths(msgspec.Struct):
+class Paths(Settings):
     here: Path
     other: Path
