@@ -49,9 +49,9 @@ def test_a_user_without_a_home_loads_what_names_one(tmp_path: Path, monkeypatch:
     monkeypatch.setattr("pwd.getpwuid", nobody)
     file = tmp_path / "paths.toml"
     file.write_text('here = "~/map"\nother = "~no-such-user/map"\n')
-    assert load(file, Paths) == Paths(Path("/nonexistent/map"), Path("/nonexistent/map"))
+    assert load(file, Paths) == Paths(here=Path("/nonexistent/map"), other=Path("/nonexistent/map"))
 
 
-class Paths(Settings):
+class Paths(Settings, frozen=True, kw_only=True):
     here: Path
     other: Path
