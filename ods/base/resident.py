@@ -1,4 +1,4 @@
-"""Gives the pages of a shared library that has done its work back to the system."""
+"""Keeps a process small: gives memory that has done its work back to the system."""
 
 import ctypes
 import mmap
@@ -10,10 +10,28 @@ _MAPS = Path("/proc/self/smaps")
 _HEAD = re.compile(r"^([0-9a-f]+)-([0-9a-f]+) \S+ \S+ \S+ \S+ *(.*)$")
 
 
+_MMAP_THRESHOLD, _ARENA_MAX = -3, -8
+"""Of glibc's mallopt."""
+_LARGE_BYTES = 1 << 20
+
+
+def keep_no_large_arrays() -> None:
+    """Let large arrays be given back as soon as they are freed, and threads share the pools of small ones.
+
+    glibc would else keep room for the largest that was ever freed, in a pool for each thread. To be called before there
+    are threads. Other C libraries are left as they are.
+    """
+    mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+    if mallopt is not None:
+        mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
+        mallopt(_ARENA_MAX, 1)
+
+
 def give_back(library: str) -> None:
     """Give back what is in memory of the library with this word in its file's name, as far as the file tells it, too.
 
-    The system reads a page again where it is needed after all. Without /proc (not Linux) nothing is done.
+    So is what it has freed. The system reads a page again where it is needed after all. Without /proc (not Linux)
+    nothing is done.
     """
     try:
         told = _MAPS.read_text()
@@ -23,6 +41,9 @@ def give_back(library: str) -> None:
     advise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
     for start, end in clean_parts(told, library):
         advise(start, end - start, mmap.MADV_DONTNEED)
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 def clean_parts(told: str, library: str) -> Iterator[tuple[int, int]]:

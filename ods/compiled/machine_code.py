@@ -96,6 +96,10 @@ class LinkedCode:
         for variant in self._variants():
             self._engine.add_object_file(_object_file(variant.object_code))
         self._engine.finalize_object()
+        self._kernels = {  # LLVM has copies of the object code
+            name: tuple(variant._replace(object_code=b"") for variant in variants)
+            for name, variants in code.kernels.items()
+        }
         for variant in self._variants():
             self._place(variant.constants)
 

@@ -2,13 +2,16 @@
 
 import logging
 import os
+import sys
 import threading
 import webbrowser
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
+from types import ModuleType
+from typing import cast
 
 from ods.base.arguments import port_number
-from ods.base.resident import give_back
+from ods.base.resident import give_back, keep_no_large_arrays
 from ods.compiled.kernel import do_without_numba
 
 NO_STORAGE = Path(os.devnull) / "none"
@@ -35,6 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
+    keep_no_large_arrays()
     do_without_numba()  # where `ods compile` has been: pages wait for no compiler
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # the simulator is not of the machine code
     from ods.workbench.engine.compiling import COMPILING
@@ -45,6 +49,7 @@ def run(args: Namespace) -> None:
     COMPILING.hear()
     loaded, folders = load_config(args.config), folders_of(args)
     state = first_state(args, loaded)
+    cast("dict[str, ModuleType | None]", sys.modules).setdefault("aiohttp", None)  # 9 MB, for clients of Engine.IO only
     from ods.workbench.pages import frame  # takes a second: after what may be wrong
     from ods.workbench.web import server
 

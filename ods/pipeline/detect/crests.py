@@ -44,7 +44,8 @@ class CrestMeter:
         regions = -(-tiles[0] // _REGION), -(-tiles[1] // _REGION)
         self._histograms = np.empty((*regions, _BINS), np.int64)
         self._scaled = np.empty(shape, np.float32)
-        self._of_speckle = np.zeros(2)
+        self.of_speckle = np.zeros(2)
+        """The two quantiles of images without echoes, which `learn` fills."""
 
     def learn(self, images: Iterable[Image]) -> None:
         """Take in how high the crests of images without echoes reach, all from the same chain."""
@@ -55,7 +56,7 @@ class CrestMeter:
                 measured = self._measure(image, background, noise).reshape(-1, 2)
                 found.append(measured[measured[:, 0] > 0.0])
         all_found = np.concatenate(found)
-        self._of_speckle = all_found.mean(axis=0) if len(all_found) else np.zeros(2)
+        self.of_speckle[:] = all_found.mean(axis=0) if len(all_found) else 0.0
 
     def factors(self, image: Image, measured: tuple[float, float], level: float) -> Floats:
         """Return how many times as high as `level` the background of image (beams, samples) reaches: (rows, columns).
@@ -64,7 +65,7 @@ class CrestMeter:
         region as seldom as `level` is by speckle; 1 where crests are no higher than those of speckle.
         """
         background, noise = measured
-        middle, upper = self._of_speckle
+        middle, upper = self.of_speckle
         if not upper > middle or noise <= 0.0:
             return np.ones((1, 1))
         crests = self._measure(image, background, noise)

@@ -67,7 +67,7 @@ def level_detector(
         crests.learn(next(iter(kinds)))  # which is the first kind
 
     learn = learn_one_look if follow else tail.learn if params.levels == "false_alarm" else None
-    return PreparedDetector(find, learn, refuses_nan=True)
+    return PreparedDetector(find, learn, refuses_nan=True, learnt=crests.of_speckle if follow else None)
 
 
 def levels_between(unit: str, low: float, high: float, background: float, noise: float) -> tuple[float, float]:

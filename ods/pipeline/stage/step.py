@@ -6,7 +6,7 @@ There are four kinds of image step, by what they read and write; `AS_STEP` makes
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Literal, NamedTuple
 
-from ods.base.arrays import Image
+from ods.base.arrays import Floats, Image
 from ods.messages import Pose
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.gained_image import GainedImage
@@ -51,6 +51,9 @@ class PreparedDetector(NamedTuple):
     """Is shown images of speckle, kind by kind, as the stages before leave them, before the first real one."""
     refuses_nan: bool = False
     """`find` raises NotANumberError for an image with NaN; if it does not, the chain looks for them itself."""
+    learnt: Floats | None = None
+    """All that `learn` fills, where it follows from the stages before and the geometry alone: what another detector of
+    that kind has learnt there may be copied into it instead."""
 
 
 Step = Callable[[GainedImage, PingContext, DoubleBuffer], GainedImage]

@@ -24,7 +24,7 @@ from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.folders import readable
 from ods.workbench.model.state import DataReference
 
-KEPT_BYTES = 48 << 20
+KEPT_BYTES = 16 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
 FAN_SUFFIX = ".toml"
 """Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""

@@ -1,6 +1,10 @@
 """Files that can be opened: those of known endings under the workbench's folders, and the scenes that come with ODS."""
 
+import contextlib
+import filecmp
+import itertools
 import os
+import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +20,7 @@ from ods.workbench.model.state import DataReference
 
 RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".avi", ".mcap")
 SCENE = ".toml"
+ENDINGS = (*RECORDINGS, SCENE)
 MOST_LISTED, MOST_SEEN, DEEPEST = 500, 20_000, 5
 MOST_BYTES = 1 << 30
 """Of a file that is dropped onto the page."""
@@ -55,29 +60,68 @@ def opening(path: str | Path, folders: Sequence[Path]) -> OpenData:
     return OpenData(DataReference(kind="file", path=str(file)))
 
 
-def keep_dropped(name: str, content: bytes, folders: Sequence[Path]) -> Path:
-    """Write a file that was dropped onto the page into the first folder, under a name that is free. Raises OdsError."""
-    plain = Path(name).name
-    if Path(plain).suffix.lower() not in (*RECORDINGS, SCENE):
-        raise OdsError(f"{plain}: the ending must be one of {', '.join((*RECORDINGS, SCENE))}")
-    if not folders:
-        raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
-    file = writable(folders[0] / plain, folders)
-    number = 1
-    while True:
+class Dropped:
+    """A file that was dropped onto the page, on its way into the first folder: whole or not at all.
+
+    Enter it, write its parts, and keep it; what is not kept is gone afterwards.
+    """
+
+    def __init__(self, name: str, folders: Sequence[Path]) -> None:
+        """Raises OdsError where a file of that name is not kept."""
+        plain = Path(name).name
+        if Path(plain).suffix.lower() not in ENDINGS:
+            raise OdsError(f"{plain}: the ending must be one of {', '.join(ENDINGS)}")
+        if not folders:
+            raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
+        self._wanted = writable(folders[0] / plain, folders)
+        self._new = Path()
+
+    def __enter__(self) -> "Dropped":
+        """Raises OdsError."""
+        with self._or_why():
+            descriptor, name = tempfile.mkstemp(self._wanted.suffix, ".new-", self._wanted.parent)
+            self._new, self._file = Path(name), os.fdopen(descriptor, "wb")
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        with contextlib.suppress(OSError):  # what could not be written before cannot be now
+            self._file.close()
+        self._new.unlink(missing_ok=True)
+
+    def write(self, part: bytes) -> None:
+        """Write what comes next. Raises OdsError."""
+        with self._or_why():
+            self._file.write(part)
+
+    def keep(self) -> Path:
+        """Return where it is kept: under its name, or one like it that is free; a like file that is there will do.
+
+        Raises OdsError.
+        """
+        with self._or_why():
+            self._file.close()
+            self._new.chmod(0o644)
+            for place in self._places():
+                try:
+                    place.touch(exist_ok=False)
+                except FileExistsError:
+                    if place.is_file() and filecmp.cmp(place, self._new, shallow=False):
+                        return place
+                else:
+                    return self._new.replace(place)
+        raise AssertionError("names never end")
+
+    def _places(self) -> Iterator[Path]:
+        yield self._wanted
+        for number in itertools.count(1):
+            yield self._wanted.with_name(f"{self._wanted.stem}-{number}{self._wanted.suffix}")
+
+    @contextlib.contextmanager
+    def _or_why(self) -> Iterator[None]:
         try:
-            with file.open("xb") as new:
-                new.write(content)
-        except FileExistsError:
-            if file.stat().st_size == len(content) and file.read_bytes() == content:
-                return file
-            file = file.with_name(f"{Path(plain).stem}-{number}{file.suffix}")
-            number += 1
+            yield
         except OSError as error:
-            file.unlink(missing_ok=True)  # what a full disk took of it
-            raise OdsError(f"{file}: {reason_of(error)}") from error
-        else:
-            return file
+            raise OdsError(f"{self._wanted}: {reason_of(error)}") from error
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, float]]:

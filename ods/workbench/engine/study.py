@@ -1,7 +1,6 @@
 """One ping through a chain: what each stage makes of it, what it costs, what is found."""
 
 import itertools
-import math
 import statistics
 import threading
 import time
@@ -14,7 +13,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from ods.base.arrays import Image, Mask
+from ods.base.arrays import Floats, Image, Mask
 from ods.base.errors import OdsError
 from ods.base.mounting import Mounting
 from ods.messages import Detections, Ping
@@ -30,19 +29,18 @@ from ods.plots.polar import level_db
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.look import Grid, Look, grid_of, looks_of
+from ods.workbench.engine.look import Coded, Codes, Grid, Look, coded, grid_of, looks_of, of_stage
 
 FORMER_PINGS = 16
 """That go through a chain that compares pings before the one that is looked at."""
-KEPT_CHAINS, LEAST_KEPT_CHAINS = 4, 2
-"""Prepared for a geometry: to come back to one costs no learning. So many, or fewer of them, but A's and B's,"""
-KEPT_CELLS = 2_000_000
-"""with no more cells in all: at 512 x 2000 samples each takes 20 MB."""
+KEPT_CHAINS = 4
+"""Prepared for a geometry: to come back to one costs no learning. So many, or fewer, but those that are shown,"""
+KEPT_CELLS = 1_000_000
+"""with no more cells in all: at 512 x 2000 samples each takes 14 MB."""
+KEPT_LEARNT = 64
+"""Sets of filters and geometry behind which it is remembered what detectors learnt."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
 """Runs of which the time is taken: so many, or fewer where they last."""
-KEPT_SPECKLE_CELLS = 1_100_000
-"""Images of speckle are kept for a geometry of no more cells: of 60 x 2000 they take 5 MB, of 512 x 2000 33 MB, and
-drawing them anew takes longer than all else of a ping."""
 PATIENCE_S = 0.3
 """A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
 POSES_BEFORE = 64
@@ -60,8 +58,8 @@ class OvertakenError(StudyError):
         super().__init__("given up: something newer is asked for")
 
 
-Speckle = list[list[Image]]
-"""For each plane and ring, in order, what the stages before the detector make of the first kind of speckle."""
+Learnt = dict[int, Floats]
+"""What a detector learnt, by the number of its plane and ring."""
 
 
 class Cost(NamedTuple):
@@ -94,7 +92,7 @@ class Study:
     @cached_property
     def attended(self) -> Mask:
         """(beams, samples) what this ping was looked at for."""
-        return np.isfinite(self.looks[-1].image)
+        return self.looks[-1].processed
 
     def after(self, place: int, bypassed: tuple[int, ...]) -> Look:
         """Return the image after a place of the whole chain, of which some do not run; -1: as recorded."""
@@ -109,18 +107,21 @@ class Studio:
         self._data = data
         self._overtaken = overtaken
         self._kept: OrderedDict[Any, _Prepared] = OrderedDict()
-        self._speckle: tuple[bytes, Speckle] = (b"", [])
-        self._recorded: tuple[Ping, Image] | None = None
+        self._learnt: OrderedDict[bytes, Learnt] = OrderedDict()
+        self._recorded: tuple[Ping, Codes] | None = None
         """The last ping's amplitudes."""
         self._lock = threading.Lock()
 
-    def study(self, settings: MissionSettings, place: int) -> Study:
-        """Return what the pipeline of `settings` makes of a ping. Raises OvertakenError; OdsError, one line."""
+    def study(self, settings: MissionSettings, place: int, shown: int = 1) -> Study:
+        """Return what the pipeline of `settings` makes of a ping. Raises OvertakenError; OdsError, one line.
+
+        shown: how many pipelines take turns at being looked at.
+        """
         if not 0 <= place < len(self._data.pings):
             raise StudyError(f"ping {place}: there are {len(self._data.pings)}")
         with self._lock:
             try:
-                return self._study(settings, place)
+                return self._study(settings, place, shown)
             except PingError as error:
                 raise StudyError(f"ping {place}: {error}") from error
 
@@ -135,9 +136,9 @@ class Studio:
                 prepared.run_again(ping, place, give_up)
             return None if give_up() else prepared.cost()
 
-    def _study(self, settings: MissionSettings, place: int) -> Study:
+    def _study(self, settings: MissionSettings, place: int, shown: int) -> Study:
         ping = self._data.pings[place]
-        prepared = self._prepared(settings.pipeline, ping, place)
+        prepared = self._prepared(settings.pipeline, ping, place, shown)
         if prepared.chain.over_pings and self._data.timed and prepared.at != place - 1:
             for former in range(max(0, place - FORMER_PINGS), place):
                 prepared.run(self._data.pings[former], former, self._pose_of(former, settings))
@@ -151,41 +152,46 @@ class Studio:
             raise
         grid = grid_of(ping)
         looks = looks_of(grid, looker.taken(), [RECORDED, *(stage["use"] for stage in settings.pipeline.chain())])
-        looks[0] = replace(looks[0], image=self._whole(looks[0], ping))
+        looks[0] = replace(looks[0], codes=self._whole(looks[0], ping))
         return Study(place, ping, grid, tuple(looks), detections)
 
-    def _prepared(self, settings: PipelineSettings, ping: Ping, place: int) -> "_Prepared":
+    def _prepared(self, settings: PipelineSettings, ping: Ping, place: int, shown: int) -> "_Prepared":
         """Return the chain for these settings and this geometry; one that compares pings if it saw the last one."""
         key = _key(settings, ping)
         kept = self._kept.get(key)
         if kept is None or (kept.chain.over_pings and kept.at != place - 1):
-            kept = self._kept[key] = _Prepared(settings, self._speckle_of(settings, ping), self._overtaken)
+            kept = None
+            self._make_room(key, max(shown, min(KEPT_CHAINS, KEPT_CELLS // (ping.beams * ping.samples))))
+            kept = self._kept[key] = _Prepared(settings, self._learnt_behind(settings, ping), self._overtaken)
         self._kept.move_to_end(key)
-        most = min(KEPT_CHAINS, KEPT_CELLS // (ping.beams * ping.samples))
-        while len(self._kept) > max(most, LEAST_KEPT_CHAINS):
-            self._kept.popitem(last=False)
         return kept
 
-    def _speckle_of(self, settings: PipelineSettings, ping: Ping) -> Speckle:
-        """Return where the speckle of these filters and this geometry is kept. Raises PingError."""
-        numbers = make_plan(ping, settings).settings
-        filters = msgspec.structs.replace(numbers, stage=numbers.stage[:-1])
-        key = _key(filters, ping)
-        if self._speckle[0] != key:
-            for images in self._speckle[1]:  # the chains that learnt from them still have the lists
-                images.clear()
-            self._speckle = key, []
-        return self._speckle[1]
+    def _make_room(self, key: bytes, most: int) -> None:
+        """Give up chains, those longest not looked at, until there are fewer than `most`."""
+        self._kept.pop(key, None)
+        while len(self._kept) >= most:
+            self._kept.popitem(last=False)
 
-    def _whole(self, recorded: Look, ping: Ping) -> Image:
+    def _learnt_behind(self, settings: PipelineSettings, ping: Ping) -> Learnt:
+        """Return what is known of the detector behind these filters, at this geometry. Raises PingError."""
+        numbers = make_plan(ping, settings).settings
+        *filters, last = numbers.stage
+        key = _key(msgspec.structs.replace(numbers, stage=tuple(filters)), ping) + str(last["use"]).encode()
+        learnt = self._learnt.setdefault(key, {})
+        self._learnt.move_to_end(key)
+        while len(self._learnt) > KEPT_LEARNT:
+            self._learnt.popitem(last=False)
+        return learnt
+
+    def _whole(self, recorded: Look, ping: Ping) -> Codes:
         """Return the recorded image with the ranges that were not processed, too."""
-        missing = ~np.isfinite(recorded.image)
-        if not missing.any():
-            return recorded.image
+        processed = recorded.processed
+        if processed.all():
+            return recorded.codes
         if self._recorded is None or self._recorded[0] is not ping:
-            levels = level_db(ping).reshape(ping.planes, *recorded.image.shape).max(axis=0)
-            self._recorded = ping, np.power(np.float32(10.0), levels / np.float32(20.0))
-        return np.where(missing, self._recorded[1], recorded.image)
+            levels = level_db(ping).reshape(ping.planes, *processed.shape).max(axis=0)
+            self._recorded = ping, coded(np.power(np.float32(10.0), levels / np.float32(20.0)))
+        return np.where(processed, recorded.codes, self._recorded[1])
 
     def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
         """Return where the sonar's head was at a ping, as far as poses tell."""
@@ -205,13 +211,13 @@ class _Looker:
     """Takes what stages make, while it is entered; otherwise it is false, so that nothing is copied for it."""
 
     def __init__(self) -> None:
-        self._shown: list[StageImage] = []
+        self._shown: list[Coded] = []
         self._looks = False
 
     def __call__(self, image: StageImage) -> None:
-        self._shown.append(image)
+        self._shown.append(of_stage(image))
 
-    def taken(self) -> list[StageImage]:
+    def taken(self) -> list[Coded]:
         """Return what it took, and keep none of it."""
         taken, self._shown = self._shown, []
         return taken
@@ -230,11 +236,11 @@ class _TimedChain(Chain):
     """A chain that tells how long each stage took with the last ping."""
 
     def __init__(
-        self, settings: PipelineSettings, looker: _Looker, speckle: Speckle, overtaken: Callable[[], bool]
+        self, settings: PipelineSettings, looker: _Looker, learnt: Learnt, overtaken: Callable[[], bool]
     ) -> None:
         super().__init__(settings, watch=looker)
         self.spent_ns = [0] * len(settings.chain())
-        self._speckle, self._overtaken = speckle, overtaken
+        self._learnt, self._overtaken = learnt, overtaken
 
     def take_turn(self, turn: int) -> None:
         """Go on with the part of the range whose turn it is at that ping, where attention parts it."""
@@ -243,7 +249,7 @@ class _TimedChain(Chain):
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         stages = super()._stages_of(settings)
         *filters, last = (_timed(stage, self.spent_ns, at) for at, stage in enumerate(stages))
-        return [*filters, _learning_once(last, self._speckle, self._overtaken)]
+        return [*filters, _learning_once(last, self._learnt, self._overtaken)]
 
 
 def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredStage:
@@ -265,9 +271,9 @@ def _timed(stage: ConfiguredStage, spent_ns: list[int], at: int) -> ConfiguredSt
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
 
 
-def _learning_once(stage: ConfiguredStage, speckle: Speckle, overtaken: Callable[[], bool]) -> ConfiguredStage:
-    """Return a detector that learns from kept speckle: another setting of it costs no filtering of speckle. It gives up
-    where that lasts and is overtaken."""
+def _learning_once(stage: ConfiguredStage, learnt: Learnt, overtaken: Callable[[], bool]) -> ConfiguredStage:
+    """Return a detector that takes what one of its kind has learnt there: another setting of it costs no filtering of
+    speckle. Where it has to learn it gives up if that lasts and is overtaken."""
     prepared = itertools.count()
 
     def prepare(params: Any, fan: Fan) -> PreparedDetector:
@@ -275,10 +281,16 @@ def _learning_once(stage: ConfiguredStage, speckle: Speckle, overtaken: Callable
         learn, place = made.learn, next(prepared)
         if learn is None:
             return made
-        if math.prod(fan.shape) > KEPT_SPECKLE_CELLS:
-            return made._replace(learn=lambda kinds: learn(_while_wanted(kinds, overtaken)))
-        speckle.extend([] for _ in range(place + 1 - len(speckle)))
-        return made._replace(learn=lambda kinds: learn(_with_kept(speckle[place], _while_wanted(kinds, overtaken))))
+
+        def learn_once(kinds: Iterable[Iterable[Image]]) -> None:
+            if made.learnt is not None and place in learnt:
+                made.learnt[:] = learnt[place]
+                return
+            learn(_while_wanted(kinds, overtaken))
+            if made.learnt is not None:
+                learnt[place] = made.learnt
+
+        return made._replace(learn=learn_once)
 
     return stage._replace(stage=replace(stage.stage, prepare=prepare))
 
@@ -296,25 +308,12 @@ def _while_wanted(kinds: Iterable[Iterable[Image]], overtaken: Callable[[], bool
     return map(watched, kinds)
 
 
-def _with_kept(kept: list[Image], kinds: Iterable[Iterable[Image]]) -> Iterator[Iterable[Image]]:
-    """Yield what `kinds` would: the first kind from what is kept, or else keep it."""
-    rest = iter(kinds)
-    known = bool(kept)
-    if not known:
-        kept += [image.copy() for image in next(rest)]
-    yield kept
-    if known:
-        for _ in next(rest):  # those after it are drawn from the same random numbers
-            pass
-    yield from rest
-
-
 class _Prepared:
     """A chain for one geometry, and its times."""
 
-    def __init__(self, settings: PipelineSettings, speckle: Speckle, overtaken: Callable[[], bool]) -> None:
+    def __init__(self, settings: PipelineSettings, learnt: Learnt, overtaken: Callable[[], bool]) -> None:
         self.looker = _Looker()
-        self.chain = _TimedChain(settings, self.looker, speckle, overtaken)
+        self.chain = _TimedChain(settings, self.looker, learnt, overtaken)
         self.at = -1
         """Place of the last ping."""
         self._names = [str(stage["use"]) for stage in settings.chain()]

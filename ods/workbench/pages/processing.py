@@ -173,11 +173,10 @@ class _Page:
         text = f"{spot.range_m:.2f} m, {np.degrees(spot.bearing_rad):+.1f}°, beam {spot.beam}"
         if self._answer is None:
             return text
-        rows, columns = self._answer.a.looks[0].image.shape
+        rows, columns = self._answer.a.looks[0].codes.shape
         if not (0 <= spot.beam < rows and 0 <= spot.sample < columns):
             return text
-        cell = spot.beam, spot.sample
-        levels = [f"{look.label} {look.db_of(float(look.image[cell])):.1f}" for look in self._answer.a.looks]
+        levels = [f"{look.label} {look.reading_db(spot.beam, spot.sample):.1f}" for look in self._answer.a.looks]
         return f"{text}: dB over the median, {', '.join(levels)}"
 
     # -- what comes of it --

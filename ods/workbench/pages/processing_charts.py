@@ -99,7 +99,7 @@ class Profile:
         curves = []
         for role, name in zip(ROLES, self._names(options), strict=False):
             look = self._look(name)
-            if look is None or beam >= len(look.image):
+            if look is None or beam >= len(look.codes):
                 continue
             values, step = pooled_db(profile(look, beam), MOST_POINTS)
             first = grid.range0_m + 0.5 * (step - 1) * grid.dr_m

@@ -1,6 +1,7 @@
 """What the pictures of the image processing menu show: frames of an answer."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def _frame(study: Study, tuning: Tuning, place: int, state: State, circles: Sequ
     scale = state.view.lowest_db, state.view.highest_db
     attended = study.attended
     return Frame(
-        cells=cells_of(look.level_db(), scale),
+        cells=look.through(partial(cells_of, scale_db=scale)),
         bearing_rad=study.grid.bearing_rad,
         range0_m=study.grid.range0_m,
         dr_m=study.grid.dr_m,

@@ -93,41 +93,54 @@ class StageList:
         with self._list:
             for place, stage in enumerate(chain):
                 self._stage(state, place, str(stage["use"]), place == len(chain) - 1)
-            with self._fold("attention", "focus of attention", "opacity-90"), ui.column().classes("w-full gap-0"):
-                values = msgspec.to_builtins(state.tuning.config.pipeline.attention)
-                for control in controls_of(AttentionSettings):
-                    changed = partial(self._set, f"pipeline.attention.{control.path}")
-                    row = ControlRow(control, values[control.path], changed)
-                    self._rows.append((f"attention.{control.path}", row))
+            self._fold("attention", "focus of attention", "opacity-90", self._attention)
 
-    def _fold(self, key: str, title: str, classes: str) -> ui.expansion:
+    def _fold(self, key: str, title: str, classes: str, build: Callable[[], None]) -> ui.expansion:
+        """Build a group that is filled when it is unfolded first: the browser goes through all that is there at each
+        move of a slider."""
+        built: list[ui.column] = []
+
         def folded(open_now: bool) -> None:
             (self._open.add if open_now else self._open.discard)(key)
+            if open_now and not built:
+                with fold, ui.column().classes("w-full gap-0") as rows:
+                    built.append(rows)
+                    build()
 
         fold = ui.expansion(value=key in self._open, on_value_change=lambda event: folded(event.value))
         fold.props("dense dense-toggle expand-separator").classes(f"w-full {classes}").mark(f"fold {title}")
         with fold.add_slot("header"):
             ui.label(title).classes("self-center text-sm grow")
+        folded(key in self._open)
         return fold
+
+    def _attention(self) -> None:
+        values = msgspec.to_builtins(self._session.state.tuning.config.pipeline.attention)
+        for control in controls_of(AttentionSettings):
+            changed = partial(self._set, f"pipeline.attention.{control.path}")
+            row = ControlRow(control, values[control.path], changed)
+            self._rows.append((f"attention.{control.path}", row))
 
     def _stage(self, state: State, place: int, use: str, last: bool) -> None:
         bypassed = place in state.tuning.bypassed
-        fold = self._fold(f"{place} {use}", f"{place + 1}  {use}", "line-through opacity-60" if bypassed else "")
+        classes = "line-through opacity-60" if bypassed else ""
+        fold = self._fold(f"{place} {use}", f"{place + 1}  {use}", classes, partial(self._settings_of, place, use))
         fold.props("draggable=true").on("dragstart", partial(self._drag, place))
         fold.on("dragover", js_handler="(event) => event.preventDefault()").on("drop", partial(self._drop, place))
         with fold.default_slot.parent.slots["header"]:
             self._buttons(place, last, bypassed)
-        table = state.tuning.config.pipeline.chain()[place]
-        with fold, ui.column().classes("w-full gap-0"):
-            try:
-                controls = controls_of(find_stage(use).params)
-            except OdsError as error:
-                ui.label(str(error)).classes("text-negative text-sm")
-                return
-            for control in controls:
-                changed = partial(self._set, f"pipeline.stage[{place}].{control.path}")
-                row = ControlRow(control, table.get(control.path, control.default), changed)
-                self._rows.append((f"{place}.{control.path}", row))
+
+    def _settings_of(self, place: int, use: str) -> None:
+        table = self._session.state.tuning.config.pipeline.chain()[place]
+        try:
+            controls = controls_of(find_stage(use).params)
+        except OdsError as error:
+            ui.label(str(error)).classes("text-negative text-sm")
+            return
+        for control in controls:
+            changed = partial(self._set, f"pipeline.stage[{place}].{control.path}")
+            row = ControlRow(control, table.get(control.path, control.default), changed)
+            self._rows.append((f"{place}.{control.path}", row))
 
     def _buttons(self, place: int, last: bool, bypassed: bool) -> None:
         if not last:

@@ -120,11 +120,12 @@ class Work:
         _, state = request
         opened = self._open(state)
         place = min(state.ping, len(opened.data.pings) - 1)
-        a = opened.studio.study(state.tuning.mission(), place)
+        shown = 1 if state.other is None else 2
+        a = opened.studio.study(state.tuning.mission(), place, shown)
         b, parted, complaint = None, None, ""
         if state.other is not None:
             try:
-                b = opened.studio.study(state.other.mission(), place)
+                b = opened.studio.study(state.other.mission(), place, shown)
             except OvertakenError:
                 raise
             except OdsError as error:

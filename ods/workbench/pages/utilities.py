@@ -46,12 +46,17 @@ def _open(session: Session) -> None:
     path.on("keydown.enter", lambda: open_file(path.value))
 
     async def dropped(event: UploadEventArguments) -> None:
-        content = await event.file.read()
-        open_file(await run.io_bound(files.keep_dropped, event.file.name, content, session.folders))
+        with files.Dropped(event.file.name, session.folders) as kept:
+            async for part in event.file.iterate():
+                await run.io_bound(kept.write, part)
+            open_file(await run.io_bound(kept.keep))
 
+    endings = ", ".join(files.ENDINGS)
+    refusal = f"not taken: a file, no folder, ending in {endings}, of {files.MOST_BYTES >> 20} MB at most"
     drop = ui.upload(label="drop a file here: it is kept in the first folder, and opened", auto_upload=True,
-                     on_upload=dropped, max_file_size=files.MOST_BYTES)  # fmt: skip
-    drop.props(f'accept="{",".join((*files.RECORDINGS, files.SCENE))}" flat bordered').classes("w-full")
+                     on_upload=dropped, on_rejected=lambda: ui.notify(refusal, type="negative", close_button=True),
+                     max_file_size=files.MOST_BYTES)  # fmt: skip
+    drop.props(f'accept="{endings}" flat bordered').classes("w-full").mark("drop")
 
 
 def _save(session: Session) -> None:

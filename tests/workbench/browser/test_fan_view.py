@@ -95,6 +95,16 @@ def place_of_echo(window: webdriver.Chrome, view: WebElement) -> tuple[float, fl
     )
 
 
+def shown(window: webdriver.Chrome) -> list[tuple[Any, str]]:
+    """Return presentation and session in each window of a browser."""
+    told = []
+    for handle in window.window_handles:
+        window.switch_to.window(handle)
+        until(lambda: len(views(window)), 2)
+        told.append((prop(window, views(window)[0], "presentation"), text(window, "session")))
+    return told
+
+
 @pytest.mark.parametrize("presentation", ["fan", "polar"])
 def test_an_echo_is_drawn_where_it_belongs(page: webdriver.Chrome, presentation: str) -> None:
     if presentation == "polar":
@@ -180,7 +190,7 @@ def test_a_connection_that_breaks_comes_back_with_the_page_as_it_was(page: webdr
     assert text(page, "session") == own
 
 
-def test_a_reload_keeps_the_state_and_another_browser_has_its_own(
+def test_a_reload_keeps_the_state_and_another_browser_has_its_own_for_all_its_windows(
     page: webdriver.Chrome, server: Serving, tmp_path: Any
 ) -> None:
     until(lambda: prop(page, views(page)[0], "presentation"), "polar")
@@ -192,9 +202,17 @@ def test_a_reload_keeps_the_state_and_another_browser_has_its_own(
     assert text(page, "session") == own
     with chromium(tmp_path) as other:
         other.get(server.line().strip())
-        until(lambda: len(views(other)), 2)
-        assert prop(other, views(other)[0], "presentation") == "fan"
-        assert text(other, "session") != own
+        for window in (page, other):
+            window.switch_to.new_window("tab")
+            window.get(server.origin)
+        (_, theirs) = shown(other)[0]
+        assert theirs != own
+        assert shown(page) == [("polar", own)] * 2
+        assert shown(other) == [("fan", theirs)] * 2
+        click(other, "presentation")  # in its second window
+        until(lambda: shown(other), [("polar", theirs)] * 2)
+    page.close()
+    page.switch_to.window(page.window_handles[0])
 
 
 def test_nothing_is_asked_of_another_host(page: webdriver.Chrome, server: Serving) -> None:

@@ -1,8 +1,10 @@
 """The live menu, without a browser, on a real bus."""
 
+import subprocess
+import sys
 import time
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import msgspec
@@ -60,6 +62,44 @@ def banner(user: User) -> str:
     (label,) = user.find(marker="live-verdict").elements
     assert isinstance(label, ui.label)
     return str(label.text)
+
+
+async def test_a_bus_that_vanishes_is_said_and_heard_again_when_it_is_back(tmp_path: Path) -> None:
+    """The process is killed, so that its sockets stay, and another takes its place."""
+    session = Session(State(data=DataReference(kind="live", path=str(tmp_path))))
+    async with user_simulation(lambda: live.build(session)) as user:
+        await user.open("/")
+        for _ in range(2):
+            with talking(tmp_path):
+                await until(lambda: banner(user).startswith("VALID"))
+            await until(lambda: "NOT VALID: no obstacle list for" in banner(user))
+    listening = live.live_of(session)
+    assert listening is not None
+    listening.close()
+    told = [line.text.partition(":")[0] for line in listening.log if line.text.startswith("the list is")]
+    assert told[-4:] == ["the list is valid", "the list is NOT VALID"] * 2
+
+
+@contextmanager
+def talking(run_dir: Path) -> Iterator[None]:
+    """Let a process publish valid lists, until it is killed."""
+    program = f"""
+import time
+from contextlib import ExitStack
+from pathlib import Path
+from tests.workbench.engine.test_live import Vehicle
+with ExitStack() as stack:
+    vehicle = Vehicle(Path({str(run_dir)!r}), stack)
+    while True:
+        vehicle.tell(valid=True, reasons=[])
+        time.sleep(0.05)
+"""
+    process = subprocess.Popen([sys.executable, "-c", program])
+    try:
+        yield
+    finally:
+        process.kill()
+        process.wait()
 
 
 async def test_without_a_bus_it_says_how_to_get_one() -> None:

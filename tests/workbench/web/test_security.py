@@ -94,6 +94,25 @@ def test_foreign_hosts_and_origins_are_refused_with_cookie(browser: httpx.Client
         assert browser.get(path, headers={"Origin": origin}).status_code == 403
 
 
+@pytest.mark.parametrize(
+    "host", ["[::1]", "[::1]:8420", "[::ffff:127.0.0.1]", "[::1", "127.0.0.1.evil.example", "127.0.0.2", "", "evil:1:2"]
+)
+def test_no_other_name_is_answered_in_one_line(browser: httpx.Client, server: Serving, host: str) -> None:
+    for headers in ({"Host": host}, {"Host": host, "Origin": f"http://{host}"}):
+        answer = browser.get("/", headers=headers)
+        assert answer.status_code == 400
+        assert len(answer.text.splitlines()) == 1
+    assert browser.get("/", headers={"Origin": f"http://{host}"}).status_code == 403
+
+
+@pytest.mark.parametrize("token", ["x", "", "%00", "ä", "a&token=b", "x" * 9999])
+def test_a_wrong_token_is_one_line(browser: httpx.Client, server: Serving, token: str) -> None:
+    answer = httpx.get(f"{server.origin}/?token={token}", trust_env=False)
+    assert answer.status_code == 403
+    assert answer.text.count("\n") == 1
+    assert "set-cookie" not in answer.headers
+
+
 @pytest.mark.parametrize("path", ["/frames", f"{SOCKET_IO}websocket"])
 def test_sockets_need_cookie_origin_and_host(browser: httpx.Client, server: Serving, path: str) -> None:
     url, own = server.origin + path, {"Cookie": cookie(browser), "Origin": server.origin}
@@ -129,6 +148,14 @@ def test_it_listens_on_this_machine_only_and_writes_nothing_here(browser: httpx.
     listening = [held for held in process.net_connections() if held.status == psutil.CONN_LISTEN]
     assert [held.laddr.ip for held in listening] == ["127.0.0.1"]
     assert list(Path(process.cwd()).iterdir()) == []
+
+
+@pytest.mark.parametrize("port", ["65536", "-1", "x", "1.5"])
+def test_a_port_that_is_none_is_one_line(port: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["workbench", "--no-browser", "--port", port])
+    told = f"argument --port: {port!r} is not a port: 0 to 65535 (see ods workbench --help)"
+    assert capsys.readouterr().err == f"ods workbench: {told}\n"
 
 
 def test_a_port_that_is_taken_is_one_line(server: Serving, capsys: pytest.CaptureFixture[str]) -> None:

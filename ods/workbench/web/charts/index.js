@@ -12,9 +12,9 @@ const ROLES = {
   uncertainty: { colours: ["#1fc79a", "#00795a"], label: "two standard deviations" },
   prediction: { colours: ["#b6a4ff", "#6a4fc9"], label: "predicted", dash: [2, 3] },
   approach: { colours: ["#ff6b6b", "#c1121f"], label: "closest approach" },
-  sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", width: 1 },
+  sector: { colours: ["#56b4e9", "#0072b2"], label: "sonar's sector", area: true },
   object: { colours: ["#f0b429", "#a86a00"], label: "object", width: 2 },
-  path: { colours: ["#56b4e9", "#0072b2"], label: "path" },
+  path: { colours: ["#b6a4ff", "#6a4fc9"], label: "path" },
   first: { colours: ["#56b4e9", "#0072b2"] },
   second: { colours: ["#f0b429", "#a86a00"] },
   third: { colours: ["#1fc79a", "#00795a"] },
@@ -104,13 +104,17 @@ export function legend(context, entries, x, y, perLine = 18) {
   entries.forEach(([role, label], place) => {
     const style = styleOf(role);
     const middle = y + place * perLine;
-    context.strokeStyle = style.colour;
+    context.strokeStyle = context.fillStyle = style.colour;
     context.lineWidth = Math.max(2, style.width);
     context.setLineDash(style.dash);
     context.beginPath();
     context.moveTo(x, middle);
     context.lineTo(x + 22, middle);
-    context.stroke();
+    if (style.area) {
+      context.globalAlpha = 0.3;
+      context.fillRect(x, middle - 5, 22, 10);
+      context.globalAlpha = 1;
+    } else context.stroke();
     context.setLineDash([]);
     halo(context, label || style.label, x + 28, middle);
   });
