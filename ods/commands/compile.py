@@ -4,10 +4,13 @@ Where what the simulator needs is installed its kernels too, for the workbench: 
 """
 
 import hashlib
+import os
 import subprocess
 import sys
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -50,7 +53,7 @@ def run(args: Namespace) -> int:
         raise CompileError("no folder for compiled kernels is safe and writable: set ODS_CACHE_DIR")
     print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
     begun = time.monotonic()
-    _compile(settings)
+    _compile(settings, args.config)
     _keep(folder, job, known, args.config, may_need_numba=bool(_plugins(settings)))
     count = sum(len(dispatcher.overloads) for dispatcher in kernel.DISPATCHERS.values())
     print(f"compiled {count} variants of kernels in {time.monotonic() - begun:.0f} s, kept in {folder}")
@@ -72,21 +75,56 @@ def _plugins(settings: OnboardConfig) -> tuple[Path, ...]:
     return settings.pipeline.plugins + settings.tracker.plugins
 
 
-def _compile(settings: OnboardConfig) -> None:
+def _compile(settings: OnboardConfig, config: Path) -> None:
     """Let all meet what it may meet, and show which kernel is compiled."""
     status = StatusLine()
     kernel.tell_compiling(lambda count, name: status.show(f"{count}: {name}"))
-    warm_up(settings)
+    with _another_process(config):
+        _warm_up_pipeline(settings)
+    _warm_up_others(settings)
     status.clear()
+
+
+@contextmanager
+def _another_process(config: Path) -> Iterator[None]:
+    """Let a second processor, where there is one, compile what the pipeline does not call, for this process to load.
+
+    They never write the same file of numba's cache, as they have no kernel in common. Should the other process fail,
+    this one compiles the rest, or tells why it cannot.
+    """
+    if len(os.sched_getaffinity(0)) < 2:
+        yield
+        return
+    code = f"from {__name__} import compile_others; compile_others({str(config)!r})"
+    with subprocess.Popen([sys.executable, "-P", "-c", code], stderr=subprocess.DEVNULL) as other:
+        try:
+            yield
+        except BaseException:
+            other.terminate()
+            raise
+
+
+def compile_others(config: str) -> None:
+    """Do a part of `ods compile`, in a process of its own."""
+    _warm_up_others(load(Path(config), OnboardConfig))
 
 
 def warm_up(settings: OnboardConfig) -> None:
     """Let the pipeline and the tracker of these settings, and a simulator, process all that they may meet."""
+    _warm_up_pipeline(settings)
+    _warm_up_others(settings)
+
+
+def _warm_up_pipeline(settings: OnboardConfig) -> None:
     from ods.pipeline import warm_up as pipeline
-    from ods.tracker import warm_up as tracker
 
     pipeline.warm_up(settings.pipeline)
     pipeline.warm_up(settings.pipeline, watch=lambda _image: None)  # the workbench watches
+
+
+def _warm_up_others(settings: OnboardConfig) -> None:
+    from ods.tracker import warm_up as tracker
+
     tracker.warm_up(settings.tracker)
     if _SIMULATES:
         from ods.sim_sonar import warm_up as simulator
