@@ -43,6 +43,8 @@ class Case:
     sigma_bearing_deg: float = 0.5
     object_speed: float = 0.0
     """m/s, in any direction, level."""
+    object_climb: float = 0.0
+    """Standard deviation of its climb, m/s."""
     vehicle_speed: float = 0.0
     """m/s, ahead, level."""
     pitch_deg: float = 0.0
@@ -65,6 +67,7 @@ CASES = (
         for v in (0.0, 0.5)
     ),
     *(Case(f"object {v} m/s", 50.0, 0.1, object_speed=v) for v in (0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
+    *(Case(f"object 0.5 m/s, climbs, pitch {p}", 60.0, 0.5, 0.1, 0.5, 0.5, 0.2, 0.0, p) for p in (0.0, 10.0, 20.0)),
     Case("pose 0.3 m, 1 deg", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0),
     Case("pose 0.3 m, 1 deg, 1.5 m/s", 60.0, 0.1, pose_m=0.3, yaw_deg=1.0, vehicle_speed=1.5),
     Case("pose 0.3 m, 1 deg, object 0.5 m/s", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0, object_speed=0.5),
@@ -103,6 +106,8 @@ def one_run(case: Case, observer: str, rng: np.random.Generator, told_s: Sequenc
     truth = start[:, None] + rotation(pitch + swing * math.sin(phase), yaw) @ body
     course = rng.uniform(-math.pi, math.pi, count)
     velocity = case.object_speed * np.stack([np.cos(course), np.sin(course), np.zeros(count)])
+    if case.object_climb:
+        velocity[2] = case.object_climb * rng.standard_normal(count)
     bias, turned = case.pose_m * rng.standard_normal(2), math.radians(case.yaw_deg) * rng.standard_normal()
     sigma_position = np.array([case.pose_m, case.pose_m, 0.0])
     sigma_attitude = np.array([0.0, 0.0, math.radians(case.yaw_deg)])
@@ -141,6 +146,9 @@ def look(tracker: Tracker, truth: Array, case: Case, found: Found, row: int) -> 
         if not len(distance) or distance.min() > 0.2 * case.range_m:
             continue
         j = int(distance.argmin())
+        others = np.hypot(*(picture.position[:2, j, None] - truth[:2]))
+        if others.min() < distance[j]:  # it is that of another object
+            continue
         s_nn, s_ee, s_ne = *(picture.sigma_position[:2, j] ** 2), picture.covariance_ne[j]
         square = s_ee * north[j] ** 2 - 2.0 * s_ne * north[j] * east[j] + s_nn * east[j] ** 2
         found.nees[row, i] = square / (s_nn * s_ee - s_ne**2)

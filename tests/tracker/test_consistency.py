@@ -27,6 +27,7 @@ ON_AXIS = (
     Case("biased pose", 60.0, 0.1, pose_m=0.3, yaw_deg=1.0, vehicle_speed=1.5),
     Case("slow", 50.0, 0.1, object_speed=0.1),
 )
+MOVING = tuple(Case(f"pitch {pitch}", 60.0, pitch_deg=pitch, object_speed=0.5) for pitch in (10.0, 20.0))
 CREEPING = ((0.02, 15.0), (0.05, 9.0), (0.1, 6.0))
 """Speeds, m/s, and when the lag of the average is largest, s."""
 
@@ -64,3 +65,12 @@ def test_what_creeps_unseen_is_told() -> None:
         case = Case("creeping", 50.0, 0.1, object_speed=speed)
         found = [one_run(case, "manoeuvring", np.random.default_rng([0, run]), [told_s]) for run in range(8)]
         assert np.nanmean([one.nees for one in found]) < 2.5, speed
+
+
+@pytest.mark.parametrize("case", MOVING, ids=lambda case: case.name)
+def test_what_moves_is_not_taken_to_climb(case: Case) -> None:
+    """A climb that was imagined carried heights away within 30 s, at a NEES of 50 and 13."""
+    found = [one_run(case, "manoeuvring", np.random.default_rng([7, run]), (20.0, 30.0)) for run in range(RUNS)]
+    nees = np.concatenate([one.nees for one in found], axis=1)
+    assert np.isfinite(nees).mean() > 0.7
+    assert np.nanmean(nees) < 2.8
