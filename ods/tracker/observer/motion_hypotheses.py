@@ -475,8 +475,8 @@ def _update(
         odds = math.log(static / (1.0 - static)) + ratio
         s.rest_height[i] = heights.height[RESTING, k] + learned.step[RESTING, k]
         s.height[i] = heights.height[1, k] + learned.step[1, k]
-        # Ranges and bearings tell nothing of the climb: it could be a part of the horizontal velocity just as well. Taken
-        # from what they say of the height, each would make the other grow.
+        # Ranges and bearings tell nothing of the climb: it could be a part of the horizontal velocity just as well.
+        # Taken from what they say of the height, each would make the other grow.
         s.climb[i] += s.slope[i] * heights.step[1, k]
         s.rest_height_variance[i] = max(learned.variance[RESTING, k], LEAST_VARIANCE)
         s.height_variance[i] = max(learned.variance[1, k], LEAST_VARIANCE)
