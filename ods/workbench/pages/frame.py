@@ -14,10 +14,10 @@ from nicegui.events import KeyEventArguments
 
 from ods.base.errors import one_line
 from ods.workbench.model.actions import SetView
-from ods.workbench.model.state import DataReference, State
+from ods.workbench.model.state import DataReference
 from ods.workbench.pages import shared_link
 from ods.workbench.session import Session
-from ods.workbench.web.follow import follow
+from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 log = logging.getLogger(__name__)
 
@@ -134,14 +134,14 @@ def _undo_and_redo(session: Session) -> None:
                 item.classes("" if at <= session.history.at else "opacity-50")
                 item.props("active" if at == session.history.at else "")
 
-    def show(_: State | None = None, __: State | None = None) -> None:
+    def show() -> None:
         history = session.history
         for button, name in ((undo, history.undoes), (redo, history.redoes)):
             button.set_text(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
             button.set_enabled(bool(name))
 
     steps.on("before-show", list_steps)
-    follow(session, undo, show)
+    follow(session, undo, lambda *_: in_loop(undo, show, PICTURE_FIRST_S))
     show()
 
 

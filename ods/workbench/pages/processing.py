@@ -89,6 +89,7 @@ class _Page:
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
             self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
             self._attention.props("dense").tooltip("dims the ranges that this ping skips")
+            ui.label("colours, dB").classes("text-xs opacity-80 ml-2")
             self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
             self._scale.props("dense label").classes("w-40").tooltip("colour scale, dB over the image's median")
             ui.space()

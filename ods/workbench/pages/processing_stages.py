@@ -18,7 +18,7 @@ from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State
 from ods.workbench.pages.control_row import ControlRow
 from ods.workbench.session import Session
-from ods.workbench.web.follow import follow
+from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 DETECTS = "detect."
 
@@ -76,7 +76,11 @@ class StageList:
         if _shape(before) != _shape(after):
             self._build(after)
         elif before.tuning is not after.tuning:
-            self._show(after)
+            in_loop(self._list, self._show_newest, PICTURE_FIRST_S)
+
+    def _show_newest(self) -> None:
+        if _shape(self._session.state) == self._shape:  # else the list is about to be built anew
+            self._show(self._session.state)
 
     def _show(self, state: State) -> None:
         chain = state.tuning.config.pipeline.chain()
@@ -88,7 +92,7 @@ class StageList:
 
     def _build(self, state: State) -> None:
         self._list.clear()
-        self._rows = []
+        self._rows, self._shape = [], _shape(state)
         chain = state.tuning.config.pipeline.chain()
         with self._list:
             for place, stage in enumerate(chain):

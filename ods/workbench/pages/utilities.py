@@ -69,7 +69,7 @@ def _save(session: Session) -> None:
         would = saving(session.loaded, session.state.tuning)
         shown.set_content(would.difference(session.loaded) or "as it was loaded")
         count = len(would.changes)
-        note.set_text(f"{count} setting{'' if count == 1 else 's'} differ from {session.loaded.path}")
+        note.set_text(f"{'1 setting differs' if count == 1 else f'{count} settings differ'} from {session.loaded.path}")
 
     def save() -> None:
         would = saving(session.loaded, session.state.tuning)

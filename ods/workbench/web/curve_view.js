@@ -168,10 +168,10 @@ export default {
       context.lineTo(across ? at : box.x + box.width, across ? box.y + box.height : at);
       context.stroke();
       context.setLineDash([]);
-      context.textAlign = "left";
-      const offset = { low: 8, high: 22 }[line.name] || 8;
-      if (across) halo(context, line.name, at + 4, box.y + offset, style.colour);
-      else if (line.name) halo(context, line.name, box.x + 4, at + (line.name === "low" ? 9 : -8), style.colour);
+      const isLow = line.name === "low"; // on the side where the other line is not
+      context.textAlign = across && isLow ? "right" : "left";
+      if (across) halo(context, line.name, at + (isLow ? -4 : 4), box.y + 8, style.colour);
+      else if (line.name) halo(context, line.name, box.x + 4, at + (isLow ? 9 : -8), style.colour);
     },
   },
 };

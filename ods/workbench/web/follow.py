@@ -8,6 +8,9 @@ from nicegui.element import Element
 from ods.workbench.model.state import State
 from ods.workbench.session import Session
 
+PICTURE_FIRST_S = 0.05
+"""After a change, until what may wait is shown: for that the browser goes through all of the page."""
+
 
 def in_loop(element: Element, call: Callable[[], object], after_s: float = 0.0) -> None:
     """Call something soon in NiceGUI's loop and in the element's slot, unless the element is gone. From any thread.

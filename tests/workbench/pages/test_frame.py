@@ -15,6 +15,7 @@ from ods.workbench.model.state import DataReference, State, View
 from ods.workbench.pages import frame
 from ods.workbench.pages.frame import Menu
 from ods.workbench.session import Session
+from ods.workbench.web.follow import PICTURE_FIRST_S
 from tests.workbench.pages import menu_counts
 
 HERE = "tests.workbench.pages."
@@ -41,8 +42,7 @@ async def user(session: Session) -> AsyncIterator[User]:
 
 async def changed() -> None:
     """Let the loop do what a change asked it to."""
-    for _ in range(3):
-        await asyncio.sleep(0)
+    await asyncio.sleep(2.0 * PICTURE_FIRST_S)
 
 
 def button(user: User, marker: str) -> Any:

@@ -94,7 +94,7 @@ async def test_a_slider_changes_the_state_and_the_picture(user: User, session: S
     assert value == pytest.approx(8.0)
     newer = await until(lambda: frame(user) if frame(user) is not first else None)
     assert newer.version > first.version
-    assert widget(user, "value high").value == pytest.approx(8.0)
+    await until(lambda: widget(user, "value high").value == pytest.approx(8.0))
     session.undo()
     await until(lambda: widget(user, "value high").value == 6.0)
 
