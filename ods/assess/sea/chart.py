@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ods.assess.sea.judge import SceneScore
 from ods.assess.sea.table import FALSE_LIMIT, TRACKED_LIMIT
 from ods.plots.chart import dress
-from ods.plots.style import ACCENT, MARK, STRONG
+from ods.plots.style import ACCENT, MARK, STRONG, outline
 
 
 def chart(scores: Sequence[SceneScore]) -> Figure:
@@ -19,7 +19,7 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     false.barh(rows, [score.false_a_minute for score in scores], color=ACCENT, height=0.6)
     for row, score in enumerate(scores):
         false.annotate(f"{score.false_a_minute:.1f}", (score.false_a_minute, row), xytext=(4, 0), va="center",
-                       textcoords="offset points", fontsize=9)  # fmt: skip
+                       textcoords="offset points", fontsize=9, path_effects=outline())  # fmt: skip
         for target in score.targets:
             tracked.plot(100.0 * target.share, row, "o", color=MARK, ms=6, alpha=0.7)
             range_of.plot(target.confirmed_m, row, "o", color=MARK, ms=6, alpha=0.7)
@@ -27,7 +27,7 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     _limit(tracked, 100.0 * TRACKED_LIMIT)
     false.set_yticks(rows, [score.name for score in scores])
     false.invert_yaxis()
-    false.margins(x=0.12)
+    false.margins(x=0.12, y=0.02)
     dress(false, "false obstacles", "a minute; dotted: most that may be", "")
     dress(tracked, "objects tracked", "% of the lists; dotted: least that must be", "")
     dress(range_of, "confirmed", "at a distance of, m", "")
