@@ -10,21 +10,25 @@ _MAPS = Path("/proc/self/smaps")
 _HEAD = re.compile(r"^([0-9a-f]+)-([0-9a-f]+) \S+ \S+ \S+ \S+ *(.*)$")
 
 
-_MMAP_THRESHOLD, _ARENA_MAX = -3, -8
+_ARENA_MAX = -8
 """Of glibc's mallopt."""
-_LARGE_BYTES = 1 << 20
 
 
-def keep_no_large_arrays() -> None:
-    """Let large arrays be given back as soon as they are freed, and threads share the pools of small ones.
+def share_one_pool() -> None:
+    """Let threads share the pool that they allocate from: glibc would keep what was freed in one for each of them.
 
-    glibc would else keep room for the largest that was ever freed, in a pool for each thread. To be called before there
-    are threads. Other C libraries are left as they are.
+    To be called before there are threads. Other C libraries are left as they are.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
-        mallopt(_MMAP_THRESHOLD, _LARGE_BYTES)
         mallopt(_ARENA_MAX, 1)
+
+
+def give_back_freed() -> None:
+    """Give back what this process has freed: it takes milliseconds, and as long again when it is needed next."""
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(0)
 
 
 def give_back(library: str) -> None:
@@ -41,9 +45,7 @@ def give_back(library: str) -> None:
     advise.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
     for start, end in clean_parts(told, library):
         advise(start, end - start, mmap.MADV_DONTNEED)
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
+    give_back_freed()
 
 
 def clean_parts(told: str, library: str) -> Iterator[tuple[int, int]]:

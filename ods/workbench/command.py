@@ -11,7 +11,7 @@ from types import ModuleType
 from typing import cast
 
 from ods.base.arguments import port_number
-from ods.base.resident import give_back, keep_no_large_arrays
+from ods.base.resident import give_back, share_one_pool
 from ods.compiled.kernel import do_without_numba
 
 NO_STORAGE = Path(os.devnull) / "none"
@@ -38,7 +38,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
-    keep_no_large_arrays()
+    share_one_pool()
     do_without_numba()  # where `ods compile` has been: pages wait for no compiler
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # the simulator is not of the machine code
     from ods.workbench.engine.compiling import COMPILING

@@ -94,7 +94,7 @@ def build(session: Session) -> None:
 def _rules() -> Iterator[str]:
     for style, colours in TEXT_COLOURS.items():
         for what, colour in colours.items():
-            yield f".body--{style} .text-{what} {{ color: {colour} !important; }}\n"
+            yield f".body--{style} .text-{what} {{ --q-{what}: {colour}; }}\n"  # Quasar's own rule is important
 
 
 def _icon(icon: str, tip: str, clicked: Callable[[], object]) -> Button:

@@ -106,7 +106,7 @@ class _LivePage:
         with ui.row().classes("w-full no-wrap gap-2 items-start"):
             self._numbers = table("Obstacles", NUMBERS, self._mark)
             self._health = table("Processes", HEALTH, None)
-            self._health.add_slot("body-cell-state", STATE)
+            self._health.props("wrap-cells").add_slot("body-cell-state", STATE)
         ui.label("Log").classes("text-sm font-medium")
         self._log = ui.log(max_lines=SHOWN_LINES).classes("w-full").style("height: 150px").mark("live-log")
 

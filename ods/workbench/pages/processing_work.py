@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from ods.base.errors import OdsError, one_line
+from ods.base.resident import give_back_freed
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.newest import Newest
@@ -14,6 +15,8 @@ from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
 
+IDLE_S = 1.0
+"""After that memory is given back; not while one drags a slider."""
 REST_S = 0.1
 """After a picture, until it is drawn, nothing else is computed."""
 
@@ -144,6 +147,11 @@ class Work:
     def _tell(self, request: tuple[int, State], answer: Answer) -> None:
         self.answered, self._since = request[0], time.monotonic()
         self._hearer.told(answer)
+        self._tell_costs(answer)
+        if self._newest.rests(IDLE_S):
+            give_back_freed()
+
+    def _tell_costs(self, answer: Answer) -> None:
         opened, state = self._opened, answer.state
         if opened is None or self.held or not self._newest.rests(REST_S):
             return

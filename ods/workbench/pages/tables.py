@@ -23,7 +23,7 @@ def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -
     ]
     built = ui.table(rows=[], columns=fields, title=title, row_key=columns[0][0])
     built.props("dense flat bordered hide-pagination :rows-per-page-options=[0] title-class=text-sm no-data-label=none")
-    built.classes("grow").style("max-height: 190px")
+    built.classes("grow min-w-0").style("max-height: 190px")
     if clicked is not None:
         told = clicked
         built.on("rowClick", lambda event: told(str(event.args[1]["id"])))
