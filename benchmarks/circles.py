@@ -21,12 +21,8 @@ from ods.messages import Detection, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 
-BEAMS, SAMPLES, DR_M = 60, 2000, 0.05
-SPACING = np.radians(1.5)
-SIGMA = SPACING / np.sqrt(8.0 * np.log(2.0))
-BEAM_REACH = 5.0 * SIGMA
-"""A beam hears nothing from further beside its axis: less than 4e-6 of what is on it."""
-BEARINGS = (np.arange(BEAMS) - 0.5 * (BEAMS - 1)) * SPACING
+BEAM_REACH = 5.0
+"""Standard deviations of a beam's directivity beside its axis from which on it hears nothing: less than 4e-6."""
 KINDS = ("front", "disc", "half", "plate", "point")
 GATE_SIGMAS = 4.0
 """`tracker.gate_sigmas`."""
@@ -35,6 +31,31 @@ RADII_M, RANGES_M = (0.25, 6.0), (12.0, 92.0)
 """Of bodies that are drawn; radii by their logarithms."""
 RIGHT = (0.7, 1.3)
 """Mean of error^2/sigma^2 in a row whose sigmas are right."""
+
+
+class Sonar(NamedTuple):
+    """A fan of beams of Gaussian directivity, side by side at their -3 dB width."""
+
+    beams: int
+    samples: int
+    spacing: float
+    """rad."""
+    dr_m: float
+
+    @property
+    def bearings(self) -> Floats:
+        """Return the beams' axes, rad, (beams,)."""
+        return np.asarray((np.arange(self.beams) - 0.5 * (self.beams - 1)) * self.spacing)
+
+    @property
+    def sigma(self) -> float:
+        """Return the standard deviation of a beam's directivity, rad."""
+        return float(self.spacing / np.sqrt(8.0 * np.log(2.0)))
+
+
+SONAR = Sonar(60, 2000, float(np.radians(1.5)), 0.05)
+WIDEST = 0.35
+"""Bearings of bodies, rad."""
 
 
 class Points(NamedTuple):
@@ -85,26 +106,26 @@ def body(kind: str, size: float) -> Points:
     return {"front": front, "disc": disc, "half": half, "plate": plate, "point": lambda _: plate(1e-3)}[kind](size)
 
 
-def mean_intensity(points: Points, range_m: float, bearing: float) -> Floats:
-    """Return what the body adds to each cell, at most 1, (BEAMS, SAMPLES)."""
+def mean_intensity(points: Points, range_m: float, bearing: float, sonar: Sonar = SONAR) -> Floats:
+    """Return what the body adds to each cell, at most 1, (beams, samples)."""
     away = range_m + points.ahead
     horizontal = np.hypot(away, points.across)
-    column = np.rint(np.hypot(horizontal, points.up) / DR_M).astype(np.int64)
+    column = np.rint(np.hypot(horizontal, points.up) / sonar.dr_m).astype(np.int64)
     seen_at = bearing + np.arctan2(points.across, away)
-    image = np.zeros((BEAMS, SAMPLES))
-    least, most = seen_at.min() - BEAM_REACH, seen_at.max() + BEAM_REACH
-    for k in np.flatnonzero((least < BEARINGS) & (most > BEARINGS)):
-        gain = np.exp(-((BEARINGS[k] - seen_at) ** 2) / (2.0 * SIGMA**2))
-        image[k] = np.bincount(column, gain * points.weight, SAMPLES)
+    image = np.zeros((sonar.beams, sonar.samples))
+    least, most = seen_at.min() - BEAM_REACH * sonar.sigma, seen_at.max() + BEAM_REACH * sonar.sigma
+    for k in np.flatnonzero((least < sonar.bearings) & (most > sonar.bearings)):
+        gain = np.exp(-((sonar.bearings[k] - seen_at) ** 2) / (2.0 * sonar.sigma**2))
+        image[k] = np.bincount(column, gain * points.weight, sonar.samples)
     return np.asarray(image / image.max())
 
 
-def ping_of(amplitude: Floats32) -> Ping:
-    """Return the ping of float32 amplitudes (BEAMS, SAMPLES)."""
+def ping_of(amplitude: Floats32, sonar: Sonar = SONAR) -> Ping:
+    """Return the ping of float32 amplitudes (beams, samples)."""
     return Ping(
-        seq=0, ping_number=0, t_ns=0, t_rx_ns=0, utc_ns=0, beams=BEAMS, samples=SAMPLES, dtype="f4",
-        data=amplitude.astype(np.float32).tobytes(), bearing_rad=BEARINGS.tolist(), range0_m=0.0, dr_m=DR_M,
-        sound_speed=1500.0,
+        seq=0, ping_number=0, t_ns=0, t_rx_ns=0, utc_ns=0, beams=sonar.beams, samples=sonar.samples, dtype="f4",
+        data=amplitude.astype(np.float32).tobytes(), bearing_rad=sonar.bearings.tolist(), range0_m=0.0,
+        dr_m=sonar.dr_m, sound_speed=1500.0,
     )  # fmt: skip
 
 
@@ -117,6 +138,7 @@ class Case(NamedTuple):
     range_m: float
     snr_db: float
     """Highest mean intensity over the background."""
+    sonar: Sonar = SONAR
 
 
 class Look(NamedTuple):
@@ -151,26 +173,29 @@ class Row(NamedTuple):
 
 def looks(chain: Chain, case: Case, count: int, rng: np.random.Generator, speckle: int = 1) -> Iterator[Look]:
     """Look at a body at bearings anywhere between two beams, each time in other speckle: the mean of so many images."""
-    points = body(case.kind, case.size)
+    points, sonar = body(case.kind, case.size), case.sonar
     near_m = case.range_m + float(points.ahead.min())
-    for bearing in rng.uniform(-0.35, 0.35, count):
-        mean = 1.0 + 10.0 ** (0.1 * case.snr_db) * mean_intensity(points, case.range_m, bearing)
+    for bearing in rng.uniform(-WIDEST, WIDEST, count) * sonar.bearings[-1] / SONAR.bearings[-1]:
+        mean = 1.0 + 10.0 ** (0.1 * case.snr_db) * mean_intensity(points, case.range_m, bearing, sonar)
         amplitude = 30.0 * np.sqrt(mean * rng.gamma(speckle, 1.0 / speckle, mean.shape))
-        found = [d for d in chain.process(ping_of(amplitude)).detections if is_of(d, case, bearing, points)]
+        detections = chain.process(ping_of(amplitude, sonar)).detections
+        found = [d for d in detections if is_of(d, case, bearing, points)]
         yield Look(case, bearing, near_m, max(found, key=lambda d: d.snr_db, default=None))
 
 
 def is_of(found: Detection, case: Case, bearing: float, points: Points) -> bool:
-    """Tell whether a detection is of the body: its near edge is between 1 m before the body and behind it."""
-    near, far = case.range_m + points.ahead.min() - 1.0, case.range_m + max(points.ahead.max(), 0.5 * case.size) + 0.5
-    beside = (case.size / case.range_m) + 0.5 * found.bearing_extent_rad + SPACING
+    """Tell whether a detection is of the body: its near edge is between 1 m (20 samples) before it and behind it."""
+    before, behind = 20.0 * case.sonar.dr_m, 10.0 * case.sonar.dr_m
+    near = case.range_m + points.ahead.min() - before
+    far = case.range_m + max(points.ahead.max(), 0.5 * case.size) + behind
+    beside = (case.size / case.range_m) + 0.5 * found.bearing_extent_rad + case.sonar.spacing
     return bool(near < found.near_m < far and abs(found.bearing_rad - bearing) < beside)
 
 
 def errors_of(seen: list[Look]) -> Errors:
     """Return what is wrong with what was found, and what it claims to be."""
     wrong, claimed = [], []
-    for (_, size, range_m, _), bearing, near_m, d in seen:
+    for (_, size, range_m, *_), bearing, near_m, d in seen:
         if d is not None:
             across = (d.bearing_rad - bearing) * range_m
             wrong.append((d.near_m - near_m, d.range_m - range_m, d.radius_m - size, across))
@@ -189,10 +214,11 @@ def figures(errors: Errors) -> str:
     return " |".join("".join(f.format(v) for v in values) for f, values in zip(formats, columns, strict=True))
 
 
-def seen_of(chain: Chain, case: Case, count: int, speckle: int) -> Row:
+def seen_of(chain: Chain, case: Case, args: argparse.Namespace) -> Row:
     """Return what is seen of a case in so many looks."""
-    rng = np.random.default_rng([int(case.range_m), int(case.snr_db), int(10 * case.size), len(case.kind)])
-    return Row(case, count, errors_of(list(looks(chain, case, count, rng, speckle))))
+    kind, size = KINDS.index(case.kind) + 1, int(10 * case.size)
+    rng = np.random.default_rng([args.seed, int(case.range_m), int(case.snr_db), size, kind])
+    return Row(case, args.looks, errors_of(list(looks(chain, case, args.looks, rng, args.speckle))))
 
 
 def print_summary(rows: list[Row]) -> None:
@@ -202,20 +228,21 @@ def print_summary(rows: list[Row]) -> None:
         if not chosen:
             continue
         square = [np.minimum(row.errors.normalized() ** 2, GATE_SIGMAS**2).mean(0) for row in chosen]
-        right = [(RIGHT[0] <= values) & (values <= RIGHT[1]) for values in square]
         bias = max(chosen, key=lambda row: abs(row.errors.wrong[:, 0].mean()))
         print(
-            f"{row_kind:8}{len(chosen):4} rows | right:"
-            + "".join(f"{value:6.0%}" for value in np.mean(right, 0))
-            + " | least:"
-            + "".join(f"{value:6.2f}" for value in np.min(square, 0))
-            + " | median:"
-            + "".join(f"{value:6.2f}" for value in np.median(square, 0))
-            + " | most:"
-            + "".join(f"{value:6.2f}" for value in np.max(square, 0))
-            + f" | near edge {bias.errors.wrong[:, 0].mean():+.2f} m at worst: {bias.case.size:g} m,"
+            f"{row_kind:8}{len(chosen):4} rows{shares(np.array(square))}"
+            f" | near edge {bias.errors.wrong[:, 0].mean():+.2f} m at worst: {bias.case.size:g} m,"
             f" {bias.case.range_m:g} m, {bias.case.snr_db:g} dB"
         )
+
+
+def shares(square: Floats) -> str:
+    """Return what print_summary tells of means of squares (rows, 4)."""
+    right = (RIGHT[0] <= square) & (square <= RIGHT[1])
+    counts = {"right": right, "over 2": square > 2.0, "under 0.5": square < 0.5}
+    text = "".join(f" | {name}:" + "".join(f"{v:5.0%}" for v in told.mean(0)) for name, told in counts.items())
+    values = {"least": square.min(0), "median": np.median(square, 0), "most": square.max(0)}
+    return text + "".join(f" | {name}:" + "".join(f"{v:6.2f}" for v in told) for name, told in values.items())
 
 
 def drawn(kind: str, snr_db: float, rng: np.random.Generator) -> Case:
@@ -231,7 +258,7 @@ def print_drawn(chain: Chain, args: argparse.Namespace) -> None:
     for kind in args.kinds:
         line = f"{kind:8}"
         for snr_db in args.snr:
-            rng = np.random.default_rng([1, int(snr_db), KINDS.index(kind)])
+            rng = np.random.default_rng([args.seed, 1, int(snr_db), KINDS.index(kind) + 1])
             cases = (drawn(kind, snr_db, rng) for _ in range(args.drawn))
             errors = errors_of([look for case in cases for look in looks(chain, case, 1, rng, args.speckle)])
             square = np.minimum(errors.normalized() ** 2, GATE_SIGMAS**2)
@@ -245,6 +272,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--looks", type=int, default=60, help="images a row")
     parser.add_argument("--drawn", type=int, default=100, help="images a kind and level of bodies drawn at random")
     parser.add_argument("--speckle", type=int, default=1, help="images that are averaged")
+    parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kinds", nargs="+", default=KINDS, choices=KINDS)
     parser.add_argument("--radii", nargs="+", type=float, default=[1.5, 3.0], metavar="M")
     parser.add_argument("--ranges", nargs="+", type=float, default=[20.0, 50.0, 90.0], metavar="M")
@@ -266,7 +294,7 @@ def main() -> None:
     for kind in args.kinds:
         for size in [0.0] if kind == "point" else args.radii:
             for range_m, snr_db in product(args.ranges, args.snr):
-                row = seen_of(chain, Case(kind, size, range_m, snr_db), args.looks, args.speckle)
+                row = seen_of(chain, Case(kind, size, range_m, snr_db), args)
                 rows.append(row)
                 share = len(row.errors.wrong) / row.looks
                 print(f"{kind:8}{size:6.1f}{range_m:7.0f}{snr_db:4.0f}{share:6.2f}|{figures(row.errors)}", flush=True)

@@ -50,7 +50,7 @@ def test_near_edge_is_where_the_body_begins(
     error = np.array([d.near_m - near for d in echoes])
     claimed = np.array([d.sigma_near_m for d in echoes])
     assert abs(np.median(error)) < 0.15
-    assert abs(error.mean()) < 0.15 + circles.DR_M
+    assert abs(error.mean()) < 0.15 + circles.SONAR.dr_m
     assert np.median((error / claimed) ** 2) < 3.0  # 0.45 of a normal error
     assert claimed.max() < 0.8
 

@@ -1,4 +1,4 @@
-"""The circle that stands for an echo's body, with the beam's width taken out, and how well it is known.
+"""The circle that stands for an echo's body, with the beam's width taken out.
 
 Across the beams, an echo is wider than its object, because a beam of -3 dB width w also hears its surroundings with a
 Gaussian directivity. In the outermost beam an object's edge at distance x inside or outside the beam's axis leaves the
@@ -36,19 +36,14 @@ the peak level, in multiples of the background."""
 _SMALL_M = 0.3
 """Up to this radius the centre is the middle of what shines, as small bodies often shine all over; from twice as much
 on it is a radius behind the near edge."""
-_HIDDEN_M = 5.0
-"""Standard deviation of the place of an object of which the fan's edge hides a part."""
 
 
 class Circle(NamedTuple):
-    """A circle in the sonar's plane, with standard deviations: the fields of `ods.messages.Detection`."""
+    """A circle in the sonar's plane: fields of `ods.messages.Detection`."""
 
     range_m: float
     bearing_rad: float
     radius_m: float
-    sigma_range_m: float
-    sigma_bearing_rad: float
-    sigma_radius_m: float
 
 
 class Shape(NamedTuple):
@@ -64,10 +59,9 @@ class Shape(NamedTuple):
     """Across it, without the beam's width."""
     blur_m: float
     """Width of the beam there."""
-    gap_m: float
-    """By how much half its width may be larger than the radius: the beam does not tell."""
-    doubt_m: float
-    """Standard deviation of the radius as the echo may show all of the body or its front."""
+    beams: int
+    behind_m: float
+    """Standard deviation of how far the circle's centre is behind the near edge."""
 
 
 class Width(NamedTuple):
@@ -80,9 +74,10 @@ class Width(NamedTuple):
 
 
 @kernel
-def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, peak: float) -> Circle:
-    """Return the circle of the echo of these runs. beam: intensity of each of the echo's beams; peak: in multiples of
-    the background.
+def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, peak: float) -> tuple[Circle, Shape]:
+    """Return the circle of the echo of these runs, and what it shows of the body's shape.
+
+    beam: intensity of each of the echo's beams; peak: in multiples of the background.
     """
     bearing, borders = fan.bearing_rad, fan.borders_rad
     low, high = runs[0].beam, runs[-1].beam
@@ -104,10 +99,11 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
     radius = max(radius + whole * (0.5 * long - radius), 0.5 * fan.dr_m)
     distance, not_small = np.hypot(x, y), min(max(radius / _SMALL_M - 1.0, 0.0), 1.0)
     distance += roundness * not_small * (depth.near_m + radius - distance)
-    gap = 0.0 if resolved else max(0.5 * wide_m - radius, 0.0)
-    shape = Shape(whole, roundness, long, wide_m, blur_m, gap, doubt)
-    circle = _with_sigmas((distance, np.arctan2(y, x), radius), shape, depth.sigma_near_m, peak)
-    return _cut_off(circle) if is_cut(runs, fan) else circle
+    unseen = (1.0 - whole) * radius * np.hypot(2.0 / peak, 0.2)
+    inside = np.sqrt(unseen**2 + doubt**2 + (0.03 * radius) ** 2 + (0.04 * blur_m) ** 2)
+    behind = roundness * inside + (1.0 - roundness) * (0.5 * long + roundness * radius)
+    shape = Shape(whole, roundness, long, wide_m, blur_m, beam.size, behind)
+    return Circle(distance, np.arctan2(y, x), radius), shape
 
 
 @kernel
@@ -218,40 +214,3 @@ def _as_deep_as_wide(long: float, wide: float, blur: float, resolved: bool) -> f
         wide = np.sqrt(max(wide**2 - blur**2, 1e-6))
     alike = min(max(5.0 * (long / max(wide, 1e-3) - 0.5), 0.0), 1.0)
     return alike if resolved else 0.5 + 0.5 * alike
-
-
-@kernel
-def _with_sigmas(place: tuple[float, float, float], shape: Shape, sigma_near: float, peak: float) -> Circle:
-    """Return the circle of a range, a bearing and a radius with its standard deviations.
-
-    How much of a front is unseen goes with how weak the echo is; what stays seen of a flat one, along its width, too.
-    Of a body seen whole the beam's width and the speckle are left. Fitted to bodies of 0.3 to 5 m at 10 to 90 m and 5
-    to 26 dB: spheres by their fronts, discs that shine all over, plates and points, each kind by itself.
-    """
-    distance, bearing, radius = place
-    flat = 1.0 - shape.roundness
-    unseen = (1.0 - shape.whole) * radius * np.hypot(2.0 / peak, 0.2)
-    inside = np.sqrt(unseen**2 + shape.doubt_m**2 + (0.03 * radius) ** 2 + (0.04 * shape.blur_m) ** 2)
-    behind = shape.roundness * inside + flat * (0.5 * shape.long_m + shape.roundness * radius)
-    share = shape.roundness * 0.6 / peak + flat * 0.35
-    beside = np.hypot(0.1 * shape.blur_m, (1.0 - shape.whole) * share * max(shape.wide_m, shape.blur_m))
-    return Circle(
-        distance, bearing, radius,
-        np.hypot(sigma_near, behind),
-        np.hypot(beside, 0.5 * sigma_near) / max(distance, 1e-3),
-        np.sqrt(sigma_near**2 + inside**2 + (0.5 * (1.0 - shape.whole) * shape.gap_m) ** 2),
-    )  # fmt: skip
-
-
-@kernel
-def _cut_off(circle: Circle) -> Circle:
-    """Widen the standard deviations of an echo that the fan's edge cuts off.
-
-    How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
-    """
-    return Circle(
-        circle.range_m, circle.bearing_rad, circle.radius_m,
-        np.hypot(circle.sigma_range_m, circle.radius_m),
-        np.hypot(circle.sigma_bearing_rad, _HIDDEN_M / max(circle.range_m, _HIDDEN_M)),
-        np.hypot(circle.sigma_radius_m, _HIDDEN_M),
-    )  # fmt: skip

@@ -18,8 +18,6 @@ _FRONT, _BODY = 0.41, 0.47
 body that shines all over stays level."""
 _TOP, _BEFORE_TOP = 0.97, 0.79
 """Share of the level where the crest of a step begins, and of the rise from half of it where a Gaussian gets there."""
-_STEEP, _NOISE = 0.37, 1.3
-"""Standard deviation of the near edge over the rise to the crest: by speckle, and, over the peak level, by noise."""
 _WEAK = 3.5
 """An echo of which the mean level is less than this, in multiples of the background, may be a fragment of its body,"""
 _FADES, _HIDDEN_M = 2.35, 0.6
@@ -44,8 +42,6 @@ class Level(NamedTuple):
     background: float
     mean: float
     """Of the echo, in multiples of the background."""
-    peak: float
-    """Likewise."""
 
 
 class Depth(NamedTuple):
@@ -54,9 +50,14 @@ class Depth(NamedTuple):
     near_m: float
     """Slant range of its nearest point."""
     far_m: float
-    sigma_near_m: float
+    rise_m: float
+    """From half the level of its first crest to the crest."""
+    middle: float
+    """Where in its depth, from 0 to 1, the middle of its intensity lies, as it was detected."""
     whole: float
     """1: the echo is of a whole body; 0: it pales behind its front."""
+    hidden_m: float
+    """Standard deviation of how much nearer the body of a fragment begins; 0 of what is none."""
 
 
 @kernel
@@ -74,7 +75,7 @@ def ends_of(image: Image, runs: Runs, fan: FanTable) -> Ends:
 @kernel
 def depth_of(image: Image, runs: Runs, ends: Ends, level: Level, fan: FanTable) -> Depth:
     """Return the depth of the echo of these runs, of which `ends` tells the ends."""
-    background, mean, peak = level
+    background, mean = level
     nearest, far = 0, ends.far_m[0]
     for i in range(runs.shape[0]):
         if ends.near_m[i] < ends.near_m[nearest]:
@@ -85,7 +86,6 @@ def depth_of(image: Image, runs: Runs, ends: Ends, level: Level, fan: FanTable) 
     near += rise * min(1.0, (2.0 * rise / max(far - near, fan.dr_m)) ** 2)
     far = max(far, near + 0.5 * fan.dr_m)
     middle = (_middle(image, runs, background, fan) - near) / (far - near)
-    sigma = rise * np.hypot(_STEEP, _NOISE / peak)
     whole = min(max((middle - _FRONT) / (_BODY - _FRONT), 0.0), 1.0)
     hidden = _HIDDEN_M * whole * min(max((_FADES - mean) / 0.4, 0.0), 1.0)
     if whole > 0.0 and mean < _WEAK:
@@ -96,7 +96,7 @@ def depth_of(image: Image, runs: Runs, ends: Ends, level: Level, fan: FanTable) 
         beams = image[runs[0].beam : runs[-1].beam + 1]
         near -= _goes_on(beams[:, :first][:, ::-1], background, least) * fan.dr_m
         far += _goes_on(beams[:, stop:], background, least) * fan.dr_m
-    return Depth(near, far, np.hypot(sigma, hidden), whole)
+    return Depth(near, far, rise, middle, whole, hidden)
 
 
 @kernel

@@ -1,6 +1,6 @@
 """From regions to echoes: levels, extents, near edge, and the circle that stands for each object."""
 
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,8 +10,11 @@ from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
-from ods.pipeline.measure.circle import Circle, circle_of, is_cut
-from ods.pipeline.measure.depth import Depth, Ends, Level, depth_of, ends_of
+from ods.pipeline.measure.circle import circle_of, is_cut
+from ods.pipeline.measure.depth import Level, depth_of, ends_of
+from ods.pipeline.measure.features import EchoRecord, Features, features_of
+from ods.pipeline.measure.response import point_width
+from ods.pipeline.measure.sigmas import Sigmas, sigmas_of
 
 ECHO = np.dtype(
     [
@@ -37,10 +40,19 @@ ECHO = np.dtype(
 )
 """One echo: the fields of `ods.messages.Detection`, in its order."""
 
-EchoRecord = Any
-"""One of them, as kernels get it: numba reads and writes its fields as attributes."""
+_HIDDEN_M = 5.0
+"""Standard deviation of the place of an object of which the fan's edge hides a part."""
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
+
+
+class Doubt(NamedTuple):
+    """Standard deviations of what is not seen, m."""
+
+    hidden_m: float
+    """How much nearer the body of a fragment begins."""
+    behind_m: float
+    """How far the circle's centre is behind the near edge."""
 
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
@@ -53,23 +65,41 @@ def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan)
 @kernel
 def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable, echoes: EchoTable) -> None:
     runs, background = regions.runs, regions.background
-    whole = ends_of(image, runs, fan)
+    point = point_width(image, background)
     start = 0
     for k in range(echoes.shape[0]):
         stop = start
         while stop < runs.shape[0] and runs[stop].region == k + 1:
             stop += 1
-        part, ends, echo = runs[start:stop], Ends(whole.near_m[start:stop], whole.far_m[start:stop]), echoes[k]
-        beam = _levels(image, part, background, echo)
-        _extents(part, fan, echo)
-        depth = depth_of(image, part, ends, Level(background, echo.mean, echo.peak), fan)
-        _place(circle_of(part, ends, depth, beam, fan, echo.peak), depth, echo)
-        echo.amplitude, echo.elevation_rad, echo.cut = (
-            _recorded_peak(recorded, part),
-            fan.elevation_rad,
-            is_cut(part, fan),
-        )
+        part, echo = runs[start:stop], echoes[k]
+        features, doubt = measure_at(image, part, (background, point), fan, echo)
+        _claim(sigmas_of(features, point * fan.dr_m, echo.range_m, fan.dr_m), doubt, echo)
+        echo.amplitude = _recorded_peak(recorded, part)
+        echo.elevation_rad = fan.elevation_rad
+        echo.cut = is_cut(part, fan)
+        if echo.cut:
+            _widen(echo)
         start = stop
+
+
+@kernel
+def measure_at(
+    image: Image, runs: Runs, speckle: tuple[float, float], fan: FanTable, echo: EchoRecord
+) -> tuple[Features, Doubt]:
+    """Fill in levels, extents, near edge and circle of the echo of these runs.
+
+    speckle: background of the image, and width of a point in it, columns. Returned is what tells how well the circle
+    is known.
+    """
+    background, point = speckle
+    beam = _levels(image, runs, background, echo)
+    _extents(runs, fan, echo)
+    ends = ends_of(image, runs, fan)
+    depth = depth_of(image, runs, ends, Level(background, echo.mean), fan)
+    circle, shape = circle_of(runs, ends, depth, beam, fan, echo.peak)
+    echo.near_m = depth.near_m
+    echo.range_m, echo.bearing_rad, echo.radius_m = circle
+    return features_of(echo, depth, shape, point * fan.dr_m, fan.dr_m), Doubt(depth.hidden_m, shape.behind_m)
 
 
 @kernel
@@ -116,9 +146,19 @@ def _extents(runs: Runs, fan: FanTable, echo: EchoRecord) -> None:
 
 
 @kernel
-def _place(circle: Circle, depth: Depth, echo: EchoRecord) -> None:
-    """Fill in near edge and circle."""
-    echo.near_m, echo.sigma_near_m = depth.near_m, depth.sigma_near_m
-    echo.range_m, echo.bearing_rad, echo.radius_m = circle.range_m, circle.bearing_rad, circle.radius_m
-    echo.sigma_range_m, echo.sigma_bearing_rad = circle.sigma_range_m, circle.sigma_bearing_rad
-    echo.sigma_radius_m = circle.sigma_radius_m
+def _claim(sigmas: Sigmas, doubt: Doubt, echo: EchoRecord) -> None:
+    """Fill in the standard deviations, that of the near edge at least what of a fragment may be hidden."""
+    echo.sigma_near_m, echo.sigma_radius_m = max(sigmas.near_m, doubt.hidden_m), sigmas.radius_m
+    echo.sigma_range_m = np.hypot(echo.sigma_near_m, doubt.behind_m)
+    echo.sigma_bearing_rad = sigmas.bearing_rad
+
+
+@kernel
+def _widen(echo: EchoRecord) -> None:
+    """Widen the standard deviations of an echo that the fan's edge cuts off.
+
+    How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
+    """
+    echo.sigma_range_m = np.hypot(echo.sigma_range_m, echo.radius_m)
+    echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
+    echo.sigma_radius_m = np.hypot(echo.sigma_radius_m, _HIDDEN_M)

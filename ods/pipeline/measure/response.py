@@ -1,0 +1,48 @@
+"""How wide a point is in an image: speckle through a filter is correlated as far as the filter and the pulse reach."""
+
+import math
+
+import numpy as np
+
+from ods.base.arrays import Image
+from ods.compiled.kernel import kernel
+
+_PAIRS = 2048
+"""Neighbouring cells that are compared."""
+_SPECKLE = 1.6
+"""Cells louder than this, in multiples of the background, may be an echo's."""
+_LEAST = 1.0
+"""Columns: what is taken where there is no speckle, and for what is correlated less."""
+_LEAST_VARIANCE = 1e-3
+"""Of speckle, in units of the square of the background: of a mean over 200 cells it is more."""
+_FULL_WIDTH = 2.3548
+"""Width at half its level of a Gaussian in units of its standard deviation."""
+
+
+@kernel
+def point_width(image: Image, background: float) -> float:
+    """Return the width, columns, that a point has at half its level along the range.
+
+    A Gaussian filter of standard deviation s makes white speckle correlated by exp(-1 / 4 s^2) from column to column.
+    As loud cells are left out, narrow points come out narrower, by up to a fifth.
+    """
+    beams, columns = image.shape[0], image.shape[1] - 1
+    step = max(1, beams * columns // _PAIRS)
+    most = np.float32(_SPECKLE * background)
+    count, total, squares, products = 0, 0.0, 0.0, 0.0
+    for beam in range(beams):
+        row = image[beam]
+        for j in range(beam % step, columns, step):
+            x, y = row[j], row[j + 1]
+            if 0.0 < x < most and 0.0 < y < most:
+                count += 1
+                total += x + y
+                squares += x * x + y * y
+                products += x * y
+    if count == 0:
+        return _LEAST
+    mean = 0.5 * total / count
+    variance, shared = 0.5 * squares / count - mean * mean, products / count - mean * mean
+    if variance < _LEAST_VARIANCE * background**2 or shared <= 0.0:
+        return _LEAST
+    return max(_FULL_WIDTH * 0.5 / math.sqrt(max(-math.log(min(shared / variance, 1.0)), 1e-4)), _LEAST)

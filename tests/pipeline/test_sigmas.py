@@ -1,0 +1,117 @@
+"""How well circles are known: the law that is fitted, what it is fed with, and the command that fits it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from benchmarks import circle_laws, circles
+from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
+from ods.base.arrays import Floats
+from ods.pipeline.chain import Chain
+from ods.pipeline.measure import laws
+from ods.pipeline.measure.circle import Shape
+from ods.pipeline.measure.depth import Depth
+from ods.pipeline.measure.echoes import ECHO
+from ods.pipeline.measure.features import Features, features_of
+from ods.pipeline.measure.response import point_width
+from ods.pipeline.measure.sigmas import outputs_of, sigmas_of
+from ods.pipeline.settings import PipelineSettings
+
+INPUTS = len(Features._fields)
+LENGTHS = st.floats(0.0, 1e4)
+
+
+@pytest.mark.parametrize("kind", ["front", "disc", "plate"])
+def test_errors_are_as_large_as_is_claimed(kind: str) -> None:
+    """Of bodies of one kind, which is not told: of draws that are none of those that the law is fitted to."""
+    rng, chain = np.random.default_rng([2026, 11, 23, 6, len(kind)]), Chain(PipelineSettings())
+    cases = (circles.drawn(kind, rng.uniform(8.0, 25.0), rng) for _ in range(120))
+    errors = circles.errors_of([look for case in cases for look in circles.looks(chain, case, 1, rng)])
+    assert len(errors.wrong) > 60
+    square = np.minimum(errors.normalized() ** 2, circles.GATE_SIGMAS**2).mean(0)[circle_laws.CLAIMED]
+    assert (square > 0.5).all(), square
+    assert (square < 2.0).all(), square
+
+
+@given(
+    lengths=st.tuples(LENGTHS, LENGTHS, LENGTHS, LENGTHS, LENGTHS), shares=st.tuples(*[st.floats(0.0, 1.0)] * 3),
+    levels=st.tuples(st.floats(0.0, 1e12), st.floats(0.0, 1e12)), cells=st.integers(1, 1_000_000),
+    beams=st.integers(1, 2048), columns=st.floats(1.0, 50.0), dr_m=st.floats(1e-3, 1.0),
+)  # fmt: skip
+def test_every_echo_has_finite_sigmas_and_none_below_the_columns(
+    lengths: tuple[float, ...], shares: tuple[float, ...], levels: tuple[float, float], cells: int, beams: int,
+    columns: float, dr_m: float,
+) -> None:  # fmt: skip
+    radius, rise, long, wide, blur = lengths
+    echo = np.zeros(1, ECHO)[0]
+    echo["near_m"], echo["range_m"], echo["radius_m"] = wide, wide + long, radius
+    echo["peak"], echo["mean"], echo["cells"], echo["range_extent_m"] = max(levels), min(levels), cells, long
+    depth = Depth(wide, wide + long, rise, 3.0 * shares[0] - 1.0, shares[1], 0.0)
+    features = features_of(echo, depth, Shape(shares[1], shares[2], long, wide, blur, beams, 0.0), columns * dr_m, dr_m)
+    assert np.isfinite(features).all()
+    near, size, bearing = sigmas_of(features, columns * dr_m, wide + long, dr_m)
+    across = bearing * max(wide + long, 1e-3)
+    assert np.isfinite((near, size, across)).all()
+    assert min(near, size, across) > 0.28 * dr_m  # 1/sqrt(12): what is rounded to whole columns
+
+
+def test_the_law_is_two_layers() -> None:
+    rng = np.random.default_rng(1)
+    assert laws.SIGMAS_HIDDEN.shape[0] == INPUTS + 1
+    for inputs in rng.normal(0.0, 1.0, (20, INPUTS)):
+        bent = np.tanh(np.append(inputs, 1.0) @ laws.SIGMAS_HIDDEN)
+        expected = np.append(bent, 1.0) @ laws.SIGMAS_OUT
+        told = outputs_of(Features(*inputs.tolist()), laws.SIGMAS_HIDDEN, laws.SIGMAS_OUT)
+        np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("sigma", [1.0, 1.5, 2.5])
+def test_width_of_a_point_is_that_of_the_filter(sigma: float) -> None:
+    """White speckle through a Gaussian of standard deviation s: a point is sqrt(8 ln 2) s wide at half its level.
+
+    Cells that may be an echo's are left out, which takes a fifth of the narrowest.
+    """
+    rng = np.random.default_rng(2)
+    offset = np.arange(-12, 13)
+    weights = np.exp(-0.5 * (offset / sigma) ** 2)
+    rows = [np.convolve(row, weights / weights.sum(), "valid") for row in rng.exponential(size=(64, 1500))]
+    width = point_width(np.array(rows, np.float32), 1.0)
+    assert width == pytest.approx(np.sqrt(8.0 * np.log(2.0)) * sigma, rel=0.22)
+
+
+@pytest.mark.parametrize("level", [0.0, 1.0, 100.0])
+def test_an_image_without_speckle_has_points_of_one_column(level: float) -> None:
+    assert point_width(np.full((16, 300), level, np.float32), 1.0) == 1.0
+
+
+def test_fitted_variances_are_those_that_errors_were_drawn_with() -> None:
+    rng = np.random.default_rng(3)
+    inputs = rng.uniform(-1.0, 1.0, (2000, 2))
+    truth = np.stack((2.0 * inputs[:, 0], np.abs(inputs[:, 1]) - 1.0), 1)
+    errors = rng.normal(size=truth.shape) * np.exp(0.5 * truth)
+    law = fitted(inputs, errors, beginning(inputs, 2, rng), 1e-4, 60)
+    assert np.sqrt(((law.outputs(inputs) - truth) ** 2).mean()) < 0.15
+
+
+def test_slope_of_the_loss() -> None:
+    rng = np.random.default_rng(4)
+    errors, outputs = rng.normal(size=(50, 4)) * 3.0, rng.normal(size=(50, 4))
+    step = 1e-6
+    rise = variance_loss(errors, outputs + step)[0] - variance_loss(errors, outputs - step)[0]
+    np.testing.assert_allclose(variance_loss(errors, outputs)[1], 0.5 * rise / step, atol=1e-5)
+
+
+def test_the_command_draws_the_same_bodies_and_writes_what_can_be_read(tmp_path: Path) -> None:
+    seen = [list(circle_laws.seen_of(np.random.default_rng(5), 12)) for _ in range(2)]
+    assert len(seen[0]) > 3
+    assert [s.features for s in seen[0]] == [s.features for s in seen[1]]
+    assert [circle_laws.errors(s) for s in seen[0]] == [circle_laws.errors(s) for s in seen[1]]
+    rng = np.random.default_rng(6)
+    law = Layers(rng.normal(size=(INPUTS + 1, 24)), rng.normal(size=(25, 4)))
+    names: dict[str, Floats] = {}
+    exec(circle_laws.module_of(law), names)
+    np.testing.assert_allclose(names["SIGMAS_HIDDEN"], law.hidden, rtol=1e-3)
+    np.testing.assert_allclose(names["SIGMAS_OUT"], law.out[:, circle_laws.CLAIMED], rtol=1e-3)
