@@ -32,7 +32,8 @@ HEALTH = [
     ("process", "process"), ("state", "state"), ("rates", "messages a second"), ("cpu", "CPU, %"),
     ("memory", "memory, MB"), ("counters", "counters that are not 0"),
 ]  # fmt: skip
-STATE = """<q-td :props="props" :class="props.row.bad ? 'text-negative' : 'text-positive'">{{ props.value }}</q-td>"""
+STATE = """<q-td :props="props" style="min-width: 6em"
+    :class="props.row.bad ? 'text-negative' : 'text-positive'">{{ props.value }}</q-td>"""
 NONE = """No vehicle's bus is looked at. Start the workbench with --live RUN_DIR, on the vehicle's own computer or where
 `ods replay --live` plays a recording."""
 SHOWN_LINES = 100
@@ -104,7 +105,7 @@ class _LivePage:
                 self._times = TimeView(title="Latency", columns=1, height=HEIGHT)
         self._plan.on_pick(self._picked)
         with ui.row().classes("w-full no-wrap gap-2 items-start"):
-            self._numbers = table("Obstacles", NUMBERS, self._mark)
+            self._numbers = table("Obstacles", NUMBERS, self._mark).style("min-width: min(38rem, 60%)")
             self._health = table("Processes", HEALTH, None)
             self._health.props("wrap-cells").add_slot("body-cell-state", STATE)
         ui.label("Log").classes("text-sm font-medium")
