@@ -4,6 +4,7 @@ A key moves the slider by one step; the clock of the page runs from that key to 
 """
 
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -59,7 +60,7 @@ def moved(sonar: str, moves: int) -> Moved:
     """Move the first slider that changes the image to and fro."""
     with tempfile.TemporaryDirectory() as name:
         pings = Path(name) / "pings.npz"
-        words = ["ods", "simulate", SCENE, "--sonar", sonar, "--pings", "5", "--out", str(pings)]
+        words = [sys.executable, "-P", "-m", "ods", "simulate", SCENE, "--sonar", sonar, "--pings", "5", "--out", str(pings)]
         subprocess.run(words, check=True, capture_output=True)
         with _page(pings, Path(name) / "profile") as (window, server):
             slider = _slider_that_shows(window)

@@ -75,7 +75,7 @@ def _plan(axes: Axes, view: View, mounting: Mounting) -> None:
     axes.set_xlabel("east, m")
     axes.set_ylabel("north, m")
     axes.grid()
-    axes.set_title("plan: truth, tracks with two standard deviations, vehicle path")
+    axes.set_title("plan: truth, vehicle path,\ntracks with two standard deviations")
     axes.autoscale_view()
     axes.legend(loc="lower left", fontsize="small")
 

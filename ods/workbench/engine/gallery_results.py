@@ -28,7 +28,7 @@ from ods.workbench.engine.rehearsal import Rehearsal, rehearse
 from ods.workbench.engine.scene_view import built
 from ods.workbench.model.state import State
 
-WIDTH_IN = 13.0
+WIDTH_IN = 10.0
 """Of the pictures."""
 STILL = (0.0, 0.0, 0.0)
 _making = threading.Lock()

@@ -130,13 +130,13 @@ def _chains_chart(own: Sequence[Point], others: Sequence[Point]) -> dict[str, An
     colours = (OWN, B)
     series = [_scatter("others", others, OTHER, "circle", 9)] if others else []
     for point, colour in zip(own, colours, strict=False):
-        series.append(_scatter(point.name, [point], colour, "diamond", 18, "top"))
+        series.append(_scatter(point.name, [point], colour, "diamond", 18))
     series += [_interval(point, OTHER) for point in others]
     series += [_interval(point, colour) for point, colour in zip(own, colours, strict=False)]
     return {
         "animation": False,
         "textStyle": {"color": OTHER},
-        "grid": {"left": 60, "right": 30, "top": 40, "bottom": 50},
+        "grid": {"left": 60, "right": "18%", "top": 40, "bottom": 50},
         "legend": {"data": [each["name"] for each in series if each["type"] == "scatter"],
                    "textStyle": {"color": OTHER}, "top": 0},
         "tooltip": {"trigger": "item"},
@@ -151,14 +151,15 @@ def _decades(ms: Sequence[float]) -> dict[str, float]:
     return {"min": round(0.6 * min(ms), 2), "max": round(2.0 * max(ms), 2)} if ms else {}
 
 
-def _scatter(
-    name: str, points: Sequence[Point], colour: str, symbol: str, size: int, label_at: str = "right"
-) -> dict[str, Any]:
+def _scatter(name: str, points: Sequence[Point], colour: str, symbol: str, size: int) -> dict[str, Any]:
+    """Return points; their names stand in a column beside the chart, as chains are often as good as others."""
     return {
         "type": "scatter", "name": name, "symbol": symbol, "symbolSize": size, "itemStyle": {"color": colour}, "z": 3,
         "data": [{"name": each.name, "value": [round(each.ms, 3), round(each.found, 3)]} for each in points],
-        "label": {"show": True, "formatter": "{b}", "position": label_at, "color": colour, "fontSize": 10},
-        "labelLayout": {"hideOverlap": True}, "tooltip": {"formatter": "{b}<br>{c}"},
+        "label": {"show": True, "formatter": "{b}", "position": "right", "color": colour, "fontSize": 10,
+                  "minMargin": 8},
+        "labelLayout": {"x": "84%", "moveOverlap": "shiftY"}, "labelLine": {"show": True, "length2": 5},
+        "tooltip": {"formatter": "{b}<br>{c}"},
     }  # fmt: skip
 
 

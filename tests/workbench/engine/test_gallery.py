@@ -74,7 +74,7 @@ def test_what_was_made_is_kept_until_version_or_configuration_change(
     assert result is not None
     assert shares[-1] == 1.0
     assert result.facts.startswith("14 pings")
-    assert [Image.open(file).width for file in result.pictures] == [1430]
+    assert [Image.open(file).width for file in result.pictures] == [1100]
     assert kept(SHORT, BASE, tmp_path) == result
     assert made(SHORT, BASE, tmp_path, shares.append) == result
     assert shares.count(1.0) == 1
