@@ -60,8 +60,8 @@ def moved(sonar: str, moves: int) -> Moved:
     """Move the first slider that changes the image to and fro."""
     with tempfile.TemporaryDirectory() as name:
         pings = Path(name) / "pings.npz"
-        words = [sys.executable, "-P", "-m", "ods", "simulate", SCENE, "--sonar", sonar, "--pings", "5", "--out", str(pings)]
-        subprocess.run(words, check=True, capture_output=True)
+        words = [SCENE, "--sonar", sonar, "--pings", "5", "--out", str(pings)]
+        subprocess.run([sys.executable, "-P", "-m", "ods", "simulate", *words], check=True, capture_output=True)
         with _page(pings, Path(name) / "profile") as (window, server):
             slider = _slider_that_shows(window)
             memory = []
