@@ -67,7 +67,10 @@ CASES = (
         for v in (0.0, 0.5)
     ),
     *(Case(f"object {v} m/s", 50.0, 0.1, object_speed=v) for v in (0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0)),
-    *(Case(f"object 0.5 m/s, climbs, pitch {p}", 60.0, 0.5, 0.1, 0.5, 0.5, 0.2, 0.0, p) for p in (0.0, 10.0, 20.0)),
+    *(
+        Case(f"object 0.5 m/s, climbs, pitch {p}", 60.0, 0.5, object_speed=0.5, object_climb=0.2, pitch_deg=p)
+        for p in (0.0, 10.0, 20.0)
+    ),
     Case("pose 0.3 m, 1 deg", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0),
     Case("pose 0.3 m, 1 deg, 1.5 m/s", 60.0, 0.1, pose_m=0.3, yaw_deg=1.0, vehicle_speed=1.5),
     Case("pose 0.3 m, 1 deg, object 0.5 m/s", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0, object_speed=0.5),

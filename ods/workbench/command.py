@@ -40,7 +40,7 @@ def run(args: Namespace) -> None:
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     share_one_pool()
     do_without_numba()  # where `ods compile` has been: pages wait for no compiler
-    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # the simulator is not of the machine code
+    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # pages say it
     from ods.workbench.engine.compiling import COMPILING
     from ods.workbench.engine.config_file import load_config
     from ods.workbench.session import Session

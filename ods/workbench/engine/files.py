@@ -1,15 +1,12 @@
 """Files that can be opened: those of known endings under the workbench's folders, and the scenes that come with ODS."""
 
-import contextlib
 import filecmp
-import itertools
 import os
-import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ods.base.errors import OdsError, reason_of
+from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
@@ -60,68 +57,33 @@ def opening(path: str | Path, folders: Sequence[Path]) -> OpenData:
     return OpenData(DataReference(kind="file", path=str(file)))
 
 
-class Dropped:
-    """A file that was dropped onto the page, on its way into the first folder: whole or not at all.
+def place_of_dropped(name: str, folders: Sequence[Path]) -> Path:
+    """Return where a file that is dropped onto the page would be kept: in the first folder. Raises OdsError."""
+    plain = Path(name).name
+    if Path(plain).suffix.lower() not in ENDINGS:
+        raise OdsError(f"{plain}: the ending must be one of {', '.join(ENDINGS)}")
+    if not folders:
+        raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
+    return writable(folders[0] / plain, folders)
 
-    Enter it, write its parts, and keep it; what is not kept is gone afterwards.
+
+def keep_dropped(new: Path, wanted: Path) -> Path:
+    """Move a file that was written whole to its place, or to one named like it that is free; return where it is.
+
+    A file with the same content that is there already will do. Raises OSError.
     """
-
-    def __init__(self, name: str, folders: Sequence[Path]) -> None:
-        """Raises OdsError where a file of that name is not kept."""
-        plain = Path(name).name
-        if Path(plain).suffix.lower() not in ENDINGS:
-            raise OdsError(f"{plain}: the ending must be one of {', '.join(ENDINGS)}")
-        if not folders:
-            raise OdsError(f"{plain}: the workbench has no folder to keep it in; --folder gives one")
-        self._wanted = writable(folders[0] / plain, folders)
-        self._new = Path()
-
-    def __enter__(self) -> "Dropped":
-        """Raises OdsError."""
-        with self._or_why():
-            descriptor, name = tempfile.mkstemp(self._wanted.suffix, ".new-", self._wanted.parent)
-            self._new, self._file = Path(name), os.fdopen(descriptor, "wb")
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        with contextlib.suppress(OSError):  # what could not be written before cannot be now
-            self._file.close()
-        self._new.unlink(missing_ok=True)
-
-    def write(self, part: bytes) -> None:
-        """Write what comes next. Raises OdsError."""
-        with self._or_why():
-            self._file.write(part)
-
-    def keep(self) -> Path:
-        """Return where it is kept: under its name, or one like it that is free; a like file that is there will do.
-
-        Raises OdsError.
-        """
-        with self._or_why():
-            self._file.close()
-            self._new.chmod(0o644)
-            for place in self._places():
-                try:
-                    place.touch(exist_ok=False)
-                except FileExistsError:
-                    if place.is_file() and filecmp.cmp(place, self._new, shallow=False):
-                        return place
-                else:
-                    return self._new.replace(place)
-        raise AssertionError("names never end")
-
-    def _places(self) -> Iterator[Path]:
-        yield self._wanted
-        for number in itertools.count(1):
-            yield self._wanted.with_name(f"{self._wanted.stem}-{number}{self._wanted.suffix}")
-
-    @contextlib.contextmanager
-    def _or_why(self) -> Iterator[None]:
+    new.chmod(0o644)
+    place, number = wanted, 0
+    while True:
         try:
-            yield
-        except OSError as error:
-            raise OdsError(f"{self._wanted}: {reason_of(error)}") from error
+            place.touch(exist_ok=False)
+        except FileExistsError:
+            if place.is_file() and filecmp.cmp(place, new, shallow=False):
+                return place
+        else:
+            return new.replace(place)
+        number += 1
+        place = wanted.with_name(f"{wanted.stem}-{number}{wanted.suffix}")
 
 
 def _files(folder: Path) -> Iterator[tuple[Path, float]]:

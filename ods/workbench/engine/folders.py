@@ -2,8 +2,10 @@
 
 import os
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import BinaryIO
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.shipped import FOLDER as SHIPPED
@@ -29,24 +31,35 @@ def writable(path: str | Path, folders: Iterable[Path]) -> Path:
     return _under(Path(path), list(folders))
 
 
-def write_whole(file: Path, content: bytes, check: Callable[[Path], object] = Path.exists) -> None:
-    """Write a file whole or not at all, with the rights of the one that is there.
+@contextmanager
+def new_beside(file: Path) -> Iterator[tuple[Path, BinaryIO]]:
+    """Open a new file in the folder of `file`, to be written, closed and put in its place; else it is gone afterwards.
 
-    check: looks at what has been written before it takes the place, and may raise. Raises OdsError.
+    What the system refuses meanwhile is an OdsError that names `file`.
     """
     try:
         descriptor, name = tempfile.mkstemp(file.suffix, ".new-", file.parent)
         new = Path(name)
         try:
             with os.fdopen(descriptor, "wb") as writing:
-                writing.write(content)
-            check(new)
-            new.chmod(file.stat().st_mode if file.exists() else 0o644)
-            new.replace(file)
+                yield new, writing
         finally:
             new.unlink(missing_ok=True)
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
+
+
+def write_whole(file: Path, content: bytes, check: Callable[[Path], object] = Path.exists) -> None:
+    """Write a file whole or not at all, with the rights of the one that is there.
+
+    check: looks at what has been written before it takes the place, and may raise. Raises OdsError.
+    """
+    with new_beside(file) as (new, writing):
+        writing.write(content)
+        writing.close()
+        check(new)
+        new.chmod(file.stat().st_mode if file.exists() else 0o644)
+        new.replace(file)
 
 
 def _under(path: Path, folders: list[Path]) -> Path:

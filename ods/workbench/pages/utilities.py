@@ -11,7 +11,7 @@ from ods.base.errors import OdsError
 from ods.workbench.engine import files, presets, printing
 from ods.workbench.engine.config_file import saving, write_config
 from ods.workbench.engine.data import Data, open_data
-from ods.workbench.engine.folders import readable, writable
+from ods.workbench.engine.folders import new_beside, readable, writable
 from ods.workbench.engine.macro_run import write_macro
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
@@ -46,10 +46,13 @@ def _open(session: Session) -> None:
     path.on("keydown.enter", lambda: open_file(path.value))
 
     async def dropped(event: UploadEventArguments) -> None:
-        with files.Dropped(event.file.name, session.folders) as kept:
+        wanted = files.place_of_dropped(event.file.name, session.folders)
+        with new_beside(wanted) as (new, writing):
             async for part in event.file.iterate():
-                await run.io_bound(kept.write, part)
-            open_file(await run.io_bound(kept.keep))
+                await run.io_bound(writing.write, part)
+            writing.close()
+            kept = await run.io_bound(files.keep_dropped, new, wanted)
+        open_file(kept)
 
     endings = ", ".join(files.ENDINGS)
     refusal = f"not taken: a file, no folder, ending in {endings}, of {files.MOST_BYTES >> 20} MB at most"

@@ -6,7 +6,9 @@ import pytest
 
 from ods.base.errors import OdsError
 from ods.base.shipped import shipped_file
-from ods.workbench.engine.files import Dropped, openable, opening, shipped_scenes
+from ods.workbench.engine import files
+from ods.workbench.engine.files import openable, opening, shipped_scenes
+from ods.workbench.engine.folders import new_beside
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
 
@@ -38,10 +40,11 @@ def test_files_elsewhere_are_not_opened(tmp_path: Path) -> None:
 
 
 def keep_dropped(name: str, content: bytes, folders: list[Path]) -> Path:
-    with Dropped(name, folders) as dropped:
-        for at in range(0, len(content), 400):
-            dropped.write(content[at : at + 400])
-        return dropped.keep()
+    wanted = files.place_of_dropped(name, folders)
+    with new_beside(wanted) as (new, writing):
+        writing.write(content)
+        writing.close()
+        return files.keep_dropped(new, wanted)
 
 
 def test_a_file_dropped_never_takes_anothers_place(tmp_path: Path) -> None:
@@ -58,6 +61,6 @@ def test_a_file_dropped_never_takes_anothers_place(tmp_path: Path) -> None:
 
 
 def test_a_file_that_is_not_dropped_to_its_end_is_not_kept(tmp_path: Path) -> None:
-    with Dropped("x.npz", [tmp_path]) as dropped:
-        dropped.write(b"1" * 999)
+    with new_beside(tmp_path / "x.npz") as (_, writing):
+        writing.write(b"1" * 999)
     assert list(tmp_path.iterdir()) == []
