@@ -163,6 +163,21 @@ def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
         np.testing.assert_allclose(unseen[1 + to, :, :, 0], np.tensordot(came, leaning, 1))
 
 
+def test_what_is_of_next_to_no_weight_does_not_widen_a_model() -> None:
+    rng = np.random.default_rng(3)
+    s = rng.uniform(0.2, 2.0, (3, FACTORS, 1))
+    unseen = rng.uniform(-1.0, 1.0, (3, UNSEEN, STATE, 1))
+    shares, usual, stay = np.array([[0.95], [0.05]]), np.array([0.9, 0.1]), 0.97
+    state, covariance, leaning = s[1, :STATE_ROWS, 0].copy(), covariance_of(s[1]), unseen[1].copy()
+    other = s[2, :STATE_ROWS, 0].copy()
+    interact(s, shares, unseen, 0, usual, stay, scratch_for(2))
+    np.testing.assert_allclose(shares[:, 0], [0.97 * 0.95 + 0.03 * 0.9, 0.97 * 0.05 + 0.03 * 0.1])
+    np.testing.assert_allclose(s[1, :STATE_ROWS, 0], state)
+    np.testing.assert_allclose(covariance_of(s[1]), covariance)
+    np.testing.assert_allclose(unseen[1], leaning)
+    assert (s[2, :STATE_ROWS, 0] != other).all(), "the other way the share is large"
+
+
 def measured_at(places: Floats, along: float, across: float, angle: float) -> PositionMeasurement:
     """Return measurements of objects at (2, k), all with the same noise."""
     ones, r = np.ones(places.shape[1]), noise_of(along, across, angle)

@@ -26,6 +26,9 @@ LEAST_PROBABILITY = 1e-6
 """No model's probability is made smaller than this share of itself by one measurement."""
 EXCHANGE_S = 1.0
 """So long after their last exchange, at the next measurement, models exchange their states."""
+LEAST_TAKEN = 0.01
+"""Of what a model has after an exchange, a smaller share that came from another model is left out: a wide one that
+hardly anything speaks for would make the steady one wider at each exchange than its own noise does."""
 GOLDEN = 0.618
 """Each new object exchanges so much of that time later than the one before: never many of them in the same ping."""
 
@@ -287,8 +290,13 @@ def interact(s: Floats, share: Floats, unseen: Floats, i: int, usual: Floats, st
     _lay_aside(s, share, unseen, i, scratch)
     for to in range(models):
         share[to, i] = stay * before[to] + (1.0 - stay) * usual[to]
+        taken = 0.0
         for m in range(models):
             came = before[m] * ((1.0 - stay) * usual[to] + (stay if m == to else 0.0)) / share[to, i]
+            work.weight[m] = came if came >= LEAST_TAKEN else 0.0
+            taken += work.weight[m]
+        for m in range(models):
+            came = work.weight[m] / taken
             work.weight[m] = came
             ud_filter.columns(old[m], 0, work, (models + m, models), came)
             for row in range(STATE_ROWS):
