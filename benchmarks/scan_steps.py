@@ -1,0 +1,39 @@
+"""The tracker's scan steps over scenario files, timed in turns; run by its path, with the `ods` of any checkout.
+
+Files are arguments; each line of standard input is the number of one, whose next TURN scans are tracked. The answer is
+a line with their CPU times, ms, a JSON list: empty at the file's end. For `benchmarks.tracker --against`, so no more is
+used of `ods` than older checkouts have.
+"""
+
+import json
+import sys
+import time
+from itertools import islice
+from pathlib import Path
+
+from ods.compiled.kernel import do_without_numba
+
+TURN = 10
+"""Scans of one turn: as on board, where one tracker has the caches."""
+
+
+def main() -> None:
+    """Answer until standard input ends."""
+    do_without_numba()
+    from ods.tracker import scenario
+    from ods.tracker.settings import TrackerSettings
+
+    loaded = [scenario.load_scenario(Path(name)) for name in sys.argv[1:]]
+    scans = [iter(list(scenario.scans(each))) for each in loaded]
+    trackers = [scenario.tracker_for(each, TrackerSettings()) for each in loaded]
+    for line in sys.stdin:
+        spent_ms = []
+        for scan in islice(scans[int(line)], TURN):
+            began = time.process_time()
+            trackers[int(line)].step(scan)
+            spent_ms.append(1e3 * (time.process_time() - began))
+        print(json.dumps(spent_ms), flush=True)
+
+
+if __name__ == "__main__":
+    main()
