@@ -137,8 +137,8 @@ class Detection(msgspec.Struct, frozen=True):
     sigma_near_m: float = 0.0
     """Standard deviation of `near_m`; 0: it is not told, as in recordings of before."""
     cut: bool = False
-    """It reaches the fan's first or last beam: the body may go on beyond, and bearing and radius are those of what is
-    seen of it. Their errors are then the same from ping to ping."""
+    """It reaches the fan's first or last beam, or beams without data: the body may go on beyond, and bearing and radius
+    are those of what is seen of it. Their errors are then the same from ping to ping."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):

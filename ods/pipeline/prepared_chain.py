@@ -15,9 +15,11 @@ from ods.pipeline.frame_reader import FrameReader
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
+from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, lend_samples, paint
 from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
+from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import filtered_speckle
@@ -63,6 +65,7 @@ class PreparedChain:
         self.phase = layout.phase
         self._layout = layout
         self._reader = FrameReader(layout, buffers)
+        self._threshold = ThresholdFiller()
         self._last = last
         self._watch = watch
         self._detector = last.detector(fan)
@@ -84,7 +87,7 @@ class PreparedChain:
             frame.missing[layout.rows] if frame.missing.size else frame.missing,
         ))  # fmt: skip
         gaps = _cells_without_data(recorded)
-        image = self._filters.run(self._reader.read(recorded.samples, frame.scale, gaps, frame.number), ping)
+        image = self._filters.run(self._read(recorded, frame, gaps), ping)
         if gaps.size:
             blank_gaps(image, gaps)
         if layout.fan.seam is not None:
@@ -95,6 +98,13 @@ class PreparedChain:
             return Found(self._measured(image, sure, recorded, rows, before), self._measured(image, faint, recorded))
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
+
+    def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
+        """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
+        samples, scale = recorded.samples, frame.scale
+        if self._threshold.is_needed(recorded, scale):
+            samples, scale = self._threshold.filled(recorded, scale, frame.number), AMPLITUDES
+        return self._reader.read(samples, scale, gaps, frame.number)
 
     def _measured(
         self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None = None, before: int = 0
@@ -130,7 +140,7 @@ class PreparedChain:
         """Return the complaint about the stage whose image is not finite; all forget what they remember of images."""
         filters, self._filters = self._filters, self._new_filters()
         try:
-            filters.run(self._reader.read(recorded.samples, frame.scale, gaps, frame.number), ping, check=True)
+            filters.run(self._read(recorded, frame, gaps), ping, check=True)
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())

@@ -38,6 +38,9 @@ SATURATED_SHARE = 0.5
 WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen")
 """Codes 1, 2, 3 of a cell; 0 is seen."""
 _FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
+_STEP, _STEP_DB = 2.0, 18.0
+"""A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
+the sonar tells only what passes a threshold."""
 _LEAST_DB = -26.0
 """Stands for the level of no count at all, dB over one count."""
 
@@ -57,7 +60,7 @@ class _Levels(NamedTuple):
     """(GROUPS, RINGS) each."""
 
     now_db: Floats
-    """NaN where nothing holds data."""
+    """NaN where nothing holds data, or no level is told."""
     was_db: Floats
     """NaN where not known."""
     saturated: Floats
@@ -179,6 +182,7 @@ def _measure(frame: AnyArray, first: int, missing: Mask, top: float, db_a_count:
         for r in range(RINGS):
             begin, stop = first + r * samples // RINGS, first + (r + 1) * samples // RINGS
             total, count, saturated = 0.0, 0, 0
+            zeros, least = 0, np.inf
             for k in range(LOOKED_AT):
                 b = min(low + k * (high - low) // LOOKED_AT, beams - 1)
                 j = min(begin + (2 * k + 1) * (stop - begin) // (2 * LOOKED_AT), frame.shape[1] - 1)
@@ -186,10 +190,13 @@ def _measure(frame: AnyArray, first: int, missing: Mask, top: float, db_a_count:
                     continue
                 value = float(frame[b, j])
                 total += value
+                zeros += 1 if value == 0.0 else 0
+                least = least if value == 0.0 else min(least, value)
                 count += 1
                 saturated += 1 if value >= top else 0
             levels.saturated[g, r] = saturated / LOOKED_AT
-            if count == 0:
+            step = _STEP_DB / db_a_count if db_a_count > 0.0 else _STEP
+            if count == 0 or (0 < zeros < count and least >= step):
                 levels.now_db[g, r] = np.nan
             elif db_a_count > 0.0:
                 levels.now_db[g, r] = total / count * db_a_count

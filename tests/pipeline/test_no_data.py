@@ -122,6 +122,51 @@ def test_objects_where_data_are_are_found_in_their_places_and_those_in_gaps_are_
                 assert abs(found[0].near_m - (range_m - 1.0)) < 0.6
 
 
+@pytest.mark.parametrize("tell", [True, False])
+@pytest.mark.parametrize(
+    ("shape", "radius", "range_m"), [("half", 1.5, 25.0), ("half", 3.0, 40.0), ("disc", 1.5, 50.0)]
+)
+def test_a_body_behind_a_dead_beam_is_one_body_in_its_place(
+    shape: str, radius: float, range_m: float, tell: bool
+) -> None:
+    """It fell to two pieces, each half as large, 14 times as far aside as they claimed (mean of squares)."""
+    rng, chain, wrong = np.random.default_rng(2), Chain(PipelineSettings()), []
+    for number in range(15):
+        bearing, beam = float(rng.uniform(-0.3, 0.3)), np.arange(BEAMS)[:, None]
+        lost = np.broadcast_to(beam == np.abs(BEARINGS - bearing).argmin(), SHAPE)
+        intensity = 1.0 + 60.0 * body_echo(shape, radius, range_m, bearing, BEARINGS, SAMPLES)
+        counts = counts_of(rng, lost, intensity)
+        found = near(
+            chain.process(told(counts, lost, number) if tell else make_ping(counts)).detections, range_m, bearing
+        )
+        assert len(found) == 1
+        assert not found[0].cut
+        wrong.append([(found[0].bearing_rad - bearing) / found[0].sigma_bearing_rad, found[0].radius_m / radius])
+    assert np.mean(np.square(wrong), 0)[0] < 3.0
+    assert 0.7 < np.mean(wrong, 0)[1] < 1.3
+
+
+@pytest.mark.parametrize(("first", "stop"), [(30, 60), (29, 31), (31, 33), (0, 30)])
+def test_a_body_of_which_dead_beams_hide_a_part_is_cut_off(first: int, stop: int) -> None:
+    rng, chain = np.random.default_rng(2), Chain(PipelineSettings())
+    lost = np.zeros(SHAPE, np.bool_)
+    lost[first:stop] = True
+    intensity = 1.0 + 60.0 * body_echo("half", 3.0, 30.0, 0.0, BEARINGS, SAMPLES)
+    found = near(chain.process(told(counts_of(rng, lost, intensity), lost)).detections, 30.0, 0.0)
+    assert found
+    assert all(echo.cut and echo.sigma_bearing_rad * 30.0 > 4.0 for echo in found)
+
+
+def test_zeros_that_are_data_cut_nothing_off() -> None:
+    """A sonar that tells amplitudes over a threshold only, as floats."""
+    rng = np.random.default_rng(4)
+    amplitude = 120.0 * np.sqrt(body_echo("half", 1.5, 40.0, 0.0, BEARINGS, SAMPLES) * rng.exponential(size=SHAPE))
+    amplitude[amplitude < 10.0] = 0.0
+    found = near(Chain(PipelineSettings()).process(make_ping(amplitude.astype(np.float32))).detections, 40.0, 0.0)
+    assert len(found) == 1
+    assert not found[0].cut
+
+
 def test_an_echo_that_is_strewn_with_losses_is_found() -> None:
     rng, chain = np.random.default_rng(5), Chain(PipelineSettings())
     intensity = 1.0 + 60.0 * body_echo("half", 1.5, 50.0, 0.1, BEARINGS, SAMPLES)

@@ -50,6 +50,16 @@ def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int
     assert compiled() == before
 
 
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
+def test_nor_does_one_of_what_passes_a_threshold(dtype: str) -> None:
+    warm_up(PipelineSettings())
+    before = compiled()
+    amplitude = 20.0 * speckle(np.random.default_rng(4), np.ones((60, 2000)))
+    amplitude[amplitude < 40.0] = 0.0
+    Chain(PipelineSettings()).process(make_ping(amplitude.astype(dtype)))
+    assert compiled() == before
+
+
 @pytest.mark.parametrize("attention", [AttentionSettings(), AttentionSettings(near_m=30.0, every=2, subsample=2)])
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_warm_up_covers_every_stage(name: str, attention: AttentionSettings) -> None:

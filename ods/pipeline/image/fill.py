@@ -1,11 +1,12 @@
 """What stands in an image where no data are, so that no stage has to know of them.
 
 Zeros would be dark places to every equalizer and edges to every filter. So each sample without data gets what an image
-without an echo would show there: mostly the mean of its neighbours along the beam where there are any, else speckle
-at the level of its range and its beam. Statistics of the image then stay what they are where data are. Before an
-image is searched for echoes these cells are set to 0, which detection takes for no data, so no echo is found or
-measured in them. Only gaps so short that they are filled by their neighbours on both sides stay as they are filled: an
-echo does not fall to pieces there.
+without an echo would show there: mostly the mean of its neighbours along the beam where there are any, else that of
+the two beams beside it, else speckle at the level of its range and its beam. Statistics of the image then stay what
+they are where data are. Before an image is searched for echoes these cells are set to 0, which detection takes for no
+data, so no echo is found or measured in them. Only gaps so short that they are filled by their neighbours on both sides
+stay as they are filled, such as a single dead beam, which both its neighbours overlap: an echo does not fall to pieces
+there.
 """
 
 from typing import NamedTuple
@@ -21,7 +22,8 @@ _NEIGHBOURS = 4
 LONGEST_BRIDGED = 2 * _NEIGHBOURS
 """Gap, samples, that its neighbours fill from both sides."""
 _PRIOR = np.float32(2.0)
-"""The level around weighs as much as so many of them: one crest beside a gap must not be repeated in it."""
+"""The beams beside, or the level around, weigh as much as so many of them: one crest beside a gap must not be repeated
+in it."""
 _BEAMS = np.float32(4.0)
 """The level of the ranges around weighs as much as so many beams,"""
 _COLUMNS = np.float32(64.0)
@@ -64,15 +66,26 @@ def fill_gaps(image: Image, missing: Mask, drawn: Drawn, number: int) -> None:
         row, gaps = image[b], missing[b]
         gain = _gain_of(row, gaps, level)
         _means_around(row, gaps, held, found, count)
-        begin = _begin(number, b)
+        begin = begin_of(number, b)
         for j in range(row.size):
             if gaps[j]:
-                prior = gain * level[j] * drawn.speckle[(begin + j) & (_DRAWN - 1)]
+                if is_one_beam_wide(missing, b, j):
+                    prior = np.float32(0.5) * (image[b - 1, j] + image[b + 1, j])
+                else:
+                    prior = gain * level[j] * drawn.speckle[(begin + j) & (_DRAWN - 1)]
                 row[j] = (found[j] + _PRIOR * prior) / (count[j] + _PRIOR)
 
 
 @kernel
-def _begin(number: int, beam: int) -> int:
+def is_one_beam_wide(missing: Mask, beam: int, column: int) -> bool:
+    """Tell whether the beams on both sides of a missing cell hold data there."""
+    if beam == 0 or beam == missing.shape[0] - 1:
+        return False
+    return not missing[beam - 1, column] and not missing[beam + 1, column]
+
+
+@kernel
+def begin_of(number: int, beam: int) -> int:
     """Return where among the drawn numbers a beam begins: anywhere, but always the same for the same ping."""
     mixed = (number * 0x9E3779B1 + beam * 0x85EBCA77 + 0x165667B1) & 0xFFFFFFFF
     mixed = ((mixed ^ (mixed >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
@@ -145,7 +158,7 @@ def _means_around(row: Floats32, gaps: Mask, held: Floats32, found: Floats32, co
 def dither(image: Image, drawn: Drawn, number: int) -> None:
     """Add noise of a count to amplitudes of linear counts, in place. Some fall below 0, which keeps the mean."""
     for b in range(image.shape[0]):
-        row, begin = image[b], _begin(number, b)
+        row, begin = image[b], begin_of(number, b)
         for j in range(row.size):
             row[j] += drawn.dither[(begin + j) & (_DRAWN - 1)]
 
@@ -161,5 +174,7 @@ def blank_gaps(image: Image, missing: Mask) -> None:
             while stop < row.size and gaps[stop]:
                 stop += 1
             if stop - j > LONGEST_BRIDGED or j == 0 or stop == row.size:
-                row[j:stop] = np.float32(0.0)
+                for k in range(j, stop):
+                    if not is_one_beam_wide(missing, b, k):
+                        row[k] = np.float32(0.0)
             j = stop + 1

@@ -33,6 +33,9 @@ _LOUD_RATIO = 4.0
 """Mean amplitude of a block that is clearly above the lowest count: of speckle there, 5 % are 0,"""
 _FEWEST = 6
 """and by so many samples at least it is known."""
+_FAINT, _FAINT_SHARE = 0.25, 0.01
+"""Of the mean amplitude of the samples that are not zero, and the share of them that is as faint: of speckle, 5 %.
+Where none is, zeros stand for what is below a threshold of the sonar's (threshold.py)."""
 _EVIDENCE = 12.0
 """Logarithm of how improbable zeros have to be where other beams are not silent; each block counts for 1 at most."""
 
@@ -100,8 +103,8 @@ def share_of_zeros(frame: AnyArray, first: int, count: int) -> float:
 
 @kernel
 def _is_strewn(frame: AnyArray, first: int, loud: float) -> bool:
-    """Tell whether a quarter of all blocks are loud, and most of those have several zeros."""
-    blocks, loud_ones, strewn = 0, 0, 0
+    """Tell whether a quarter of all blocks are loud, and most of those have several zeros, but faint samples, too."""
+    blocks, loud_ones, strewn, faint, others = 0, 0, 0, 0, 0
     for b in range(frame.shape[0]):
         row = frame[b, first:]
         for begin in range(0, row.size - _BLOCK + 1, _BLOCK):
@@ -113,8 +116,13 @@ def _is_strewn(frame: AnyArray, first: int, loud: float) -> bool:
             blocks += 1
             is_loud = count >= _FEWEST and total >= np.float32(loud) * np.float32(count)
             loud_ones += 1 if is_loud else 0
-            strewn += 1 if is_loud and _BLOCK - count >= 3 else 0
-    return 4 * loud_ones >= blocks > 0 and 2 * strewn > loud_ones
+            if is_loud and _BLOCK - count >= 3:
+                strewn += 1
+                others += count
+                least = np.float32(_FAINT) * total / np.float32(count)
+                for j in range(_BLOCK):
+                    faint += 1 if 0 < np.float32(part[j]) <= least else 0
+    return 4 * loud_ones >= blocks > 0 and 2 * strewn > loud_ones and faint > _FAINT_SHARE * others
 
 
 @kernel

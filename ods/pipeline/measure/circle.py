@@ -107,12 +107,6 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
 
 
 @kernel
-def is_cut(runs: Runs, fan: FanTable) -> bool:
-    """Tell whether an echo reaches the fan's edge."""
-    return bool(runs[0].beam == 0 or runs[-1].beam == fan.bearing_rad.size - 1)
-
-
-@kernel
 def _width(beam: Floats, low: int, fan: FanTable) -> Width:
     """Return from where to where an echo reaches. beam: intensity of each of its beams, the first of which is `low`."""
     high = low + beam.size - 1

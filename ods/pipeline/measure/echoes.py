@@ -10,7 +10,8 @@ from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
-from ods.pipeline.measure.circle import circle_of, is_cut
+from ods.pipeline.measure.circle import circle_of
+from ods.pipeline.measure.cut_off import is_cut, widen
 from ods.pipeline.measure.depth import Level, depth_of, ends_of
 from ods.pipeline.measure.features import EchoRecord, Features, features_of
 from ods.pipeline.measure.response import point_width
@@ -40,8 +41,6 @@ ECHO = np.dtype(
 )
 """One echo: the fields of `ods.messages.Detection`, in its order."""
 
-_HIDDEN_M = 5.0
-"""Standard deviation of the place of an object of which the fan's edge hides a part."""
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
 
@@ -76,9 +75,9 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
         _claim(sigmas_of(features, point * fan.dr_m, echo.range_m, fan.dr_m), doubt, echo)
         echo.amplitude = _recorded_peak(recorded, part)
         echo.elevation_rad = fan.elevation_rad
-        echo.cut = is_cut(part, fan)
+        echo.cut = is_cut(recorded, part)
         if echo.cut:
-            _widen(echo)
+            widen(echo)
         start = stop
 
 
@@ -151,14 +150,3 @@ def _claim(sigmas: Sigmas, doubt: Doubt, echo: EchoRecord) -> None:
     echo.sigma_near_m, echo.sigma_radius_m = max(sigmas.near_m, doubt.hidden_m), sigmas.radius_m
     echo.sigma_range_m = np.hypot(echo.sigma_near_m, doubt.behind_m)
     echo.sigma_bearing_rad = sigmas.bearing_rad
-
-
-@kernel
-def _widen(echo: EchoRecord) -> None:
-    """Widen the standard deviations of an echo that the fan's edge cuts off.
-
-    How far the object goes on beyond the edge nobody knows, and the error stays the same from ping to ping.
-    """
-    echo.sigma_range_m = np.hypot(echo.sigma_range_m, echo.radius_m)
-    echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
-    echo.sigma_radius_m = np.hypot(echo.sigma_radius_m, _HIDDEN_M)
