@@ -83,21 +83,22 @@ def amplitudes_of(samples: AnyArray, scale: SampleScale) -> Image:
 @kernel
 def _lowest(samples: AnyArray, missing: Mask, silence: float) -> Lowest:
     """Look at some samples that hold data, evenly spread; what is below `silence` counts as that."""
-    columns = samples.shape[1]
     step = max(1, samples.size // _LOOKED_AT) | 1  # odd: so that it falls in with no rows
-    value, higher, alike, looked = np.inf, np.inf, 0, 0
-    for i in range(0, samples.size, step):
-        b, j = i // columns, i % columns
-        if missing.size > 0 and missing[b, j]:
-            continue
-        sample = max(float(samples[b, j]), silence)
-        looked += 1
-        if sample < value:
-            value, higher, alike = sample, value, 1
-        elif sample == value:
-            alike += 1
-        else:
-            higher = min(higher, sample)
+    value, higher, alike, looked, j = np.inf, np.inf, 0, 0, 0
+    for b in range(samples.shape[0]):
+        row = samples[b]
+        while j < row.size:
+            if missing.size == 0 or not missing[b, j]:
+                sample = max(float(row[j]), silence)
+                looked += 1
+                if sample < value:
+                    value, higher, alike = sample, value, 1
+                elif sample == value:
+                    alike += 1
+                else:
+                    higher = min(higher, sample)
+            j += step
+        j -= row.size
     if looked == 0:
         return Lowest(0.0, 0.0, 0.0)
     return Lowest(value, higher if higher < np.inf else value, alike / looked)
