@@ -50,12 +50,14 @@ def test_every_echo_has_finite_sigmas_and_none_below_the_columns(
     echo["near_m"], echo["range_m"], echo["radius_m"] = wide, wide + long, radius
     echo["peak"], echo["mean"], echo["cells"], echo["range_extent_m"] = max(levels), min(levels), cells, long
     depth = Depth(wide, wide + long, rise, 3.0 * shares[0] - 1.0, shares[1], 0.0)
-    features = features_of(echo, depth, Shape(shares[1], shares[2], long, wide, blur, beams, 0.0), columns * dr_m, dr_m)
+    shape = Shape(shares[1], shares[2], long, wide, blur, beams, 0.0, rise)
+    features = features_of(echo, depth, shape, columns * dr_m, dr_m)
     assert np.isfinite(features).all()
-    near, size, bearing = sigmas_of(features, columns * dr_m, wide + long, dr_m)
+    near, size, bearing = sigmas_of(features, columns * dr_m, shape.beside_m, wide + long, dr_m)
     across = bearing * max(wide + long, 1e-3)
     assert np.isfinite((near, size, across)).all()
     assert min(near, size, across) > 0.28 * dr_m  # 1/sqrt(12): what is rounded to whole columns
+    assert across <= max(shape.beside_m, 0.29 * dr_m) * (1.0 + 1e-9)
 
 
 def test_the_law_is_two_layers() -> None:

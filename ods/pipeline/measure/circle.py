@@ -33,6 +33,9 @@ _WIDEST = 3.0
 _UNSEEN = 5.0
 """A weak echo of a round front shows its highlights: the radius is larger by the share of this over the third power of
 the peak level, in multiples of the background."""
+_BLURRED, _FLAT = 0.15, 0.5
+"""Largest standard deviation of an echo's place across the line of sight: of what is small in widths of the beam, of a
+flat front in its own width."""
 _SMALL_M = 0.3
 """Up to this radius the centre is the middle of what shines, as small bodies often shine all over; from twice as much
 on it is a radius behind the near edge."""
@@ -61,7 +64,9 @@ class Shape(NamedTuple):
     """Width of the beam there."""
     beams: int
     behind_m: float
-    """Standard deviation of how far the circle's centre is behind the near edge."""
+    """Standard deviation of how far the circle's centre is behind the near edge,"""
+    beside_m: float
+    """and the largest that its place across the line of sight may have."""
 
 
 class Width(NamedTuple):
@@ -102,8 +107,18 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
     unseen = (1.0 - whole) * radius * np.hypot(2.0 / peak, 0.2)
     inside = np.sqrt(unseen**2 + doubt**2 + (0.03 * radius) ** 2 + (0.04 * blur_m) ** 2)
     behind = roundness * inside + (1.0 - roundness) * (0.5 * long + roundness * radius)
-    shape = Shape(whole, roundness, long, wide_m, blur_m, beam.size, behind)
+    beside = _beside(roundness, max(wide_m, blur_m), blur_m, peak)
+    shape = Shape(whole, roundness, long, wide_m, blur_m, beam.size, behind, beside)
     return Circle(distance, np.arctan2(y, x), radius), shape
+
+
+@kernel
+def _beside(roundness: float, wide: float, blur: float, peak: float) -> float:
+    """Return the largest standard deviation of an echo's place across the line of sight, m.
+
+    Of what shines with speckle, the middle is known to its width over its level; a flat front may be seen in part.
+    """
+    return float(np.hypot(_BLURRED * blur, (roundness / peak + (1.0 - roundness) * _FLAT) * wide))
 
 
 @kernel

@@ -52,6 +52,8 @@ class Doubt(NamedTuple):
     """How much nearer the body of a fragment begins."""
     behind_m: float
     """How far the circle's centre is behind the near edge."""
+    beside_m: float
+    """Of the place across the line of sight, at most."""
 
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
@@ -72,7 +74,7 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
             stop += 1
         part, echo = runs[start:stop], echoes[k]
         features, doubt = measure_at(image, part, (background, point), fan, echo)
-        _claim(sigmas_of(features, point * fan.dr_m, echo.range_m, fan.dr_m), doubt, echo)
+        _claim(sigmas_of(features, point * fan.dr_m, doubt.beside_m, echo.range_m, fan.dr_m), doubt, echo)
         echo.amplitude = _recorded_peak(recorded, part)
         echo.elevation_rad = fan.elevation_rad
         echo.cut = is_cut(recorded, part)
@@ -98,7 +100,8 @@ def measure_at(
     circle, shape = circle_of(runs, ends, depth, beam, fan, echo.peak)
     echo.near_m = depth.near_m
     echo.range_m, echo.bearing_rad, echo.radius_m = circle
-    return features_of(echo, depth, shape, point * fan.dr_m, fan.dr_m), Doubt(depth.hidden_m, shape.behind_m)
+    doubt = Doubt(depth.hidden_m, shape.behind_m, shape.beside_m)
+    return features_of(echo, depth, shape, point * fan.dr_m, fan.dr_m), doubt
 
 
 @kernel

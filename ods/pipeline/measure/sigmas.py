@@ -31,15 +31,16 @@ class Sigmas(NamedTuple):
 
 
 @kernel
-def sigmas_of(features: Features, point_m: float, range_m: float, dr_m: float) -> Sigmas:
+def sigmas_of(features: Features, point_m: float, beside_m: float, range_m: float, dr_m: float) -> Sigmas:
     """Return the standard deviations of an echo of these features.
 
-    point_m: width of a point along the line of sight; dr_m: the columns' spacing.
+    point_m: width of a point along the line of sight; beside_m: the largest across it; dr_m: the columns' spacing.
     """
     told = outputs_of(features, SIGMAS_HIDDEN, SIGMAS_OUT)
     for k in range(told.size):
         told[k] = max(point_m * math.exp(min(max(0.5 * told[k], _LEAST), _MOST)), _ROUNDING * dr_m)
-    return Sigmas(told[0], told[1], told[2] / max(range_m, _NEAREST_M))
+    across = max(min(told[2], beside_m), _ROUNDING * dr_m)
+    return Sigmas(told[0], told[1], across / max(range_m, _NEAREST_M))
 
 
 @kernel
