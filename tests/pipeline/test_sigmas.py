@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from benchmarks import circle_laws, circles
 from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
+from ods.assess.sea.command import shipped_folder
+from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Floats
+from ods.base.geometry import body_to_polar, global_to_body
 from ods.pipeline.chain import Chain
 from ods.pipeline.measure import laws
 from ods.pipeline.measure.circle import Shape
@@ -19,6 +22,7 @@ from ods.pipeline.measure.features import Features, features_of
 from ods.pipeline.measure.response import point_width
 from ods.pipeline.measure.sigmas import outputs_of, sigmas_of
 from ods.pipeline.settings import PipelineSettings
+from ods.sim_sonar.by_name import find_sonar
 
 INPUTS = len(Features._fields)
 LENGTHS = st.floats(0.0, 1e4)
@@ -34,6 +38,23 @@ def test_errors_are_as_large_as_is_claimed(kind: str) -> None:
     square = np.minimum(errors.normalized() ** 2, circles.GATE_SIGMAS**2).mean(0)[circle_laws.CLAIMED]
     assert (square > 0.5).all(), square
     assert (square < 2.0).all(), square
+
+
+def test_places_across_over_a_sea_bed_are_as_good_as_is_claimed() -> None:
+    """Spheres over rocks, by the simulator: bodies and a background that the law is not fitted to."""
+    scene, chain = scene_with_seed(shipped_folder() / "rocky.toml", 40), Chain(PipelineSettings())
+    square: list[float] = []
+    for ping, truth in images_of(scene, find_sonar("seabat6012"), 10.0):
+        head = head_at(scene, ping.t_ns)
+        centres = np.array([body.position_ned for body in truth.objects])
+        distances, bearings, _ = body_to_polar(global_to_body(centres, head.position_ned, head.attitude))
+        for found in chain.process(ping, pose=head).detections:
+            wrong = found.bearing_rad - bearings
+            radii = np.array([body.radius_m for body in truth.objects])
+            its = (np.abs(found.near_m + radii - distances) < 1.0) & (np.abs(wrong * distances) < radii + 3.0)
+            square += [] if found.cut else ((wrong[its] / found.sigma_bearing_rad) ** 2).tolist()
+    assert len(square) > 60
+    assert 0.5 < np.minimum(square, circles.GATE_SIGMAS**2).mean() < 2.0
 
 
 @given(
