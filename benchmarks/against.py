@@ -89,4 +89,6 @@ def _python(*words: str) -> list[str]:
 
 
 def _env(checkout: Path) -> dict[str, str]:
-    return {**os.environ, "PYTHONPATH": str(checkout)}
+    """Return the environment of a checkout: its own modules, and machine code beside them, not in a shared folder."""
+    kept = {name: value for name, value in os.environ.items() if name != "ODS_CACHE_DIR"}
+    return {**kept, "PYTHONPATH": str(checkout)}

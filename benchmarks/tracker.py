@@ -1,7 +1,8 @@
 """`make benchmark`: CPU time of a scan against objects in view, with and without 10,000 hibernated ones.
 
 Every tracker gets the same scans; all take turns within one run, so that a machine that slows down slows all of them.
-`python -m benchmarks.tracker --out docs/tracker-cost.png` draws the chart too.
+`python -m benchmarks.tracker --out docs/tracker-cost.png` draws the chart too; `--against COMMIT` compares the scan
+step with that of another commit instead.
 """
 
 import argparse
@@ -17,7 +18,8 @@ import msgspec
 import numpy as np
 from matplotlib.figure import Figure
 
-from ods.assess.track.case import observe
+from benchmarks.against import scan_steps
+from ods.assess.track.case import Case, observe
 from ods.assess.track.scenarios import SONAR, in_sector, world
 from ods.base.clock import NS
 from ods.messages import Pose
@@ -30,7 +32,6 @@ from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.measurement.scan import Scan, echoes_of
 from ods.tracker.observer.registry import OBSERVERS, make_observer
-from ods.tracker.scenario import Scenario
 from ods.tracker.settings import MotionSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -56,14 +57,14 @@ class Contestant:
     spent_ms: list[float]
 
 
-def field(objects: int, detections: int) -> Scenario:
+def field(objects: int, detections: int) -> Case:
     """Return a field of static objects in view, with false alarms that make up the detections."""
     rng = np.random.default_rng(objects)
     meta = msgspec.structs.replace(SONAR, clutter_lambda=detections - SONAR.pd * objects)
     places = in_sector(rng, objects, 10.0, 98.0, 2.5)
     t = np.arange(SETTLING + TIMED) / 7.0
     scene = world(t, places, np.zeros_like(places), rng.uniform(0.3, 1.0, objects), 0.0, meta)
-    return observe("field", scene, rng).scenario
+    return observe("field", scene, rng)
 
 
 def sleepers(count: int) -> list[MapObject]:
@@ -81,7 +82,7 @@ def contestants() -> list[Contestant]:
     known = sleepers(HIBERNATED)
     for observer in OBSERVERS:
         for size in SIZES:
-            scans = list(scenario.scans(field(*size)))
+            scans = list(scenario.scans(field(*size).scenario))
             for asleep in (0, HIBERNATED):
                 tracker = Tracker(TrackerSettings(observer=observer), known[:asleep], HIBERNATED + 1)
                 name = f"{observer}, {asleep:,} hibernated" if asleep else observer
@@ -186,12 +187,25 @@ def draw(all_of_them: list[Contestant]) -> Figure:
     return figure
 
 
+def compare(commit: str) -> None:
+    """Print the time of a scan step of the default tracker, of this checkout and of another commit."""
+    found = scan_steps(commit, {size[0]: field(*size) for size in SIZES}, SETTLING)
+    print(f"CPU time of a scan step, ms, median of {TIMED}, in turns")
+    print(f"{'objects':>8}{'here':>10}{commit[:12]:>14}{'ratio':>8}")
+    for objects, (here, there) in found.items():
+        print(f"{objects:8}{here:10.3f}{there:14.3f}{here / there:8.2f}")
+
+
 def main() -> None:
     """Print the table, draw the chart if wanted."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, metavar="CHART.png")
+    parser.add_argument("--against", metavar="COMMIT", help="only compare the scan step with that of another commit")
     add_style(parser)
     args = parser.parse_args()
+    if args.against:
+        compare(args.against)
+        return
     all_of_them = contestants()
     run(all_of_them)
     print(f"\nCPU time of a scan step, ms, median of {TIMED}, in turns")
