@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from scipy.stats import bootstrap
 
 from ods.assess.track.measure import Row
@@ -14,6 +15,8 @@ from ods.plots.style import QUIET, SERIES, STRONG
 
 MARKERS = "oDs^vP"
 """One for each association; a colour stands for an observer."""
+RATIOS = 1.0, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0
+"""Ticks of the ratios, times powers of ten: the limits are 1.03 and 1.2."""
 BAND = 0.8
 """Share of a scenario's row that its trackers stand in, one under the other."""
 
@@ -37,6 +40,9 @@ def chart(rows: Sequence[Row]) -> Figure:
         axes.set_xscale("log")
     left.set_yscale("log")
     number(left.xaxis, left.yaxis, right.xaxis)
+    for axis in (left.yaxis, right.xaxis):
+        axis.set_major_locator(LogLocator(10.0, RATIOS))
+        axis.set_minor_locator(NullLocator())
     dress(left, "all scenarios; large: geometric mean", "CPU time of a scan, ms, median", "GOSPA over the reference's")
     dress(right, "scenario by scenario, GOSPA over the reference's", "1: the reference, which knows more", "")
     right.grid(visible=False, axis="y")
