@@ -15,8 +15,8 @@ from ods.plots.style import QUIET, SERIES, STRONG
 
 MARKERS = "oDs^vP"
 """One for each association; a colour stands for an observer."""
-RATIOS = 1.0, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0
-"""Ticks of the ratios, times powers of ten: the limits are 1.03 and 1.2."""
+RATIOS = 1.0, 1.2, 1.5, 2.0, 3.0, 5.0
+"""Ticks of the ratios, times powers of ten: most limits are 1.2."""
 BAND = 0.8
 """Share of a scenario's row that its trackers stand in, one under the other."""
 
