@@ -1,7 +1,8 @@
 """CPU time of the tracker's whole scan step, this checkout against another commit: `benchmarks.tracker --against`.
 
 The other commit is checked out in a temporary folder. Each has a process of its own and machine code by its own
-`ods compile`; both get the same scenario files, by turns, so that a machine that slows down slows both.
+`ods compile`; both get the same scenario files, by turns and on one processor, so that a machine that slows down
+slows both.
 """
 
 import json

@@ -6,6 +6,7 @@ used of `ods` than older checkouts have.
 """
 
 import json
+import os
 import sys
 import time
 from itertools import islice
@@ -19,6 +20,8 @@ TURN = 10
 
 def main() -> None:
     """Answer until standard input ends."""
+    # one processor for all checkouts: another one may have busier neighbours
+    os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
     do_without_numba()
     from ods.tracker import scenario
     from ods.tracker.settings import TrackerSettings
