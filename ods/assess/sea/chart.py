@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ods.assess.sea.judge import SceneScore
 from ods.assess.sea.table import FALSE_LIMIT, TRACKED_LIMIT
 from ods.plots.chart import dress
-from ods.plots.style import ACCENT, MARK, STRONG, outline
+from ods.plots.style import ACCENT, MARK, STRONG
 
 
 def chart(scores: Sequence[SceneScore]) -> Figure:
@@ -18,8 +18,6 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     rows = range(len(scores))
     false.barh(rows, [score.false_a_minute for score in scores], color=ACCENT, height=0.6)
     for row, score in enumerate(scores):
-        false.annotate(f"{score.false_a_minute:.1f}", (score.false_a_minute, row), xytext=(4, 0), va="center",
-                       textcoords="offset points", fontsize=9, path_effects=outline())  # fmt: skip
         for target in score.targets:
             tracked.plot(100.0 * target.share, row, "o", color=MARK, ms=6, alpha=0.7)
             range_of.plot(target.confirmed_m, row, "o", color=MARK, ms=6, alpha=0.7)
@@ -31,7 +29,15 @@ def chart(scores: Sequence[SceneScore]) -> Figure:
     dress(false, "false obstacles", "a minute; dotted: most that may be", "")
     dress(tracked, "objects tracked", "% of the lists; dotted: least that must be", "")
     dress(range_of, "confirmed", "at a distance of, m", "")
+    _label(false, [score.false_a_minute for score in scores])
     return figure
+
+
+def _label(axes: Axes, values: Sequence[float]) -> None:
+    """Write the values behind their bars, on a ground of their own: the line of the limit may run there."""
+    for row, value in enumerate(values):
+        axes.annotate(f"{value:.1f}", (value, row), xytext=(4, 0), va="center", textcoords="offset points", fontsize=9,
+                      bbox={"facecolor": axes.get_facecolor(), "edgecolor": "none", "pad": 1.0})  # fmt: skip
 
 
 def _limit(axes: Axes, value: float) -> None:

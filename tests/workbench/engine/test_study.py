@@ -179,9 +179,12 @@ def test_histograms_count_every_cell_that_was_processed() -> None:
     counted = histogram(some)
     levels = some.level_db()
     levels = levels[np.isfinite(levels)].clip(LOWEST_DB, HIGHEST_DB)
-    expected, _ = np.histogram(levels, BINS, (LOWEST_DB, HIGHEST_DB))
     assert counted.cells.sum() == 5950
-    assert np.abs(counted.cells - expected).sum() <= 4  # those at the very edges of bins
+    below = np.cumsum(counted.cells)[:-1]
+    edges = np.linspace(LOWEST_DB, HIGHEST_DB, BINS + 1)[1:-1, None]
+    near = 1e-3  # dB: processors round what lies at the very edges of bins to either side
+    assert ((levels < edges - near).sum(1) <= below).all()
+    assert (below <= (levels < edges + near).sum(1)).all()
 
 
 def test_a_study_s_looks_belong_to_it_for_good() -> None:
