@@ -17,7 +17,7 @@ from ods.replay.compare import ENOUGH, NEAR_M, NEAR_RAD, Compared, Verdict, comp
 from ods.replay.machine import differences
 from ods.replay.setup import recorded_config
 
-GOOD = {Verdict.SAME, Verdict.SAME_BUT_HEALTH}
+GOOD = {Verdict.SAME, Verdict.ROUNDED, Verdict.SAME_BUT_HEALTH}
 MOST_SHOWN = 3
 
 

@@ -1,5 +1,6 @@
 """Is what came once more what was recorded? To the byte, or within tolerances."""
 
+import math
 from enum import Enum
 from typing import NamedTuple
 
@@ -15,6 +16,9 @@ NEAR_RAD = 0.002
 """of bearings,"""
 ENOUGH = 0.98
 """and the share of messages that have to be within: a decision at a threshold may fall otherwise."""
+_ROUNDING = 1e-9
+"""Relative: the same sums, put together by the compiler in another order. So much less than any sigma, so much more
+than 52 bits leave, that it is no tolerance of results."""
 
 _ENCODER = msgspec.msgpack.Encoder()
 
@@ -23,6 +27,7 @@ class Verdict(Enum):
     """How a message compares with the recorded one."""
 
     SAME = "identical"
+    ROUNDED = "identical but for last digits"
     SAME_BUT_HEALTH = "identical but for reasons that rest on other processes' health"
     NEAR = "within tolerances"
     OTHER = "different"
@@ -42,6 +47,8 @@ def compare_detections(pair: DetectionsPair) -> Compared:
         return Compared(Verdict.NONE)
     if _ENCODER.encode(pair.again) == pair.data:
         return Compared(Verdict.SAME)
+    if _rounded(pair.recorded, pair.again):
+        return Compared(Verdict.ROUNDED)
     where = f"ping {pair.recorded.ping_number}: {_first_difference(pair.recorded, pair.again)}"
     return Compared(Verdict.NEAR if _near_detections(pair.recorded, pair.again) else Verdict.OTHER, where)
 
@@ -55,8 +62,10 @@ def compare_lists(pair: ListPair) -> Compared:
         return Compared(Verdict.SAME)
     if again.reasons != told.reasons and _of_health(again.reasons) != _of_health(told.reasons):
         judged = msgspec.structs.replace(again, valid=told.valid, reasons=told.reasons)
-        if _of_input(again.reasons) == _of_input(told.reasons) and _ENCODER.encode(judged) == pair.data:
+        if _of_input(again.reasons) == _of_input(told.reasons) and _rounded(told, judged):
             return Compared(Verdict.SAME_BUT_HEALTH)
+    if _rounded(told, again) or (told.ping_number < 0 and _rounded(told.obstacles, again.obstacles)):
+        return Compared(Verdict.ROUNDED)
     where = f"list {told.seq}: {_first_difference(told, again)}"
     return Compared(Verdict.NEAR if _near_lists(told, again) else Verdict.OTHER, where)
 
@@ -67,6 +76,17 @@ def _of_health(reasons: list[str]) -> list[str]:
 
 def _of_input(reasons: list[str]) -> list[str]:
     return [reason for reason in reasons if reason.partition(":")[0] not in PROCESSES]
+
+
+def _rounded(told: object, again: object) -> bool:
+    """Tell whether both say the same, numbers but for rounding."""
+    if isinstance(told, float) and isinstance(again, float):
+        return math.isclose(told, again, rel_tol=_ROUNDING, abs_tol=_ROUNDING**2)
+    if isinstance(told, msgspec.Struct) and type(told) is type(again):
+        return all(_rounded(getattr(told, name), getattr(again, name)) for name in told.__struct_fields__)
+    if isinstance(told, list | tuple) and isinstance(again, list | tuple):
+        return len(told) == len(again) and all(map(_rounded, told, again))
+    return told == again
 
 
 def _near_detections(told: Detections, again: Detections) -> bool:

@@ -14,12 +14,13 @@ import tomli_w
 
 from ods.cli import main
 from ods.config import OnboardConfig
-from ods.messages import ObstacleList, Ping
+from ods.messages import Detections, ObstacleList, Ping, Vector3
 from ods.recording.facts import facts
 from ods.recording.mcap.reader import Recorded, Recording, open_recording
 from ods.recording.mcap.segment import Logged, Segment
+from ods.replay.again import DetectionsPair, ListPair
 from ods.replay.check import check
-from ods.replay.compare import Verdict
+from ods.replay.compare import Verdict, compare_detections, compare_lists
 from ods.replay.machine import differences
 from ods.replay.setup import recorded_config
 from tests.replay.recordings import FOLDER
@@ -91,6 +92,26 @@ def test_a_changed_list_is_found(tmp_path: Path, capsys: pytest.CaptureFixture[s
     if not result.other:
         assert main(["replay", str(path), "--check"]) == 1
         assert "NOT as recorded" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("change", "verdict"), [(1e-15, Verdict.ROUNDED), (1e-6, Verdict.NEAR), (1e-2, Verdict.OTHER)])
+def test_last_digits_may_differ_and_no_more(change: float, verdict: Verdict) -> None:
+    """Another compiler's order of the same sums is no other result; a millionth of a range is one."""
+    told = max(lists_of(FIGURE_11), key=lambda message: len(message.obstacles))
+    moved = [msgspec.structs.replace(o, position_ned=_times(o.position_ned, 1.0 + change)) for o in told.obstacles]
+    again = msgspec.structs.replace(told, obstacles=moved)
+    assert compare_lists(ListPair(told, msgspec.msgpack.encode(told), again)).verdict is verdict
+
+    pings = (recorded.message() for recorded in open_recording(FIGURE_11).messages(["detections"]))
+    heard = next(message for message in pings if isinstance(message, Detections) and message.detections)
+    ranges = [msgspec.structs.replace(d, range_m=d.range_m * (1.0 + change)) for d in heard.detections]
+    nudged = msgspec.structs.replace(heard, detections=ranges)
+    assert compare_detections(DetectionsPair(0, heard, msgspec.msgpack.encode(heard), nudged)).verdict is verdict
+
+
+def _times(position: Vector3, factor: float) -> Vector3:
+    x, y, z = position
+    return x * factor, y * factor, z * factor
 
 
 def test_pings_that_the_recorder_missed_are_counted(tmp_path: Path) -> None:
