@@ -113,6 +113,24 @@ def test_a_part_larger_than_the_body_was_thought_to_be_is_believed_and_whole_ech
     np.testing.assert_array_equal(nothing_twice(whole, known, np.ones(1), np.ones(1)).table, whole.table)
 
 
+@pytest.mark.parametrize("aside_m", [8.0, 11.0])
+@pytest.mark.parametrize("image", [0, 1])
+def test_a_false_alarm_beside_a_body_does_not_live_by_the_part_seen_of_it(aside_m: float, image: int) -> None:
+    """It took all echoes of the body, which told nothing of its place until that was vague: a leap, 1.3 to 1.8 m/s."""
+    vehicle = vehicle_at(np.zeros(3), quat_from_euler(0.0, 0.0, 0.0), NO_SIGMA, NO_SIGMA)
+    tracker, bearing = Tracker(TrackerSettings()), HALF_FOV - 0.04
+    part = FAR_M, bearing, 0.0, 2.0, 2.0, HIDDEN_M / FAR_M, HIDDEN_M, 25.0, 1.0
+    alarm = FAR_M, bearing - aside_m / FAR_M, 0.0, 0.3, 0.3, 0.3 / FAR_M, 2.0, 10.0, 0.0
+    for k in range(round(8.0 * RATE_HZ)):
+        t_ns, rows = round(k / RATE_HZ * NS), np.array([part, alarm] if k == image else [part])
+        tracker.step(Scan(t_ns, t_ns, vehicle, SECTOR, echoes_of(rows)[0]))
+    tracks = tracker.snapshot()
+    assert len(tracks) == 1
+    seen = FAR_M * np.array([math.cos(bearing), math.sin(bearing)])
+    assert math.hypot(*(tracks.position[:2, 0] - seen)) < 0.5
+    assert math.hypot(*tracks.velocity[:2, 0]) < 0.05
+
+
 @pytest.mark.parametrize("beyond_m", [-3.0, -1.0, 0.0, 1.0, 3.0])
 def test_a_body_is_expected_while_a_part_of_it_is_inside(beyond_m: float) -> None:
     """By the share of a normal distribution of parts, half the radius wide, drawn at random."""

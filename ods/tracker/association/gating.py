@@ -12,6 +12,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.compiled.kernel import kernel
 from ods.tracker.association.clutter import ClutterDensity
+from ods.tracker.measurement.cut_off import farthest_off
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows, wrapped
 from ods.tracker.measurement.scan import Echoes, EchoRows, echo_rows
 from ods.tracker.named import Named
@@ -131,15 +132,16 @@ def _gated(
     predicted, echoes = predicted_rows(predicted_table), echo_rows(echo_table)
     weight, radius, radius_variance = extent
     first, last = _windows(predicted, echoes, order, gate.sigmas)
-    most = 0
+    count = 0
     for i in range(len(first)):
-        most += max(last[i] - first[i], 0)
-    objects, columns, llr = np.empty(most, np.intp), np.empty(most, np.intp), np.empty(most)
+        count += max(last[i] - first[i], 0)
+    objects, columns, llr = np.empty(count, np.intp), np.empty(count, np.intp), np.empty(count)
     pairs = 0
     for i in range(len(first)):
         for j in order[first[i] : last[i]]:
-            if _nearest(predicted, echoes, i, j) <= gate.sigmas**2:
-                density = _density(predicted, weight, echoes, i, j)
+            most = farthest_off(echoes.cut[j], radius[i], radius_variance[i])
+            if _nearest(predicted, echoes, most, i, j) <= gate.sigmas**2:
+                density = _density(predicted, weight, echoes, most, i, j)
                 chance = density * gate.detection_probability / clutter.per_m2[j]
                 difference = echoes.radius[j] - radius[i]
                 variance = radius_variance[i] + echoes.sigma_radius[j] ** 2
@@ -153,35 +155,40 @@ def _gated(
 
 
 @kernel
-def _nearest(predicted: PredictedMeasurement, echoes: EchoRows, i: int, j: int) -> float:
-    """Return the smallest squared distance, in standard deviations, of echo j from a hypothesis of object i."""
+def _nearest(predicted: PredictedMeasurement, echoes: EchoRows, most: float, i: int, j: int) -> float:
+    """Return the smallest squared distance, in standard deviations, of echo j from a hypothesis of object i.
+
+    `most`: largest variance that the echo's place can have, m^2.
+    """
     nearest = math.inf
     for h in range(len(predicted.range_m)):
-        nearest = min(nearest, _distance(predicted, echoes, h, i, j)[0])
+        nearest = min(nearest, _distance(predicted, echoes, most, h, i, j)[0])
     return nearest
 
 
 @kernel
-def _density(predicted: PredictedMeasurement, weight: Floats, echoes: EchoRows, i: int, j: int) -> float:
-    """Return the probability density, 1/m^2, of the place of echo j if it is of object i."""
+def _density(predicted: PredictedMeasurement, weight: Floats, echoes: EchoRows, most: float, i: int, j: int) -> float:
+    """Return the probability density, 1/m^2, of the place of echo j if it is of object i; `most`: as in `_nearest`."""
     density = 0.0
     for h in range(len(weight)):
-        distance, determinant = _distance(predicted, echoes, h, i, j)
+        distance, determinant = _distance(predicted, echoes, most, h, i, j)
         density += weight[h, i] * math.exp(-0.5 * distance) / math.sqrt(determinant)
     return density / (2.0 * math.pi)
 
 
 @kernel
-def _distance(predicted: PredictedMeasurement, echoes: EchoRows, h: int, i: int, j: int) -> tuple[float, float]:
+def _distance(
+    predicted: PredictedMeasurement, echoes: EchoRows, most: float, h: int, i: int, j: int
+) -> tuple[float, float]:
     """Return the squared distance, in standard deviations, of echo j from hypothesis h of object i.
 
-    And the determinant, m^4, of the covariance that it is told by.
+    And the determinant, m^4, of the covariance that it is told by. `most`: as in `_nearest`.
     """
     horizontal = predicted.horizontal[h, i]
     along = echoes.range_m[j] - predicted.range_m[h, i]
     across = wrapped(echoes.bearing[j] - predicted.bearing[h, i]) * horizontal
-    s_along = predicted.along[h, i] + echoes.sigma_range[j] ** 2
-    s_across = predicted.across[h, i] + (horizontal * echoes.sigma_bearing[j]) ** 2
+    s_along = predicted.along[h, i] + min(echoes.sigma_range[j] ** 2, most)
+    s_across = predicted.across[h, i] + min((horizontal * echoes.sigma_bearing[j]) ** 2, most)
     s_mixed = predicted.mixed[h, i]
     determinant = s_along * s_across - s_mixed**2
     square = s_across * along**2 - 2.0 * s_mixed * along * across + s_along * across**2

@@ -26,15 +26,25 @@ def nothing_twice(echoes: Echoes, predicted: Floats, radius: Floats, radius_vari
 
 
 @kernel
+def farthest_off(cut: float, radius: float, radius_variance: float) -> float:
+    """Return the largest variance, m^2, that the place of an echo of an object of this radius can have.
+
+    What is seen of a body lies inside its circle: so far at most off its middle. Of an echo that is not `cut` this says
+    nothing.
+    """
+    return radius**2 + radius_variance if cut else math.inf
+
+
+@kernel
 def _nothing_twice(table: Floats, predicted_table: Floats, radius: Floats, radius_variance: Floats) -> Floats:
     result, predicted = table.copy(), predicted_rows(predicted_table)
     echoes = echo_rows(result)
     for j in range(table.shape[1]):
         if echoes.cut[j] == 0.0:
             continue
-        inside, horizontal = radius[j] ** 2 + radius_variance[j], predicted.horizontal[j]
-        along = min(echoes.sigma_range[j] ** 2, inside)
-        across = min((echoes.sigma_bearing[j] * horizontal) ** 2, inside)
+        most, horizontal = farthest_off(echoes.cut[j], radius[j], radius_variance[j]), predicted.horizontal[j]
+        along = min(echoes.sigma_range[j] ** 2, most)
+        across = min((echoes.sigma_bearing[j] * horizontal) ** 2, most)
         echoes.sigma_range[j] = math.sqrt(_beyond(along, predicted.along[j]))
         echoes.sigma_bearing[j] = math.sqrt(_beyond(across, predicted.across[j])) / horizontal
         if echoes.radius[j] < radius[j]:  # what is seen of a body is never larger than the body
