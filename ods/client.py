@@ -46,7 +46,7 @@ AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer)
 
 
 class Obstacles:
-    """Iterates over obstacle lists, newest first lost never: each call of next() returns the newest list.
+    """Iterates over obstacle lists: each call of next() returns the newest one, however long nobody called.
 
     A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
     """
@@ -70,7 +70,11 @@ class Obstacles:
         while (left_s := deadline_s - time.monotonic()) > 0.0:
             for _, message in reversed(self._subscriber.receive(left_s)[0]):
                 if isinstance(message, ObstacleList):
-                    self._last, self._last_ns, self._why = message, clock.monotonic_ns(), ""
+                    now = clock.monotonic_ns()
+                    self._last, self._last_ns = message, message.made_ns or now
+                    if now - self._last_ns > self._stale_s * clock.NS:
+                        break  # nobody read for long: a full queue keeps the oldest, newer lists are on their way
+                    self._why = ""
                     return message
                 if message.process == "tracker":
                     self._why = "; " + "; ".join(message.problems)

@@ -5,10 +5,12 @@ import time
 from io import StringIO
 from pathlib import Path
 
+import msgspec
 import pytest
 import zmq
 from rich.console import Console
 
+from ods.base import clock
 from ods.client import Obstacles
 from ods.commands.watch import screen
 from ods.messages import Health, ObstacleList
@@ -73,6 +75,26 @@ def test_only_the_newest_list_is_given(tmp_path: Path) -> None:
     time.sleep(0.1)
     assert client.next().seq == 5
     assert not client.next().valid
+    publisher.close()
+    client.close()
+    context.term()
+
+
+def test_a_list_that_waited_for_a_slow_planner_is_not_taken_for_the_newest(tmp_path: Path) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    publisher = bus.Publisher(context, tmp_path, "tracker")
+    client = Obstacles(tmp_path, stale_s=0.2)
+    while not client.next().valid:
+        publisher.publish("obstacles", picture(0))
+    old_ns = clock.monotonic_ns() - 60 * clock.NS
+    for seq in range(1, 2000):  # more than the queues hold: the last ones are lost
+        publisher.publish("obstacles", msgspec.structs.replace(picture(seq), made_ns=old_ns))
+    late = client.next()
+    assert not late.valid
+    assert late.reasons[0].startswith("tracker: no obstacle list for 60.")
+    fresh = msgspec.structs.replace(picture(2000), made_ns=clock.monotonic_ns())
+    publisher.publish("obstacles", fresh)
+    assert client.next() == fresh
     publisher.close()
     client.close()
     context.term()
