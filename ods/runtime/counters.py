@@ -112,9 +112,13 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("echoes_bad", "detections left out: not finite or absurd"),
         CounterRow("skipped_pings", "pings left out: tracking takes too long for all, and newer ones waited",
                    logged=True, advice="too many objects or echoes for this computer: raise the detector's threshold"),
-        CounterRow("detections_late", "pings left out: older than one before", logged=True),
+        CounterRow("detections_late", "pings left out: not later than the one before", logged=True),
         CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),
         CounterRow("pings_without_pose", "pings without a pose at transmission: objects only carried on"),
+        CounterRow("poses_from_future", "poses left out: stamped more than 1 s ahead", logged=True),
+        CounterRow("pose_jumps", "poses that are elsewhere, or turned, by more than the vehicle can have moved since "
+                   "the one before: the list is not valid for 1 s", logged=True,
+                   advice="the INS's place or heading jumps: objects seen before lie elsewhere for it"),
         CounterRow("pings_without_reception_pose", "pings without a pose at reception, or without a sound speed: the "
                    "pose at transmission taken"),
         CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start go with them", trouble=False),

@@ -22,6 +22,7 @@ from ods.tracker.output.bottom_seen import BottomKnown
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.obstacle_list import ObstacleLister
+from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
@@ -30,7 +31,7 @@ from ods.tracker.tracker import Tracker
 from ods.tracker.utc import VehicleUtc
 
 FUTURE_NS = clock.NS
-"""A ping stamped later than now by more than this has a wrong time."""
+"""A ping, or a pose, stamped later than now by more than this has a wrong time."""
 
 Complain = Callable[[str, str], None]
 """Takes a counter's name and a line: what is lost is counted, and said once."""
@@ -50,7 +51,7 @@ class MissionTracker:
     """The tracker of one mission with all that surrounds it: poses, reception, list, validity, UTC.
 
     `counters`: pings_without_pose, pings_without_reception_pose, echoes_bad, those of the pose buffer and of the
-    lister; `complain`: detections_from_future, detections_late, utc_steps.
+    lister; `complain`: detections_from_future, detections_late, poses_from_future, pose_jumps, utc_steps.
     """
 
     def __init__(
@@ -70,6 +71,7 @@ class MissionTracker:
         self.tracker = Tracker(self.settings, first_id=first_id)
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
+        self._pose_sense = PoseSense()
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._hittable = HittableFilter(self.settings)
@@ -112,9 +114,15 @@ class MissionTracker:
             utc_ahead_ns=self._utc.ahead_ns,
         )
 
-    def hear_pose(self, pose: Pose) -> None:
-        """Take in a pose."""
+    def hear_pose(self, pose: Pose, now_ns: int | None = None) -> None:
+        """Take in a pose; one from the future, if `now_ns` tells, is dropped: it would keep all others out for long."""
+        if now_ns is not None and pose.t_ns > now_ns + FUTURE_NS:
+            self._complain("poses_from_future", f"pose {pose.seq} is stamped in the future")
+            return
         self._poses.insert(pose)
+        jump = self._pose_sense.hear(pose)
+        if jump:
+            self._complain("pose_jumps", jump)
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._inputs.pose(pose.t_ns)
@@ -137,6 +145,9 @@ class MissionTracker:
         """Take in the detections of a ping; None: they came late, or from the future."""
         if message.t_ns > now_ns + FUTURE_NS:
             self._complain("detections_from_future", f"ping {message.ping_number} is stamped in the future")
+            return None
+        if message.t_ns == self.tracker.t_ns:  # twice the same would count as two looks
+            self._complain("detections_late", f"ping {message.ping_number} is of the instant of the one before")
             return None
         pose = self._poses.at(message.t_ns)
         sent, utc_ns = head_of(pose, self._mounting), self._utc.at(message.t_ns)
@@ -182,6 +193,7 @@ class MissionTracker:
     def _list(self, t_ns: int, now_ns: int, shown: Detections | None, pose: PoseEstimate | None) -> ObstacleList:
         """Return the list for the instant `t_ns`; `pose`: the vehicle's then; `shown`: what the ping did, if any."""
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
+        reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
         bottom = self._bottom.at(t_ns, pose)
         hittable = self._hittable.of(self._snapshot(t_ns), bottom, self._view(t_ns, pose))

@@ -95,7 +95,7 @@ class TrackerWorker(Worker[TrackerConfig]):
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
         if topic == "pose":
-            self._mission.hear_pose(message)
+            self._mission.hear_pose(message, clock.monotonic_ns())
         elif topic == "detections":
             self._backlog.add(message, message.seq, message.t_ns)
         else:

@@ -61,6 +61,10 @@ class Chain:
         self.poses = self.pings = True
         self.last_pose = -1
         """`Pose.seq` of the newest one sent."""
+        self.place = (0.0, 0.0, 4.0)
+        """Of the vehicle."""
+        self.ahead_ns = 0
+        """Poses are stamped so much later than they are."""
         self.echoes = list(ECHOES)
         self.heading: Callable[[float], float] = lambda _: 0.0
         """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
@@ -105,7 +109,7 @@ class Chain:
             zeros = (0.0, 0.0, 0.0)
             half = 0.5 * self.heading(now / clock.NS)
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
-            pose = Pose(k, now, clock.utc_ns(now), (0.0, 0.0, 4.0), attitude, zeros, zeros, zeros)
+            pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, zeros, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)
             self.last_pose = k
         if k % 10 == 0:

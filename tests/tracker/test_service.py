@@ -10,7 +10,7 @@ import pytest
 from ods.base import clock
 from ods.messages import ObstacleList
 from ods.tracker.map.store import open_map
-from tests.tracker.played import Chain, good, played, says
+from tests.tracker.played import LISTENING_NS, Chain, good, played, says
 
 
 @pytest.fixture
@@ -84,6 +84,35 @@ def test_bad_detections_are_counted_and_nothing_stops(chain: Chain) -> None:
     assert chain.health.counters["detections_late"] >= 1
     assert chain.health.counters["detections_from_future"] == 1
     assert good(chain.until(good))
+
+
+def test_two_pings_of_one_instant_are_one_look(chain: Chain) -> None:
+    chain.until(good)
+    chain.pings = False
+    sent_ns = clock.monotonic_ns() - LISTENING_NS
+    for number in (1000, 1001, 1001):
+        chain.detect(number, sent_ns)
+    chain.until(lambda _: chain.health is not None and chain.health.counters.get("detections_late", 0) == 2)
+
+
+def test_a_pose_that_jumps_is_told_and_counted(chain: Chain) -> None:
+    """An INS that takes a fix after a dive: what was seen before lies elsewhere now, and is listed, too."""
+    chain.until(good)
+    chain.place = (100.0, 0.0, 4.0)
+    assert not chain.until(says("the pose jumped by 100.0 m: objects seen before may lie elsewhere")).valid
+    assert len(chain.until(lambda m: m.valid).obstacles) == 4
+    chain.until(lambda _: chain.health is not None and chain.health.counters.get("pose_jumps", 0) == 1)
+
+
+def test_poses_from_the_future_do_not_keep_the_others_out(chain: Chain) -> None:
+    chain.until(good)
+    chain.ahead_ns = 60 * clock.NS
+    chain.until(says("no pose for 0."))
+    chain.until(lambda _: chain.health is not None and chain.health.counters.get("poses_from_future", 0) > 20)
+    chain.ahead_ns = 0
+    back = time.monotonic()
+    chain.until(good)
+    assert time.monotonic() - back < 10.0
 
 
 def test_the_map_outlives_the_process_and_ids_are_not_used_again(chain: Chain) -> None:

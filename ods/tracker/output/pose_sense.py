@@ -1,0 +1,95 @@
+"""Do successive poses hold together? Jumps of place and attitude, and a place that stands still under way.
+
+An INS that hangs, or that takes its first fix after a dive, sends poses of which each alone is believable. Objects seen
+before a jump lie elsewhere for the poses after it.
+"""
+
+import math
+
+from ods.base.clock import NS
+from ods.base.quaternion import rotated
+from ods.messages import Pose, Quaternion
+from ods.runtime.pose_buffer import NORM_TOLERANCE
+
+JUMP_M = 2.0
+"""Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that
+the INS computes once a second goes in steps."""
+JUMP_RAD = math.radians(10.0)
+"""Attitudes may differ by so much, five standard deviations of each,"""
+FASTEST_TURN = math.radians(180.0)
+"""and so much a second."""
+SIGMAS = 5.0
+TOLD_S = 1.0
+"""A jump is told for so long: until all in view can have been confirmed by poses from behind it."""
+STILL_S, STILL_M = 2.0, 1.0
+"""A place that does not change for so long, while the velocity made so long a way, is not the vehicle's."""
+
+
+class PoseSense:
+    """Takes poses as they come; those older than the newest one, and those of no attitude, tell nothing."""
+
+    def __init__(self) -> None:
+        self._newest: Pose | None = None
+        self._settled: Pose | None = None
+        """The first one of the newest place;"""
+        self._way_m = 0.0
+        """and the way by the velocity since."""
+        self._jump = ""
+        self._jumped_ns = 0
+
+    def hear(self, pose: Pose) -> str:
+        """Take in a pose; say by what it jumps, "" when it does not."""
+        if abs(math.hypot(*pose.attitude) - 1.0) > NORM_TOLERANCE:
+            return ""
+        before, settled = self._newest, self._settled
+        if before is None or settled is None:
+            self._newest = self._settled = pose
+            return ""
+        if pose.t_ns <= before.t_ns:
+            return ""
+        jump = _jump_of_place(settled, pose) or _jump_of_attitude(before, pose)
+        if jump:
+            self._jump, self._jumped_ns = jump, pose.t_ns
+        if pose.position_ned == settled.position_ned:
+            self._way_m += math.hypot(*pose.velocity_body) * (pose.t_ns - before.t_ns) / NS
+        else:
+            self._settled, self._way_m = pose, 0.0
+        self._newest = pose
+        return jump
+
+    def reasons(self, now_ns: int) -> list[str]:
+        """Say what does not hold together now."""
+        found = []
+        if self._jump and now_ns - self._jumped_ns < TOLD_S * NS:
+            found.append(f"{self._jump}: objects seen before may lie elsewhere")
+        if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
+            still_s = (self._newest.t_ns - self._settled.t_ns) / NS
+            if still_s > STILL_S:
+                told = f"the velocity told makes {self._way_m:.1f} m"
+                found.append(f"the pose's place has stood still for {still_s:.1f} s, in which {told}")
+        return found
+
+
+def _jump_of_place(earlier: Pose, later: Pose) -> str:
+    seconds = (later.t_ns - earlier.t_ns) / NS
+    carried = rotated(later.attitude, later.velocity_body)
+    off = [b - a - v * seconds for a, b, v in zip(earlier.position_ned, later.position_ned, carried, strict=True)]
+    way_m = (math.hypot(*earlier.velocity_body) + math.hypot(*later.velocity_body)) * seconds
+    sigma_m = max(earlier.sigma_position_ned) + max(later.sigma_position_ned)
+    off_m = math.hypot(*off)
+    return f"the pose jumped by {off_m:.1f} m" if off_m > JUMP_M + SIGMAS * sigma_m + way_m else ""
+
+
+def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
+    seconds = (later.t_ns - earlier.t_ns) / NS
+    turn = _angle(earlier.attitude, later.attitude)
+    sigma = max(earlier.sigma_attitude) + max(later.sigma_attitude)
+    if turn <= JUMP_RAD + SIGMAS * sigma + FASTEST_TURN * seconds:
+        return ""
+    return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"
+
+
+def _angle(a: Quaternion, b: Quaternion) -> float:
+    """Return by how much two attitudes differ, rad."""
+    cosine = abs(sum(p * q for p, q in zip(a, b, strict=True)))
+    return 2.0 * math.acos(min(cosine, 1.0))

@@ -1,0 +1,106 @@
+"""Poses that do not hold together, each believable by itself: the list says so, and is not valid."""
+
+import math
+
+import msgspec
+import pytest
+
+from ods.base.clock import NS
+from ods.base.quaternion import from_euler
+from ods.messages import Pose, Vector3
+from ods.tracker.output.pose_sense import PoseSense
+
+STEP_NS = NS // 100
+
+
+def pose(t_ns: int, place: Vector3, *, yaw: float = 0.0, speed: float = 1.0, sigma_m: float = 0.1) -> Pose:
+    return Pose(
+        seq=0, t_ns=t_ns, utc_ns=0, position_ned=place, attitude=from_euler(0.0, 0.0, yaw),
+        velocity_body=(speed, 0.0, 0.0), sigma_position_ned=(sigma_m,) * 3, sigma_attitude=(0.01,) * 3,
+    )  # fmt: skip
+
+
+def heard(poses: list[Pose]) -> tuple[PoseSense, list[str]]:
+    sense = PoseSense()
+    return sense, [jump for jump in map(sense.hear, poses) if jump]
+
+
+def course(
+    count: int, step_ns: int = STEP_NS, speed: float = 1.0, begin_ns: int = 0, ahead_m: float = 0.0
+) -> list[Pose]:
+    """Return poses north at a constant speed."""
+    times = [begin_ns + i * step_ns for i in range(count)]
+    return [pose(t_ns, (ahead_m + speed * t_ns / NS, 0.0, 0.0), speed=speed) for t_ns in times]
+
+
+def test_a_vehicle_under_way_makes_sense() -> None:
+    sense, jumps = heard(course(1000))
+    assert not jumps
+    assert sense.reasons(10 * NS) == []
+
+
+def test_a_jump_is_told_once_and_for_a_second() -> None:
+    before = course(100)
+    sense, jumps = heard(before + course(100, begin_ns=NS, ahead_m=100.0))
+    assert jumps == ["the pose jumped by 100.0 m"]
+    assert sense.reasons(NS + NS // 2) == ["the pose jumped by 100.0 m: objects seen before may lie elsewhere"]
+    assert sense.reasons(2 * NS + STEP_NS) == []
+
+
+def test_a_jump_over_a_gap_counts_less_the_way_the_vehicle_may_have_made() -> None:
+    gap = course(10), course(10, begin_ns=20 * NS)
+    assert not heard(gap[0] + gap[1])[1]
+    assert heard(gap[0] + course(10, begin_ns=20 * NS, ahead_m=100.0))[1]
+
+
+def test_a_correction_within_what_the_ins_claims_is_none() -> None:
+    vague = [msgspec.structs.replace(p, sigma_position_ned=(3.0, 3.0, 1.0)) for p in course(200)]
+    vague[100:] = [msgspec.structs.replace(p, position_ned=(p.position_ned[0] + 10.0, 5.0, 0.0)) for p in vague[100:]]
+    assert not heard(vague)[1]
+
+
+def test_a_place_computed_once_a_second_is_no_jump() -> None:
+    stairs = [pose(p.t_ns, (2.0 * (p.t_ns // NS), 0.0, 0.0), speed=2.0) for p in course(1000)]
+    sense, jumps = heard(stairs)
+    assert not jumps
+    assert sense.reasons(stairs[-1].t_ns) == []
+
+
+def test_a_heading_that_flips_is_told() -> None:
+    north, south = course(100), course(100, begin_ns=NS)
+    flipped = [msgspec.structs.replace(p, attitude=from_euler(0.0, 0.0, math.pi)) for p in south]
+    sense, jumps = heard(north + flipped)
+    assert jumps == ["the pose turned by 180 deg within 0.01 s"]
+    assert sense.reasons(NS + STEP_NS)
+
+
+@pytest.mark.parametrize("rate_hz", [5, 100])
+def test_a_fast_turn_through_south_is_none(rate_hz: int) -> None:
+    turning = [
+        pose(i * NS // rate_hz, (0.0, 0.0, 0.0), yaw=math.radians(90.0) * i / rate_hz) for i in range(5 * rate_hz)
+    ]
+    assert not heard(turning)[1]
+
+
+def test_a_place_that_stands_still_under_way_is_told_until_it_moves() -> None:
+    frozen = [pose(i * STEP_NS, (5.0, 0.0, 0.0)) for i in range(301)]
+    sense, _ = heard(frozen[:190])
+    assert sense.reasons(frozen[189].t_ns) == []
+    sense, _ = heard(frozen)
+    assert sense.reasons(3 * NS) == [
+        "the pose's place has stood still for 3.0 s, in which the velocity told makes 3.0 m"
+    ]
+    sense.hear(pose(3 * NS + STEP_NS, (8.0, 0.0, 0.0)))
+    assert sense.reasons(3 * NS + STEP_NS) == []
+
+
+def test_a_vehicle_at_rest_may_stand_still() -> None:
+    sense, _ = heard([pose(i * STEP_NS, (5.0, 0.0, 0.0), speed=0.0) for i in range(1000)])
+    assert sense.reasons(10 * NS) == []
+
+
+def test_poses_out_of_order_and_of_no_attitude_tell_nothing() -> None:
+    mixed = course(100)
+    mixed.insert(50, pose(0, (500.0, 0.0, 0.0)))
+    mixed.insert(60, msgspec.structs.replace(mixed[61], attitude=(0.0, 0.0, 0.0, 0.0)))
+    assert not heard(mixed)[1]
