@@ -6,10 +6,13 @@ The process (`service`), files (`ods track`) and recordings (`ods replay`) give 
 from collections import Counter
 
 import msgspec
+import numpy as np
 
 from ods.base.mounting import Mounting
 from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
+from ods.pipeline.frozen_image import FrozenImage
+from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineConfig
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer
@@ -28,18 +31,31 @@ class PingProcessor:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = self.counters
+        self._frozen = FrozenImage()
         self._poses_until, self._poses_heard = -1, 0
 
     def hear_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
+        self._frozen.hear_pose(pose)
         if self.chain.over_pings:
             self._poses.insert(pose)
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
+        self._frozen.refuse(ping)
+        _refuse_negative(ping)
         pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
         self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
         found = self.chain.process(ping, pose=pose)
         return msgspec.structs.replace(found, poses_until=self._poses_until, poses_heard=self._poses_heard)
+
+
+def _refuse_negative(ping: Ping) -> None:
+    """Raises PingError where decibels, say, are told to be amplitudes: an image without any echo would come of it."""
+    if ping.dtype != "f4" or ping.scale != "linear" or len(ping.data) % 4:
+        return
+    samples = np.frombuffer(ping.data, "<f4")
+    if 2 * np.count_nonzero(samples < 0.0) > samples.size:
+        raise PingError("most samples are below 0, which no linear amplitude is: are they decibels (scale = db)?")

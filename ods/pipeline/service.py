@@ -34,6 +34,8 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._processor: PingProcessor
         self._backlog: Backlog[Ping] = Backlog()
         self._failure, self._failed_ns = "", 0
+        self._dropped, self._worked_ns = "", 0
+        """Why the newest ping was dropped, "" when it was not, and when one was not."""
         self._prepared_anew = False
 
     def start(self) -> None:
@@ -64,13 +66,15 @@ class PipelineWorker(Worker[PipelineConfig]):
         try:
             result = self._processor.process(message)
         except PingError as error:
-            self.service.complain_once("bad_ping", f"dropped ping {message.ping_number}: {error}")
+            self._dropped = f"dropped ping {message.ping_number}: {error}"
+            self.service.complain_once("bad_ping", self._dropped)
             return
         except StageError as error:
             self._failure, self._failed_ns = str(error), began
             self.service.complain_once("failed_stage", f"ping {message.ping_number}: {error}")
             return
         self.service.publish("detections", result)
+        self._dropped, self._worked_ns = "", began
         self._failure = self._failure if began - self._failed_ns < FAILURE_SAID_NS else ""
         self.service.counters["geometry_changes"] = self._processor.chain.geometry_changes
         self.service.counters["unseen_images"] += bool(result.unseen)
@@ -87,8 +91,10 @@ class PipelineWorker(Worker[PipelineConfig]):
         counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
 
     def problems(self) -> list[str]:
-        """Say when a stage fails or the chain is too slow to be of use."""
+        """Say when a stage fails, no ping is fit for use or the chain is too slow to be of use."""
         problems = [self._failure] if self._failure else []
+        if self._dropped and clock.monotonic_ns() - self._worked_ns > bus.TOPICS["detections"].stale_s * clock.NS:
+            problems.append(self._dropped)
         if self._backlog.work_ns > LONGEST_WORK_NS:
             problems.append(self._backlog.slowness())
         return problems

@@ -122,6 +122,56 @@ def test_pings_become_detections_and_bad_ones_are_counted(process: Process) -> N
     assert process.stop() == 0
 
 
+def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Process) -> None:
+    """Pings go on, with numbers and times; the image hangs. A vehicle at rest may see the same twice."""
+    image = make_ping(np.random.default_rng(0).rayleigh(20.0, (60, 1000)).astype(np.uint8))
+    zero = (0.0, 0.0, 0.0)
+    number = 0
+
+    def send(north: float) -> None:
+        nonlocal number
+        number += 1
+        t_ns = number * 100_000_000
+        process.nav.publish("pose", Pose(number, t_ns, 0, (north, 0.0, 0.0), (1.0, *zero), zero, zero, zero))
+        process.receive()
+        process.sonar.publish("ping", msgspec.structs.replace(image, seq=number, ping_number=number, t_ns=t_ns))
+
+    process.wait(lambda: process.found, image)
+    for _ in range(20):
+        send(0.0)
+    process.receive()
+    assert process.counter("bad_ping") == 0
+    told = "its image is the same to the byte since the vehicle has moved by 1.5 m and turned by 0 deg: the sonar hangs"
+    deadline = time.monotonic() + PATIENCE_S
+    while not (process.health and any(told in problem for problem in process.health.problems)):
+        assert time.monotonic() < deadline, process.health
+        send(1.5)
+    assert process.counter("bad_ping") > 0
+    before = len(process.found)
+    other = make_ping(np.random.default_rng(1).rayleigh(20.0, (60, 1000)).astype(np.uint8))
+    process.wait(lambda: len(process.found) > before, other)
+    process.wait(lambda: process.health is not None and not process.health.problems, other)
+
+
+def test_an_image_that_shows_nothing_is_told_by_sight_however_often_it_comes(process: Process) -> None:
+    zero = (0.0, 0.0, 0.0)
+    dark = make_ping(np.zeros((60, 1000), np.uint8))
+    for number in range(20):
+        seen = len(process.found)
+        process.wait(lambda: len(process.found) > seen, dark)  # noqa: B023
+        process.nav.publish("pose", Pose(number, number, 0, (2.0 * number, 0.0, 0.0), (1.0, *zero), zero, zero, zero))
+    assert process.counter("bad_ping") == 0
+
+
+def test_decibels_told_as_amplitudes_are_refused_and_health_says_why(process: Process) -> None:
+    """As amplitudes they show nothing; the list would be empty and valid."""
+    decibels = 20.0 * np.log10(np.random.default_rng(0).rayleigh(0.01, (60, 1000))).astype(np.float32)
+    wrong = make_ping(decibels)
+    process.wait(lambda: process.health and any("below 0" in problem for problem in process.health.problems), wrong)
+    assert not process.found
+    process.wait(lambda: process.found, msgspec.structs.replace(wrong, scale="db", scale_factor=1.0))
+
+
 def test_filter_over_pings_follows_the_pose() -> None:
     """The vehicle drives at a body, 1 m a ping: only where its own motion is known is it in the same place twice."""
     rng = np.random.default_rng(0)

@@ -8,8 +8,9 @@ import math
 
 from ods.base.clock import NS
 from ods.base.quaternion import rotated
-from ods.messages import Pose, Quaternion
+from ods.messages import Pose
 from ods.runtime.pose_buffer import NORM_TOLERANCE
+from ods.runtime.turn import turn_between
 
 JUMP_M = 2.0
 """Places may differ by so much, five standard deviations of each, and the whole way by either velocity: a place that
@@ -82,14 +83,8 @@ def _jump_of_place(earlier: Pose, later: Pose) -> str:
 
 def _jump_of_attitude(earlier: Pose, later: Pose) -> str:
     seconds = (later.t_ns - earlier.t_ns) / NS
-    turn = _angle(earlier.attitude, later.attitude)
+    turn = turn_between(earlier, later)
     sigma = max(earlier.sigma_attitude) + max(later.sigma_attitude)
     if turn <= JUMP_RAD + SIGMAS * sigma + FASTEST_TURN * seconds:
         return ""
     return f"the pose turned by {math.degrees(turn):.0f} deg within {seconds:.2f} s"
-
-
-def _angle(a: Quaternion, b: Quaternion) -> float:
-    """Return by how much two attitudes differ, rad."""
-    cosine = abs(sum(p * q for p, q in zip(a, b, strict=True)))
-    return 2.0 * math.acos(min(cosine, 1.0))
