@@ -28,6 +28,7 @@ ON_AXIS = (
     Case("slow", 50.0, 0.1, object_speed=0.1),
 )
 MOVING = tuple(Case(f"pitch {pitch}", 60.0, pitch_deg=pitch, object_speed=0.5) for pitch in (10.0, 20.0))
+CLIMBING = Case("climbs", 60.0, 0.5, object_speed=0.5, object_climb=0.2, pitch_deg=20.0)
 CREEPING = ((0.02, 15.0), (0.05, 9.0), (0.1, 6.0))
 """Speeds, m/s, and when the lag of the average is largest, s."""
 
@@ -74,3 +75,11 @@ def test_what_moves_is_not_taken_to_climb(case: Case) -> None:
     nees = np.concatenate([one.nees for one in found], axis=1)
     assert np.isfinite(nees).mean() > 0.7
     assert np.nanmean(nees) < 2.8
+
+
+def test_a_climb_is_not_taken_for_a_height() -> None:
+    """Each ping said the same wrong thing of the height, and it was believed each time: a NEES of 3.1 on average."""
+    found = [one_run(CLIMBING, "manoeuvring", np.random.default_rng([7, run]), (20.0, 30.0)) for run in range(2 * RUNS)]
+    nees = np.concatenate([one.nees for one in found], axis=1)
+    assert np.isfinite(nees).mean() > 0.7
+    assert np.nanmean(nees) < 2.5

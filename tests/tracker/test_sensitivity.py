@@ -1,4 +1,4 @@
-"""What is learned of the height's square, filter and bias apart, against one large textbook filter of both."""
+"""What is learned of the height's square, filter and bias apart, against one large textbook filter of both; a climb."""
 
 from collections.abc import Iterator
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
-from ods.tracker.measurement.model import BEND, UNSEEN, PositionMeasurement
+from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
 from ods.tracker.observer.imm import InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import NewPlaces
@@ -94,6 +94,30 @@ def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:
             own = np.diag(filters.state().variance[g, :, 0]) + filters.state().covariance_ne[g, 0] * np.eye(2)[::-1]
             whole = own + variance[g, 0] * np.outer(by_square, by_square)
             np.testing.assert_allclose(whole, one.p[:2, :2], rtol=1e-6, atol=1e-9)
+
+
+def test_what_a_climb_does_to_the_estimate_is_the_derivative_by_it() -> None:
+    """Two objects that end at one height and place, one of which climbed: by how much are their estimates apart?"""
+    rng = np.random.default_rng(5)
+    climb, zero = MotionSettings().vertical_velocity_sigma, np.zeros((2, 1))
+    level, climbing = (InteractingModels(MotionSettings(), [Model(NOISE, 1.0)]) for _ in range(2))
+    count = 10
+    for k in range(count):
+        told = measurement((np.zeros(2), 0.1 * np.eye(2), np.zeros(2)))
+        told.sensitivity[HEIGHT, :, 0] = slope = rng.standard_normal(2)
+        moved = told._replace(position=told.position.copy())
+        moved.position[:2, 0] -= slope * climb * DT * (k + 1 - count)
+        for filters, fix in ((level, told), (climbing, moved)):
+            if k == 0:
+                noise = np.stack([fix.variance_north, fix.variance_east])
+                filters.append(NewPlaces(fix.position[:2], noise, fix.covariance_ne, fix.sensitivity))
+                continue
+            filters.predict(DT)
+            filters.update(ONE, fix, np.zeros(1), Named(Heights, np.array([zero, zero + NO_HEIGHT, zero, zero, zero])))
+    apart = climbing.state().position[1, :, 0] - level.state().position[1, :, 0]
+    np.testing.assert_allclose(-level.state().unseen[1, CLIMB, :2, 0], apart, rtol=1e-6, atol=1e-9)
+    assert np.hypot(*apart) > 0.01
+    assert not level.state().unseen[0, CLIMB].any()
 
 
 def test_square_is_one_that_the_height_can_have() -> None:

@@ -23,9 +23,10 @@ STEEPEST = 0.2
 be steeper than that this share of the distance is horizontal."""
 MOST_BENT = 0.25
 """What a place across the line of sight may add to the square of the range: at most this share of it."""
-HEIGHT, BEND, YAW = 0, 1, 2
-"""What the ping does not see, but the horizontal place depends on: the height, its square, and the bias of the yaw."""
-UNSEEN = 3
+HEIGHT, BEND, YAW, CLIMB = 0, 1, 2, 3
+"""What the ping does not see, but the horizontal place depends on: the height, its square, and the bias of the yaw; and
+what earlier pings were told by: by how much the height changes."""
+UNSEEN = 4
 
 
 class PredictedMeasurement(NamedTuple):
@@ -78,7 +79,8 @@ class PositionMeasurement(NamedTuple):
     height: Floats
     """Down: the height that `position[:2]` is the place of."""
     sensitivity: Floats
-    """(UNSEEN, 2, k) change of north and east: per m of height, per m^2, and by a standard deviation of the yaw, m."""
+    """(UNSEEN, 2, k) change of north and east: per m of height, per m^2, by a standard deviation of the yaw, m, and by
+    one of the climb, m: 0, as the height is that at the ping."""
     pose_variance: Floats
     """(2,) of the vehicle's own north and east, m^2."""
 
@@ -332,4 +334,5 @@ def _position_measurement(
         for axis in range(2):
             sensitivity[HEIGHT, axis, j], sensitivity[BEND, axis, j] = curve.by_height[axis], curve.bend[axis]
         sensitivity[YAW, 0, j], sensitivity[YAW, 1, j] = -yaw * y, yaw * x
+        sensitivity[CLIMB, 0, j], sensitivity[CLIMB, 1, j] = 0.0, 0.0
     return position, rest, sensitivity

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from ods.base.arrays import Floats
 from ods.compiled.kernel import inlined
 from ods.tracker.measurement.model import UNSEEN
+from ods.tracker.observer.sensitivity import Four
 
 EVEN_SQUARE = 4.0
 """Squared distance of both estimates over its covariance, 2 on average at rest, at which it creeps as likely as not."""
@@ -25,13 +26,13 @@ Three = tuple[float, float, float]
 
 
 class Unseen(NamedTuple):
-    """Height, its square and yaw, on which places depend, of an object at rest: see `sensitivity`."""
+    """Height, its square, yaw and climb, on which places depend, of an object at rest: see `sensitivity`."""
 
-    lower: Three
+    lower: Four
     """By how much they are more than what the hypotheses that move are told for,"""
-    mean: Three
+    mean: Four
     """and than what that at rest is told for."""
-    variance: Three
+    variance: Four
 
 
 @inlined

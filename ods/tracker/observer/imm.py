@@ -71,7 +71,9 @@ class InteractingModels:
 
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
-        _predict(self._filters.table, self._unseen.table, dt, self._settings.static_noise, self._noise)
+        motion = self._settings
+        noise = motion.static_noise, self._noise, motion.vertical_velocity_sigma
+        _predict(self._filters.table, self._unseen.table, dt, noise)
 
     def state(self) -> HorizontalState:
         """Return where objects are."""
@@ -135,13 +137,15 @@ def _start(tables: _Tables, first: int, new: NewPlaces, usual: Floats, velocity_
 
 
 @kernel
-def _predict(s: Floats, unseen: Floats, dt: float, static_noise: float, noise: Floats) -> None:
+def _predict(s: Floats, unseen: Floats, dt: float, motion: tuple[float, Floats, float]) -> None:
+    """Carry all filters on; `motion`: noise at rest, noise of each model, standard deviation of a climb."""
+    static_noise, noise, climb = motion
     for i in range(s.shape[2]):
         ud_filter.drift(s[RESTING], i, static_noise * dt)
         for m in range(len(noise)):
             ud_filter.predict(s[1 + m], i, dt, noise[m])
     for m in range(len(noise)):
-        sensitivity.carry_on(unseen, 1 + m, dt)
+        sensitivity.carry_on(unseen, 1 + m, dt, climb)
 
 
 @kernel

@@ -100,7 +100,7 @@ class IndependentAxes:
         """Carry all objects on over `dt` >= 0 seconds."""
         motion = self._settings
         tables = self._table.table, self._together.table, self._unseen.table
-        _predict(tables, dt, motion.acceleration_noise, motion.static_noise)
+        _predict(tables, dt, (motion.acceleration_noise, motion.static_noise, motion.vertical_velocity_sigma))
 
     def state(self) -> HorizontalState:
         """Return where objects are; the arrays are views."""
@@ -166,8 +166,10 @@ class IndependentAxes:
 
 
 @kernel
-def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise: float) -> None:
+def _predict(tables: _Tables, dt: float, motion: tuple[float, float, float]) -> None:
+    """Carry all filters on; `motion`: noise of the acceleration, noise at rest, standard deviation of a climb."""
     table, together, unseen = tables
+    acceleration_noise, static_noise, climb = motion
     s, c = _rows(table), _together_rows(together)
     for i in range(table.shape[2]):
         for axis in range(2):
@@ -179,7 +181,7 @@ def _predict(tables: _Tables, dt: float, acceleration_noise: float, static_noise
         c.north_velocity[i] += dt * c.velocity[i]
         c.east_velocity[i] += dt * c.velocity[i]
         c.position[i] = _possible(c.position[i], s.variance[0, i], s.variance[1, i])
-    sensitivity.carry_on(unseen, MOVING, dt)
+    sensitivity.carry_on(unseen, MOVING, dt, climb)
 
 
 @kernel

@@ -396,8 +396,8 @@ def _belief(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
 @inlined
 def _unseen_at_rest(s: CommonState, i: int) -> Unseen:
     lower = s.rest_height[i] - s.height[i]
-    variance = s.rest_height_variance[i], s.rest_square_variance[i], 1.0
-    return Unseen((lower, lower**2, 0.0), (0.0, s.rest_square[i], 0.0), variance)
+    variance = s.rest_height_variance[i], s.rest_square_variance[i], 1.0, 1.0
+    return Unseen((lower, lower**2, 0.0, 0.0), (0.0, s.rest_square[i], 0.0, 0.0), variance)
 
 
 @kernel
@@ -444,10 +444,11 @@ def _into_fan(told: Floats, g: int, k: int, height: float, variance: float, midd
     """Take in that an object is inside the fan, `half` above or below its `middle`.
 
     Each ping tells the same once more, so that it must not count as new each time: a height inside the fan's interval
-    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval.
+    stays, one outside moves to its edge, and the variance is at most that of an object anywhere in the interval, about
+    that height.
     """
     now = min(max(height, middle - half), middle + half)
-    left = min(variance + (now - height) ** 2, half**2 / 3.0)
+    left = min(variance + (now - height) ** 2, half**2 / 3.0 + (now - middle) ** 2)
     told[0, g, k], told[1, g, k], told[4, g, k] = now, left, now - height
 
 

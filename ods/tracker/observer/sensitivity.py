@@ -8,7 +8,8 @@ corrected with the same gain. Where the vehicle looks as before, both agree, and
 where it moved or turned they differ, and the innovation tells of the height: the separate-bias filter of
 B. Friedland, Treatment of bias in recursive filtering, IEEE Trans. Automatic Control 14(4), 1969, which gives what one
 large filter would. The yaw is only considered, not estimated (S. F. Schmidt, Application of state-space methods to
-navigation problems, Advances in Control Systems 3, 1966), as it is that of all objects.
+navigation problems, Advances in Control Systems 3, 1966), as it is that of all objects. So is the climb of one that
+moves: ranges and bearings tell it neither from a horizontal velocity nor from an error of the height.
 
 Tables are (hypotheses, UNSEEN, STATE, n): derivatives of north, east and their velocities.
 """
@@ -18,7 +19,7 @@ from typing import NamedTuple
 
 from ods.base.arrays import Floats
 from ods.compiled.kernel import inlined, kernel
-from ods.tracker.measurement.model import BEND, HEIGHT, UNSEEN, YAW, PositionMeasurement
+from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, YAW, PositionMeasurement
 
 STATE = 4
 VELOCITY = 2
@@ -27,6 +28,8 @@ FOURTH_MOMENT = 1.8
 """Mean of the height's fourth power, from its middle, over the square of its variance: that of an even distribution;"""
 MOST_SQUARE = 3.0
 """its largest square, over its variance."""
+TINY = 1e-300
+"""Keeps 0 / 0 out of what a measurement says that tells nothing."""
 
 Four = tuple[float, float, float, float]
 
@@ -125,8 +128,14 @@ def _lowered(table: Floats, h: int, i: int, row: int, step: float) -> float:
 
 
 @kernel
-def carry_on(table: Floats, h: int, dt: float) -> None:
-    """Time update of all objects: places change by the velocities. Along the rows, which is how they lie in memory."""
+def carry_on(table: Floats, h: int, dt: float, climb: float) -> None:
+    """Time update of all objects: places change by the velocities. Along the rows, which is how they lie in memory.
+
+    The height is the present one: an object that climbs by `climb`, a standard deviation, m/s, was lower by dt of that.
+    """
+    for row in range(STATE):
+        for i in range(table.shape[3]):
+            table[h, CLIMB, row, i] -= dt * climb * table[h, HEIGHT, row, i]
     for c in range(UNSEEN):
         for axis in range(2):
             for i in range(table.shape[3]):
@@ -160,6 +169,7 @@ def correct(table: Floats, h: int, i: int, gain: Gain, fix: Fix) -> None:
     _follow(table, h, HEIGHT, i, gain, fix.by_height)
     _follow(table, h, BEND, i, gain, fix.bend)
     _follow(table, h, YAW, i, gain, fix.by_yaw)
+    _follow(table, h, CLIMB, i, gain, (0.0, 0.0))
 
 
 @inlined
@@ -177,10 +187,11 @@ def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovat
     by_n, by_e = table[h, HEIGHT, 0, i] - fix.by_height[0], table[h, HEIGHT, 1, i] - fix.by_height[1]
     bend_n, bend_e = table[h, BEND, 0, i] - fix.bend[0], table[h, BEND, 1, i] - fix.bend[1]
     yaw_n, yaw_e = table[h, YAW, 0, i] - fix.by_yaw[0], table[h, YAW, 1, i] - fix.by_yaw[1]
+    climb_n, climb_e = table[h, CLIMB, 0, i], table[h, CLIMB, 1, i]
     spread, bent = fix.variance, fix.square_variance
-    shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + yaw_n * yaw_n
-    shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + yaw_e * yaw_e
-    shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + yaw_n * yaw_e
+    shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + yaw_n * yaw_n + climb_n * climb_n
+    shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + yaw_e * yaw_e + climb_e * climb_e
+    shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + yaw_n * yaw_e + climb_n * climb_e
     s_nn = place.variance_north + fix.variance_north + shared_nn
     s_ee = place.variance_east + fix.variance_east + shared_ee
     s_ne = place.covariance_ne + fix.covariance_ne + shared_ne
@@ -189,16 +200,27 @@ def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovat
     whitened_north = (s_ee * new_north - s_ne * new_east) / determinant
     whitened_east = (s_nn * new_east - s_ne * new_north) / determinant
     told = (s_ee * by_n**2 - 2.0 * s_ne * by_n * by_e + s_nn * by_e**2) / determinant
+    part = _beyond(fix.variance, told, (climb_n**2 + climb_e**2) / max(by_n**2 + by_e**2, TINY))
     told_bend = (s_ee * bend_n**2 - 2.0 * s_ne * bend_n * bend_e + s_nn * bend_e**2) / determinant
     return Innovation(
         north,
         east,
         -0.5 * (new_north * whitened_north + new_east * whitened_east + math.log(determinant)),
-        fix.variance * (by_n * whitened_north + by_e * whitened_east),
-        fix.variance * max(1.0 - fix.variance * told, 0.0),
+        part * fix.variance * (by_n * whitened_north + by_e * whitened_east),
+        fix.variance * (1.0 - part * min(fix.variance * told, 1.0)),
         fix.square + bent * (bend_n * whitened_north + bend_e * whitened_east),
         bent * max(1.0 - bent * told_bend, 0.0),
     )
+
+
+@inlined
+def _beyond(variance: float, told: float, alike: float) -> float:
+    """Return the share that counts of what a measurement says of the height, so that it leaves `alike` of `variance`.
+
+    A climb looks like an error of the height of the variance `alike`, the same at each ping: it does not average away.
+    `told`: what the measurement would take off the variance, over its square.
+    """
+    return min(max(variance - alike, 0.0) / max(variance * min(variance * told, 1.0), TINY), 1.0)
 
 
 @kernel
@@ -216,7 +238,7 @@ def shared(table: Floats, h: int, i: int, row: int, squares: tuple[float, float]
     nn, ee, ne = 0.0, 0.0, 0.0
     for c in range(UNSEEN):
         north, east = table[h, c, row, i], table[h, c, row + 1, i]
-        spread = 1.0 if c == YAW else squares[c]
+        spread = squares[c] if c < YAW else 1.0
         nn += spread * north * north
         ee += spread * east * east
         ne += spread * north * east
