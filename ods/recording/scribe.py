@@ -128,9 +128,10 @@ class Scribe(threading.Thread):
         self._opened()
 
     def _opened(self) -> Session:
-        """Return the session, begun with the configuration and the map as they are now."""
-        if self._session:
+        """Return the session, begun with the configuration and the map as they are now; anew if its folder is gone."""
+        if self._session and self._session.folder.is_dir():
             return self._session
+        self._leave()
         settings = self._settings
         folder = settings.out or (new_folder(settings.record.folder) if settings.record.folder else None)
         if folder is None:
@@ -144,6 +145,14 @@ class Scribe(threading.Thread):
             session.enclose("map.sqlite", "application/vnd.sqlite3", map_image)
         self._session, self.folder = session, folder
         return session
+
+    def _leave(self) -> None:
+        """Give up a recording whose folder was moved, removed or unmounted; where its file still is, it can be read."""
+        if self._session:
+            log.warning("%s is gone: another recording is begun", self._session.folder)
+            with suppress(OSError):
+                self._session.abandon()
+            self._session = None
 
     def _map_image(self, about: dict[str, str]) -> bytes:
         """Return the map's file, b"" where there is none; tell in `about` why it is left out."""

@@ -1,6 +1,7 @@
 """`ods record` as a process on real sockets: bytes as on the wire, kill -9, full and stalled disks."""
 
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -254,6 +255,32 @@ def test_a_full_disk_is_told_and_recording_goes_on_when_there_is_room() -> None:
         chain.until(lambda: bool(_kept(chain.out, samples[-1:])))
         assert _kept(chain.out, samples) == _wire(samples)
         assert chain.count("dropped_messages") == 0
+
+
+@pytest.mark.parametrize("moved", [True, False], ids=["moved", "removed"])
+@pytest.mark.parametrize("named", [True, False], ids=["--out", "record.folder"])
+def test_a_folder_that_is_gone_is_made_anew_and_recording_goes_on(named: bool, moved: bool) -> None:
+    """Somebody tidies up, or takes the disk away: nothing was recorded from then on, until the recorder's end."""
+    samples = mission(10)
+    with live() as chain:
+        chain.record(*(["--out", str(chain.out)] if named else []))
+        chain.play(samples, pause_s=0.02)
+        chain.until(lambda: bool(list(chain.out.rglob("*.mcap"))))
+        chain.out.rename(chain.out.with_name("elsewhere"))
+        if not moved:
+            shutil.rmtree(chain.out.with_name("elsewhere"))
+        chain.play(samples, pause_s=0.05)
+        chain.until(lambda: bool(list(chain.out.rglob("*.mcap"))))
+        chain.play(samples, pause_s=0.02)
+        chain.process.send_signal(signal.SIGTERM)
+        assert chain.process.wait(10) == 0
+        (path,) = chain.out.rglob("*.mcap")
+        pings = [each for each in open_recording(path).messages() if each.topic == "ping"]
+        assert len(pings) >= 10
+        assert open_recording(path).attachments
+        if moved:
+            (left,) = chain.out.with_name("elsewhere").rglob("*.mcap")
+            assert any(each.topic == "ping" for each in open_recording(left).messages())
 
 
 def test_a_disk_that_stalls_holds_up_nobody() -> None:
