@@ -6,15 +6,17 @@ only when its command is chosen.
 """
 
 import argparse
+import errno
 import importlib
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -23,6 +25,8 @@ WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvic
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
 MACHINE_CODE = frozenset({"ods.commands.detect", "ods.track.command"})
 """Modules of commands that import kernels at once, and take them from `ods compile`."""
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -83,7 +87,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     for library in ("can", "canopen", "matplotlib", "numba"):
         logging.getLogger(library).setLevel(logging.WARNING)
     try:
-        return int(args.run(args) or 0)
+        code = int(args.run(args) or 0)
+        if sys.stdout is not None:
+            sys.stdout.flush()  # or a full disk is noticed when nobody can tell it any more
+        return code
     except OdsError as error:
         print(f"ods {args.command}: {error}", file=sys.stderr)
         return error.exit_code
@@ -95,6 +102,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if error.errno not in NO_ROOM:
+            raise
+        print(f"ods {args.command}: cannot write what it prints: {reason_of(error)}", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
+        return 2
 
 
 def _extra_missing(error: ModuleNotFoundError) -> str:

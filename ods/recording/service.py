@@ -4,6 +4,7 @@ import os
 import signal
 
 from ods.base import clock
+from ods.recording.errors import RecordingError
 from ods.recording.inbox import Inbox, Received
 from ods.recording.scribe import Scribe
 from ods.recording.settings import RecordConfig
@@ -61,8 +62,10 @@ class RecordWorker(Worker[RecordConfig]):
         return [said] if said else []
 
     def stop(self) -> None:
-        """Write what waits, and complete the file, as far as the disk lets us."""
+        """Write what waits, and complete the file, as far as the disk lets us. Raises RecordingError: not at all."""
         self._inbox.put(self._round)
         self._ending = True
         self._inbox.close()
         self.scribe.join(AT_THE_END_S)
+        if self.scribe.problem:
+            raise RecordingError("; ".join(self.problems()))

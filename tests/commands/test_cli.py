@@ -3,6 +3,7 @@
 import importlib
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -37,3 +38,15 @@ def test_a_wrong_use_is_one_line_and_exit_code_2(arguments: list[str], capsys: p
         main(arguments)
     assert ended.value.code == 2
     assert capsys.readouterr().err.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [["info", "tests/data/replay/figure11.mcap"], ["doctor"]])
+def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) -> None:
+    """Some commands print little, which Python writes at its end only, and says of it what nobody understands."""
+    with Path("/dev/full").open("w") as full:
+        told = subprocess.run(
+            [sys.executable, "-m", "ods", *arguments], stdout=full, stderr=subprocess.PIPE, text=True, check=False,
+            cwd=Path(__file__).parents[2],
+        )  # fmt: skip
+    assert told.stderr == f"ods {arguments[0]}: cannot write what it prints: no space left on device\n"
+    assert told.returncode == 2

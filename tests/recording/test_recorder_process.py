@@ -331,3 +331,4 @@ def test_what_cannot_be_is_one_line(tmp_path: Path, arguments: list[str], says: 
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False, timeout=60)
     assert says in done.stderr
     assert "Traceback" not in done.stderr
+    assert done.returncode == 2  # a script that starts it must know that there is no recording
