@@ -15,6 +15,8 @@ _BEAMS, _SAMPLES = 64, 512
 _PINGS = 3
 """So many, at least, to stages that compare pings."""
 _LEARNT_CELLS = 200_000
+FEW_COUNTS, MOSTLY_ZEROS = 10, 100
+"""So many times as quiet."""
 
 
 def warm_up(settings: PipelineSettings, watch: Watch | None = None) -> None:
@@ -32,15 +34,19 @@ def warm_up(settings: PipelineSettings, watch: Watch | None = None) -> None:
     for gain, range0_m in product((1, 3), (settings.min_range_m - 0.5, settings.min_range_m + 0.5)):
         chain = Chain(settings, learnt_cells=_LEARNT_CELLS, watch=watch)
         for number, (dtype, scale) in enumerate(kinds):
-            for phase in range(2 * (phases if number else max(phases, _PINGS))):
+            for phase in range(4 * (phases if number else max(phases, _PINGS))):
                 pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
                 ping = made_up_ping(dtype, scale, range0_m, dr_m, gain)
-                chain.process(lossy(ping) if phase // phases % 2 else ping, pose=pose)
+                shown = (ping, lossy(ping), lossy(ping, FEW_COUNTS), lossy(ping, MOSTLY_ZEROS))
+                chain.process(shown[phase // phases % 4], pose=pose)
 
 
-def lossy(ping: Ping) -> Ping:
-    """Return the ping a hundred times as quiet, with a beam that is dead and one that is cut short, which it tells."""
-    frame = frame_of(ping) // 100
+def lossy(ping: Ping, quiet: int = 1) -> Ping:
+    """Return the ping with a beam that is dead and one that is cut short, which it tells; so many times as quiet, too.
+
+    Counts of 0 to 4 are dithered; mostly zeros are taken for what did not pass a threshold. Each is other code.
+    """
+    frame = frame_of(ping) // quiet
     frame[7], frame[9, _SAMPLES // 2 :] = 0, 0
     no_data = [(7, 0, _SAMPLES), (9, _SAMPLES // 2, _SAMPLES)]
     return msgspec.structs.replace(ping, data=frame.tobytes(), no_data=no_data)

@@ -60,6 +60,32 @@ def test_nor_does_one_of_what_passes_a_threshold(dtype: str) -> None:
     assert compiled() == before
 
 
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
+@pytest.mark.parametrize("dead", [np.s_[7], np.s_[:30], np.s_[:, 1500:], np.s_[:30, 1000:]], ids=str)
+def test_nor_does_one_with_dead_beams(dtype: str, dead: Any) -> None:
+    """The process on board compiled for so long that its watchdog killed it, again and again."""
+    warm_up(PipelineSettings())
+    before = compiled()
+    amplitude = 20.0 * speckle(np.random.default_rng(4), np.ones((60, 2000)))
+    chain = Chain(PipelineSettings())
+    chain.process(make_ping(amplitude.astype(dtype)))
+    amplitude[dead] = 0.0
+    assert chain.process(make_ping(amplitude.astype(dtype))).unseen_why.startswith("no data")
+    assert compiled() == before
+
+
+@pytest.mark.parametrize("dtype", ["uint8", "uint16"])
+@pytest.mark.parametrize("dead", [np.s_[:0], np.s_[7], np.s_[:, 1500:]], ids=str)
+def test_nor_does_one_of_few_counts(dtype: str, dead: Any) -> None:
+    warm_up(PipelineSettings())
+    before = compiled()
+    counts = (1.5 * speckle(np.random.default_rng(4), np.ones((60, 2000)))).astype(dtype)
+    assert np.mean(counts == 0) > 0.25
+    counts[dead] = 0
+    Chain(PipelineSettings()).process(make_ping(counts))
+    assert compiled() == before
+
+
 @pytest.mark.parametrize("attention", [AttentionSettings(), AttentionSettings(near_m=30.0, every=2, subsample=2)])
 @pytest.mark.parametrize("name", BUILT_IN)
 def test_warm_up_covers_every_stage(name: str, attention: AttentionSettings) -> None:
