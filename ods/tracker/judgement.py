@@ -20,15 +20,15 @@ def judge(
     tracks: Tracks,
     prediction: ScanPrediction,
     match: ScanMatch,
-    of_spots_m2: float,
+    spots: doubt.Spots,
     t_ns: int,
     settings: TrackerSettings,
 ) -> Ints:
     """Judge existence by the image taken at `t_ns`; return (n,) the next state of each object of `tracks`.
 
-    `of_spots_m2`: mean square of what the echoes of spots wander.
+    `spots`: what is known of their echoes.
     """
-    known = doubt.assumed(settings.echo, settings.motion, of_spots_m2)
+    known = doubt.assumed(settings.echo, settings.motion, spots)
     tracks.take_image(match.hit, prediction.reported, match.look, match.nothing, known)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     limits = lifecycle.limits_of(settings.life)

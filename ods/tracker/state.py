@@ -52,6 +52,15 @@ class WanderState(msgspec.Struct, frozen=True):
     """so many."""
 
 
+class OnsetState(msgspec.Struct, frozen=True):
+    """How many echoes of spots set in sharply."""
+
+    sharp: float
+    """So many, of"""
+    echoes: float
+    """so many."""
+
+
 class TrackerState(msgspec.Struct, frozen=True):
     """All but the objects of the map."""
 
@@ -62,6 +71,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     flicker: FlickerState
     strength: StrengthState
     wander: WanderState
+    onset: OnsetState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

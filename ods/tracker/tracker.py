@@ -5,6 +5,7 @@ from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.flicker import Flicker
 from ods.tracker.association.match import FalseAlarms, match_scan
+from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import association_of
 from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
@@ -35,7 +36,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander())
+        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander(), Onset())
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -56,8 +57,8 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker, strength, wander = self._alarms
-        counted = clutter.state(), flicker.state(), strength.state(), wander.state()
+        clutter, flicker, strength, wander, onset = self._alarms
+        counted = clutter.state(), flicker.state(), strength.state(), wander.state(), onset.state()
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
@@ -80,6 +81,7 @@ class Tracker:
         self._alarms.flicker.restore(state.flicker)
         self._alarms.strength.restore(state.strength)
         self._alarms.wander.restore(state.wander)
+        self._alarms.onset.restore(state.onset)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -100,7 +102,7 @@ class Tracker:
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        states = judge(tracks, prediction, match, self._alarms.wander.of_spots_m2, scan.t_ns, settings)
+        states = judge(tracks, prediction, match, self._alarms.spots(), scan.t_ns, settings)
         self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
@@ -112,9 +114,10 @@ class Tracker:
     def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
         """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
         ended = (states == lifecycle.TERMINATED) & prediction.field_of_view.inside
-        spots, off_squares, placed = doubt.as_nothing(self._tracks.known[1], ended)
+        spots, of_spots = doubt.as_nothing(self._tracks.known[1], ended)
         self._alarms.flicker.learn(prediction.places, spots, scan.sector)
-        self._alarms.wander.learn(off_squares, placed)
+        self._alarms.wander.learn(of_spots.off_squares, of_spots.placed)
+        self._alarms.onset.learn(of_spots.sharp, of_spots.set_in)
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

@@ -130,7 +130,7 @@ def test_the_centre_of_a_small_body_is_the_middle_of_what_shines() -> None:
 
 
 def test_a_recording_of_before_tells_no_near_edge() -> None:
-    since = ("near_m", "sigma_near_m", "cut")
+    since = ("near_m", "sigma_near_m", "cut", "onset")
     old = {name: 1.0 for name in Detection.__struct_fields__ if name not in since} | {"cells": 1}
     echo = msgspec.msgpack.decode(msgspec.msgpack.encode(old), type=Detection)
     assert (echo.near_m, echo.sigma_near_m) == (0.0, 0.0)

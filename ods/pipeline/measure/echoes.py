@@ -14,7 +14,8 @@ from ods.pipeline.measure.circle import circle_of
 from ods.pipeline.measure.cut_off import is_cut, widen
 from ods.pipeline.measure.depth import Level, depth_of, ends_of
 from ods.pipeline.measure.features import EchoRecord, Features, features_of
-from ods.pipeline.measure.response import point_width
+from ods.pipeline.measure.onset import onset_of
+from ods.pipeline.measure.response import point_width, response_width
 from ods.pipeline.measure.sigmas import Sigmas, sigmas_of
 
 ECHO = np.dtype(
@@ -36,6 +37,7 @@ ECHO = np.dtype(
         ("near_m", np.float64),
         ("sigma_near_m", np.float64),
         ("cut", np.bool_),
+        ("onset", np.float64),
     ],
     align=True,
 )
@@ -66,7 +68,7 @@ def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan)
 @kernel
 def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTable, echoes: EchoTable) -> None:
     runs, background = regions.runs, regions.background
-    point = point_width(image, background)
+    point, response = point_width(image, background), response_width(image, background)
     start = 0
     for k in range(echoes.shape[0]):
         stop = start
@@ -80,6 +82,8 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
         echo.cut = is_cut(recorded, part)
         if echo.cut:
             widen(echo)
+        else:
+            echo.onset = onset_of(image, part, response)
         start = stop
 
 

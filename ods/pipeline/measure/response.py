@@ -17,6 +17,8 @@ _LEAST_VARIANCE = 1e-3
 """Of speckle, in units of the square of the background: of a mean over 200 cells it is more."""
 _FULL_WIDTH = 2.3548
 """Width at half its level of a Gaussian in units of its standard deviation."""
+_NARROWEST, _WIDEST = 1.05, 3.99
+"""What two columns' distance adds to one column's: 1 for white speckle, 4 for what is smooth."""
 
 
 @kernel
@@ -46,3 +48,38 @@ def point_width(image: Image, background: float) -> float:
     if variance < _LEAST_VARIANCE * background**2 or shared <= 0.0:
         return _LEAST
     return max(_FULL_WIDTH * 0.5 / math.sqrt(max(-math.log(min(shared / variance, 1.0)), 1e-4)), _LEAST)
+
+
+@kernel
+def response_width(image: Image, background: float) -> float:
+    """Return the width, columns, that the filter and the pulse give a point; 0 where no speckle tells it.
+
+    Of what `point_width` counts, without what the bottom's own relief adds: that changes little within two columns.
+    With q the correlation of neighbours, cells two columns apart differ by 1 + q + q^2 + q^3 times as much (mean
+    squares) as neighbours do, as correlations of Gaussian shape are q, q^4, ...; slower changes hardly move that.
+    """
+    beams, columns = image.shape[0], image.shape[1] - 2
+    step = max(1, beams * columns // _PAIRS)
+    most = np.float32(_SPECKLE * background)
+    near, far = 0.0, 0.0
+    for beam in range(beams):
+        row = image[beam]
+        for j in range(beam % step, columns, step):
+            x, y, z = row[j], row[j + 1], row[j + 2]
+            if 0.0 < x < most and 0.0 < y < most and 0.0 < z < most:
+                near += 0.5 * ((y - x) * (y - x) + (z - y) * (z - y))
+                far += (z - x) * (z - x)
+    if near <= 0.0:
+        return 0.0
+    ratio = min(max(far / near, _NARROWEST), _WIDEST)
+    shared = _root(ratio)
+    return max(_FULL_WIDTH * 0.5 / math.sqrt(-math.log(shared)), _LEAST)
+
+
+@kernel
+def _root(ratio: float) -> float:
+    """Return q of 1 + q + q^2 + q^3 = ratio, by Newton: the sum is convex and grows, so from 1 on it converges."""
+    q = 1.0
+    for _ in range(8):
+        q -= (1.0 + q * (1.0 + q * (1.0 + q)) - ratio) / (1.0 + q * (2.0 + 3.0 * q))
+    return q

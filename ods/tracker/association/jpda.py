@@ -89,7 +89,7 @@ def _put_together(
     predicted_table: Floats,
     radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (10, k) each.
+    """Return, of k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (11, k) each.
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
@@ -124,7 +124,8 @@ def _put_together(
     _tell_what_holds_for_any(made, hypotheses, (share, strongest, objects), echoes)
     for k in range(count):
         i = objects[k]
-        made.strength[k] = echoes.strength[hypotheses.echoes[best[k]]]
+        j = hypotheses.echoes[best[k]]
+        made.strength[k], made.onset[k] = echoes.strength[j], echoes.onset[j]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],

@@ -13,6 +13,7 @@ from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.gating import Detectability, Hypotheses
+from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
@@ -22,7 +23,7 @@ from ods.tracker.measurement.scan import Echoes, Scan, echo_rows
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.doubt import AtPlaces, Look, Unexplained, look_rows
+from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained, look_rows
 
 DROP_OUT_EXPECTED = 3.0
 """So many confirmed objects expected,"""
@@ -41,6 +42,11 @@ class FalseAlarms(NamedTuple):
     flicker: Flicker
     strength: Strength
     wander: Wander
+    onset: Onset
+
+    def spots(self) -> Spots:
+        """Return what is known of the echoes of spots."""
+        return Spots(self.wander.of_spots_m2, self.onset.of_spots)
 
     def at(self, places: Places, sector: Sector) -> AtPlaces:
         """Return what echoes of nothing are like at n places."""
@@ -127,7 +133,8 @@ def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlar
     clutter, nowhere = alarms.clutter, np.zeros(0)
     north, east = (nowhere, nowhere) if places is None else places.position[:2]
     where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
-    return Unexplained(clutter.density(rest, sector).per_scan, rest.rows.strength, alarms.at(where, sector))
+    density, nothing = clutter.density(rest, sector).per_scan, alarms.at(where, sector)
+    return Unexplained(density, rest.rows.strength, rest.rows.onset, nothing, alarms.onset.of_spots)
 
 
 def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
@@ -194,14 +201,14 @@ def _look(
     predicted_table: Floats,
     detection_probability: float,
 ) -> Floats:
-    """Return the (5, n) table of `Look`.
+    """Return the (6, n) table of `Look`.
 
     `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
     that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped.
     """
     objects, echo_table, llr, off_centre = told
     watched, reported, hit, in_view = seen
-    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((5, len(hit)))
+    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((6, len(hit)))
     look = look_rows(table)
     look.off_range[:] = math.nan
     for i in range(len(hit)):
@@ -212,7 +219,7 @@ def _look(
         look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
         whole = off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.cut[k] == 0.0
         if whole and echoes.strength[k] > 0.0:
-            look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
+            look.off_range[i], look.onset[i] = echoes.range_m[k] - predicted.range_m[i], echoes.onset[k]
     return table
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled.kernel import inlined, kernel
-from ods.tracker.association import strength, wander
+from ods.tracker.association import onset, strength, wander
 from ods.tracker.association.strength import Typical, typical_rows
 from ods.tracker.settings import EchoSettings, MotionSettings
 from ods.tracker.track import existence
@@ -47,6 +47,12 @@ class Doubt(NamedTuple):
     """number of those that tell it,"""
     by_wander: Floats
     """and the log-likelihood ratio taken of that;"""
+    sharp: Floats
+    """how many of its echoes set in sharply,"""
+    set_in: Floats
+    """of so many that tell it,"""
+    by_onset: Floats
+    """and the log-likelihood ratio taken of that;"""
     spots: Floats
     """the share of spots at its place that it is judged by."""
 
@@ -65,6 +71,8 @@ class Look(NamedTuple):
     off_range: Floats
     """By how much the echo is farther than the object was expected, m; NaN: none, or one that is not all of it and only
     of it, or that tells no strength, and so is not of the chain: how such echoes wander nobody knows beforehand."""
+    onset: Floats
+    """How slowly such an echo sets in, see `onset`; 0: none, or not told."""
 
 
 class AtPlaces(NamedTuple):
@@ -83,7 +91,33 @@ class Unexplained(NamedTuple):
     """False alarms a scan if it had as many everywhere as there."""
     strength: Floats
     """dB; 0: not told."""
+    onset: Floats
+    """0: not told."""
     nothing: AtPlaces
+    spots_sharp: float
+    """Share of the echoes of spots that set in sharply."""
+
+
+class Spots(NamedTuple):
+    """What is known of the echoes of spots."""
+
+    wander_m2: float
+    """Mean square of what they wander, m2."""
+    sharp: float
+    """Share of them that set in sharply."""
+
+
+class Counted(NamedTuple):
+    """Of the echoes of tracks that ended as spots."""
+
+    off_squares: float
+    """Sum of squares, m2, of how much they were off their range,"""
+    placed: float
+    """of so many;"""
+    sharp: float
+    """how many set in sharply"""
+    set_in: float
+    """of so many."""
 
 
 class Assumed(NamedTuple):
@@ -92,19 +126,18 @@ class Assumed(NamedTuple):
     rates: Rates
     detection_probability: float
     static_prior: float
-    of_spots_m2: float
-    """Mean square of what the echoes of spots wander, m2."""
+    spots: Spots
 
 
-def assumed(echo: EchoSettings, motion: MotionSettings, of_spots_m2: float) -> Assumed:
+def assumed(echo: EchoSettings, motion: MotionSettings, spots: Spots) -> Assumed:
     """Return what the settings say, and what was learned of spots."""
     rates = Rates(echo.silence_rate, echo.return_rate, echo.loss_rate)
-    return Assumed(rates, echo.detection_probability, motion.static_prior, of_spots_m2)
+    return Assumed(rates, echo.detection_probability, motion.static_prior, spots)
 
 
 @kernel
 def doubt_rows(table: Floats) -> Doubt:
-    """Name the rows of a (16, n) table."""
+    """Name the rows of a (19, n) table."""
     return Doubt(
         table[0],
         table[1],
@@ -122,13 +155,16 @@ def doubt_rows(table: Floats) -> Doubt:
         table[13],
         table[14],
         table[15],
+        table[16],
+        table[17],
+        table[18],
     )
 
 
 @kernel
 def look_rows(table: Floats) -> Look:
-    """Name the rows of a (5, n) table."""
-    return Look(table[0], table[1], table[2], table[3], table[4])
+    """Name the rows of a (6, n) table."""
+    return Look(table[0], table[1], table[2], table[3], table[4], table[5])
 
 
 @kernel
@@ -140,7 +176,8 @@ def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> Non
         none = unknown.clutter[k] / (births + unknown.clutter[k])
         chain = Chain(1.0 - none, 0.0, (1.0 - spots) * none, spots * none)
         d.spots[i] = spots
-        _keep(d, i, _by_strength(d, i, chain, unknown.strength[k], typical, k))
+        chain = _by_strength(d, i, chain, unknown.strength[k], typical, k)
+        _keep(d, i, _by_onset(d, i, chain, unknown.onset[k], unknown.spots_sharp))
         d.first_visible[i] = d.visible[i]
 
 
@@ -163,7 +200,8 @@ def take_image(
     d, look, typical = doubt_rows(table), look_rows(look_table), typical_rows(nothing.typical)
     for i in range(len(hit)):
         watched, spots = look.watched[i], nothing.spots[i]
-        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.of_spots_m2)
+        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots.wander_m2)
+        chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp)
         chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
         often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability)
         chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
@@ -198,6 +236,18 @@ def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, of
     d.placed[i] += 1.0
     ratio = wander.evidence(d.off_squares[i], d.placed[i], of_spots_m2)
     change, d.by_wander[i] = ratio - d.by_wander[i], ratio
+    return existence.told_apart(chain, 0.0, change)
+
+
+@inlined
+def _by_onset(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float) -> Chain:
+    """Judge by how sharply the echoes set in: see `onset`."""
+    if not of_echo > 0.0:
+        return chain
+    d.sharp[i] += of_echo < onset.SHARP
+    d.set_in[i] += 1.0
+    ratio = onset.evidence(d.sharp[i], d.set_in[i], of_spots)
+    change, d.by_onset[i] = ratio - d.by_onset[i], ratio
     return existence.told_apart(chain, 0.0, change)
 
 
@@ -245,15 +295,17 @@ def visibilities(table: Floats, returned: float) -> Floats:
 
 
 @kernel
-def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, float, float]:
+def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, Counted]:
     """Return what the (n,) `ended` tell as no objects: (2, n) probabilities of a spot, and of none; 0 for the others.
 
-    And by how much the echoes of spots wandered: sum of squares, m2, of so many.
+    And what the echoes of spots were like.
     """
-    d, chances, squares, echoes = doubt_rows(table), np.zeros((2, len(ended))), 0.0, 0.0
+    d, chances, squares, echoes, sharp, set_in = doubt_rows(table), np.zeros((2, len(ended))), 0.0, 0.0, 0.0, 0.0
     for i in range(len(ended)):
         if ended[i]:
             chances[0, i], chances[1, i] = d.spot[i], d.spot[i] + d.nothing[i]
             squares += d.spot[i] * d.off_squares[i]
             echoes += d.spot[i] * d.placed[i]
-    return chances, squares, echoes
+            sharp += d.spot[i] * d.sharp[i]
+            set_in += d.spot[i] * d.set_in[i]
+    return chances, Counted(squares, echoes, sharp, set_in)

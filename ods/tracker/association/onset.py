@@ -1,0 +1,74 @@
+"""How sharply a place's echoes set in: a body's face is met at once, a rough bottom begins to shine slowly.
+
+The highest level of a body's echo follows half of that within about the width of a point in most images, where what
+shines of a patch of bottom lies as far before its highest level as behind. How often is not the same for all bodies,
+nor for all spots, so it is judged by the share of the echoes that are sharp, and not anew by each; and how often those
+of spots are is counted from the tracks that ended as spots, as over gravel and short ripples they nearly are as often
+as bodies' are.
+"""
+
+import math
+
+from ods.compiled.kernel import kernel
+from ods.tracker.state import OnsetState
+
+SHARP = 1.1
+"""Widths of a point: an echo that sets in within this is sharp."""
+BODY_SHARP, BODY_SLOW = 3.0, 1.5
+"""A body's echoes are sharp, and not, as often as the beta distribution of these says;"""
+SPOT_LOOKS = 7.0
+"""those of a spot as often as others', which counts for so many of its own."""
+FIRST = 1.0 / 7.0
+"""Share of the echoes of spots that are sharp where nothing is known, which counts for"""
+FIRST_ECHOES = 20.0
+"""so many echoes."""
+MOST = 0.95
+"""Some echoes of any spot are slow."""
+ROUNDING = 1e-9
+MEMORY = 0.997
+"""What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
+MOST_FOR, MOST_AGAINST = 3.0, 6.0
+"""Largest logarithm of a likelihood ratio that this alone gives for a body, and against one."""
+
+
+class Onset:
+    """Counts of the echoes of tracks that ended as spots."""
+
+    def __init__(self) -> None:
+        self._sharp, self._echoes = 0.0, 0.0
+
+    def state(self) -> OnsetState:
+        """Return what was counted."""
+        return OnsetState(self._sharp, self._echoes)
+
+    def restore(self, state: OnsetState) -> None:
+        """Go on with what another one counted. Raises ValueError."""
+        if not (math.isfinite(state.echoes) and 0.0 <= state.sharp <= state.echoes * (1.0 + ROUNDING)):
+            raise ValueError("echoes of spots that are none")
+        self._sharp, self._echoes = state.sharp, state.echoes
+
+    def learn(self, sharp: float, echoes: float) -> None:
+        """Take in the tracks that an image ended as spots: so many sharp ones of so many echoes. For every image."""
+        self._sharp = MEMORY * self._sharp + sharp
+        self._echoes = MEMORY * self._echoes + echoes
+
+    @property
+    def of_spots(self) -> float:
+        """Share of the echoes of spots that are sharp."""
+        share = (self._sharp + FIRST_ECHOES * FIRST) / (self._echoes + FIRST_ECHOES)
+        return min(share, MOST)
+
+
+@kernel
+def evidence(sharp: float, echoes: float, of_spots: float) -> float:
+    """Return the log-likelihood ratio of a body over a spot by how many of so many echoes are sharp: beta-binomial."""
+    slow = echoes - sharp
+    body = _log_beta(BODY_SHARP + sharp, BODY_SLOW + slow) - _log_beta(BODY_SHARP, BODY_SLOW)
+    often, seldom = SPOT_LOOKS * of_spots, SPOT_LOOKS * (1.0 - of_spots)
+    spot = _log_beta(often + sharp, seldom + slow) - _log_beta(often, seldom)
+    return min(max(body - spot, -MOST_AGAINST), MOST_FOR)
+
+
+@kernel
+def _log_beta(a: float, b: float) -> float:
+    return math.lgamma(a) + math.lgamma(b) - math.lgamma(a + b)
