@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Image
+from ods.base.arrays import Floats32, Image
 from ods.compiled.kernel import kernel
 
 _PAIRS = 2048
@@ -19,6 +19,10 @@ _FULL_WIDTH = 2.3548
 """Width at half its level of a Gaussian in units of its standard deviation."""
 _NARROWEST, _WIDEST = 1.05, 3.99
 """What two columns' distance adds to one column's: 1 for white speckle, 4 for what is smooth."""
+_EVERY_BEAM, _STRETCH = 3, 144
+"""Beams and columns, and of such stretches"""
+_LEAST_SHARE = 0.1
+"""so many have less relief than that whose speckle is taken."""
 
 
 @kernel
@@ -54,26 +58,37 @@ def point_width(image: Image, background: float) -> float:
 def response_width(image: Image, background: float) -> float:
     """Return the width, columns, that the filter and the pulse give a point; 0 where no speckle tells it.
 
-    Of what `point_width` counts, without what the bottom's own relief adds: that changes little within two columns.
-    With q the correlation of neighbours, cells two columns apart differ by 1 + q + q^2 + q^3 times as much (mean
-    squares) as neighbours do, as correlations of Gaussian shape are q, q^4, ...; slower changes hardly move that.
+    Of what `point_width` counts, without what the bottom's own relief adds. With q the correlation of neighbours, cells
+    two columns apart differ by 1 + q + q^2 + q^3 times as much (mean squares) as neighbours do, as correlations of
+    Gaussian shape are q, q^4, ...; slower changes hardly move that. Where short ripples do, in some stretches of the
+    image they do not: so it is that of the stretches in which it is least.
     """
-    beams, columns = image.shape[0], image.shape[1] - 2
-    step = max(1, beams * columns // _PAIRS)
     most = np.float32(_SPECKLE * background)
-    near, far = 0.0, 0.0
-    for beam in range(beams):
-        row = image[beam]
-        for j in range(beam % step, columns, step):
-            x, y, z = row[j], row[j + 1], row[j + 2]
-            if 0.0 < x < most and 0.0 < y < most and 0.0 < z < most:
-                near += 0.5 * ((y - x) * (y - x) + (z - y) * (z - y))
-                far += (z - x) * (z - x)
-    if near <= 0.0:
+    ratios, count = np.empty(image.shape[0] // _EVERY_BEAM * (image.shape[1] // _STRETCH) + 1), 0
+    for beam in range(_EVERY_BEAM // 2, image.shape[0], _EVERY_BEAM):
+        for first in range(0, image.shape[1] - _STRETCH + 1, _STRETCH):
+            ratio = _growth(image[beam, first : first + _STRETCH], most)
+            if ratio > 0.0 and count < ratios.size:
+                ratios[count] = ratio
+                count += 1
+    if count == 0:
         return 0.0
-    ratio = min(max(far / near, _NARROWEST), _WIDEST)
-    shared = _root(ratio)
+    told = np.sort(ratios[:count])[int(_LEAST_SHARE * count)]
+    shared = _root(min(max(told, _NARROWEST), _WIDEST))
     return max(_FULL_WIDTH * 0.5 / math.sqrt(-math.log(shared)), _LEAST)
+
+
+@kernel
+def _growth(row: Floats32, most: np.float32) -> float:
+    """Return how many times as much cells two columns apart differ as neighbours, mean squares; 0: not known."""
+    near, far, count = np.float32(0.0), np.float32(0.0), 0
+    for j in range(row.size - 2):
+        x, y, z = row[j], row[j + 1], row[j + 2]
+        if 0.0 < x < most and 0.0 < y < most and 0.0 < z < most:
+            near += (y - x) * (y - x) + (z - y) * (z - y)
+            far += (z - x) * (z - x)
+            count += 1
+    return float(2.0 * far / near) if near > 0.0 and 2 * count > row.size else 0.0
 
 
 @kernel

@@ -12,9 +12,9 @@ import math
 from ods.compiled.kernel import kernel
 from ods.tracker.state import OnsetState
 
-SHARP = 1.1
+SHARP = 1.06
 """Widths of a point: an echo that sets in within this is sharp."""
-BODY_SHARP, BODY_SLOW = 3.0, 1.5
+BODY_SHARP, BODY_SLOW = 2.0, 2.0
 """A body's echoes are sharp, and not, as often as the beta distribution of these says;"""
 SPOT_LOOKS = 7.0
 """those of a spot as often as others', which counts for so many of its own."""
@@ -27,7 +27,7 @@ MOST = 0.95
 ROUNDING = 1e-9
 MEMORY = 0.997
 """What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
-MOST_FOR, MOST_AGAINST = 3.0, 6.0
+MOST_FOR, MOST_AGAINST = 2.0, 3.0
 """Largest logarithm of a likelihood ratio that this alone gives for a body, and against one."""
 
 

@@ -1,0 +1,80 @@
+"""How sharply echoes set in: held against a body's, counted from what ended as spots."""
+
+import numpy as np
+import pytest
+from scipy.stats import betabinom
+
+from ods.tracker.association.onset import (
+    BODY_SHARP,
+    BODY_SLOW,
+    FIRST,
+    FIRST_ECHOES,
+    MEMORY,
+    MOST,
+    MOST_AGAINST,
+    MOST_FOR,
+    SHARP,
+    SPOT_LOOKS,
+    Onset,
+    evidence,
+)
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.state import OnsetState
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import RATE_HZ, scan
+
+
+@pytest.mark.parametrize("of_spots", [0.02, FIRST, 0.5, MOST])
+@pytest.mark.parametrize(("sharp", "echoes"), [(0, 1), (1, 1), (2, 5), (9, 12), (0, 3)])
+def test_evidence_is_the_ratio_of_two_beta_binomial_laws(sharp: int, echoes: int, of_spots: float) -> None:
+    body = betabinom(echoes, BODY_SHARP, BODY_SLOW).logpmf(sharp)
+    spot = betabinom(echoes, SPOT_LOOKS * of_spots, SPOT_LOOKS * (1.0 - of_spots)).logpmf(sharp)
+    expected = np.clip(body - spot, -MOST_AGAINST, MOST_FOR)
+    assert evidence(float(sharp), float(echoes), of_spots) == pytest.approx(expected, abs=1e-9)
+
+
+def test_no_echo_says_nothing() -> None:
+    assert evidence(0.0, 0.0, FIRST) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_spots_echoes_are_like_is_learned() -> None:
+    onset = Onset()
+    assert onset.of_spots == pytest.approx(FIRST)
+    onset.learn(60.0, 100.0)
+    onset.learn(0.0, 0.0)
+    assert onset.of_spots == pytest.approx((60.0 * MEMORY + FIRST_ECHOES * FIRST) / (100.0 * MEMORY + FIRST_ECHOES))
+    other = Onset()
+    other.restore(onset.state())
+    assert other.of_spots == onset.of_spots
+    onset.learn(1e6, 1e6)
+    assert onset.of_spots == MOST
+    for bad in (OnsetState(2.0, 1.0), OnsetState(-1.0, 2.0), OnsetState(1.0, float("nan"))):
+        with pytest.raises(ValueError, match="spots"):
+            Onset().restore(bad)
+
+
+def told_after(onset: float) -> float:
+    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s."""
+    rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
+    spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
+    for k in range(round(20.0 * RATE_HZ)):
+        lit = [(r + rng.normal(0.0, 0.8), b) for r, b in spots if rng.random() < 0.3]
+        there = k > 10.0 * RATE_HZ
+        lit += [(60.0 + rng.normal(0.0, 0.2), 0.1)] * there
+        rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
+        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
+        image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
+        image.echoes.rows.onset[:] = 3.0 * SHARP
+        if there:
+            image.echoes.rows.onset[-1] = onset
+        tracker.step(image)
+        where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
+        if (np.hypot(*where) < 1.5).any():
+            return k / RATE_HZ - 10.0
+    return np.inf
+
+
+def test_what_sets_in_sharply_is_told_before_what_tells_nothing_and_that_before_what_begins_slowly() -> None:
+    sharp, untold, slow = told_after(0.8 * SHARP), told_after(0.0), told_after(2.0 * SHARP)
+    assert sharp < untold < slow
+    assert slow < untold + 2.0  # what stays in its place is not given up for that alone
