@@ -14,7 +14,7 @@ from ods.tracker.state import OnsetState
 
 SHARP = 1.06
 """Widths of a point: an echo that sets in within this is sharp."""
-BODY_SHARP, BODY_SLOW = 2.0, 2.0
+BODY_SHARP, BODY_SLOW = 3.0, 1.5
 """A body's echoes are sharp, and not, as often as the beta distribution of these says;"""
 SPOT_LOOKS = 7.0
 """those of a spot as often as others', which counts for so many of its own."""
@@ -27,8 +27,10 @@ MOST = 0.95
 ROUNDING = 1e-9
 MEMORY = 0.997
 """What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
-MOST_FOR, MOST_AGAINST = 2.0, 3.0
-"""Largest logarithm of a likelihood ratio that this alone gives for a body, and against one."""
+MOST_FOR, MOST_AGAINST = 1.0, 6.0
+"""Largest logarithm of a likelihood ratio that this alone gives for a body, and against one,"""
+ENOUGH = 8.0
+"""which takes so many echoes: a body that is confirmed by fewer is told no later."""
 
 
 class Onset:
@@ -66,7 +68,7 @@ def evidence(sharp: float, echoes: float, of_spots: float) -> float:
     body = _log_beta(BODY_SHARP + sharp, BODY_SLOW + slow) - _log_beta(BODY_SHARP, BODY_SLOW)
     often, seldom = SPOT_LOOKS * of_spots, SPOT_LOOKS * (1.0 - of_spots)
     spot = _log_beta(often + sharp, seldom + slow) - _log_beta(often, seldom)
-    return min(max(body - spot, -MOST_AGAINST), MOST_FOR)
+    return min(max(body - spot, -MOST_AGAINST if echoes >= ENOUGH else 0.0), MOST_FOR)
 
 
 @kernel

@@ -177,7 +177,7 @@ def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> Non
         chain = Chain(1.0 - none, 0.0, (1.0 - spots) * none, spots * none)
         d.spots[i] = spots
         chain = _by_strength(d, i, chain, unknown.strength[k], typical, k)
-        _keep(d, i, _by_onset(d, i, chain, unknown.onset[k], unknown.spots_sharp))
+        _keep(d, i, _by_onset(d, i, chain, unknown.onset[k], unknown.spots_sharp, False))
         d.first_visible[i] = d.visible[i]
 
 
@@ -201,7 +201,7 @@ def take_image(
     for i in range(len(hit)):
         watched, spots = look.watched[i], nothing.spots[i]
         chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots.wander_m2)
-        chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp)
+        chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp, confirmed[i])
         chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
         often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability)
         chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
@@ -240,14 +240,17 @@ def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, of
 
 
 @inlined
-def _by_onset(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float) -> Chain:
-    """Judge by how sharply the echoes set in: see `onset`."""
+def _by_onset(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float, confirmed: bool) -> Chain:
+    """Judge by how sharply the echoes set in: see `onset`. Against a confirmed object it says nothing."""
     if not of_echo > 0.0:
         return chain
     d.sharp[i] += of_echo < onset.SHARP
     d.set_in[i] += 1.0
     ratio = onset.evidence(d.sharp[i], d.set_in[i], of_spots)
-    change, d.by_onset[i] = ratio - d.by_onset[i], ratio
+    change = ratio - d.by_onset[i]
+    if confirmed and change < 0.0:
+        return chain
+    d.by_onset[i] = ratio
     return existence.told_apart(chain, 0.0, change)
 
 
