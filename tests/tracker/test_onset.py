@@ -7,6 +7,7 @@ from scipy.stats import betabinom
 from ods.tracker.association.onset import (
     BODY_SHARP,
     BODY_SLOW,
+    ENOUGH,
     FIRST,
     FIRST_ECHOES,
     MEMORY,
@@ -25,11 +26,11 @@ from tests.tracker.samples import RATE_HZ, scan
 
 
 @pytest.mark.parametrize("of_spots", [0.02, FIRST, 0.5, MOST])
-@pytest.mark.parametrize(("sharp", "echoes"), [(0, 1), (1, 1), (2, 5), (9, 12), (0, 3)])
+@pytest.mark.parametrize(("sharp", "echoes"), [(0, 1), (1, 1), (2, 5), (9, 12), (0, 3), (1, 8), (0, 40)])
 def test_evidence_is_the_ratio_of_two_beta_binomial_laws(sharp: int, echoes: int, of_spots: float) -> None:
     body = betabinom(echoes, BODY_SHARP, BODY_SLOW).logpmf(sharp)
     spot = betabinom(echoes, SPOT_LOOKS * of_spots, SPOT_LOOKS * (1.0 - of_spots)).logpmf(sharp)
-    expected = np.clip(body - spot, -MOST_AGAINST, MOST_FOR)
+    expected = np.clip(body - spot, -MOST_AGAINST if echoes >= ENOUGH else 0.0, MOST_FOR)
     assert evidence(float(sharp), float(echoes), of_spots) == pytest.approx(expected, abs=1e-9)
 
 
