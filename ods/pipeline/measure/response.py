@@ -19,7 +19,7 @@ _FULL_WIDTH = 2.3548
 """Width at half its level of a Gaussian in units of its standard deviation."""
 _NARROWEST, _WIDEST = 1.05, 3.99
 """What two columns' distance adds to one column's: 1 for white speckle, 4 for what is smooth."""
-_EVERY_BEAM, _STRETCH = 3, 144
+_EVERY_BEAM, _STRETCH = 6, 144
 """Beams and columns, and of such stretches"""
 _LEAST_SHARE = 0.1
 """so many have less relief than that whose speckle is taken."""
