@@ -24,21 +24,24 @@ def warm_up(settings: PipelineSettings, watch: Watch | None = None) -> None:
 
     watch: see `Chain`; images that are shown are made by other code. Raises StageError.
     Half of the pings begin before the least range, so that their near end is cut off: other memory layouts, other code.
-    Half have a beam that is louder than the others, whose gain then is not 1.
-    Of each geometry there are enough for all phases of attention and for stages that compare pings.
+    Half have a beam that is louder than the others, whose gain then is not 1; half have beams without data. Quiet
+    images become whole ones before anything else, so that those of one geometry will do: a slow stage of a user's sees
+    all of this. Of each geometry there are enough for all phases of attention and for stages that compare pings.
     """
     dr_m = max(0.05, 2.0 * settings.attention.near_m / _SAMPLES)  # so that there are rings beyond
     phases = settings.attention.every if settings.attention.near_m > 0.0 else 1
     zeros = (0.0, 0.0, 0.0)
     kinds = list(product(get_args(SampleType), get_args(Scale)))
-    for gain, range0_m in product((1, 3), (settings.min_range_m - 0.5, settings.min_range_m + 0.5)):
+    geometries = product((1, 3), (settings.min_range_m - 0.5, settings.min_range_m + 0.5))
+    for geometry, (gain, range0_m) in enumerate(geometries):
         chain = Chain(settings, learnt_cells=_LEARNT_CELLS, watch=watch)
         for number, (dtype, scale) in enumerate(kinds):
-            for phase in range(4 * (phases if number else max(phases, _PINGS))):
+            count = phases if number else max(phases, _PINGS)
+            for phase in range((2 if geometry else 4) * count):
                 pose = Pose(phase, phase, phase, (0.1 * phase, 0.0, 0.0), (1.0, *zeros), zeros, zeros, zeros)
                 ping = made_up_ping(dtype, scale, range0_m, dr_m, gain)
                 shown = (ping, lossy(ping), lossy(ping, FEW_COUNTS), lossy(ping, MOSTLY_ZEROS))
-                chain.process(shown[phase // phases % 4], pose=pose)
+                chain.process(shown[phase // count], pose=pose)
 
 
 def lossy(ping: Ping, quiet: int = 1) -> Ping:
