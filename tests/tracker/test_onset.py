@@ -19,10 +19,8 @@ from ods.tracker.association.onset import (
     Onset,
     evidence,
 )
-from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import OnsetState
-from ods.tracker.tracker import Tracker
-from tests.tracker.samples import RATE_HZ, scan
+from tests.tracker.spots import told_after
 
 
 @pytest.mark.parametrize("of_spots", [0.02, FIRST, 0.5, MOST])
@@ -54,31 +52,14 @@ def test_what_spots_echoes_are_like_is_learned() -> None:
             Onset().restore(bad)
 
 
-def told_after(onset: float, wander_m: float) -> float:
-    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s."""
-    rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
-    spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
-    for k in range(round(20.0 * RATE_HZ)):
-        lit = [(r + rng.normal(0.0, 0.8), b) for r, b in spots if rng.random() < 0.3]
-        there = k > 10.0 * RATE_HZ
-        lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * there
-        rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
-        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
-        image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
-        image.echoes.rows.onset[:] = 3.0 * SHARP
-        if there:
-            image.echoes.rows.onset[-1] = onset
-        tracker.step(image)
-        where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
-        if (np.hypot(*where) < 1.5).any():
-            return k / RATE_HZ - 10.0
-    return np.inf
+def told(onset: float, wander_m: float) -> float:
+    return told_after(wander_m, onset=onset, of_spots=3.0 * SHARP)
 
 
 def test_what_sets_in_sharply_is_told_sooner() -> None:
-    assert told_after(0.8 * SHARP, 0.3) + 0.3 < told_after(0.0, 0.3)
+    assert told(0.8 * SHARP, 0.3) + 0.3 < told(0.0, 0.3)
 
 
 def test_what_begins_slowly_is_told_later_but_is_told_if_it_stays_in_its_place() -> None:
-    untold = told_after(0.0, 0.1)
-    assert untold + 0.3 < told_after(2.0 * SHARP, 0.1) < untold + 2.0
+    untold = told(0.0, 0.1)
+    assert untold + 0.3 < told(2.0 * SHARP, 0.1) < untold + 2.0

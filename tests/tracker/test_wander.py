@@ -17,10 +17,8 @@ from ods.tracker.association.wander import (
     Wander,
     evidence,
 )
-from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import WanderState
-from ods.tracker.tracker import Tracker
-from tests.tracker.samples import RATE_HZ, scan
+from tests.tracker.spots import told_after
 
 
 def density(off_m: Floats, mean_square: float) -> float:
@@ -61,29 +59,6 @@ def test_what_spots_wander_is_learned() -> None:
     for bad in (WanderState(-1.0, 2.0), WanderState(1.0, float("nan"))):
         with pytest.raises(ValueError, match="wander"):
             Wander().restore(bad)
-
-
-def told_after(wander_m: float, *, cut: bool = False) -> float:
-    """Return when a place is told that has an echo in each image, among 20 that have one in three of ten; s.
-
-    cut: the fan's edge cuts its echoes off.
-    """
-    rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
-    spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
-    for k in range(round(20.0 * RATE_HZ)):
-        lit = [(r + rng.normal(0.0, 0.8), b) for r, b in spots if rng.random() < 0.3]
-        there = k > 10.0 * RATE_HZ
-        lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * there
-        rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
-        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
-        image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
-        if there:
-            image.echoes.rows.cut[-1] = cut
-        tracker.step(image)
-        where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
-        if (np.hypot(*where) < 1.5).any():
-            return k / RATE_HZ - 10.0
-    return np.inf
 
 
 def test_a_place_that_stays_is_told_before_one_that_wanders() -> None:
