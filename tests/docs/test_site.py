@@ -98,9 +98,8 @@ def test_readme_lists_the_pages_of_the_navigation() -> None:
     readme = (PROJECT / "README.md").read_text()
     table = readme[readme.index("## Documentation") :]
     wanted = [root_pages.get(page, f"docs/{page}") for page in pages if page != "index.md"]
-    assert re.findall(r"\]\(([\w/.-]+)\)", table) == [
-        page for page in wanted if "how-to/" not in page or "README" in page
-    ]
+    of_an_index = re.compile(r"docs/(how-to|studies)/(?!README)")
+    assert re.findall(r"\]\(([\w/.-]+)\)", table) == [page for page in wanted if not of_an_index.match(page)]
 
 
 def test_every_decision_is_listed() -> None:
@@ -109,3 +108,9 @@ def test_every_decision_is_listed() -> None:
     for page in folder.glob("0*.md"):
         title = page.read_text().splitlines()[0].removeprefix("# ")
         assert f"- [{title}]({page.name})\n" in listed
+
+
+def test_every_study_is_listed() -> None:
+    folder = PROJECT / "docs" / "studies"
+    listed = re.findall(r"^\| \[[\w.-]+\]\((\S+)\) \|", (folder / "README.md").read_text(), re.MULTILINE)
+    assert sorted(listed) == sorted(page.name for page in folder.glob("*.md") if page.name != "README.md")
