@@ -7,7 +7,8 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Mask
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
-from ods.tracker.observer.motion_hypotheses import HorizontalState, Learned, NewPlaces, StaticOrMovingObserver
+from ods.tracker.observer.horizontal import HorizontalState, Learned, NewPlaces
+from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import Observer, observer
 from ods.tracker.observer.sensitivity import STATE, Heights
 from ods.tracker.settings import MotionSettings

@@ -54,7 +54,7 @@ def _read(path: Path) -> dict[str, Any]:
             content = file.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
             raise ConfigError(f"{path}: larger than {MOST_BYTES >> 20} MB: no file of settings")
-        data = tomllib.loads(content.decode().replace("\r\n", "\n"))
+        data = tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number of 5000 digits, brackets in brackets

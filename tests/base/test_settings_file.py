@@ -19,6 +19,12 @@ def test_one_table_is_read_and_the_others_are_not_looked_at(tmp_path: Path) -> N
     assert load_table(file, "site", SiteSettings) == SiteSettings(latitude_deg=57.0, longitude_deg=9.5)
 
 
+def test_a_file_of_an_editor_that_marks_its_encoding_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "some.toml"
+    file.write_bytes(b"\xef\xbb\xbf[site]\r\nlatitude_deg = 57\r\nlongitude_deg = 9.5\r\n")
+    assert load_table(file, "site", SiteSettings) == SiteSettings(latitude_deg=57.0, longitude_deg=9.5)
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [

@@ -9,8 +9,8 @@ import pytest
 from ods.assess.track.scenarios import make
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
+from ods.tracker.observer.horizontal import HorizontalFilter, NewPlaces
 from ods.tracker.observer.independent import IndependentAxes
-from ods.tracker.observer.motion_hypotheses import HorizontalFilter, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.scenario import track_scenario
 from ods.tracker.settings import PLUGINS, MotionSettings, TrackerSettings

@@ -8,8 +8,8 @@ import pytest
 from ods.base.arrays import Floats
 from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
 from ods.tracker.named import Named
+from ods.tracker.observer.horizontal import NewPlaces
 from ods.tracker.observer.imm import InteractingModels, Model
-from ods.tracker.observer.motion_hypotheses import NewPlaces
 from ods.tracker.observer.sensitivity import Heights, possible_square
 from ods.tracker.settings import MotionSettings
 

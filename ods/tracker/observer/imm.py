@@ -17,7 +17,7 @@ from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable, each
 from ods.tracker.observer import sensitivity, ud_filter
-from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
+from ods.tracker.observer.horizontal import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
 from ods.tracker.observer.sensitivity import STATE, Fix, Heights, Innovation, Place
 from ods.tracker.observer.ud_filter import EAST, FACTORS, NORTH, STATE_ROWS, VELOCITY, Work
 from ods.tracker.settings import MotionSettings
@@ -56,7 +56,7 @@ class Habits(NamedTuple):
 
 
 class InteractingModels:
-    """See `ods.tracker.observer.motion_hypotheses.HorizontalFilter`."""
+    """See `ods.tracker.observer.horizontal.HorizontalFilter`."""
 
     def __init__(self, settings: MotionSettings, models: Sequence[Model], change_rate: float = 0.0) -> None:
         """Follow moving objects by `models`, between which they change `change_rate` times a second."""

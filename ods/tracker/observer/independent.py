@@ -16,7 +16,7 @@ from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable, each
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
-from ods.tracker.observer.motion_hypotheses import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
+from ods.tracker.observer.horizontal import RESTING, HorizontalState, Learned, NewPlaces, learned_rows
 from ods.tracker.observer.sensitivity import (
     STATE,
     VELOCITY,
@@ -88,7 +88,7 @@ def _rows(table: Floats) -> IndependentState:
 
 
 class IndependentAxes:
-    """See `ods.tracker.observer.motion_hypotheses.HorizontalFilter`."""
+    """See `ods.tracker.observer.horizontal.HorizontalFilter`."""
 
     def __init__(self, settings: MotionSettings) -> None:
         self._settings = settings

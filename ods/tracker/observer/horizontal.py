@@ -1,0 +1,96 @@
+"""What observers differ in: how they filter north and east of all objects, resting and moving."""
+
+from typing import Any, NamedTuple, Protocol
+
+from ods.base.arrays import Floats, Indices, Mask
+from ods.compiled.kernel import kernel
+from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.named import Named, TrackTable
+from ods.tracker.observer.sensitivity import Heights
+
+RESTING = 0
+"""The first hypothesis; those after it are kinds of motion."""
+
+
+class HorizontalState(NamedTuple):
+    """Where objects are, north and east: the static hypothesis first, then those of moving ones."""
+
+    share: Floats
+    """(h - 1, n) probability of each hypothesis of an object that moves; they sum to 1."""
+    position: Floats
+    """(h, 2, n)."""
+    variance: Floats
+    """(h, 2, n)."""
+    covariance_ne: Floats
+    """(h, n)."""
+    unseen: Floats
+    """(h, UNSEEN, STATE, n) derivatives of the states by what is not seen (`sensitivity`)."""
+
+
+class NewPlaces(NamedTuple):
+    """Of k new objects."""
+
+    position: Floats
+    """(2, k) north and east."""
+    variance: Floats
+    """(2, k)."""
+    covariance_ne: Floats
+    """(k,)."""
+    sensitivity: Floats
+    """(UNSEEN, 2, k) derivatives of the position."""
+
+
+class Learned(NamedTuple):
+    """What k measurements say beyond north and east: (2, k) each, if the objects rest and if they move."""
+
+    log_likelihood: Floats
+    """Of the measurement, but for a number that both share."""
+    step: Floats
+    """By which the height is another,"""
+    variance: Floats
+    """and its variance then,"""
+    square: Floats
+    """and the same of the height's square, as in `Heights`."""
+    square_variance: Floats
+
+
+@kernel
+def learned_rows(table: Floats) -> Learned:
+    """Name the rows of a (5, 2, k) table."""
+    return Learned(table[0], table[1], table[2], table[3], table[4])
+
+
+class HorizontalFilter(Protocol):
+    """Filters for north and east of all objects, static and moving. `rows` are indices of objects."""
+
+    def predict(self, dt: float) -> None:
+        """Carry all objects on over `dt` >= 0 seconds."""
+
+    def state(self) -> HorizontalState:
+        """Return where objects are; the arrays may be views that the next change spoils."""
+
+    def velocity(self) -> tuple[Floats, Floats]:
+        """Return mean and variance (2, n) of the velocity of objects if they move."""
+
+    def append(self, new: NewPlaces) -> None:
+        """Append objects whose velocity is unknown."""
+
+    def update(
+        self, rows: Indices, measured: PositionMeasurement, since_s: Floats, heights: Named[Heights]
+    ) -> Named[Learned]:
+        """Take one measurement an object; `since_s`: (k,) time since its last one."""
+
+    def rest_there(self, rows: Indices) -> None:
+        """Start the static hypothesis anew where the moving one is now."""
+
+    def set_out(self, rows: Indices) -> None:
+        """Start the moving hypothesis anew where the static one is, with unknown velocity."""
+
+    def join(self, heirs: Indices, old: Indices) -> None:
+        """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
+
+    def keep(self, mask: Mask) -> None:
+        """Remove the objects where `mask` is False."""
+
+    def tables(self) -> list[TrackTable[Any]]:
+        """Return all that is known of the objects."""
