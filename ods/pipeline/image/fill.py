@@ -34,7 +34,7 @@ _GUARD = np.float32(1.25)
 _BLOCK = 32
 _REACH = 3
 """As `equalize.mean_range` limits levels: an echo in the few beams that hold data is no level."""
-_DRAWN = 1 << 14
+DRAWN = 1 << 14
 """Numbers of each kind that are drawn once; every beam of every ping begins at another place among them."""
 
 
@@ -51,8 +51,8 @@ class Drawn(NamedTuple):
 def draw() -> Drawn:
     """Return the numbers, always the same ones."""
     rng = np.random.Generator(np.random.SFC64(1))
-    speckle = rng.rayleigh(np.sqrt(2.0 / np.pi), _DRAWN)
-    return Drawn(speckle.astype(np.float32), (rng.random(_DRAWN) - rng.random(_DRAWN)).astype(np.float32))
+    speckle = rng.rayleigh(np.sqrt(2.0 / np.pi), DRAWN)
+    return Drawn(speckle.astype(np.float32), (rng.random(DRAWN) - rng.random(DRAWN)).astype(np.float32))
 
 
 @kernel
@@ -72,7 +72,7 @@ def fill_gaps(image: Image, missing: Mask, drawn: Drawn, number: int) -> None:
                 if is_one_beam_wide(missing, b, j):
                     prior = np.float32(0.5) * (image[b - 1, j] + image[b + 1, j])
                 else:
-                    prior = gain * level[j] * drawn.speckle[(begin + j) & (_DRAWN - 1)]
+                    prior = gain * level[j] * drawn.speckle[(begin + j) & (DRAWN - 1)]
                 row[j] = (found[j] + _PRIOR * prior) / (count[j] + _PRIOR)
 
 
@@ -89,7 +89,7 @@ def begin_of(number: int, beam: int) -> int:
     """Return where among the drawn numbers a beam begins: anywhere, but always the same for the same ping."""
     mixed = (number * 0x9E3779B1 + beam * 0x85EBCA77 + 0x165667B1) & 0xFFFFFFFF
     mixed = ((mixed ^ (mixed >> 15)) * 0x2C1B3C6D) & 0xFFFFFFFF
-    return (mixed ^ (mixed >> 13)) & (_DRAWN - 1)
+    return (mixed ^ (mixed >> 13)) & (DRAWN - 1)
 
 
 @kernel
@@ -160,7 +160,7 @@ def dither(image: Image, drawn: Drawn, number: int) -> None:
     for b in range(image.shape[0]):
         row, begin = image[b], begin_of(number, b)
         for j in range(row.size):
-            row[j] += drawn.dither[(begin + j) & (_DRAWN - 1)]
+            row[j] += drawn.dither[(begin + j) & (DRAWN - 1)]
 
 
 @kernel

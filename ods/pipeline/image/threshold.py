@@ -15,7 +15,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from ods.base.arrays import AnyArray, Floats, Floats32, Image, Mask
 from ods.compiled.kernel import kernel
 from ods.pipeline.image.amplitude import Decimation, SampleScale, mean_offset, to_amplitude
-from ods.pipeline.image.fill import begin_of
+from ods.pipeline.image.fill import DRAWN, begin_of
 from ods.pipeline.image.recorded import Recorded
 
 AMPLITUDES = SampleScale("linear", 1.0, None)
@@ -32,8 +32,6 @@ _BLOCK, _AROUND = 64, 4
 """Columns that have one level, and blocks to either side whose median it is."""
 _SILENT = math.exp(-36.0)
 """Stands for no sample at all, where nobody knows how quiet it is: a sixth of the threshold."""
-_DRAWN = 1 << 14
-"""Numbers that are drawn once; every beam of every ping begins at another place among them."""
 
 
 class Lowest(NamedTuple):
@@ -50,7 +48,7 @@ class ThresholdFiller:
     """Fills what is below a threshold."""
 
     def __init__(self) -> None:
-        self._uniform = np.random.Generator(np.random.SFC64(2)).random(_DRAWN, np.float32)
+        self._uniform = np.random.Generator(np.random.SFC64(2)).random(DRAWN, np.float32)
 
     def is_needed(self, recorded: Recorded, scale: SampleScale) -> bool:
         """Tell, by some of the samples, whether most are below a threshold."""
@@ -135,7 +133,7 @@ def _fill(image: Image, bottom: np.float32, rms: tuple[Floats, Floats], uniform:
         first = begin_of(number, b)
         for j in range(image.shape[1]):
             if image[b, j] <= bottom:
-                drawn, block = uniform[(first + j) & (_DRAWN - 1)], j // _BLOCK
+                drawn, block = uniform[(first + j) & (DRAWN - 1)], j // _BLOCK
                 image[b, j] = rms[0][block] * math.sqrt(-math.log(1.0 - drawn * (1.0 - rms[1][block])))
 
 
