@@ -38,6 +38,8 @@ UNITS: dict[str, str] = {
 """Every pose field and its unit."""
 WILD = 1e9
 """No field of any unit is so large; calculating with it is safe."""
+LARGEST_SIGMA = {"m": 1e7, "rad": 1e3}
+"""A `Pose` carries no more, by unit."""
 ANGLE_SLACK_RAD = 1e-3
 """For a right angle that was rounded up."""
 NORM_SLACK = 0.02
@@ -161,7 +163,7 @@ class PoseMaker:
             max(abs(place[0]), abs(place[1])) <= limits.horizontal_m
             and -limits.height_m <= place[2] <= limits.depth_m
             and max(map(abs, velocity)) <= limits.speed
-            and all(values[name] >= 0.0 for name in self._told_sigmas)
+            and all(0.0 <= values[name] <= LARGEST_SIGMA[UNITS[name]] for name in self._told_sigmas)
         )
         return (place, attitude, velocity) if inside else None
 
@@ -173,6 +175,10 @@ class PoseMaker:
         negative = [name for name in self._told_sigmas if values[name] < 0.0]
         if negative:
             return f"{negative[0]} is {values[negative[0]]:g}, below 0"
+        for name in self._told_sigmas:
+            unit = UNITS[name]
+            if values[name] > LARGEST_SIGMA[unit]:
+                return f"{name} is {values[name]:g} {unit}, more than {LARGEST_SIGMA[unit]:g}"
         attitude, place = self._attitude_of(values), self._place_of(values)
         if attitude is None:
             told = ", ".join(f"{name} {values[name]:.4g}" for name in self._attitude)

@@ -66,9 +66,16 @@ class Scribe(threading.Thread):
             elif not batch and self._session is None and not self.problem:
                 self._attempt(self._open)
             self.busy_since_ns = 0
-        if self._session:
-            self._attempt(self._session.finish)
+        self._end()
         self._sync.stop()
+
+    def _end(self) -> None:
+        """Complete the file, even if that is all that can be done: what hindered the last write is still to be told."""
+        if self._session:
+            try:
+                self._session.finish()
+            except OSError as error:
+                self._failed(error)
 
     def _write_patiently(self, batch: list[Received]) -> None:
         """Write it, however long the disk is full, unless the rule says otherwise."""

@@ -99,6 +99,8 @@ def test_what_says_that_it_is_not_valid_is_not_used(line: bytes) -> None:
         summed("GPGGA,250000,5700.0,N,00954.0,E,1,04,1.0,0.0,M,,M,,"), b":BS,1,2,A", b":BS,1,2,3,4,A", b":BS", b"",
         summed("GPGGA,120000,5760.0,N,00954.0,E,1,04,1.0,0.0,M,,M,,"), summed("GPGGA,120000"), b"\xff\xfe", b":SA,1,2",
         summed("GPGGA,120000,5700.0,X,00954.0,E,1,04,1.0,0.0,M,,M,,"), summed("GPGGA,120000,57-0.0,N,00954.0,E,1,,,0"),
+        summed("GPGGA,120000,5700.0,N,00954.0,E,1,04,1.0,32.8,F,,M,,"), summed("GPVTG,90.0,M,,T,1.0,N,,K"),
+        summed("HEHDT,270.0,M"), summed("PASHR,120000.000,270.0,M,0.0,0.0,0.0,0.1,0.1,0.1,1,1"),
     ],
 )  # fmt: skip
 def test_a_damaged_line_is_no_sentence(line: bytes) -> None:
@@ -134,6 +136,7 @@ def test_a_line_without_an_end_is_given_up() -> None:
     splitter = LineSplitter(counters)
     for _ in range(1000):
         assert list(splitter.feed(b"x" * 1000, 0)) == []
+        assert splitter.endless
     assert [line.data for line in splitter.feed(b"x\n$A\n" + b"y" * LONGEST + b"\n", 0)] == [b"$A", b"y" * LONGEST]
     assert counters == {"line_overlong": 1}
 

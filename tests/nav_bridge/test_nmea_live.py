@@ -99,6 +99,21 @@ def test_sentences_become_poses_and_what_is_wrong_is_said(ends: tuple[str, Write
         assert worker.service.counters["nmea_damaged"] > 10
 
 
+def test_a_line_that_never_ends_is_told_of(tmp_path: Path) -> None:
+    """A broken wire, or another baud: zeros without an end."""
+    master, slave = os.openpty()
+    tty.setraw(slave)
+    nmea = msgspec.structs.replace(USUAL, port=os.ttyname(slave))
+    with nav_process(tmp_path, CanSettings(), nmea=nmea) as (_, client):
+        client.until(lambda: client.says("no pose"))
+        os.write(master, bytes(1000))
+        client.until(lambda: client.says("what comes has no line ends: are nav.nmea.port, baud"))
+        os.write(master, b"\n")
+        client.until(lambda: not client.says("what comes has no line ends"))
+    os.close(master)
+    os.close(slave)
+
+
 def test_datagrams_of_another_sender_are_not_taken(tmp_path: Path) -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))

@@ -5,6 +5,7 @@ import math
 from collections import Counter
 from collections.abc import Iterable
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
@@ -241,12 +242,18 @@ def test_whatever_is_told_a_pose_is_finite_and_within_the_limits(fields: tuple[s
         ({"sigma_tilt": 0.0}, True),
         ({"sigma_yaw": -1e-6}, False),
         ({"sigma_horizontal": -1e-6}, False),
+        ({"sigma_yaw": 999.0}, True),
+        ({"sigma_tilt": 1001.0}, False),
+        ({"sigma_horizontal": 4294967.295}, True),  # 32 bits of mm: "unknown"
+        ({"sigma_down": 1.1e7}, False),
     ],
 )
 def test_limits(changes: dict[str, float], good: bool) -> None:
     limits = LimitSettings(horizontal_m=1000.0, height_m=10.0, depth_m=500.0, speed=5.0)
     pose = Bench(ALL_LOCAL, limits).make(**({"north": 0.0, "east": 0.0} | changes))
     assert (pose is not None) == good
+    if pose is not None:
+        assert msgspec.msgpack.decode(msgspec.msgpack.encode(pose), type=Pose) == pose  # readers take it, too
 
 
 @pytest.mark.parametrize(
@@ -268,6 +275,12 @@ def test_places_and_quaternions_that_are_none(changes: dict[str, float], good: b
     assert (pose is not None) == good
     if pose is not None:
         assert math.hypot(*pose.attitude) == pytest.approx(1.0)
+
+
+def test_a_deviation_that_no_pose_can_carry_is_said() -> None:
+    bench = Bench(ALL_LOCAL)
+    assert bench.make(sigma_yaw=1e8) is None
+    assert bench.maker.disbelief == "poses are dropped: sigma_yaw is 1e+08 rad, more than 1000"
 
 
 def test_poses_are_numbered_and_old_ones_dropped() -> None:

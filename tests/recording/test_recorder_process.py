@@ -223,6 +223,8 @@ def pwrite(fd, data, place):
         return real(fd, data, place)
     while os.path.exists(disk + ".stalled"):
         time.sleep(0.01)
+    if os.path.exists(disk + ".broken"):
+        raise OSError(30, "Read-only file system")
     if not os.path.exists(disk + ".full"):
         return real(fd, data, place)
     if len(data) > 200:
@@ -255,6 +257,25 @@ def test_a_full_disk_is_told_and_recording_goes_on_when_there_is_room() -> None:
         chain.until(lambda: bool(_kept(chain.out, samples[-1:])))
         assert _kept(chain.out, samples) == _wire(samples)
         assert chain.count("dropped_messages") == 0
+
+
+@pytest.mark.parametrize("fault", ["full", "broken"])
+def test_a_recording_that_breaks_off_does_not_end_well(fault: str) -> None:
+    """The kernel makes the file system of a failing disk read-only: the end said that recording goes on."""
+    samples = mission(10)
+    with live() as chain:
+        disk = chain.run_dir / "disk"
+        chain.record("--out", str(chain.out), prelude=FULL, environment={"DISK": str(disk)})
+        chain.play(samples, 0.01)
+        chain.until(lambda: bool(_kept(chain.out, samples[-1:])))
+        Path(f"{disk}.{fault}").touch()
+        chain.play(mission(20)[len(samples) :], 0.01)
+        chain.until(lambda: chain.says("not recorded"))
+        chain.process.terminate()
+        said = chain.process.communicate(timeout=10)[1]
+        assert chain.process.returncode == 2
+        assert "messages lost" in said.splitlines()[-1]
+        assert "goes on" not in said
 
 
 @pytest.mark.parametrize("moved", [True, False], ids=["moved", "removed"])

@@ -43,6 +43,11 @@ class LineSplitter:
         if self._skipping or len(self._rest) > LONGEST:
             self._rest, self._skipping = b"", True
 
+    @property
+    def endless(self) -> bool:
+        """Tell whether the line under way is too long already."""
+        return self._skipping
+
     def forget(self) -> None:
         """Forget the line under way: the line was opened anew."""
         self._rest, self._skipping = b"", False

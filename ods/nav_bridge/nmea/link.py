@@ -54,8 +54,11 @@ class NmeaLink(Link[Line]):
             yield from self._splitter.feed(data, woken_ns)
 
     def problems(self) -> list[str]:
-        """Say why it is not open."""
-        return [self._port.fault] if self._port.fault else []
+        """Say why it is not open, or that what comes has no line ends."""
+        if self._port.fault:
+            return [self._port.fault]
+        endless = "what comes has no line ends: are nav.nmea.port, baud, ground and polarity right?"
+        return [endless] if self._splitter.endless else []
 
     def close(self) -> None:
         """Give the line back."""

@@ -102,6 +102,7 @@ def utc_of(sentence: Sentence) -> int:
 def _gga(parts: Sequence[str]) -> Told:
     if parts[5] in ("", "0"):
         raise NotValidError
+    _expect(parts[9:10], "M")
     values = _place(parts[1:5]) | {"altitude": _number(parts[8])}
     return Told(values, _day_ms(parts[0]))
 
@@ -116,17 +117,18 @@ def _rmc(parts: Sequence[str]) -> Told:
 def _vtg(parts: Sequence[str]) -> Told:
     if parts[8:9] == ["N"] or not parts[4]:
         raise NotValidError
-    if parts[1] not in ("T", ""):
-        raise BadSentenceError
+    _expect(parts[1:2], "T")
     return Told(_over_ground(_number(parts[4]) * KNOT, _course(parts[0], parts[4])))
 
 
 def _hdt(parts: Sequence[str]) -> Told:
+    _expect(parts[1:2], "T")
     return Told({"yaw": _angle(parts[0])})
 
 
 def _pashr(parts: Sequence[str]) -> Told:
-    _, time, heading, _, roll, pitch, _, *accuracies = parts
+    _, time, heading, true, roll, pitch, _, *accuracies = parts
+    _expect([true], "T")
     values = {"roll": _angle(roll), "pitch": _angle(pitch)}
     if heading:
         values["yaw"] = _angle(heading)
@@ -177,6 +179,12 @@ READERS: dict[str, Callable[[Sequence[str]], Told]] = {
     "GGA": _gga, "RMC": _rmc, "VTG": _vtg, "HDT": _hdt, "PASHR": _pashr, "GST": _gst, "DPT": _dpt, "DBT": _in_metres,
     "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be, "BD": _bd,
 }  # fmt: skip
+
+
+def _expect(found: Sequence[str], letter: str) -> None:
+    """Refuse a number in feet, or from magnetic north: its letter says so, where there is one."""
+    if "".join(found) not in (letter, ""):
+        raise BadSentenceError
 
 
 def _number(text: str) -> float:
