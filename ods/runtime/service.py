@@ -205,11 +205,12 @@ class Worker(ABC, Generic[SettingsT]):
 
 
 def notify(text: str) -> None:
-    """Tell the supervisor or systemd, by the sd_notify protocol, if one listens."""
+    """Tell the supervisor or systemd, by the sd_notify protocol, if one listens; never wait for one that does not."""
     address = os.environ.get("NOTIFY_SOCKET")
     if not address:
         return
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
+        sock.setblocking(False)
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
 
 
@@ -280,7 +281,8 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
             health_due = time.monotonic() + bus.HEALTH_PERIOD_S
             service.stay_reachable()
             problems = worker.problems()
-            notify("WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
+            again = "READY=1\n" if was_ready else ""  # the first may have found a supervisor that did not listen
+            notify(f"{again}WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
             service.report_health(worker.ready(), problems)
 
 

@@ -32,6 +32,9 @@ from ods.runtime.service import notify
 log = logging.getLogger(__name__)
 
 POLL_S = 0.05
+GONE_S = 0.5
+"""A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
+HELD = "killed, but it waits for a disk or a device that does not answer"
 
 
 class SuperviseSettings(Settings, frozen=True):
@@ -64,6 +67,7 @@ class Child:
         self._settings = settings
         self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
         self._last_words = ""
+        self._killed = False
         self._popen: subprocess.Popen[bytes] | None = None
         self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
@@ -86,16 +90,25 @@ class Child:
             if now_s >= self._start_at:
                 self._start(now_s)
             return
-        self._listen(now_s)
+        if not self._killed:
+            self._listen(now_s)
         code = self._popen.poll()
         if code is not None:
             self._ended(code, now_s)
-        elif now_s > self._alive_until:
+        elif now_s > self._alive_until and not self._killed:
             log.error("%s shows no sign of life: killed", self.name)
-            self._popen.kill()
-            self._popen.wait()
             self._last_words = "it showed no sign of life"
-            self._ended(-signal.SIGKILL, now_s)
+            self._kill(self._popen, now_s)
+
+    def _kill(self, popen: "subprocess.Popen[bytes]", now_s: float) -> None:
+        """Kill it; one that is not gone at once is not waited for: the others are looked after meanwhile."""
+        self._killed = True
+        popen.kill()
+        try:
+            self._ended(popen.wait(GONE_S), now_s)
+        except subprocess.TimeoutExpired:
+            self.ready, self.busy, self.down = False, "", HELD
+            log.error("%s %s: it is started again when it is gone", self.name, HELD)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), "ODS_SUPERVISOR_PID": str(os.getpid())}
@@ -103,6 +116,7 @@ class Child:
         self._started_at = now_s
         self._alive_until = now_s + self._settings.start_s
         self._last_words = ""
+        self._killed = False
         log.info("%s started (pid %d)", self.name, self._popen.pid)
 
     def _listen(self, now_s: float) -> None:
@@ -165,10 +179,16 @@ class Child:
             except subprocess.TimeoutExpired:
                 log.error("%s did not stop in time: killed", self.name)
                 self._popen.kill()
-                self._popen.wait()
+                self._await_end(self._popen)
             self._popen = None
         self._socket.close()
         self._address.unlink(missing_ok=True)
+
+    def _await_end(self, popen: "subprocess.Popen[bytes]") -> None:
+        try:
+            popen.wait(GONE_S)
+        except subprocess.TimeoutExpired:
+            log.error("%s %s: pid %d is left behind", self.name, HELD, popen.pid)
 
 
 class _Reporter:

@@ -4,9 +4,11 @@ import os
 import re
 import shutil
 import signal
+import socket
 import subprocess
 import sys
 import textwrap
+import threading
 import time
 from pathlib import Path
 
@@ -15,7 +17,7 @@ import zmq
 
 from ods.runtime import bus, service
 from ods.runtime.processes import PROCESSES, SUPERVISOR
-from ods.runtime.supervisor import Child, SuperviseSettings
+from ods.runtime.supervisor import HELD, Child, SuperviseSettings
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 
@@ -163,6 +165,60 @@ def test_a_child_that_ignores_sigterm_is_killed_in_time(tmp_path: Path) -> None:
     assert supervisor.wait(20) == 0
     assert time.monotonic() - begun < 10.0
     assert not Path(f"/proc/{child}").exists()
+
+
+@pytest.fixture
+def unkillable(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Processes in which the kernel waits for a disk: SIGKILL has to wait. No test waits as long."""
+    monkeypatch.setattr(subprocess.Popen, "kill", lambda _: None)
+    waited = subprocess.Popen.wait
+
+    def wait(self: "subprocess.Popen[bytes]", timeout: float | None = None) -> int:
+        return waited(self, 20.0 if timeout is None else timeout)
+
+    monkeypatch.setattr(subprocess.Popen, "wait", wait)
+
+
+@pytest.mark.usefixtures("unkillable")
+def test_a_child_that_cannot_be_killed_holds_up_nobody(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """`ods run` waited for its end for ever, and all the others for `ods run`."""
+    child = Child(PROCESSES["tracker"], ["sleep", "1000"], tmp_path, SuperviseSettings(start_s=10.0))
+    child.step(0.0)
+    held = child.pid
+    for now_s in (11.0, 12.0, 13.0):
+        child.step(now_s)
+        assert (child.pid, child.down) == (held, HELD)
+    assert [record.message for record in caplog.records if record.levelname == "ERROR"] == [
+        "tracker shows no sign of life: killed",
+        f"tracker {HELD}: it is started again when it is gone",
+    ]
+    os.kill(held, signal.SIGKILL)
+    while child.pid == held:
+        child.step(14.0)
+    assert child.down == "killed by signal 9: it showed no sign of life"
+    child.step(15.0)
+    other = child.pid
+    assert other not in (0, held)
+    child.reap(0.0)
+    assert f"pid {other} is left behind" in caplog.text
+    os.kill(other, signal.SIGKILL)
+    os.waitpid(other, 0)
+
+
+def test_a_supervisor_that_does_not_listen_holds_up_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as deaf:
+        deaf.bind(str(tmp_path / "notify"))
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+
+        def tell() -> None:
+            for _ in range(1000):
+                service.notify("WATCHDOG=1")
+
+        telling = threading.Thread(target=tell, daemon=True)
+        telling.start()
+        telling.join(20.0)
+        assert not telling.is_alive()
+        assert deaf.recv(100) == b"WATCHDOG=1"
 
 
 def test_deploy_units_name_the_processes_of_the_table() -> None:
