@@ -22,6 +22,7 @@ import zmq
 
 from ods.base import clock
 from ods.base.backoff import Backoff
+from ods.base.errors import reason_of
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
@@ -112,7 +113,13 @@ class Child:
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), "ODS_SUPERVISOR_PID": str(os.getpid())}
-        self._popen = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, env=environment)
+        try:
+            self._popen = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, env=environment)
+        except OSError as error:  # no memory, no process or descriptor left: that may pass
+            self._start_at = now_s + self._backoff.failed()
+            self.down = f"cannot be started: {reason_of(error)}"
+            log.error("%s %s: trying again in %.1f s", self.name, self.down, self._start_at - now_s)
+            return
         self._started_at = now_s
         self._alive_until = now_s + self._settings.start_s
         self._last_words = ""

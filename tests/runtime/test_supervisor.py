@@ -1,5 +1,6 @@
 """The supervisor with small processes of its own: restarts without end, hangs, clean stop."""
 
+import errno
 import os
 import re
 import shutil
@@ -203,6 +204,29 @@ def test_a_child_that_cannot_be_killed_holds_up_nobody(tmp_path: Path, caplog: p
     assert f"pid {other} is left behind" in caplog.text
     os.kill(other, signal.SIGKILL)
     os.waitpid(other, 0)
+
+
+def test_a_child_that_the_computer_cannot_start_is_tried_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The supervisor ended, and all the others with it."""
+    child = Child(PROCESSES["nav"], ["sleep", "1000"], tmp_path, SuperviseSettings(first_delay_s=0.5))
+    with monkeypatch.context() as patch:
+        patch.setattr(subprocess, "Popen", no_memory)
+        child.step(0.0)
+        child.step(0.4)
+        assert (child.pid, child.down) == (0, "cannot be started: cannot allocate memory")
+        child.step(0.6)
+    assert [text for text in caplog.messages if "cannot" in text] == [
+        f"nav cannot be started: cannot allocate memory: trying again in {delay_s} s" for delay_s in (0.5, 1.0)
+    ]
+    child.step(1.7)
+    assert child.pid
+    child.reap(0.0)
+
+
+def no_memory(*_: object, **__: object) -> None:
+    raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM))
 
 
 def test_a_supervisor_that_does_not_listen_holds_up_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
