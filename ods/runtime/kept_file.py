@@ -1,7 +1,7 @@
 """A file in the run folder by which a process leaves its state to its successor, until the computer is started again.
 
 Written whole or not at all, whatever kills the process: a new file takes the place of the old one. The run folder is in
-memory on board, so nothing is synchronised with a disk.
+memory on board, so nothing is synchronised with a disk; `KeptWriter` is for where it is not.
 """
 
 import os

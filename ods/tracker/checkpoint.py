@@ -11,6 +11,7 @@ import ods
 from ods.base.clock import NS
 from ods.base.settings import Settings
 from ods.runtime.kept_file import KeptFile, KeptFileError
+from ods.runtime.kept_writer import KeptWriter
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.state import Announced, MapChanges, TrackerState
 
@@ -88,6 +89,7 @@ class Checkpoints:
         """`settings`: what the tracker is told to do; `complain` takes a counter's name and a line."""
         self._file = KeptFile(run_dir / "tracker.checkpoint")
         self._base_files = [KeptFile(run_dir / f"tracker.map-objects-{turn}") for turn in (0, 1)]
+        self._writer = KeptWriter()
         told = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
         self._digest = hashlib.sha256(told).hexdigest()
         self._complain = complain
@@ -127,7 +129,8 @@ class Checkpoints:
 
     def write(self, t_ns: int, next_id: int, mission: Mission | None) -> None:
         """Leave this to the next tracker. Raises OSError."""
-        self._file.write(self._encoder.encode(Checkpoint(self._digest, t_ns, next_id, self._base, mission)))
+        checkpoint = Checkpoint(self._digest, t_ns, next_id, self._base, mission)
+        self._writer.write(self._file, self._encoder.encode(checkpoint))
 
     def base_due(self, changes: MapChanges) -> bool:
         """Tell whether the changes are too many for each checkpoint to carry."""
@@ -136,7 +139,7 @@ class Checkpoints:
     def write_base(self, objects: list[MapObject]) -> None:
         """Leave the map's objects; later checkpoints carry the changes to them. Raises OSError."""
         number = self._newest_base + 1
-        self._base_files[number % 2].write(self._encoder.encode(Base(number, objects)))
+        self._writer.write(self._base_files[number % 2], self._encoder.encode(Base(number, objects)))
         self._base = self._newest_base = number
         self._base_size = len(objects)
 

@@ -1,6 +1,9 @@
 """A tracker that was killed goes on with the same objects; what its predecessor left is not believed blindly."""
 
+import contextlib
 import os
+import threading
+import time
 from pathlib import Path
 
 import msgspec
@@ -219,3 +222,27 @@ def test_an_ended_mission_leaves_its_ids_only(folder: Folder) -> None:
     left = folder.files().read(101 * NS, 10.0)
     assert (left.next_id, left.mission, left.known) == (77, None, [])
     assert msgspec.msgpack.decode(KeptFile(folder.path).read() or b"", type=Checkpoint).mission is None
+
+
+def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The run folder is on a disk where there is no /run of one's own: the tracker stood while the disk did."""
+    files, answers, written = folder.files(), threading.Event(), KeptFile.write
+
+    def stalled(self: KeptFile, content: bytes) -> None:
+        answers.wait(20.0)
+        written(self, content)
+
+    monkeypatch.setattr(KeptFile, "write", stalled)
+    begun_s = time.monotonic()
+    for number in range(1, 6):
+        with pytest.raises(OSError, match="the disk of the run folder does not answer"):
+            files.write((100 + number) * NS, 70 + number, None)
+    assert time.monotonic() - begun_s < 5.0
+    answers.set()
+    while folder.files().read(101 * NS, 10.0).next_id != 71:
+        time.sleep(0.01)
+    while True:  # the thread takes the next one as soon as it has told of the last one
+        with contextlib.suppress(OSError):
+            files.write(107 * NS, 77, None)
+            break
+    assert folder.files().read(107 * NS, 10.0).next_id == 77
