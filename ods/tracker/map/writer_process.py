@@ -36,14 +36,14 @@ class WriterProcess:
         """Start it if it is time to; tell whether it was. Raises LinkEndedError."""
         if self._link is not None or now_ns < self._start_ns:
             return False
-        ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
-        ours.setblocking(False)
-        self._link = Link(ours)
-        with theirs:
-            try:
+        try:
+            ours, theirs = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
+            ours.setblocking(False)
+            self._link = Link(ours)
+            with theirs:
                 self._process = subprocess.Popen(self._command, stdin=theirs.fileno())
-            except OSError as error:
-                raise LinkEndedError(error.strerror) from error
+        except OSError as error:
+            raise LinkEndedError(error.strerror) from error
         return True
 
     def works(self) -> None:

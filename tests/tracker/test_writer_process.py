@@ -1,0 +1,32 @@
+"""The map's process, where the computer cannot start it."""
+
+import errno
+import os
+import socket
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from ods.base.clock import NS
+from ods.tracker.map.link import LinkEndedError
+from ods.tracker.map.writer_process import WriterProcess
+
+
+@pytest.mark.parametrize(("module", "name"), [(socket, "socketpair"), (subprocess, "Popen")])
+def test_no_descriptor_or_process_left_costs_the_map_for_a_while_and_not_the_tracker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, module: object, name: str
+) -> None:
+    def none_left(*_: object, **__: object) -> None:
+        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+
+    writer = WriterProcess(tmp_path / "map.sqlite", (57.0, 10.0), tmp_path)
+    with monkeypatch.context() as patch:
+        patch.setattr(module, name, none_left)
+        with pytest.raises(LinkEndedError, match="Too many open files"):
+            writer.start(0)
+    writer.lost(0)
+    assert not writer.start(NS // 2)
+    assert writer.start(2 * NS)
+    assert writer.running
+    writer.finish([], 10.0)
