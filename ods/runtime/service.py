@@ -204,14 +204,19 @@ class Worker(ABC, Generic[SettingsT]):
         """Give the device back."""
 
 
-def notify(text: str) -> None:
-    """Tell the supervisor or systemd, by the sd_notify protocol, if one listens; never wait for one that does not."""
+def notify(text: str) -> bool:
+    """Tell the supervisor or systemd, by the sd_notify protocol, if there is one; tell whether it was told.
+
+    One that does not listen is not waited for.
+    """
     address = os.environ.get("NOTIFY_SOCKET")
     if not address:
-        return
+        return False
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sock:
         sock.setblocking(False)
         sock.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
+        return True
+    return False
 
 
 def tell_compiling(count: int, name: str) -> None:
@@ -264,6 +269,7 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
     gc.freeze()  # what start-up made stays: no later collection has to look through it
     health_due = 0.0
     was_ready = False
+    to_tell = ""  # what a supervisor did not hear when it was due
     while not stopping:
         received, fds = service.receive(worker.wait_s())
         for topic, message in received:
@@ -275,14 +281,14 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
         worker.tick()
         if worker.ready() and not was_ready:
             was_ready = True
-            notify("READY=1")
+            to_tell = "" if notify("READY=1") else "READY=1\n"
             log.info("ready")
         if time.monotonic() >= health_due:
             health_due = time.monotonic() + bus.HEALTH_PERIOD_S
             service.stay_reachable()
             problems = worker.problems()
-            again = "READY=1\n" if was_ready else ""  # the first may have found a supervisor that did not listen
-            notify(f"{again}WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well"))
+            if notify(f"{to_tell}WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well")):
+                to_tell = ""
             service.report_health(worker.ready(), problems)
 
 

@@ -234,14 +234,16 @@ def test_a_supervisor_that_does_not_listen_holds_up_nobody(tmp_path: Path, monke
         deaf.bind(str(tmp_path / "notify"))
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
 
+        told: list[bool] = []
+
         def tell() -> None:
-            for _ in range(1000):
-                service.notify("WATCHDOG=1")
+            told.extend(service.notify("WATCHDOG=1") for _ in range(1000))
 
         telling = threading.Thread(target=tell, daemon=True)
         telling.start()
         telling.join(20.0)
         assert not telling.is_alive()
+        assert (told[0], told[-1]) == (True, False)
         assert deaf.recv(100) == b"WATCHDOG=1"
 
 
