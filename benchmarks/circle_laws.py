@@ -1,10 +1,13 @@
-"""`python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`: fit the law of circles' sigmas, and write it.
+"""`python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`: fit the laws of circles' sigmas, and write them.
 
 Bodies of the kinds of benchmarks/circles.py are drawn at random and looked at through the default chain, by fans of
 wide beams and, at short ranges, of fine ones; some images have little speckle, as sonars that average theirs, or none.
 To the squared errors of what is found, biases and all, variances are fitted that depend on an echo's features
 (fitted_layers.py). They are right on average over all that looks alike. No draw is one of benchmarks/circles.py: seeds
 have one number or two here, and four or five there.
+
+To the range's law spheres over sea-beds (bed_spheres.py) count as well, each echo as one over speckle. To the law of
+near edge, radius and place across they do not: of spheres over these beds alone it would claim too little.
 """
 
 import argparse
@@ -12,21 +15,15 @@ import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
-from unittest.mock import patch
 
 import numpy as np
 
-from benchmarks.circles import RADII_M, RANGES_M, SONAR, Case, Look, Sonar, looks
+from benchmarks.bed_spheres import seen_over_beds
+from benchmarks.circles import RADII_M, RANGES_M, SONAR, Case, Sonar, looks
 from benchmarks.fitted_layers import Layers, beginning, fitted
-from ods.base.arrays import Floats, Image
-from ods.pipeline import prepared_chain
+from benchmarks.heard_echoes import Seen, heard
+from ods.base.arrays import Floats
 from ods.pipeline.chain import Chain
-from ods.pipeline.image.fan import Fan
-from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Regions
-from ods.pipeline.measure.echoes import ECHO, EchoTable, measure_at, measure_echoes
-from ods.pipeline.measure.features import Features
-from ods.pipeline.measure.response import point_width
 from ods.pipeline.settings import PipelineSettings
 
 SHARES = {"front": 0.3, "disc": 0.2, "half": 0.12, "plate": 0.18, "point": 0.2}
@@ -52,12 +49,14 @@ SCENES = (
     Scene(0.1, Sonar(100, 1200, float(np.radians(0.7)), 0.04), (0.1, 3.0), (5.0, 40.0)),
 )
 RIDGE, ROUNDS = 1e-3, 400
-CLAIMED = [0, 2, 3]
-"""Which of the errors the law is written for: not that of the range (docs/pipeline.md, Circles)."""
+CLAIMED, RANGE = [0, 2, 3], [1]
+"""Which of the errors the two laws are of."""
+WITHOUT_CONTRAST = -1
+"""Features of the first of them: all but the last one."""
 LINE = 110
 """Characters of a line of laws.py."""
 HEAD = '''\
-"""The law of circles' sigmas, not written by hand: `python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`."""
+"""The laws of circles' sigmas, not written by hand: `python -m benchmarks.circle_laws ods/pipeline/measure/laws.py`."""
 
 import numpy as np
 
@@ -65,15 +64,6 @@ from ods.base.arrays import Floats
 
 # fmt: off
 '''
-
-
-class Seen(NamedTuple):
-    """A body of which an echo was found."""
-
-    look: Look
-    point_m: float
-    """Width of a point along the line of sight."""
-    features: Features
 
 
 def scenes(rng: np.random.Generator, count: int) -> Iterator[tuple[int, Case, int]]:
@@ -97,27 +87,32 @@ def scenes(rng: np.random.Generator, count: int) -> Iterator[tuple[int, Case, in
 def seen_of(rng: np.random.Generator, count: int) -> Iterator[Seen]:
     """Look at bodies once each; those that are not found are left out."""
     chains = [Chain(PipelineSettings()) for _ in SCENES]
-    features: dict[tuple[float, float], tuple[float, Features]] = {}
-
-    def listening(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
-        point = point_width(image, regions.background)
-        for k in range(regions.total):
-            runs, echo = regions.runs[regions.runs["region"] == k + 1], np.zeros(1, ECHO)[0]
-            told = Features(*measure_at(image, runs, (regions.background, point), fan.table, echo)[0])
-            features[float(echo["near_m"]), float(echo["bearing_rad"])] = point * fan.dr_m, told
-        return measure_echoes(image, regions, recorded, fan)
-
-    with patch.object(prepared_chain, "measure_echoes", listening):
+    with heard() as told:
         for number, case, speckle in scenes(rng, count):
-            features.clear()
+            told.forget()
             (look,) = looks(chains[number], case, 1, rng, speckle)
             if look.found and not look.found.cut:
-                yield Seen(look, *features[look.found.near_m, look.found.bearing_rad])
+                yield told.seen(look, look.found)
 
 
-def law_of(seen: list[Seen], rng: np.random.Generator) -> Layers:
-    """Return the law of the variances."""
+class Laws(NamedTuple):
+    """What laws.py holds."""
+
+    sigmas: Layers
+    """Of near edge, radius and place across."""
+    range: Layers
+
+
+def laws_of(seen: list[Seen], over_beds: list[Seen], rng: np.random.Generator) -> Laws:
+    """Return the laws of the variances. The first is fitted to all four errors: what they share steadies its layer."""
     inputs, error = np.array([s.features for s in seen]), np.array([errors(s) for s in seen])
+    hidden, out = _law(inputs[:, :WITHOUT_CONTRAST], error, rng)
+    more = np.vstack((inputs, [s.features for s in over_beds]))
+    along = np.vstack((error, [errors(s) for s in over_beds]))[:, RANGE]
+    return Laws(Layers(hidden, out[:, CLAIMED]), _law(more, along, rng))
+
+
+def _law(inputs: Floats, error: Floats, rng: np.random.Generator) -> Layers:
     return fitted(inputs, error, beginning(inputs, error.shape[1], rng), RIDGE, ROUNDS)
 
 
@@ -131,11 +126,12 @@ def errors(seen: Seen) -> tuple[float, float, float, float]:
     return near, centre, radius, beside
 
 
-def module_of(law: Layers) -> str:
+def module_of(laws: Laws) -> str:
     """Return the text of laws.py."""
     text = HEAD
-    for part, factors in (("HIDDEN", law.hidden), ("OUT", law.out[:, CLAIMED])):
-        text += f"SIGMAS_{part}: Floats = np.array([\n" + "".join(map(_row, factors)) + "])\n"
+    for name, law in zip(("SIGMAS", "RANGE"), laws, strict=True):
+        for part, factors in zip(("HIDDEN", "OUT"), law, strict=True):
+            text += f"{name}_{part}: Floats = np.array([\n" + "".join(map(_row, factors)) + "])\n"
     return text
 
 
@@ -146,15 +142,17 @@ def _row(factors: Floats) -> str:
 
 
 def main() -> None:
-    """Write the law."""
+    """Write the laws."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("module", type=Path, help="the file that is written")
     parser.add_argument("--bodies", type=int, default=16000, help="that are drawn")
+    parser.add_argument("--beds", type=int, default=160, help="scenes with spheres that are drawn")
     parser.add_argument("--seed", type=int, default=6)
     args = parser.parse_args()
     seen = list(seen_of(np.random.default_rng(args.seed), args.bodies))
-    args.module.write_text(module_of(law_of(seen, np.random.default_rng([args.seed, 1]))))
-    print(f"{args.module}: {len(seen)} of {args.bodies} bodies found")
+    over_beds = list(seen_over_beds(np.random.default_rng([args.seed, 2]), args.beds))
+    args.module.write_text(module_of(laws_of(seen, over_beds, np.random.default_rng([args.seed, 1]))))
+    print(f"{args.module}: {len(seen)} of {args.bodies} bodies found, {len(over_beds)} echoes over sea-beds")
 
 
 if __name__ == "__main__":

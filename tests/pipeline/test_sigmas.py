@@ -7,12 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks import circle_laws, circles
+from benchmarks import bed_spheres, circle_laws, circles
 from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
 from ods.assess.sea.command import shipped_folder
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Floats
-from ods.base.geometry import body_to_polar, global_to_body
 from ods.pipeline.chain import Chain
 from ods.pipeline.measure import laws
 from ods.pipeline.measure.circle import Shape
@@ -30,31 +29,36 @@ LENGTHS = st.floats(0.0, 1e4)
 
 @pytest.mark.parametrize("kind", ["front", "disc", "plate"])
 def test_errors_are_as_large_as_is_claimed(kind: str) -> None:
-    """Of bodies of one kind, which is not told: of draws that are none of those that the law is fitted to."""
+    """Of bodies of one kind, which is not told: of draws that are none of those that the laws are fitted to.
+
+    Near edge, range, radius, place across; plates are better placed in range than what looks like them.
+    """
     rng, chain = np.random.default_rng([2026, 11, 23, 6, len(kind)]), Chain(PipelineSettings())
     cases = (circles.drawn(kind, rng.uniform(8.0, 25.0), rng) for _ in range(120))
     errors = circles.errors_of([look for case in cases for look in circles.looks(chain, case, 1, rng)])
     assert len(errors.wrong) > 60
-    square = np.minimum(errors.normalized() ** 2, circles.GATE_SIGMAS**2).mean(0)[circle_laws.CLAIMED]
-    assert (square > 0.5).all(), square
+    square = np.minimum(errors.normalized() ** 2, circles.GATE_SIGMAS**2).mean(0)
+    assert (square > (0.5, 0.4, 0.5, 0.5)).all(), square
     assert (square < 2.0).all(), square
 
 
-def test_places_across_over_a_sea_bed_are_as_good_as_is_claimed() -> None:
-    """Spheres over rocks, by the simulator: bodies and a background that the law is not fitted to."""
+def test_errors_over_a_sea_bed_are_as_large_as_is_claimed() -> None:
+    """Spheres over rocks, by the simulator: a bed and bodies that no law is fitted to. Place across, and range.
+
+    Rocks are the bed over which the range is worst: 2.2 here, 3.4 before the law was fitted over beds, too.
+    """
     scene, chain = scene_with_seed(shipped_folder() / "rocky.toml", 40), Chain(PipelineSettings())
-    square: list[float] = []
+    across: list[float] = []
+    along: list[float] = []
     for ping, truth in images_of(scene, find_sonar("seabat6012"), 35.0):
         head = head_at(scene, ping.t_ns)
-        centres = np.array([body.position_ned for body in truth.objects])
-        distances, bearings, _ = body_to_polar(global_to_body(centres, head.position_ned, head.attitude))
-        for found in chain.process(ping, pose=head).detections:
-            wrong = found.bearing_rad - bearings
-            radii = np.array([body.radius_m for body in truth.objects])
-            its = (np.abs(found.near_m + radii - distances) < 1.0) & (np.abs(wrong * distances) < radii + 3.0)
-            square += [] if found.cut else ((wrong[its] / found.sigma_bearing_rad) ** 2).tolist()
-    assert len(square) > 200
-    assert 0.5 < np.minimum(square, circles.GATE_SIGMAS**2).mean() < 2.0
+        for look in bed_spheres.looks_at(truth, head, chain.process(ping, pose=head)):
+            assert look.found
+            across.append((look.found.bearing_rad - look.bearing) / look.found.sigma_bearing_rad)
+            along.append((look.found.range_m - look.case.range_m) / look.found.sigma_range_m)
+    assert len(across) > 200
+    for normalized, most in ((across, 2.0), (along, 3.0)):
+        assert 0.5 < np.minimum(np.square(normalized), circles.GATE_SIGMAS**2).mean() < most
 
 
 @given(
@@ -71,23 +75,28 @@ def test_every_echo_has_finite_sigmas_and_none_below_the_columns(
     echo["near_m"], echo["range_m"], echo["radius_m"] = wide, wide + long, radius
     echo["peak"], echo["mean"], echo["cells"], echo["range_extent_m"] = max(levels), min(levels), cells, long
     depth = Depth(wide, wide + long, rise, 3.0 * shares[0] - 1.0, shares[1], 0.0)
-    shape = Shape(shares[1], shares[2], long, wide, blur, beams, 0.0, rise)
+    shape = Shape(shares[1], shares[2], long, wide, blur, beams, max(levels), rise, 0.0)
     features = features_of(echo, depth, shape, columns * dr_m, dr_m)
     assert np.isfinite(features).all()
-    near, size, bearing = sigmas_of(features, columns * dr_m, shape.beside_m, wide + long, dr_m)
+    near, along, size, bearing = sigmas_of(features, columns * dr_m, shape.beside_m, wide + long, dr_m)
     across = bearing * max(wide + long, 1e-3)
-    assert np.isfinite((near, size, across)).all()
-    assert min(near, size, across) > 0.28 * dr_m  # 1/sqrt(12): what is rounded to whole columns
+    assert np.isfinite((near, along, size, across)).all()
+    assert min(near, along, size, across) > 0.28 * dr_m  # 1/sqrt(12): what is rounded to whole columns
     assert across <= max(shape.beside_m, 0.29 * dr_m) * (1.0 + 1e-9)
 
 
-def test_the_law_is_two_layers() -> None:
+@pytest.mark.parametrize(
+    ("hidden", "out", "inputs"),
+    [(laws.SIGMAS_HIDDEN, laws.SIGMAS_OUT, INPUTS - 1), (laws.RANGE_HIDDEN, laws.RANGE_OUT, INPUTS)],
+    ids=["all but the contrast", "all"],
+)
+def test_a_law_is_two_layers(hidden: Floats, out: Floats, inputs: int) -> None:
     rng = np.random.default_rng(1)
-    assert laws.SIGMAS_HIDDEN.shape[0] == INPUTS + 1
-    for inputs in rng.normal(0.0, 1.0, (20, INPUTS)):
-        bent = np.tanh(np.append(inputs, 1.0) @ laws.SIGMAS_HIDDEN)
-        expected = np.append(bent, 1.0) @ laws.SIGMAS_OUT
-        told = outputs_of(Features(*inputs.tolist()), laws.SIGMAS_HIDDEN, laws.SIGMAS_OUT)
+    assert hidden.shape[0] == inputs + 1
+    for features in rng.normal(0.0, 1.0, (20, INPUTS)):
+        bent = np.tanh(np.append(features[:inputs], 1.0) @ hidden)
+        expected = np.append(bent, 1.0) @ out
+        told = outputs_of(Features(*features.tolist()), hidden, out)
         np.testing.assert_allclose(told, expected, rtol=1e-9, atol=1e-9)
 
 
@@ -133,8 +142,10 @@ def test_the_command_draws_the_same_bodies_and_writes_what_can_be_read(tmp_path:
     assert [s.features for s in seen[0]] == [s.features for s in seen[1]]
     assert [circle_laws.errors(s) for s in seen[0]] == [circle_laws.errors(s) for s in seen[1]]
     rng = np.random.default_rng(6)
-    law = Layers(rng.normal(size=(INPUTS + 1, 24)), rng.normal(size=(25, 4)))
+    sigmas = Layers(rng.normal(size=(INPUTS, 24)), rng.normal(size=(25, 3)))
+    along = Layers(rng.normal(size=(INPUTS + 1, 24)), rng.normal(size=(25, 1)))
     names: dict[str, Floats] = {}
-    exec(circle_laws.module_of(law), names)
-    np.testing.assert_allclose(names["SIGMAS_HIDDEN"], law.hidden, rtol=1e-3)
-    np.testing.assert_allclose(names["SIGMAS_OUT"], law.out[:, circle_laws.CLAIMED], rtol=1e-3)
+    exec(circle_laws.module_of(circle_laws.Laws(sigmas, along)), names)
+    for name, law in (("SIGMAS", sigmas), ("RANGE", along)):
+        np.testing.assert_allclose(names[f"{name}_HIDDEN"], law.hidden, rtol=1e-3)
+        np.testing.assert_allclose(names[f"{name}_OUT"], law.out, rtol=1e-3)

@@ -30,12 +30,12 @@ _RESOLVED = 2.0
 """Echoes narrower than this many beam widths show no shape: they are taken for round,"""
 _WIDEST = 3.0
 """and for no wider than this many times their depth: a sphere's front is seen to 0.3 to 0.6 of its radius."""
-_UNSEEN = 5.0
-"""A weak echo of a round front shows its highlights: the radius is larger by the share of this over the third power of
-the peak level, in multiples of the background."""
 _BLURRED, _FLAT = 0.15, 0.5
 """Largest standard deviation of an echo's place across the line of sight: of what is small in widths of the beam, of a
 flat front in its own width."""
+_INSIDE, _ACROSS = 0.03, 0.04
+"""Largest standard deviation of where the middle of a whole body is behind its near edge: in radii, and in widths of
+the beam, together with the doubt about what it is."""
 _SMALL_M = 0.3
 """Up to this radius the centre is the middle of what shines, as small bodies often shine all over; from twice as much
 on it is a radius behind the near edge."""
@@ -47,6 +47,15 @@ class Circle(NamedTuple):
     range_m: float
     bearing_rad: float
     radius_m: float
+
+
+class Crest(NamedTuple):
+    """How loud an echo is."""
+
+    peak: float
+    """In multiples of the background,"""
+    contrast: float
+    """and of the mean level of its outermost cells: over a rough sea-bed an echo ends at higher levels."""
 
 
 class Shape(NamedTuple):
@@ -63,10 +72,12 @@ class Shape(NamedTuple):
     blur_m: float
     """Width of the beam there."""
     beams: int
-    behind_m: float
-    """Standard deviation of how far the circle's centre is behind the near edge,"""
+    contrast: float
+    """Of its `Crest`."""
     beside_m: float
-    """and the largest that its place across the line of sight may have."""
+    """Largest standard deviation of its place across the line of sight,"""
+    behind_m: float
+    """and, where it is of a whole body, of how far the circle's centre is behind the near edge."""
 
 
 class Width(NamedTuple):
@@ -79,10 +90,10 @@ class Width(NamedTuple):
 
 
 @kernel
-def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, peak: float) -> tuple[Circle, Shape]:
+def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable, crest: Crest) -> tuple[Circle, Shape]:
     """Return the circle of the echo of these runs, and what it shows of the body's shape.
 
-    beam: intensity of each of the echo's beams; peak: in multiples of the background.
+    beam: intensity of each of the echo's beams.
     """
     bearing, borders = fan.bearing_rad, fan.borders_rad
     low, high = runs[0].beam, runs[-1].beam
@@ -99,16 +110,14 @@ def circle_of(runs: Runs, ends: Ends, depth: Depth, beam: Floats, fan: FanTable,
     whole, roundness = depth.whole * _as_deep_as_wide(long, wide_m, blur_m, resolved), 1.0
     if resolved:
         roundness = max(_roundness(runs, ends.near_m, bearing, centre, 0.5 * across * middle), whole)
-    radius *= 1.0 + roundness * _UNSEEN / peak**3
+    radius *= 1.0 + roundness / crest.contrast**3  # of a weak front the highlights show
     doubt = abs(0.5 * long - radius) * np.sqrt(whole * (1.0 - whole))
     radius = max(radius + whole * (0.5 * long - radius), 0.5 * fan.dr_m)
     distance, not_small = np.hypot(x, y), min(max(radius / _SMALL_M - 1.0, 0.0), 1.0)
     distance += roundness * not_small * (depth.near_m + radius - distance)
-    unseen = (1.0 - whole) * radius * np.hypot(2.0 / peak, 0.2)
-    inside = np.sqrt(unseen**2 + doubt**2 + (0.03 * radius) ** 2 + (0.04 * blur_m) ** 2)
-    behind = roundness * inside + (1.0 - roundness) * (0.5 * long + roundness * radius)
-    beside = _beside(roundness, max(wide_m, blur_m), blur_m, peak)
-    shape = Shape(whole, roundness, long, wide_m, blur_m, beam.size, behind, beside)
+    beside = _beside(roundness, max(wide_m, blur_m), blur_m, crest.peak)
+    behind = np.sqrt(doubt**2 + (_INSIDE * radius) ** 2 + (_ACROSS * blur_m) ** 2)
+    shape = Shape(whole, roundness, long, wide_m, blur_m, beam.size, crest.contrast, beside, behind)
     return Circle(distance, np.arctan2(y, x), radius), shape
 
 

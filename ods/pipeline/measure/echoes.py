@@ -10,7 +10,7 @@ from ods.compiled.kernel import kernel
 from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
-from ods.pipeline.measure.circle import circle_of
+from ods.pipeline.measure.circle import Crest, circle_of
 from ods.pipeline.measure.cut_off import is_cut, widen
 from ods.pipeline.measure.depth import Level, depth_of, ends_of
 from ods.pipeline.measure.features import EchoRecord, Features, features_of
@@ -52,10 +52,12 @@ class Doubt(NamedTuple):
 
     hidden_m: float
     """How much nearer the body of a fragment begins."""
-    behind_m: float
-    """How far the circle's centre is behind the near edge."""
     beside_m: float
     """Of the place across the line of sight, at most."""
+    behind_m: float
+    """Of how far the circle's centre is behind the near edge, at most, where the body is seen as a whole."""
+    whole: float
+    """1: it is; 0: its front."""
 
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
@@ -98,13 +100,14 @@ def measure_at(
     """
     background, point = speckle
     beam = _levels(image, runs, background, echo)
+    crest = Crest(echo.peak, _contrast(image, runs, echo.peak * background))
     _extents(runs, fan, echo)
     ends = ends_of(image, runs, fan)
     depth = depth_of(image, runs, ends, Level(background, echo.mean), fan)
-    circle, shape = circle_of(runs, ends, depth, beam, fan, echo.peak)
+    circle, shape = circle_of(runs, ends, depth, beam, fan, crest)
     echo.near_m = depth.near_m
     echo.range_m, echo.bearing_rad, echo.radius_m = circle
-    doubt = Doubt(depth.hidden_m, shape.behind_m, shape.beside_m)
+    doubt = Doubt(depth.hidden_m, shape.beside_m, shape.behind_m, shape.whole)
     return features_of(echo, depth, shape, point * fan.dr_m, fan.dr_m), doubt
 
 
@@ -142,6 +145,16 @@ def _levels(image: Image, runs: Runs, background: float, echo: EchoRecord) -> Fl
 
 
 @kernel
+def _contrast(image: Image, runs: Runs, peak: float) -> float:
+    """Return the highest level over the mean level of the cells where the runs end."""
+    total = 0.0
+    for i in range(runs.shape[0]):
+        row = image[runs[i].beam]
+        total += min(row[runs[i].first], row[runs[i].stop - 1])
+    return float(max(peak * runs.shape[0] / max(total, 1e-30), 1.0))
+
+
+@kernel
 def _extents(runs: Runs, fan: FanTable, echo: EchoRecord) -> None:
     """Fill in how far the echo reaches, as it was detected."""
     first, stop = runs[0].first, runs[0].stop
@@ -153,7 +166,12 @@ def _extents(runs: Runs, fan: FanTable, echo: EchoRecord) -> None:
 
 @kernel
 def _claim(sigmas: Sigmas, doubt: Doubt, echo: EchoRecord) -> None:
-    """Fill in the standard deviations, that of the near edge at least what of a fragment may be hidden."""
+    """Fill in the standard deviations.
+
+    That of the near edge is at least what of a fragment may be hidden. The centre is not better known than it, and that
+    of a whole body hardly worse.
+    """
     echo.sigma_near_m, echo.sigma_radius_m = max(sigmas.near_m, doubt.hidden_m), sigmas.radius_m
-    echo.sigma_range_m = np.hypot(echo.sigma_near_m, doubt.behind_m)
+    along, limit = max(sigmas.range_m, echo.sigma_near_m), np.hypot(echo.sigma_near_m, doubt.behind_m)
+    echo.sigma_range_m = along + doubt.whole * (min(along, limit) - along)
     echo.sigma_bearing_rad = sigmas.bearing_rad

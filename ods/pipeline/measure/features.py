@@ -47,6 +47,8 @@ class Features(NamedTuple):
     """and of the mean level over that."""
     fill: float
     """Share of the cells of its depth and beams that are the echo's."""
+    contrast: float
+    """Logarithm of the highest level over that of the outermost cells. Only the range's law has it."""
 
 
 @kernel
@@ -72,6 +74,7 @@ def features_of(echo: EchoRecord, depth: Depth, shape: Shape, point_m: float, dr
         math.log(_held(echo.peak, 1.5, 20.0)),
         _held(math.log(max(echo.mean, 1e-3) / max(echo.peak, 1e-3)), -2.0, 0.0),
         _held(echo.cells * dr_m / (shape.beams * max(echo.range_extent_m, dr_m)), 0.0, 1.0),
+        math.log(_held(shape.contrast, 1.0, 12.0)),
     )  # fmt: skip
 
 
