@@ -129,6 +129,15 @@ def test_another_boot_begins_anew(folder: Folder, tmp_path: Path, monkeypatch: p
     assert (left.next_id, left.lost, left.mission, folder.complaints) == (None, False, None, [])
 
 
+def test_where_the_boot_cannot_be_told_it_begins_anew(folder: Folder, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in a sandbox without /proc/sys: the tracker could not start there."""
+    monkeypatch.setattr(kept_file, "BOOT_ID", folder.folder / "hidden")
+    for _ in range(2):
+        left = folder.files().read(101 * NS, 10.0)
+        assert (left.next_id, left.lost, left.mission, folder.complaints) == (None, False, None, [])
+        folder.files().write(100 * NS, 77, None)
+
+
 def test_damaged_files_are_dropped_and_said(folder: Folder) -> None:
     whole = folder.path.read_bytes()
     damaged = [whole[:-1], whole[:20], b"", whole + b"x", bytes([whole[0] ^ 1]) + whole[1:]]
