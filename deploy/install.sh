@@ -80,7 +80,7 @@ make_user() {
 
 install_configuration() {
     install -d $ETC
-    sed 's|^\(path\|folder\) = "~/.local/state/ods/|\1 = "/var/lib/ods/|' "$CONFIG" >"$scratch/onboard.toml"
+    sed 's@^\(path\|folder\) = "~/.local/state/ods/@\1 = "/var/lib/ods/@' "$CONFIG" >"$scratch/onboard.toml"
     for file in "$scratch/onboard.toml" config/*.eds config/*.dbc; do
         target=$ETC/$(basename "$file")
         if [ ! -e "$target" ]; then

@@ -42,7 +42,7 @@ def test_poses_by_can_and_pings_by_serial_line_become_obstacles_for_a_planner_of
 def test_a_user_outside_the_group_is_refused_and_told_so(life: Life) -> None:
     picture = life.planner("stranger", patience_s=3.0)
     assert not picture.valid
-    assert "may not use" in picture.reasons[0]
+    assert "no right to open" in picture.reasons[0]
 
 
 def test_the_processes_run_as_ods_and_without_the_compiler(life: Life) -> None:

@@ -55,7 +55,7 @@ class Crest(NamedTuple):
     peak: float
     """In multiples of the background,"""
     contrast: float
-    """and of the mean level of its outermost cells: over a rough sea-bed an echo ends at higher levels."""
+    """and of the mean of the lower ends of its runs: over a rough sea-bed an echo ends at higher levels."""
 
 
 class Shape(NamedTuple):

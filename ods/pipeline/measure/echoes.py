@@ -146,7 +146,7 @@ def _levels(image: Image, runs: Runs, background: float, echo: EchoRecord) -> Fl
 
 @kernel
 def _contrast(image: Image, runs: Runs, peak: float) -> float:
-    """Return the highest level over the mean level of the cells where the runs end."""
+    """Return the highest level over the mean of what the runs end at, the lower end of each."""
     total = 0.0
     for i in range(runs.shape[0]):
         row = image[runs[i].beam]
