@@ -65,11 +65,12 @@ def outputs_of(inputs: Features, hidden: Floats, out: Floats) -> Floats:
     sums = np.empty(out.shape[1])
     for k in range(sums.size):
         sums[k] = out[count, k]
+    totals = hidden[last].copy()
+    for i in range(last):  # by rows: then the processor takes several at once
+        for j in range(count):
+            totals[j] += inputs[i] * hidden[i, j]
     for j in range(count):
-        total = hidden[last, j]
-        for i in range(last):
-            total += inputs[i] * hidden[i, j]
-        bent = math.tanh(total)
+        bent = math.tanh(totals[j])
         for k in range(sums.size):
             sums[k] += bent * out[j, k]
     return sums
