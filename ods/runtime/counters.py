@@ -141,6 +141,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("nmea_other", "NMEA: sentences of no use, or of another talker", trouble=False),
         CounterRow("nmea_damaged", "NMEA: lines dropped: a wrong or missing checksum, or no sentence at all",
                    logged=True, advice="bytes change on the way: baud, ground, cable, two devices on one line"),
+        CounterRow("nmea_talkers", "NMEA: sentences used while they come of two talkers", logged=True,
+                   advice="name one in nav.nmea"),
         CounterRow("nmea_not_valid", "NMEA: sentences that say of themselves that they are not valid"),
         CounterRow("line_overlong", "NMEA: lines dropped: longer than 255 bytes", logged=True,
                    advice="is this a line with NMEA, and nav.nmea.baud right?"),

@@ -276,6 +276,21 @@ def test_two_talkers_are_said_and_one_can_be_named() -> None:
     assert counters == {"nmea_other": 1, "nmea_sentences": 1}
 
 
+def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pytest.LogCaptureFixture) -> None:
+    ins = Ins()
+    source, counters = source_of(USUAL)
+    for second in range(30):
+        source.take(Line(ins.gga(second * NS, "IN"), second * NS))
+        if second in (3, 18):
+            source.take(Line(ins.gga(second * NS, "GP"), second * NS))
+        told = any("comes of GP and IN" in problem for problem in source.problems(second * NS))
+        assert told == (3 <= second <= 13 or 18 <= second <= 28), second
+    assert counters["nmea_talkers"] == 22
+    assert [record.getMessage() for record in caplog.records] == [
+        "GGA comes of GP and IN: name one in nav.nmea, such as GPGGA (said once, then counted as nmea_talkers)"
+    ]
+
+
 def test_noise_is_told_from_silence() -> None:
     source, counters = source_of(USUAL)
     source.take(Line(b"\x81\x00\xff", NS))

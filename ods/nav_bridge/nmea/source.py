@@ -1,5 +1,7 @@
 """A navigation system, or single sensors, whose sentences come on one line. It is only listened to."""
 
+import logging
+
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
@@ -13,6 +15,10 @@ from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSetti
 from ods.nav_bridge.source import PoseSource, SourceHost
 from ods.nav_bridge.told_utc import ToldUtc
 
+log = logging.getLogger(__name__)
+
+TALKER_NS = 10 * NS
+"""A talker not heard for so long talks no more; the slowest sentences of use come more often."""
 DATE = "ZDA"
 """Tells UTC, and nothing else is taken from it."""
 BODY, OVER_GROUND = ("u", "v", "w"), ("velocity_north", "velocity_east", "velocity_down")
@@ -33,7 +39,7 @@ class NmeaSource(PoseSource[Line]):
     The clock of the sentence with roll and pitch, where it tells one, is mapped as any INS's; others that tell the time
     are placed by it, those that do not by their arrival. Counts `nmea_sentences`, `nmea_other` (of no use),
     `nmea_damaged` (checksum, or no sentence), `nmea_not_valid` (by its own word), `epoch_aged`, `epoch_untimed`,
-    `ins_clock_jumps`, `ins_clock_wild`, and what `ToldUtc` and `PoseMaker` do.
+    `ins_clock_jumps`, `ins_clock_wild`, `nmea_talkers`, and what `ToldUtc` and `PoseMaker` do.
     """
 
     kind = "NMEA"
@@ -61,7 +67,8 @@ class NmeaSource(PoseSource[Line]):
         self._clock = InsClock(round(nav.clock_jump_s * NS))
         self._newest: tuple[float, int] | None = None
         self._told_utc = ToldUtc(host.counters)
-        self._heard: dict[str, set[str]] = {}
+        self._heard: dict[str, dict[str, int]] = {}
+        """When each sentence last came of each talker."""
         self._damaged_ns = self._good_ns = host.now_ns - NS
         self._start_ns = host.now_ns
 
@@ -92,7 +99,7 @@ class NmeaSource(PoseSource[Line]):
             self._damaged_ns = item.t_ns
         except NotValidError:
             self._counters["nmea_not_valid"] += 1
-            self._heard.setdefault(name, set()).add(talker)
+            self._hear(name, talker, item.t_ns)
             if name == DATE:
                 self._utc.tell(None)
             if name in self._slots:
@@ -114,11 +121,21 @@ class NmeaSource(PoseSource[Line]):
             raise NotValidError
         self._counters["nmea_sentences"] += 1
         self._good_ns = t_ns
-        self._heard.setdefault(found.name, set()).add(found.talker)
+        self._hear(found.name, found.talker, t_ns)
         if found.name == self._pace:
             return self._pose(values, self._instant(told, t_ns), t_ns)
         self._slots[found.name].take(values, self._placed(told, t_ns))
         return None
+
+    def _hear(self, name: str, talker: str, t_ns: int) -> None:
+        """Take note of who talks."""
+        heard = self._heard.setdefault(name, {})
+        heard[talker] = t_ns
+        told = _two_talkers(name, heard, t_ns)
+        if told:
+            if not self._counters["nmea_talkers"]:
+                log.warning("%s (said once, then counted as nmea_talkers)", told)
+            self._counters["nmea_talkers"] += 1
 
     def _pose(self, values: dict[str, float], instant_ns: int, t_ns: int) -> Pose | None:
         ages = self._held.add_to(values, instant_ns)
@@ -153,13 +170,18 @@ class NmeaSource(PoseSource[Line]):
                 name for name, told in self._fields.items() if name not in self._heard and not set(told) <= OPTIONAL
             ]
             found += [f"{name} ({self.expects()[name]}) has never come" for name in never]
-        for name, talkers in self._heard.items():
-            if len(talkers) > 1:
-                told = " and ".join(sorted(talkers))
-                found.append(f"{name} comes of {told}: name one in nav.nmea, such as {min(talkers)}{name}")
+        found += filter(None, (_two_talkers(name, heard, now_ns) for name, heard in self._heard.items()))
         if now_ns - self._damaged_ns < NS and now_ns - self._good_ns > NS:
             found.append("what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?")
         return [*found, *self._held.too_old(now_ns)]
+
+
+def _two_talkers(name: str, heard: dict[str, int], now_ns: int) -> str:
+    """Say that a sentence comes of more than one talker, by when each was heard last; "" where it does not."""
+    talkers = sorted(talker for talker, t_ns in heard.items() if now_ns - t_ns <= TALKER_NS)
+    if len(talkers) < 2:
+        return ""
+    return f"{name} comes of {' and '.join(talkers)}: name one in nav.nmea, such as {talkers[0]}{name}"
 
 
 def _parts(settings: NmeaSettings) -> dict[str, str]:
