@@ -27,6 +27,10 @@ from ods.tracker.utc import VehicleUtc
 PATIENCE_NS = 2 * NS
 """A ping that the recorder heard of so much later than of its detections, or never, is missing."""
 
+STARTED_NS = NS
+"""A tracker starts no more than so long before the first ping that it lists: what it stamps lies behind its start, what
+is in the map before it."""
+
 
 class DetectionsPair(NamedTuple):
     """The detections of one ping."""
@@ -155,7 +159,7 @@ class TrackerAgain:
         if former is not None and told.seq >= former.seq:
             return former
         first_id = self._lives.popleft().first_id
-        utc = VehicleUtc(told.made_ns, told.utc_ns - told.t_ns, told.utc_source)
+        utc = VehicleUtc(told.t_ns - STARTED_NS, told.utc_ns - told.t_ns, told.utc_source)
         watches = PROCESSES["tracker"].watches
         tracker = MissionTracker(
             self._settings, InputMonitor(told.made_ns, watches, lambda _: ""), utc, first_id=first_id
