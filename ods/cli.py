@@ -8,6 +8,7 @@ only when its command is chosen.
 import argparse
 import errno
 import importlib
+import io
 import logging
 import os
 import sys
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
+from ods.base import open_files
 from ods.base.errors import OdsError, reason_of
 from ods.runtime.processes import PROCESSES
 
@@ -27,6 +29,7 @@ MACHINE_CODE = frozenset({"ods.commands.detect", "ods.track.command"})
 """Modules of commands that import kernels at once, and take them from `ods compile`."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
+IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -80,6 +83,7 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
+    _print_any_name()
     args = _parser().parse_args(argv)
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
@@ -87,6 +91,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     for library in ("can", "canopen", "matplotlib", "numba"):
         logging.getLogger(library).setLevel(logging.WARNING)
     try:
+        open_files.allow_enough()
         code = int(args.run(args) or 0)
         if sys.stdout is not None:
             sys.stdout.flush()  # or a full disk is noticed when nobody can tell it any more
@@ -96,6 +101,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         return error.exit_code
     except ModuleNotFoundError as error:
         print(f"ods {args.command}: {_extra_missing(error)}", file=sys.stderr)
+        return 2
+    except UnicodeEncodeError as error:
+        beyond = ascii(error.object[error.start : error.end])
+        print(f"ods {args.command}: no file can have {beyond} in its name in this locale: {IN_UTF8}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
         return 130
@@ -108,6 +117,12 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"ods {args.command}: cannot write what it prints: {reason_of(error)}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
         return 2
+
+
+def _print_any_name() -> None:
+    """Let what the locale cannot write, as in the name of a file, not end the command that tells of it."""
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.encoding != "utf-8":
+        sys.stdout.reconfigure(errors="backslashreplace")
 
 
 def _extra_missing(error: ModuleNotFoundError) -> str:

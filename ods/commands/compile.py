@@ -10,24 +10,28 @@ import sys
 import time
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
 
 import msgspec
 
 import ods
+from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.base.terminal import StatusLine
 from ods.compiled import cache_folder, kernel, machine_code
 from ods.config import OnboardConfig
+from ods.runtime.ending import end_at_once, end_with
 
 _PACKAGE = Path(ods.__file__).parent
 _SIMULATES = find_spec("scipy") is not None
 """Of the extras `bench` and `workbench`."""
 NOT_COMPILED = 1
 """Exit code of `--check` when a process would need numba."""
+LEFT_S = 60.0
+"""A temporary file so old is nobody's: writing one takes milliseconds."""
 
 
 class CompileError(OdsError):
@@ -52,12 +56,22 @@ def run(args: Namespace) -> int:
     if folder is None:
         raise CompileError("no folder for compiled kernels is safe and writable: set ODS_CACHE_DIR")
     print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
+    end_at_once()
+    _clear(folder)
     begun = time.monotonic()
     _compile(settings, args.config)
     _keep(folder, job, known, args.config, may_need_numba=bool(_plugins(settings)))
     count = sum(len(dispatcher.overloads) for dispatcher in kernel.DISPATCHERS.values())
     print(f"compiled {count} variants of kernels in {time.monotonic() - begun:.0f} s, kept in {folder}")
     return 0
+
+
+def _clear(folder: Path) -> None:
+    """Remove files that a process which was ended or killed had begun to write."""
+    for file in (*folder.rglob("*.tmp.*"), *folder.glob(f"{machine_code.FILE}.*")):
+        with suppress(OSError):
+            if clock.utc_ns() / clock.NS - file.stat().st_mtime > LEFT_S:
+                file.unlink()
 
 
 def _job(settings: OnboardConfig) -> str:
@@ -95,7 +109,7 @@ def _another_process(config: Path) -> Iterator[None]:
     if len(os.sched_getaffinity(0)) < 2:
         yield
         return
-    code = f"from {__name__} import compile_others; compile_others({str(config)!r})"
+    code = f"from {__name__} import compile_others; compile_others({str(config)!r}, {os.getpid()})"
     with subprocess.Popen([sys.executable, "-P", "-c", code], stderr=subprocess.DEVNULL) as other:
         try:
             yield
@@ -104,8 +118,11 @@ def _another_process(config: Path) -> Iterator[None]:
             raise
 
 
-def compile_others(config: str) -> None:
+def compile_others(config: str, parent: int) -> None:
     """Do a part of `ods compile`, in a process of its own."""
+    end_at_once()
+    if not end_with(parent):
+        return
     _warm_up_others(load(Path(config), OnboardConfig))
 
 

@@ -5,16 +5,14 @@ protocol from the work loop itself, so that a hung loop is seen.
 """
 
 import contextlib
-import ctypes
 import gc
 import logging
 import os
-import signal
 import socket
 import time
 from abc import ABC
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -26,7 +24,8 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.messages import Health
-from ods.runtime import bus, counters, last_words
+from ods.runtime import bus, counters, ending, last_words
+from ods.runtime.ending import Stop
 from ods.runtime.processes import SUPERVISOR, Process
 from ods.runtime.run_dir import default_run_dir
 
@@ -220,7 +219,11 @@ def notify(text: str) -> bool:
 
 
 def tell_compiling(count: int, name: str) -> None:
-    """Tell the supervisor or systemd that the process lives and compiles, so that it is not taken for hung."""
+    """Tell the supervisor or systemd that the process lives and compiles, so that it is not taken for hung.
+
+    Until the work loop goes on a signal ends it at once.
+    """
+    ending.end_at_once()
     notify(f"EXTEND_TIMEOUT_USEC={round(COMPILING_S * 1e6)}\nSTATUS=compiling its kernels, {count} so far: {name}")
 
 
@@ -249,14 +252,14 @@ def words_at_the_end(process: str) -> Iterator[Home]:
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:
     """Run one process until SIGTERM or SIGINT. Raises RunDirError, BusError or StartError when it cannot work."""
     _die_with_supervisor()
-    stopping = _stop_signals()
+    stop = Stop()
     service = Service(process, run_dir)
     try:
         worker = worker_type(service, settings)
         notify(f"STATUS={process.name} is starting")
         worker.start()
         try:
-            _loop(service, worker, stopping)
+            _loop(service, worker, stop)
         finally:
             notify("STOPPING=1")
             worker.stop()
@@ -264,13 +267,14 @@ def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, 
         service.close()
 
 
-def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> None:
+def _loop(service: Service, worker: Worker[Any], stop: Stop) -> None:
     gc.collect()
     gc.freeze()  # what start-up made stays: no later collection has to look through it
     health_due = 0.0
     was_ready = False
     to_tell = ""  # what a supervisor did not hear when it was due
-    while not stopping:
+    while not stop.asked:
+        stop.listen()  # a kernel may have been compiled
         received, fds = service.receive(worker.wait_s())
         for topic, message in received:
             worker.handle(topic, message)
@@ -292,24 +296,10 @@ def _loop(service: Service, worker: Worker[Any], stopping: Sequence[int]) -> Non
             service.report_health(worker.ready(), problems)
 
 
-def _stop_signals() -> list[int]:
-    """Return a list that stays empty until SIGTERM or SIGINT comes."""
-    seen: list[int] = []
-
-    def handler(number: int, _frame: Any) -> None:
-        seen.append(number)
-
-    signal.signal(signal.SIGTERM, handler)
-    signal.signal(signal.SIGINT, handler)
-    return seen
-
-
 def _die_with_supervisor() -> None:
     """Ask Linux to end this process when its supervisor dies, so that no orphan keeps a device or a lock."""
     parent = os.environ.get("ODS_SUPERVISOR_PID")
     if parent is None:
         return
-    pr_set_pdeathsig = 1
-    ctypes.CDLL(None).prctl(pr_set_pdeathsig, signal.SIGTERM)
-    if os.getppid() != int(parent):
+    if not ending.end_with(int(parent)):
         raise StartError("the supervisor died while this process started")

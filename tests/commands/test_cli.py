@@ -1,6 +1,8 @@
 """The command table: every row works, and nothing is imported for a command that was not chosen."""
 
 import importlib
+import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -50,3 +52,41 @@ def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) ->
         )  # fmt: skip
     assert told.stderr == f"ods {arguments[0]}: cannot write what it prints: no space left on device\n"
     assert told.returncode == 2
+
+
+@pytest.mark.parametrize("command", ["run", "record", "doctor", "map list"])
+def test_too_few_open_files_are_one_line(command: str) -> None:
+    """ZeroMQ would end the process, and Python with a traceback, wherever the last one is wanted."""
+    told = subprocess.run(
+        ["sh", "-c", f"ulimit -n 14; exec {shlex.quote(sys.executable)} -m ods {command}"],
+        capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    name = command.partition(" ")[0]
+    assert told.stderr == f"ods {name}: only 14 files may be open here: at least 64 are needed, see `ulimit -n`\n"
+    assert told.returncode == 2
+
+
+def test_a_low_limit_that_may_be_raised_is_raised() -> None:
+    code = "import resource; from ods.base.open_files import *; allow_enough(); print(*resource.getrlimit(7))"
+    told = subprocess.run(
+        ["sh", "-c", f"ulimit -n 512; ulimit -S -n 14; exec {shlex.quote(sys.executable)} -c '{code}'"],
+        capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert told.stdout == "64 512\n"
+
+
+@pytest.mark.parametrize("command", ["run", "watch", "doctor", "map list"])
+def test_a_name_beyond_the_locale_is_one_line(command: str, tmp_path: Path) -> None:
+    file = tmp_path / "onboard.toml"
+    text = (Path(__file__).parents[2] / "config" / "onboard-nmea.toml").read_text()
+    text = text.replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}/fährte"')
+    file.write_text(text.replace("~/", f"{tmp_path}/fährte/"), encoding="utf-8")
+    told = subprocess.run(
+        [sys.executable, "-m", "ods", *command.split(), "--config", str(file)],
+        env=os.environ | {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+        capture_output=True, text=True, check=False, timeout=60.0,
+    )  # fmt: skip
+    assert told.returncode == 2
+    assert "Traceback" not in told.stderr
+    last = told.stderr.splitlines()[-1]
+    assert "set one of UTF-8, such as LC_ALL=C.UTF-8" in last or "no such file" in last
