@@ -37,7 +37,7 @@ def measured(image: Image) -> tuple[float, float]:
 def test_quantiles_are_those_of_the_tiles_of_a_region_and_the_eight_around_it() -> None:
     image = rayleigh(3)
     background, noise = measured(image)
-    histograms = np.empty((4, 8, 320), np.int64)
+    histograms = np.empty((4, 8, 320), np.int32)
     count_maxima(image, TILE, background, noise, histograms)
     found = quantiles_around(histograms)
     maxima = (image.reshape(16, 4, 32, 16).max(axis=(1, 3)) - background) / noise
@@ -48,7 +48,7 @@ def test_quantiles_are_those_of_the_tiles_of_a_region_and_the_eight_around_it() 
 def test_tiles_without_data_do_not_count() -> None:
     image = np.zeros(SHAPE, np.float32)
     image[:16, :64] = 2.0
-    histograms = np.empty((4, 8, 320), np.int64)
+    histograms = np.empty((4, 8, 320), np.int32)
     count_maxima(image, TILE, 1.0, 0.5, histograms)
     assert histograms.sum() == 16
     assert (quantiles_around(histograms) == 0.0).all()

@@ -10,7 +10,7 @@ from itertools import islice
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32, Image, Ints, Mask
+from ods.base.arrays import Floats, Floats32, Image, Ints32, Mask
 from ods.compiled.kernel import kernel
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.regions import Regions, Runs
@@ -42,7 +42,7 @@ class CrestMeter:
         self._tile = beams, samples
         tiles = -(-shape[0] // beams), -(-shape[1] // samples)
         regions = -(-tiles[0] // _REGION), -(-tiles[1] // _REGION)
-        self._histograms = np.empty((*regions, _BINS), np.int64)
+        self._histograms = np.empty((*regions, _BINS), np.int32)
         self._scaled = np.empty(shape, np.float32)
         self.of_speckle = np.zeros(2)
         """The two quantiles of images without echoes, which `learn` fills."""
@@ -105,34 +105,37 @@ class CrestMeter:
 
 
 @kernel
-def count_maxima(image: Image, tile: tuple[int, int], background: float, noise: float, histograms: Ints) -> None:
+def count_maxima(image: Image, tile: tuple[int, int], background: float, noise: float, histograms: Ints32) -> None:
     """Fill histograms (rows, columns, bins) with the tiles' maxima of each region, as `CrestMeter._measure` says.
 
     Tiles whose cells are all 0 hold no data and do not count.
     """
     beams, samples = image.shape
+    highest = np.empty(samples, np.float32)
     histograms[:] = 0
     most = histograms.shape[2] - 1
     for first in range(0, beams, tile[0]):
         row = histograms[first // (tile[0] * _REGION)]
+        highest[:] = np.float32(0.0)
+        for beam in range(first, min(first + tile[0], beams)):  # whole rows, beam by beam: that vectorises
+            cells = image[beam]
+            for j in range(samples):
+                highest[j] = cells[j] if cells[j] > highest[j] else highest[j]
         for begin in range(0, samples, tile[1]):
-            stop = min(begin + tile[1], samples)
-            highest = np.float32(0.0)
-            for beam in range(first, min(first + tile[0], beams)):
-                cells = image[beam, begin:stop]
-                for j in range(cells.size):
-                    highest = cells[j] if cells[j] > highest else highest
-            if highest > np.float32(0.0):
-                place = (float(highest) - background) / (noise * _BIN)
+            crest = np.float32(0.0)
+            for j in range(begin, min(begin + tile[1], samples)):
+                crest = highest[j] if highest[j] > crest else crest
+            if crest > np.float32(0.0):
+                place = (float(crest) - background) / (noise * _BIN)
                 row[begin // (tile[1] * _REGION), int(min(max(place, 0.0), most))] += 1
 
 
 @kernel
-def quantiles_around(histograms: Ints) -> Floats:
+def quantiles_around(histograms: Ints32) -> Floats:
     """Return (rows, columns, 2): the two quantiles of each region and those around it; (0, 0) where tiles are few."""
     rows, columns, bins = histograms.shape
     out = np.zeros((rows, columns, 2))
-    total = np.empty(bins, np.int64)
+    total = np.empty(bins, np.int32)
     for i in range(rows):
         for j in range(columns):
             total[:] = 0
@@ -148,7 +151,7 @@ def quantiles_around(histograms: Ints) -> Floats:
 
 
 @kernel
-def _quantile(histogram: Ints, share: float, bins: int) -> float:
+def _quantile(histogram: Ints32, share: float, bins: int) -> float:
     """Return the quantile of what is in the first bins, in bins, interpolated."""
     rank, below = share * histogram[:bins].sum(), 0
     for k in range(bins):
@@ -161,20 +164,21 @@ def _quantile(histogram: Ints, share: float, bins: int) -> float:
 @kernel
 def shrink(image: Image, background: np.float32, factors: Image, region: tuple[int, int], out: Image) -> None:
     """Fill out with background + (image - background) * the factor (rows, columns) of the region."""
-    for beam in range(image.shape[0]):
-        row = factors[beam // region[0]]
-        for part in range(row.size):
-            first, stop = part * region[1], min((part + 1) * region[1], image.shape[1])
-            _shrink_cells(image[beam, first:stop], background, row[part], out[beam, first:stop])
+    beams, samples = image.shape
+    along = np.empty(samples, np.float32)
+    for first in range(0, beams, region[0]):
+        row = factors[first // region[0]]
+        for j in range(samples):
+            along[j] = row[j // region[1]]
+        for beam in range(first, min(first + region[0], beams)):
+            _shrink_cells(image[beam], background, along, out[beam])
 
 
 @kernel
-def _shrink_cells(cells: Floats32, background: np.float32, factor: np.float32, out: Floats32) -> None:
-    if factor == np.float32(1.0):
-        out[:] = cells
-        return
+def _shrink_cells(cells: Floats32, background: np.float32, factors: Floats32, out: Floats32) -> None:
     for j in range(cells.size):
-        out[j] = background + (cells[j] - background) * factor
+        shrunk = background + (cells[j] - background) * factors[j]
+        out[j] = cells[j] if factors[j] == np.float32(1.0) else shrunk
 
 
 @kernel
