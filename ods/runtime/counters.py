@@ -52,6 +52,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("network_frames", "packets with a network frame (s7k over TCP)", trouble=False),
         CounterRow("unframed_bytes", "bytes outside network frames, handed on like all others", logged=True,
                    advice="bytes outside network frames: is this the port of a 7k center?"),
+        CounterRow("lying_frames", "packets whose network frame lied of their length: another one began within",
+                   logged=True),
         CounterRow("garbage_bytes", "bytes that belong to no record",
                    advice="bytes that are in no record: noise, or records cut short by a baud that is too low"),
         CounterRow("bad_version", "what began like a record was none: its protocol version"),

@@ -129,3 +129,35 @@ def test_the_next_connection_begins_afresh() -> None:
     deframer.feed(by_hand(b"0123456789")[:-3])
     assert deframer.flush() == b""
     assert deframer.feed(by_hand(b"next")) == b"next"
+
+
+def lying_packet(data: bytes, size: int, packets: int, nth: int) -> bytes:
+    return by_hand(data, packets=packets, size=size, total=size, nth=nth)
+
+
+lies = st.lists(
+    st.one_of(
+        st.builds(lying_packet, st.binary(max_size=60), st.integers(37, LIMIT), st.integers(1, 9), st.integers(0, 8)),
+        st.builds(lying_packet, st.just(record(9)), st.integers(37, LIMIT), st.just(1), st.just(0)),
+        st.builds(lambda cut: frame_record(record(9, 300), 9, 100)[:cut], st.integers(0, 600)),
+        st.binary(max_size=60),
+    ),
+    max_size=5,
+).map(b"".join)
+
+
+@given(lies, st.lists(st.integers(0, 6000), max_size=12))
+def test_lies_of_any_length_cost_one_record_of_many_packets_at_most(told: bytes, cuts: list[int]) -> None:
+    """A frame that claimed 4 MB cost all pings of more than one packet for as long: 4 s at 1 MB/s."""
+    records = [record(number, 1000) for number in range(5)]
+    stream = told + b"".join(frame_record(each, number, 200) for number, each in enumerate(records))
+    edges = sorted({0, *(min(cut, len(stream)) for cut in cuts), len(stream)})
+    deframer = Deframer(LIMIT)
+    joined = b"".join(deframer.feed(stream[i:j]) for i, j in pairwise(edges))
+    assert [each in joined for each in records[1:]] == [True] * 4
+
+
+def test_a_frame_that_claims_4_mb_costs_no_ping_behind_its_own() -> None:
+    pings = [frame_record(record(number, 120_000), number) for number in range(4)]
+    lying = by_hand(pings[0][36:60_000], packets=3, size=LIMIT, total=LIMIT)
+    assert numbers(lying + b"".join(pings[1:])) == [1, 2, 3]

@@ -2,7 +2,8 @@
 
 A record is sent as one transmission of one or more packets, each behind a 36-byte header. Only what is surely such a
 header is taken out of the stream; everything else is handed on, so that the record framer, which has a sync word and a
-checksum, is the one judge of what is a record. A header that lies can then spoil no more than the record it cuts.
+checksum, is the one judge of what is a record. A header that lies of its packet's size spoils no more than the record
+that it cuts: a packet ends, whatever its header said, where a record's first packet begins within it.
 
 Source: the 7k Data Format Definition's network frame as MB-System's 7k center client and the University of New
 Hampshire's 7P client implement it; they agree on every field.
@@ -12,6 +13,8 @@ import struct
 from collections import Counter
 from typing import NamedTuple
 
+from ods.sonar_link.s7k.framer import FRAME_START
+
 PACKET_VERSION = 5
 MAX_PACKET_BYTES = 60_000
 """Longest packet that we send, header included."""
@@ -19,6 +22,8 @@ MAX_PACKET_BYTES = 60_000
 _HEADER = struct.Struct("<HHIHHIIIIHHI")
 PACKET_HEADER_BYTES = _HEADER.size
 HEADER_START = PACKET_VERSION.to_bytes(2, "little") + PACKET_HEADER_BYTES.to_bytes(2, "little")
+RECORD_STARTED_BYTES = PACKET_HEADER_BYTES + len(FRAME_START)
+"""A packet's header and behind it the start of a record: no samples look like that."""
 
 
 class PacketHeader(NamedTuple):
@@ -63,13 +68,15 @@ def frame_record(record: bytes, transmission: int, max_packet_bytes: int = MAX_P
 class Deframer:
     """Takes the headers out of a stream, in any chunking the same.
 
-    Counters: network_frames; unframed_bytes (bytes between packets, handed on like all others).
+    Counters: network_frames; unframed_bytes (bytes between packets, handed on like all others); lying_frames (packets
+    with another one within, whose header is handed on, too).
     """
 
     def __init__(self, max_record_bytes: int, counters: "Counter[str] | None" = None) -> None:
         self.counters: Counter[str] = Counter() if counters is None else counters
         self._max_record_bytes = max_record_bytes
         self._data_left = 0
+        self._data_end = b""  # of the packet, as far as it has been handed on: another one may begin there
         self._held = b""  # the beginning of what may be a header
 
     def feed(self, data: bytes) -> bytes:
@@ -78,7 +85,7 @@ class Deframer:
         while at < len(stream):
             if self._data_left:
                 end = min(at + self._data_left, len(stream))
-                self._data_left -= end - at
+                end = at + self._handed_on(stream[at:end])
             else:
                 end = _next_header(stream, at)
                 if end == at:
@@ -88,6 +95,7 @@ class Deframer:
                     if self._believable(header):
                         self.counters["network_frames"] += 1
                         self._data_left = header.packet_size - PACKET_HEADER_BYTES
+                        self._data_end = b""
                         at += PACKET_HEADER_BYTES
                         continue
                     end = at + 1
@@ -102,6 +110,23 @@ class Deframer:
         held, self._held, self._data_left = self._held, b"", 0
         self.counters["unframed_bytes"] += len(held)
         return held
+
+    def _handed_on(self, data: bytes) -> int:
+        """Return how many of a packet's next bytes of data go on, which are all unless another packet begins there."""
+        seen = self._data_end + data
+        at = seen.find(HEADER_START)
+        while 0 <= at <= len(seen) - RECORD_STARTED_BYTES:
+            header = PacketHeader(*_HEADER.unpack_from(seen, at))
+            starts = header.sequence == 0 and seen.startswith(FRAME_START, at + PACKET_HEADER_BYTES)
+            if starts and self._believable(header):
+                self.counters["lying_frames"] += 1
+                before, self._data_end = len(self._data_end), b""
+                self._data_left = max(0, header.packet_size - RECORD_STARTED_BYTES)
+                return at + RECORD_STARTED_BYTES - before
+            at = seen.find(HEADER_START, at + 1)
+        self._data_end = seen[1 - RECORD_STARTED_BYTES :]
+        self._data_left -= len(data)
+        return len(data)
 
     def _believable(self, header: PacketHeader) -> bool:
         data_bytes = header.packet_size - PACKET_HEADER_BYTES
