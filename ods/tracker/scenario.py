@@ -32,6 +32,10 @@ UNREADABLE = (
 """What numpy and zipfile raise on files that are damaged or no .npz files at all."""
 
 
+MOST = 1e7
+"""m, or rad: no number of a pose is farther from 0; the earth is no larger."""
+
+
 class ScenarioError(OdsError):
     """A scenario file cannot be used; the text is one line."""
 
@@ -135,7 +139,15 @@ def _checked(arrays: dict[str, Any], text: str) -> Scenario:
         meta = msgspec.json.decode(text.encode(), type=Meta)
     except msgspec.DecodeError as error:
         raise ValueError(f"meta: {error}") from error
+    _refuse_absurd({"auv_pos": position, "auv_rpy": attitude, **msgspec.structs.asdict(meta)})
     return Scenario(t, position, attitude, det, meta)
+
+
+def _refuse_absurd(numbers: dict[str, Any]) -> None:
+    """Raise ValueError where one is beyond all bounds; a pose that is not a number is none."""
+    for name, value in numbers.items():
+        if value is not None and (np.abs(value) > MOST).any():
+            raise ValueError(f"{name}: a number is farther from 0 than {MOST:g}")
 
 
 def scans(scenario: Scenario, mounting: Mounting = AT_ORIGIN) -> Iterator[Scan]:

@@ -110,6 +110,8 @@ def test_npz_of_single_images_in_all_scales_and_sample_types(
         ("quat", None, "no array `quat`"),
         ("quat", [[1, 0, 0, 0], [0, 0, 0, 0]], "quat: must be 2 unit quaternions"),
         ("pos_ned", [[0, 0, np.nan], [0, 0, 0]], "pos_ned: must be 2 x 3 finite numbers"),
+        ("pos_ned", [[0, 0, 1e300], [0, 0, 0]], "pos_ned: a place is farther than"),
+        ("quat", [[1e300, 0, 0, 0], [1, 0, 0, 0]], "quat: must be 2 unit quaternions"),
         ("truth", np.zeros((2, 1, 6)), "truth: shape"),
         ("truth", np.array([[["a"]]]), "truth: not an array of numbers"),
         ("dr_m", np.array({"a": 1}), "not a whole .npz file"),

@@ -11,7 +11,7 @@ from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
 from ods.messages import Ping, Scale
 from ods.sonar_link.files.decoder import Decoder
-from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
+from ods.sonar_link.files.ping_sequence import FARTHEST_M, LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.files.polar_npz import Arrays, translate
 from ods.sonar_link.ping_builder import BeamTable, Geometry, Runs, make_beam_table
 
@@ -147,6 +147,9 @@ def _poses(arrays: Arrays, count: int) -> tuple[Floats | None, Floats | None]:
     position, attitude = _numbers(arrays, "pos_ned", 2), _numbers(arrays, "quat", 2)
     if position.shape != (count, 3) or not np.isfinite(position).all():
         raise ValueError(f"pos_ned: must be {count} x 3 finite numbers")
+    if (np.abs(position) > FARTHEST_M).any():
+        raise ValueError(f"pos_ned: a place is farther than {FARTHEST_M:g} m from the origin")
+    attitude = np.clip(attitude, -2.0, 2.0)  # or the norm of absurd ones overflows
     norm = np.linalg.norm(attitude, axis=-1, keepdims=True)
     if attitude.shape != (count, 4) or not np.all(np.abs(norm - 1.0) < 1e-3):
         raise ValueError(f"quat: must be {count} unit quaternions")

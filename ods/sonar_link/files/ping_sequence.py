@@ -10,6 +10,9 @@ from ods.base.errors import OdsError
 from ods.messages import Ping
 from ods.sonar_link.ping_builder import Geometry, Runs, Stamp, build_ping
 
+FARTHEST_M = 1e7
+"""From an origin on the earth, as it is no larger; what is told to be farther is no place."""
+
 
 class PingFileError(OdsError):
     """A file of pings cannot be used; the text is one line: file and reason."""

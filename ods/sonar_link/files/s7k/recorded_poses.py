@@ -5,6 +5,7 @@ import struct
 from collections import Counter
 from pathlib import Path
 
+from ods.sonar_link.files.ping_sequence import FARTHEST_M
 from ods.sonar_link.files.s7k.pose import (
     HEADING_RECORD,
     POSITION,
@@ -24,7 +25,7 @@ _PARTS = {POSITION_RECORD, ROLL_PITCH_HEAVE_RECORD, HEADING_RECORD}
 def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
     """Return the poses of a recording with their UTC, ns, in order of time. Raises OSError.
 
-    What has no time, is cut short or no number, or lacks one of the three records of its time is left out.
+    What has no time, is cut short, no number or beyond the earth, or lacks one of the three records of its time is left out.
     """
     framer = RecordFramer(LONGEST_RECORD_BYTES, Counter())
     parts: dict[int, dict[int, bytes]] = {}
@@ -50,4 +51,5 @@ def _pose(found: dict[int, bytes]) -> GeodeticPose | None:
     except struct.error:
         return None
     pose = GeodeticPose(latitude, longitude, height, roll, pitch, heading)
-    return pose if all(map(math.isfinite, pose)) else None
+    on_earth = abs(latitude) <= math.pi / 2 and abs(longitude) <= 2 * math.pi and abs(height) <= FARTHEST_M
+    return pose if on_earth and all(map(math.isfinite, pose)) else None
