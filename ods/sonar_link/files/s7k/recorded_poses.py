@@ -25,7 +25,8 @@ _PARTS = {POSITION_RECORD, ROLL_PITCH_HEAVE_RECORD, HEADING_RECORD}
 def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
     """Return the poses of a recording with their UTC, ns, in order of time. Raises OSError.
 
-    What has no time, is cut short, no number or beyond the earth, or lacks one of the three records of its time is left out.
+    What has no time, is cut short, no number or beyond the earth, or lacks one of the three records of its time is left
+    out.
     """
     framer = RecordFramer(LONGEST_RECORD_BYTES, Counter())
     parts: dict[int, dict[int, bytes]] = {}
