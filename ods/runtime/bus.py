@@ -37,6 +37,10 @@ REQUEST_QUEUE = 16
 """Requests that wait of each peer: what bounds the memory that long ones take."""
 UNDECODABLE = (msgspec.DecodeError, RecursionError)
 """What decoding may raise: too deep a nesting is no DecodeError."""
+LONGEST_SUBSCRIPTION_BYTES = 64
+SUBSCRIPTION_QUEUE = 16
+"""The name of a topic, and how many wait of each peer. The publisher itself takes them in, while it publishes: 20 000
+of 200 bytes held it up for 0.4 s, and again when that peer left."""
 HIGH_WATER_MARK = 256
 MOST_A_ROUND = 4096
 """Messages of a topic read at a time: 10 ms."""
@@ -158,6 +162,8 @@ class Publisher:
         self._socket = context.socket(zmq.PUB)
         self._socket.setsockopt(zmq.LINGER, 0)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
+        self._socket.setsockopt(zmq.MAXMSGSIZE, LONGEST_SUBSCRIPTION_BYTES)
+        self._socket.setsockopt(zmq.RCVHWM, SUBSCRIPTION_QUEUE)
         self._binding = _Binding(self._socket, run_dir, process)
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:

@@ -1,5 +1,6 @@
 """The bus over real ZeroMQ sockets: newest kept, losses counted, bad messages dropped, no stolen addresses."""
 
+import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -63,6 +64,30 @@ def test_bad_messages_are_dropped_and_counted(context: Context, tmp_path: Path) 
     received, _ = subscriber.receive(1.0)
     assert [message.seq for _, message in received] == [5]
     assert subscriber.subscriptions[0].counters["bad_pose"] == 6
+
+
+def test_garbage_subscriptions_hold_up_nothing_that_is_published(context: Context, tmp_path: Path) -> None:
+    """20 000 of 200 bytes made poses 0.4 s late. By the time that this thread works: others' load is not counted."""
+    publisher = bus.Publisher(context, tmp_path, "nav")
+    with bus.Subscriber(context, tmp_path, ["pose"]) as subscriber, zmq.Context() as elsewhere:
+        connected(publisher, subscriber)
+        garbage: zmq.Socket[bytes] = elsewhere.socket(zmq.SUB)
+        garbage.setsockopt(zmq.SNDHWM, 0)
+        garbage.setsockopt(zmq.LINGER, 0)
+        for _ in range(20_000):
+            garbage.setsockopt(zmq.SUBSCRIBE, os.urandom(200))
+        garbage.connect(bus.endpoint(tmp_path, "nav"))
+        longest_s = 0.0
+        for number in range(100):
+            time.sleep(0.01)
+            begun_s = time.thread_time()
+            publisher.publish("pose", pose(number))
+            longest_s = max(longest_s, time.thread_time() - begun_s)
+        garbage.close()
+        assert longest_s < 0.05
+        connected(publisher, subscriber)
+        publisher.publish("pose", pose(1000))
+        assert [message.seq for _, message in subscriber.receive(1.0)[0]] == [1000]
 
 
 def test_a_second_process_cannot_steal_the_address(context: Context, tmp_path: Path) -> None:
