@@ -6,6 +6,8 @@ from ods.base.errors import OdsError
 
 LEAST = 64
 """A process of a chain has up to 25 open, and one more for each who listens to it."""
+WANTED = 65_536
+"""ZeroMQ ends the process at the limit; the usual one of 1024 was met by a planner that connected 1000 times."""
 
 
 class OpenFilesError(OdsError):
@@ -13,10 +15,10 @@ class OpenFilesError(OdsError):
 
 
 def allow_enough() -> None:
-    """Raise a limit that is too low, where one may, as libraries end the process at it. Raises OpenFilesError."""
+    """Raise the limit as far as one may and it makes sense. Raises OpenFilesError where it is too low for all."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
-    if soft >= LEAST or soft == resource.RLIM_INFINITY:
-        return
-    if hard < LEAST and hard != resource.RLIM_INFINITY:
-        raise OpenFilesError(f"only {hard} files may be open here: at least {LEAST} are needed, see `ulimit -n`")
-    resource.setrlimit(resource.RLIMIT_NOFILE, (LEAST, hard))
+    most = WANTED if hard == resource.RLIM_INFINITY else min(hard, WANTED)
+    if most < LEAST:
+        raise OpenFilesError(f"only {most} files may be open here: at least {LEAST} are needed, see `ulimit -n`")
+    if soft != resource.RLIM_INFINITY and soft < most:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))

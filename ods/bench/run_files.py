@@ -6,8 +6,10 @@ from typing import Any
 import msgspec
 import tomli_w
 
+from ods.base.errors import reason_of
 from ods.base.settings import Settings
 from ods.base.settings_file import load
+from ods.bench.program import BenchError
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.sim_sonar.device.sonar_line import port_of
@@ -16,7 +18,18 @@ from ods.sim_sonar.ins.nmea_ins import PORT
 
 
 def write_configs(settings: BenchConfig) -> tuple[Path, Path]:
-    """Write the on-board configuration and the bench's, complete and absolute; return where they are."""
+    """Write the on-board configuration and the bench's, complete and absolute; return where they are.
+
+    Raises OdsError.
+    """
+    try:
+        return _written(settings)
+    except OSError as error:
+        raise BenchError(f"{settings.out}: {reason_of(error)}: --out names another folder") from error
+
+
+def _written(settings: BenchConfig) -> tuple[Path, Path]:
+    """Raises OSError and OdsError."""
     run_dir = settings.bus.run_dir
     settings.out.mkdir(parents=True, exist_ok=True)
     for old in settings.out.glob("map.sqlite*"):

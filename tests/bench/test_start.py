@@ -34,3 +34,8 @@ def test_a_process_that_cannot_start_ends_it_at_once_with_its_reason(
     assert said.startswith("ods bench: pipeline ended with code 2: pipeline.plugins[0]")
     assert "none.py): FileNotFoundError" in said
     assert said.count("\n") == 1
+
+
+def test_a_folder_of_results_that_cannot_be_made_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--config", str(CONFIG / "bench.toml"), "--out", "/dev/null/out"]) == 2
+    assert capsys.readouterr().err == "ods bench: /dev/null/out: not a directory: --out names another folder\n"
