@@ -17,6 +17,7 @@ from ods.messages import Health, Pose
 from ods.nav_bridge.service import NavWorker
 from ods.nav_bridge.settings import CanopenSettings, CanSettings, DbcSettings, NavConfig, NavSettings, NmeaSettings
 from ods.runtime import bus, service
+from ods.runtime.ending import Stop
 from ods.runtime.processes import PROCESSES
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
@@ -91,6 +92,16 @@ class Vehicle(threading.Thread):
         self.join()
 
 
+class StopByHand(Stop):
+    """Asked by a test: signals are the test runner's, and no business of a thread."""
+
+    def __init__(self) -> None:
+        self.asked = False
+
+    def listen(self) -> None:
+        """Hear nothing."""
+
+
 @contextmanager
 def nav_process(
     run_dir: Path,
@@ -111,15 +122,15 @@ def nav_process(
     host = service.Service(PROCESSES["nav"], run_dir)
     worker = NavWorker(host, NavConfig(nav=nav, site=SITE))
     worker.start()
-    stopping: list[int] = []
-    loop = threading.Thread(target=service._loop, args=(host, cast(Any, worker), stopping))
+    stop = StopByHand()
+    loop = threading.Thread(target=service._loop, args=(host, cast(Any, worker), stop))
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     client = Client(context, run_dir)
     loop.start()
     try:
         yield worker, client
     finally:
-        stopping.append(15)
+        stop.asked = True
         loop.join()
         worker.stop()
         client.close()
