@@ -137,8 +137,9 @@ class Detection(msgspec.Struct, frozen=True):
     sigma_near_m: float = 0.0
     """Standard deviation of `near_m`; 0: it is not told, as in recordings of before."""
     cut: bool = False
-    """It reaches the fan's first or last beam, or beams without data: the body may go on beyond, and bearing and radius
-    are those of what is seen of it. Their errors are then the same from ping to ping."""
+    """It reaches the fan's first or last beam, beams without data, or the nearest or farthest range: the body may go on
+    beyond, and its place and radius are those of what is seen of it. Their errors are then the same from ping to
+    ping."""
     onset: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """How far its highest level lies behind the place before it that has half of that, in widths of a point: about 1
     for a face that is met at once, more for a bottom that begins to shine slowly; 0: it is not told."""

@@ -80,6 +80,19 @@ def test_an_echo_in_the_first_or_last_beam_is_cut_off_and_its_place_unsure(beams
     assert (echo.sigma_radius_m > 4.0) is cut
 
 
+@pytest.mark.parametrize(("first", "cut"), [(0, True), (20, False), (46, True)])
+def test_an_echo_at_the_nearest_or_farthest_range_is_cut_off_in_range_alone(first: int, cut: bool) -> None:
+    image = np.ones((5, 50), np.float32)
+    for beam in (1, 2):
+        image[beam, first : first + 4] = [4.0, 8.0, 8.0, 4.0]
+    echo = measured(image, [(beam, first, first + 4, 1) for beam in (1, 2)], np.linspace(-0.04, 0.04, 5))
+    assert echo.cut is cut
+    assert (echo.sigma_range_m > 4.0) is cut
+    assert (echo.sigma_radius_m > 4.0) is cut
+    assert echo.sigma_near_m < 1.0
+    assert echo.sigma_bearing_rad * echo.range_m < 1.0
+
+
 def test_levels_extents_and_raw_peak() -> None:
     image = np.ones((5, 50), np.float32)
     image[1, 20:24] = [4.0, 8.0, 8.0, 4.0]

@@ -1,4 +1,4 @@
-"""Echoes of which a part may lie where nothing is seen: beyond the fan's edge, or in beams without data."""
+"""Echoes of which a part may lie where nothing is seen: beyond the fan's beams or ranges, or in beams without data."""
 
 import numpy as np
 
@@ -13,7 +13,7 @@ _HIDDEN_M = 5.0
 
 
 @kernel
-def is_cut(recorded: Recorded, runs: Runs) -> bool:
+def is_cut_beside(recorded: Recorded, runs: Runs) -> bool:
     """Tell whether an echo reaches the fan's edge or beams without data; those that its neighbours fill are seen."""
     for i in range(runs.shape[0]):
         for beam in (runs[i].beam - 1, runs[i].beam + 1):
@@ -36,11 +36,22 @@ def _hidden(recorded: Recorded, beam: int, run: Run) -> int:
 
 
 @kernel
-def widen(echo: EchoRecord) -> None:
-    """Widen the standard deviations of an echo that is cut off.
+def is_cut_in_range(runs: Runs, columns: int) -> bool:
+    """Tell whether an echo reaches the nearest or the farthest range of the image, which has so many columns."""
+    nearest, farthest = columns, 0
+    for i in range(runs.shape[0]):
+        nearest, farthest = min(nearest, runs[i].first), max(farthest, runs[i].stop)
+    return nearest == 0 or farthest == columns
 
-    How far the object goes on nobody knows, and the error stays the same from ping to ping.
+
+@kernel
+def widen(echo: EchoRecord, beside: bool, in_range: bool) -> None:
+    """Widen the standard deviations of an echo that is cut off beside, in range, or both.
+
+    How far the object goes on nobody knows, and the error stays the same from ping to ping. What is cut beside shows
+    its nearest point or one not much farther; of what is cut in range the middle is seen.
     """
-    echo.sigma_range_m = np.hypot(echo.sigma_range_m, echo.radius_m)
-    echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
+    echo.sigma_range_m = np.hypot(echo.sigma_range_m, _HIDDEN_M if in_range else echo.radius_m)
+    if beside:
+        echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
     echo.sigma_radius_m = np.hypot(echo.sigma_radius_m, _HIDDEN_M)

@@ -11,7 +11,7 @@ from ods.pipeline.image.fan import Fan, FanTable
 from ods.pipeline.image.recorded import Recorded, samples_of
 from ods.pipeline.image.regions import Regions, Runs
 from ods.pipeline.measure.circle import Crest, circle_of
-from ods.pipeline.measure.cut_off import is_cut, widen
+from ods.pipeline.measure.cut_off import is_cut_beside, is_cut_in_range, widen
 from ods.pipeline.measure.depth import Level, depth_of, ends_of
 from ods.pipeline.measure.features import EchoRecord, Features, features_of
 from ods.pipeline.measure.onset import onset_of
@@ -81,9 +81,10 @@ def _measure_all(image: Image, regions: Regions, recorded: Recorded, fan: FanTab
         _claim(sigmas_of(features, point * fan.dr_m, doubt.beside_m, echo.range_m, fan.dr_m), doubt, echo)
         echo.amplitude = _recorded_peak(recorded, part)
         echo.elevation_rad = fan.elevation_rad
-        echo.cut = is_cut(recorded, part)
+        beside, in_range = is_cut_beside(recorded, part), is_cut_in_range(part, image.shape[1])
+        echo.cut = beside or in_range
         if echo.cut:
-            widen(echo)
+            widen(echo, beside, in_range)
         else:
             echo.onset = onset_of(image, part, response)
         start = stop

@@ -42,13 +42,18 @@ def _nothing_twice(table: Floats, predicted_table: Floats, radius: Floats, radiu
     for j in range(table.shape[1]):
         if echoes.cut[j] == 0.0:
             continue
-        most, horizontal = farthest_off(echoes.cut[j], radius[j], radius_variance[j]), predicted.horizontal[j]
+        largest = max(radius[j], echoes.radius[j])
+        most, horizontal = farthest_off(echoes.cut[j], largest, radius_variance[j]), predicted.horizontal[j]
         along = min(echoes.sigma_range[j] ** 2, most)
         across = min((echoes.sigma_bearing[j] * horizontal) ** 2, most)
         echoes.sigma_range[j] = math.sqrt(_beyond(along, predicted.along[j]))
         echoes.sigma_bearing[j] = math.sqrt(_beyond(across, predicted.across[j])) / horizontal
-        if echoes.radius[j] < radius[j]:  # what is seen of a body is never larger than the body
-            echoes.sigma_radius[j] = math.sqrt(_beyond(echoes.sigma_radius[j] ** 2, radius_variance[j]))
+        shared, known = echoes.sigma_radius[j] ** 2, radius_variance[j]
+        noise = _beyond(shared, known)
+        echoes.sigma_radius[j] = math.sqrt(noise)
+        larger = max(echoes.radius[j] - radius[j], 0.0)  # what is seen of a body is never larger than the body
+        if noise == NOTHING and larger > 0.0:  # so far as an echo on its own would, but it does not make it surer
+            echoes.radius[j] = radius[j] + larger * (known + noise) / (known + shared)
     return result
 
 

@@ -53,7 +53,7 @@ class EchoRows(NamedTuple):
     strength: Floats
     """Peak over the background, dB; 0: not told."""
     cut: Floats
-    """1: the fan's edge cuts it off; 0: it does not."""
+    """1: the fan's edge or its ranges cut it off; 0: they do not."""
     half_vertical: Floats
     """The body is within this of `elevation`, rad; 0: within half the fan's vertical opening."""
     onset: Floats
