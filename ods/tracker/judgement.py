@@ -61,7 +61,7 @@ def _next_states(
             history.echoes[i],
             unseen_ns / NS,
             (unseen_ns - history.unwatched[i]) / NS,
-            d.visible[i] + d.silent[i],
+            doubt.proof(d, i) if state == lifecycle.TENTATIVE else d.visible[i] + d.silent[i],
             d.visible[i],
             d.first_visible[i],
             static[i] >= REST,

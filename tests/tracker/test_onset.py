@@ -7,6 +7,7 @@ from scipy.stats import betabinom
 from ods.tracker.association.onset import (
     BODY_SHARP,
     BODY_SLOW,
+    DEARER,
     ENOUGH,
     FIRST,
     FIRST_ECHOES,
@@ -19,7 +20,11 @@ from ods.tracker.association.onset import (
     Onset,
     evidence,
 )
-from ods.tracker.state import OnsetState
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.state import OnsetState, TrackerState
+from ods.tracker.track.doubt import Doubt, doubt_rows, proof
+from ods.tracker.tracker import Tracker
+from tests.tracker.samples import RATE_HZ, scan
 from tests.tracker.spots import told_after
 
 
@@ -63,3 +68,26 @@ def test_what_sets_in_sharply_is_told_sooner() -> None:
 def test_what_begins_slowly_is_told_later_but_is_told_if_it_stays_in_its_place() -> None:
     untold = told(0.0, 0.1)
     assert untold + 0.3 < told(2.0 * SHARP, 0.1) < untold + 2.0
+
+
+def after_an_echo(radius: float, onset: float) -> TrackerState:
+    """Return what is known after nine sharp echoes of a body of 1 m and one of this radius, m, and onset."""
+    tracker = Tracker(TrackerSettings())
+    for k in range(10):
+        image = scan(k / RATE_HZ, np.zeros(3), 0.0, [(60.0, 0.1, radius if k == 9 else 1.0)])
+        image.echoes.rows.strength[:], image.echoes.rows.onset[:] = 13.0, onset if k == 9 else 0.8 * SHARP
+        tracker.step(image)
+    return tracker.state()
+
+
+def test_an_echo_that_is_joined_with_neighbours_tells_nothing_of_its_onset() -> None:
+    assert after_an_echo(6.0, 2.0 * SHARP) == after_an_echo(6.0, 0.0)
+    assert after_an_echo(1.0, 2.0 * SHARP) != after_an_echo(1.0, 0.0)
+
+
+def test_what_is_new_needs_higher_odds_where_its_echoes_tell_their_onset() -> None:
+    d = doubt_rows(np.zeros((len(Doubt._fields), 2)))
+    d.visible[:], d.silent[:], d.nothing[:], d.spot[:] = 0.97, 0.02, 0.006, 0.004
+    d.set_in[1] = 3.0
+    assert proof(d, 0) == pytest.approx(0.99)
+    assert proof(d, 1) / (1.0 - proof(d, 1)) == pytest.approx(99.0 / DEARER)

@@ -31,6 +31,9 @@ DROP_OUT_SHARE = 0.25
 """and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
 DROP_OUT_DETECTION = 0.005
 """and in which an object has an echo with this probability: what is found is more likely a false alarm."""
+JOINED, LEAST_JOINED_M = 1.6, 1.5
+"""An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
+it sets in as the first of these does."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -102,7 +105,8 @@ def match_scan(
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
     told = shown.objects, shown.echoes.table, shown.llr, shown.off_centre
     watched = seen.watched, reported, hit, seen.inside & ~seen.skipped
-    look = _look(told, merged, watched, prediction.measurement.table, 0.0 if drop_out else chance.detection_probability)
+    expected = prediction.measurement.table, prediction.estimate.radius
+    look = _look(told, merged, watched, expected, 0.0 if drop_out else chance.detection_probability)
     free = _not_of_confirmed(assignment.pairs.objects, assignment.pairs.echoes, reported, len(echoes))
     alarms.strength.count(echoes, free, scan.sector)
     nothing = alarms.at(prediction.places, scan.sector)
@@ -198,16 +202,18 @@ def _look(
     told: tuple[Indices, Floats, Floats, Floats],
     merged: Floats,
     seen: tuple[Floats, Mask, Mask, Mask],
-    predicted_table: Floats,
+    expected: tuple[Floats, Floats],
     detection_probability: float,
 ) -> Floats:
     """Return the (6, n) table of `Look`.
 
     `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
-    that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped.
+    that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped;
+    `expected`: table of the predicted measurements, and (n,) radii.
     """
     objects, echo_table, llr, off_centre = told
     watched, reported, hit, in_view = seen
+    predicted_table, radius = expected
     echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((6, len(hit)))
     look = look_rows(table)
     look.off_range[:] = math.nan
@@ -219,7 +225,9 @@ def _look(
         look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
         whole = off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.cut[k] == 0.0
         if whole and echoes.strength[k] > 0.0:
-            look.off_range[i], look.onset[i] = echoes.range_m[k] - predicted.range_m[i], echoes.onset[k]
+            look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
+            joined = echoes.radius[k] > JOINED * max(radius[i], LEAST_JOINED_M)
+            look.onset[i] = 0.0 if joined else echoes.onset[k]
     return table
 
 

@@ -18,7 +18,7 @@ BODY_SHARP, BODY_SLOW = 3.0, 1.5
 """A body's echoes are sharp, and not, as often as the beta distribution of these says;"""
 SPOT_LOOKS = 7.0
 """those of a spot as often as others', which counts for so many of its own."""
-FIRST = 1.0 / 7.0
+FIRST = 0.09
 """Share of the echoes of spots that are sharp where nothing is known, which counts for"""
 FIRST_ECHOES = 20.0
 """so many echoes."""
@@ -27,10 +27,12 @@ MOST = 0.95
 ROUNDING = 1e-9
 MEMORY = 0.997
 """What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
-MOST_FOR, MOST_AGAINST = 1.0, 6.0
+MOST_FOR, MOST_AGAINST = 3.0, 6.0
 """Largest logarithm of a likelihood ratio that this alone gives for a body, and against one,"""
 ENOUGH = 8.0
-"""which takes so many echoes: a body that is confirmed by fewer is told no later."""
+"""which takes so many echoes."""
+DEARER = 3.3
+"""So many times the odds a new object needs where echoes tell their onset: sharp ones bring more than that."""
 
 
 class Onset:

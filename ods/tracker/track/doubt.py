@@ -288,6 +288,15 @@ def intermittent(d: Doubt, i: int, detection_probability: float) -> bool:
 
 
 @kernel
+def proof(d: Doubt, i: int) -> float:
+    """Return the probability of existence that a new object is confirmed by: see `onset.DEARER`."""
+    exists = float(d.visible[i] + d.silent[i])
+    if d.set_in[i] == 0.0:
+        return exists
+    return exists / (exists + onset.DEARER * float(d.nothing[i] + d.spot[i]))
+
+
+@kernel
 def visibilities(table: Floats, returned: float) -> Floats:
     """Return (n,) the probability that an object, if it exists, gives echoes; `returned`: that a silent one does."""
     d, found = doubt_rows(table), np.empty(table.shape[1])
