@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping, TruthObject
 from ods.sim_sonar.echo.bodies import Bodies
-from ods.sim_sonar.echo.motion_during_reception import as_heard
+from ods.sim_sonar.echo.motion_during_reception import as_heard, turn_per_metre
 from ods.sim_sonar.mean_area import Surroundings, mean_area
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.quantize import PingMaker
@@ -109,8 +109,10 @@ class ImageSimulator:
         if self._newest is None or self._newest.t_s != t_s:
             file, scene = self.scene.file, self.scene
             pose = scene.head_at(t_s)
-            heard = as_heard(scene.bodies_at(t_s), t_s, pose, self.sonar.sound_speed, scene.head_at)
-            surroundings = Surroundings(heard, scene.sea_bed, file.shadows)
+            sonar, head_at = self.sonar, scene.head_at
+            heard = as_heard(scene.bodies_at(t_s), t_s, pose, sonar.sound_speed, head_at)
+            turning = turn_per_metre(pose, t_s, sonar.range_max_m, sonar.sound_speed, head_at)
+            surroundings = Surroundings(heard, scene.sea_bed, file.shadows, turning)
             area = mean_area(self._grid, surroundings, pose, file.image.max_error)
             self._newest = _Moment(t_s, pose, heard, area)
         return self._newest

@@ -26,6 +26,8 @@ class Surroundings(NamedTuple):
     """None: open water."""
     shadows: bool = True
     """False: objects hide nothing; what the sea-bed hides is never seen."""
+    turn_rad_per_m: float = 0.0
+    """What the sonar's heading turns while an echo of the sea-bed comes from a metre farther."""
 
 
 def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_error: float = 0.03) -> Floats:
@@ -36,11 +38,11 @@ def mean_area(grid: Grid, surroundings: Surroundings, pose: VehiclePose, max_err
     is the relative rms error that the image may have after a mean over 3 beams x 9 samples; detail.LEVEL_ERRORS has a
     ladder of values.
     """
-    objects, sea_bed, shadows = surroundings
+    objects, sea_bed, shadows, turning = surroundings
     detail = detail_of(max_error)
     rotation = geometry.rotation_matrix(pose.attitude)
     image = np.zeros((len(grid.vertical) * len(grid.bearing_rad), grid.samples))
-    view = view_of(sea_bed, grid, pose.position_ned, rotation, detail)
+    view = view_of(sea_bed, grid, pose.position_ned, rotation, detail, turning)
     seen = to_sonar_frame(objects, pose.position_ned, rotation)
     shades, shaded = np.empty(len(objects) * MAX_CELLS, SHADE), 0
     rivals, errors = rivals_of(seen), shares_of_error(seen, grid, max_error)

@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 
 from ods.base import geometry
+from ods.base.arrays import Floats
 from ods.sim_sonar.echo.bodies import BODY, Bodies, middles
 from ods.sim_sonar.echo.motion_during_reception import as_heard
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.pose import Times, VehiclePose
 from ods.sim_sonar.scene.settings import Cylinder, Oscillation, Plane, SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")
@@ -47,6 +49,23 @@ def test_a_point_is_seen_in_the_beam_of_the_attitude_at_reception(range_m: float
     turned = math.radians(40.0) * math.sin(range_m / SEABAT.sound_speed)  # exactly
     at_rest = ImageSimulator(SEABAT, scene(point(bearing - turned), yaw=NO_SWING)).mean_area(0.0)
     np.testing.assert_allclose(area, at_rest, rtol=1e-6, atol=1e-12 * at_rest.max())
+
+
+@pytest.mark.parametrize("range_m", [30.0, 60.0, 95.0])
+def test_a_rough_bed_is_seen_in_the_direction_of_the_attitude_at_reception(range_m: float) -> None:
+    bed = SeaBed(depth_m=5.0, rough=Roughness(rms_height_m=0.25, correlation_m=2.0))
+
+    def around(heading_deg: float, yaw: Oscillation) -> Floats:
+        vehicle = VehiclePath(position_ned=(0.0, 0.0, 0.0), heading_deg=heading_deg, yaw=yaw)
+        seen = Scene(SceneFile(seed=1, vehicle=vehicle, sea_bed=bed, duration_s=1.0))
+        near = np.abs(SEABAT.range0_m + SEABAT.dr_m * np.arange(SEABAT.samples) - range_m) < 0.5
+        return ImageSimulator(SEABAT, seen).mean_area(0.0)[:, near]
+
+    def error(image: Floats) -> float:
+        return float(np.linalg.norm(image - at_rest) / np.linalg.norm(at_rest))
+
+    at_rest = around(40.0 * math.sin(range_m / SEABAT.sound_speed), NO_SWING)
+    assert error(around(0.0, SWING)) < 0.1 * error(around(0.0, NO_SWING))
 
 
 def test_the_range_is_half_the_way_there_and_back() -> None:

@@ -1,4 +1,4 @@
-"""Objects as a sonar hears them that moves and turns while their echoes come back.
+"""What surrounds a sonar as it hears it that moves and turns while the echoes come back.
 
 The sonar measures half the way from where it sent the ping to the object and on to where it hears the echo, at
 t_tx + 2 r / c, and the direction in its frame then.
@@ -10,6 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.base.geometry import rotation_matrix
 from ods.sim_sonar.echo.bodies import Bodies, middles
 from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.pose import Times, VehiclePose
@@ -31,6 +32,19 @@ def as_heard(
     middle = middles(objects, sent.position_ned)
     there = np.sqrt(np.square(middle - sent.position_ned).sum(axis=1))
     return _as_heard(objects, middle, sent, pose_at(t_s + there * (2.0 / sound_speed)))
+
+
+def turn_per_metre(
+    sent: VehiclePose, t_s: float, farthest_m: float, sound_speed: float, pose_at: Callable[[Times], VehiclePose]
+) -> float:
+    """Return what the heading turns to starboard while an echo comes from a metre farther, rad.
+
+    Arguments as of `as_heard`; `farthest_m`: range up to which it is taken to turn evenly.
+    """
+    heard = pose_at(t_s + farthest_m * (2.0 / sound_speed))
+    before, after = rotation_matrix(sent.attitude), rotation_matrix(heard.attitude)
+    turned = math.atan2(after[1, 0], after[0, 0]) - math.atan2(before[1, 0], before[0, 0])
+    return math.remainder(turned, 2.0 * math.pi) / farthest_m
 
 
 @compiled

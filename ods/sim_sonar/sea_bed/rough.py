@@ -60,7 +60,9 @@ class RoughBed(NamedTuple):
     sonar_m: Floats
     """(3,) the sonar in the sea-bed's frame; z is negative."""
     turn: Floats
-    """(3, 3) from the sonar's frame to the sea-bed's."""
+    """(3, 3) from the sonar's frame to the sea-bed's, at transmission."""
+    turning: float
+    """What the sonar turns about the sea-bed's normal while an echo comes from a metre farther, rad."""
     gamma: Floats
     """Eq. 3 over cos(alpha), even from 0 to 1."""
 
@@ -157,13 +159,21 @@ def survey(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
 
 @compiled
 def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
-    """Set `land` to the sea-bed under the places that its `up` gives; beyond the field's border it is even."""
+    """Set `land` to the sea-bed under the places that its `up` gives; beyond the field's border it is even.
+
+    A sonar that turns while it listens looks at each place along the bearing that it has at reception; the sea-bed is
+    turned back by that about the sonar, slopes and all, so that the trace is straight.
+    """
     up, slope_x, slope_y = land
     line = np.uint64(3 * (bed.columns + 1))
     south, east = float(bed.rows), float(bed.columns)
     for k in range(len(ahead)):
-        p = trace.start[0] + ahead[k] * trace.ahead[0] + up[k] * trace.upward[0]
-        q = trace.start[1] + ahead[k] * trace.ahead[1] + up[k] * trace.upward[1]
+        aside = bed.turning * ahead[k]
+        onward = 1.0 - 0.5 * aside * aside  # a cosine: at 60 deg/s and 100 m it is right to 2e-4 of the range
+        x = ahead[k] * trace.ahead[0] + up[k] * trace.upward[0]
+        y = ahead[k] * trace.ahead[1] + up[k] * trace.upward[1]
+        p = trace.start[0] + onward * x - aside * y
+        q = trace.start[1] + onward * y + aside * x
         if bed.repeats:
             p -= south * math.floor(p * trace.per_side[0])
             q -= east * math.floor(q * trace.per_side[1])
@@ -173,8 +183,9 @@ def _look(bed: RoughBed, trace: Trace, ahead: Floats, land: Land) -> None:
         corner = np.uint64(np.int64(i)) * line + np.uint64(3) * np.uint64(np.int64(j))
         a, b = np.float32(p - i), np.float32(q - j)
         height = _between(bed.nodes, corner, line, a, b)
-        slope_x[k] = 0.0 if beyond_x else _between(bed.nodes, corner + np.uint64(1), line, a, b)
-        slope_y[k] = 0.0 if beyond_y else _between(bed.nodes, corner + np.uint64(2), line, a, b)
+        rise_x = 0.0 if beyond_x else _between(bed.nodes, corner + np.uint64(1), line, a, b)
+        rise_y = 0.0 if beyond_y else _between(bed.nodes, corner + np.uint64(2), line, a, b)
+        slope_x[k], slope_y[k] = onward * rise_x + aside * rise_y, onward * rise_y - aside * rise_x
         up[k] = (ahead[k] * trace.down - trace.height + height) * trace.stretch
 
 

@@ -76,8 +76,18 @@ class RoughView(OpenWater):
         add_rough_bed(image, self.bed, grid, self.scale_m, shades, self.detail)
 
 
-def view_of(bed: SeaBedModel | None, grid: Grid, position_ned: Floats, rotation: Floats, detail: Detail) -> OpenWater:
-    """Return `bed` as seen by a sonar at `position_ned` with body-to-global `rotation`; from below it is not seen."""
+def view_of(
+    bed: SeaBedModel | None,
+    grid: Grid,
+    position_ned: Floats,
+    rotation: Floats,
+    detail: Detail,
+    turning: float = 0.0,
+) -> OpenWater:
+    """Return `bed` as seen by a sonar at `position_ned` with body-to-global `rotation`; from below it is not seen.
+
+    turning: what the sonar turns to starboard while an echo comes from a metre farther, rad.
+    """
     place = np.zeros(3) if bed is None else (position_ned - np.array([0.0, 0.0, bed.depth_m])) @ bed.axes
     height = -float(place[2])
     if bed is None or height <= 0.0:
@@ -98,6 +108,7 @@ def view_of(bed: SeaBedModel | None, grid: Grid, position_ned: Floats, rotation:
         repeats=field.repeats,
         sonar_m=place,
         turn=np.ascontiguousarray(turn),
+        turning=turning,
         gamma=bed.gamma,
     )
     ease = min(GENTLEST, max(1.0, math.sqrt(STEEP / field.slope)))
