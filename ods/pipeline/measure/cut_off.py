@@ -10,6 +10,8 @@ from ods.pipeline.measure.features import EchoRecord
 
 _HIDDEN_M = 5.0
 """Standard deviation of the place of an object of which a part is hidden."""
+_BEHIND_M = 1.5
+"""Likewise along the range: of what the first or last range cuts off a middle is seen."""
 
 
 @kernel
@@ -51,7 +53,7 @@ def widen(echo: EchoRecord, beside: bool, in_range: bool) -> None:
     How far the object goes on nobody knows, and the error stays the same from ping to ping. What is cut beside shows
     its nearest point or one not much farther; of what is cut in range the middle is seen.
     """
-    echo.sigma_range_m = np.hypot(echo.sigma_range_m, _HIDDEN_M if in_range else echo.radius_m)
+    echo.sigma_range_m = np.hypot(echo.sigma_range_m, _BEHIND_M if in_range else echo.radius_m)
     if beside:
         echo.sigma_bearing_rad = np.hypot(echo.sigma_bearing_rad, _HIDDEN_M / max(echo.range_m, _HIDDEN_M))
     echo.sigma_radius_m = np.hypot(echo.sigma_radius_m, _HIDDEN_M)
