@@ -47,7 +47,7 @@ class Effort:
     """Words; settings whose names have one of them are left out."""
 
 
-FULL_EFFORT = Effort(sea=32, tank=20, checked=200, filtered=8, rounds=12, settings=1000)
+FULL_EFFORT = Effort(sea=160, tank=60, checked=200, filtered=8, rounds=12, settings=1000)
 QUICK_EFFORT = Effort(sea=4, tank=3, checked=3, filtered=1, rounds=3, settings=4)
 IMAGES_SEED = 4
 SEA_FALSE_ALARMS = 1.0
