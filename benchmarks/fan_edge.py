@@ -9,7 +9,7 @@ circle is less than a beam's width from the border, or on it. `python -m benchma
 import argparse
 import math
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -136,22 +136,32 @@ def line(name: str, each: Sequence[Found]) -> str:
     return f"{name:38s} {tracked:5.0f} % {figures}"
 
 
-def main() -> None:
-    """Run all cases and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
+def runs_of(doc: str | None) -> int:
+    """Return how many scenes a case the command line asks for."""
+    parser = argparse.ArgumentParser(description=doc)
     parser.add_argument("--runs", type=int, default=3, help="scenes a case (default: 3)")
-    args = parser.parse_args()
+    return int(parser.parse_args().runs)
+
+
+def table_of(scenes: Iterable[tuple[str, str]], counts: Callable[[Truth, TruthObject], bool]) -> dict[str, Found]:
+    """Run scenes, (case, text), print a row for each case, way and size, and return them; `counts`: what they hold."""
     found: dict[str, Found] = {}
-    for case in CASES:
-        for seed in range(args.runs):
-            for truth, listed in lists_of(scene_text(case, seed)):
-                for item in truth.objects:
-                    way, radius, _ = item.name.split("/")
-                    if is_on_border(truth, item):
-                        look(item, listed, found.setdefault(f"{case.name}, {way}, {radius} m", Found()))
+    for case, text in scenes:
+        for truth, listed in lists_of(text):
+            for item in truth.objects:
+                way, radius, _ = item.name.split("/")
+                if counts(truth, item):
+                    look(item, listed, found.setdefault(f"{case}, {way}, {radius} m", Found()))
     print(f"{'':38s} tracked    NEES  > {UNLIKELY}   rms m rms m/s  radius")
     for name, one in found.items():
         print(line(name, [one]) if one.nees else f"{name:38s}   never tracked")
+    return found
+
+
+def main() -> None:
+    """Run all cases and print the table."""
+    runs = runs_of(__doc__)
+    found = table_of(((case.name, scene_text(case, seed)) for case in CASES for seed in range(runs)), is_on_border)
     print(line("all", list(found.values())))
 
 

@@ -6,14 +6,13 @@ border of range runs through them), and four spheres of 1.5 and 3 m of which a n
 while the vehicle hovers or sways (all lists of 13 s). `python -m benchmarks.seen_in_part [--runs N]`.
 """
 
-import argparse
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from benchmarks.fan_edge import CROSSES_S, RADII_M, UNLIKELY, Found, line, lists_of, look
+from benchmarks.fan_edge import CROSSES_S, RADII_M, line, runs_of, table_of
 from ods.messages import Truth, TruthObject
 
 FARTHEST_M = 100.025
@@ -100,20 +99,8 @@ def counts(truth: Truth, item: TruthObject) -> bool:
 
 def main() -> None:
     """Run all cases and print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, default=3, help="scenes a case (default: 3)")
-    args = parser.parse_args()
-    found: dict[str, Found] = {}
-    for case in CASES:
-        for seed in range(args.runs):
-            for truth, listed in lists_of(case.text(case, seed)):
-                for item in truth.objects:
-                    way, radius, _ = item.name.split("/")
-                    if counts(truth, item):
-                        look(item, listed, found.setdefault(f"{case.name}, {way}, {radius} m", Found()))
-    print(f"{'':38s} tracked    NEES  > {UNLIKELY}   rms m rms m/s  radius")
-    for name, one in found.items():
-        print(line(name, [one]) if one.nees else f"{name:38s}   never tracked")
+    runs = runs_of(__doc__)
+    found = table_of(((case.name, case.text(case, seed)) for case in CASES for seed in range(runs)), counts)
     for kind in ("farthest range", "shadow"):
         for size in RADII_M:
             each = [one for name, one in found.items() if name.startswith(kind) and name.endswith(f"{size} m")]
