@@ -47,6 +47,10 @@ class OffsetEstimator:
         in STEPPED  CONFIRMATIONS that are wild and tell the same offset
         in both     STEP_CONFIRMATIONS that are late and tell the same offset, which a backlog does not: it shrinks
         in LATE     WILD_CONFIRMATIONS that are wild and become no less late, however much their delays differ
+
+    But in LATE messages that a line holds back are no step, however long it does: their lateness began with longer
+    waits for messages whose device time went on at its pace. They are neither learned nor confirm anything. A step
+    back leaves the arrivals at their pace and shows in the device time, unless it comes in a silence as long as it.
     """
 
     def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
@@ -54,6 +58,8 @@ class OffsetEstimator:
         """Jumps of the device's clock, and steps back, that were believed."""
         self.wild = 0
         """Messages further than `jump_ns` from the envelope."""
+        self.held_back_ns = 0
+        """How late the newest message is by waits for it alone, 0 when it is not."""
         self._window = window
         self._jump_ns = jump_ns
         self._suspects: deque[tuple[int, int]] = deque(maxlen=STEP_CONFIRMATIONS)
@@ -66,19 +72,43 @@ class OffsetEstimator:
         self._envelope: deque[tuple[int, int]] = deque()  # (message number, key), both rising: a sliding minimum
         self._messages = 0
         self._newest_device_ns: int | None = None
+        self._last: tuple[int, int] | None = None
+        """(device time, arrival) of the message that came last."""
+        self._device_gap_ns = 0
+        """Between the device times of the two that came last."""
+        self._waited_ns = 0
+        """How much of the messages' lateness came with waits for them; all of one's on the envelope."""
         self._previous_key: int | None = None
 
     def map(self, device_ns: int, arrival_ns: int) -> int:
         """Return the monotonic time of `device_ns`, ns, never later than its message's arrival, and learn from it."""
+        self._watch_waits(device_ns, arrival_ns)
         wild = self._suspect(device_ns, arrival_ns)
-        confirming = self._jumped() or self._stepped_back() or self._settled()
+        self.held_back_ns = self._late_by_waits_ns(device_ns, arrival_ns)
+        confirming = [] if self.held_back_ns else self._jumped() or self._stepped_back() or self._settled()
         if confirming:
             self._rebase(confirming)
-        elif not wild:
+        elif not wild and not self.held_back_ns:
             self._learn(device_ns, arrival_ns)
         if confirming or not wild:
             self._newest_device_ns = device_ns
         return arrival_ns if self._no_delay else self._mapped(device_ns, arrival_ns)
+
+    def _watch_waits(self, device_ns: int, arrival_ns: int) -> None:
+        """Add up by how much longer one waited for messages than the device, which went on at its pace."""
+        if self._last is not None:
+            pace_ns, self._device_gap_ns = self._device_gap_ns, device_ns - self._last[0]
+            wait_ns = arrival_ns - self._last[1]
+            at_pace = 0 < 2 * self._device_gap_ns <= 3 * pace_ns  # none in between is missing
+            if at_pace and abs(self._device_gap_ns - pace_ns) < abs(wait_ns - pace_ns):
+                self._waited_ns += wait_ns - self._device_gap_ns
+        self._last = device_ns, arrival_ns
+
+    def _late_by_waits_ns(self, device_ns: int, arrival_ns: int) -> int:
+        """Return how late a message is, 0 where waits do not explain it."""
+        late_ns = arrival_ns - device_ns - self._offset(device_ns, arrival_ns)
+        explained = STEP_SHARE * (late_ns - self._waited_ns) <= late_ns
+        return late_ns if self._suspects and not self._no_delay and explained else 0
 
     def _suspect(self, device_ns: int, arrival_ns: int) -> bool:
         """Keep a message that is off the envelope, forget those before one that is not; tell whether it is wild."""
@@ -86,6 +116,7 @@ class OffsetEstimator:
         wild = abs(late_ns) > self._jump_ns
         if not wild and late_ns <= STEP_NS:
             self._trust()
+            self._waited_ns = max(late_ns, 0)
             return False
         went_back = self._newest_device_ns is not None and device_ns < self._newest_device_ns
         self.wild += wild
@@ -98,7 +129,7 @@ class OffsetEstimator:
 
     def _trust(self) -> None:
         self._suspects.clear()
-        self._wild_run = self._settled_for = 0
+        self._wild_run = self._settled_for = self._waited_ns = 0
         self._no_delay = False
 
     def _mapped(self, device_ns: int, arrival_ns: int) -> int:

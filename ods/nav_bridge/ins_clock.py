@@ -33,6 +33,11 @@ class InsClock:
         self._last: float = 0
         self._unwrapped: float = 0
 
+    @property
+    def late_ns(self) -> int:
+        """How long the line held the newest message back."""
+        return self.estimator.held_back_ns
+
     def instant(self, ticks: float, arrival_ns: int) -> int:
         """Return the monotonic time, ns, of a reading of the clock, told by a message of `arrival_ns`."""
         step = ticks - self._last

@@ -12,6 +12,7 @@ from ods.nav_bridge.lever_arm import LeverArm
 from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.utc import Utc
 
+HELD_BACK = "the line or an adapter holds it back; if that clock stood still, start nav again"
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
 
@@ -70,12 +71,19 @@ class PoseSource(ABC, Generic[ItemT]):
         """Say in plain words what is wrong with pose and source."""
         stale_ns = self.stale_ns(now_ns)
         stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
+        if stale and self.late_ns:
+            stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {HELD_BACK}")
         return stale + self._complaints(now_ns)
 
     def stale_ns(self, now_ns: int) -> int:
         """Return for how long there has been no pose, 0 while that is no problem."""
         silent_ns = now_ns - self._pose_ns
         return silent_ns if silent_ns > self._stale_ns else 0
+
+    @property
+    @abstractmethod
+    def late_ns(self) -> int:
+        """How late what came last was, by the INS's clock; 0 without such a clock."""
 
     def opened(self) -> None:
         """Take note that the line has been opened."""

@@ -80,6 +80,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    logged=True),
         CounterRow("device_clock_jumps", "jumps of the sonar's clock"),
         CounterRow("wild_device_times", "stamps of the sonar more than 0.5 s off its clock so far"),
+        CounterRow("pings_held_back", "pings more than 0.5 s late, by the sonar's clock: the line holds them back",
+                   logged=True, advice="pings come late by the sonar's clock: the line holds them back; if that clock "
+                   "stood still, as a player's that paused, start sonar again"),
         CounterRow("port_opens", "times the port was opened", trouble=False),
         CounterRow("port_losses", "times the open port was lost", logged=True),
         CounterRow("port_open_errors", "attempts to open the port that failed"),

@@ -2,11 +2,14 @@
 
 from collections import Counter
 
+from ods.base.clock import NS
 from ods.base.clock_sync import OffsetEstimator
+
+LATE_NS = NS // 2
 
 
 class DeviceClock:
-    """One device's clock. Counters: device_clock_jumps, wild_device_times."""
+    """One device's clock. Counters: device_clock_jumps, wild_device_times, pings_held_back."""
 
     def __init__(self, counters: "Counter[str]") -> None:
         self._estimator = OffsetEstimator()
@@ -18,4 +21,5 @@ class DeviceClock:
         t_ns = self._estimator.map(device_ns, arrival_ns)
         self._counters["device_clock_jumps"] += self._estimator.jumps - jumps
         self._counters["wild_device_times"] += self._estimator.wild - wild
+        self._counters["pings_held_back"] += self._estimator.held_back_ns > LATE_NS
         return t_ns

@@ -132,6 +132,34 @@ def test_delays_that_shrink_while_a_stalled_line_catches_up_are_no_step(
     assert estimator.jumps == 0
 
 
+@settings(max_examples=60)
+@given(
+    seed=st.integers(0, 2**31),
+    delay_s=st.one_of(st.floats(0.03, 0.5), st.floats(0.5, 30.0)),
+    growth=st.one_of(st.just(0.0), st.floats(0.02, 0.5)),
+    fast=st.booleans(),
+    drift_ppm=st.floats(-90.0, 90.0),
+)
+def test_a_line_that_goes_on_late_is_no_step(
+    seed: int, delay_s: float, growth: float, fast: bool, drift_ppm: float
+) -> None:
+    """All at once or little by little; its messages are as old as their device says, until they come in time again."""
+    period_ns, jump_ns = (PERIOD, 100 * MS) if fast else (150 * MS, 500 * MS)
+    estimator = OffsetEstimator(jump_ns=jump_ns)
+    last_ns = 0
+    for number, (true_ns, device_ns, sent_ns) in enumerate(stream(2000, seed, drift_ppm, period_ns=period_ns)):
+        since = number - 200
+        late_ns = int(min(delay_s * NS, since * growth * period_ns) if growth else delay_s * NS)
+        last_ns = max(last_ns, sent_ns + late_ns * (0 <= since < 1000))
+        mapped_error_ns = estimator.map(device_ns, last_ns) - true_ns
+        if number > 64:
+            drifted_ns = abs(since) * period_ns * 2e-4 if since >= 0 else 0.0
+            assert abs(mapped_error_ns) < 12 * MS + min(drifted_ns, delay_s * NS)
+        if number > 1600:
+            assert abs(mapped_error_ns) < 12 * MS
+    assert estimator.jumps == 0
+
+
 def test_a_line_with_much_jitter_makes_no_steps() -> None:
     """Half of the delays are longer than what a step must be."""
     estimator = OffsetEstimator()

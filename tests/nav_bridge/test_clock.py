@@ -107,6 +107,24 @@ def test_a_jump_of_the_ins_clock(jump_ms: int) -> None:
     assert bench.counters["ins_clock_jumps"] == 1
 
 
+@pytest.mark.parametrize("late_ms", [300, 2_000])
+def test_a_line_that_falls_behind_makes_no_jump_of_the_ins_clock(late_ms: int) -> None:
+    """Poses are of their instants, or none and it is said, for as long as it lasts; then all is well at once."""
+    bench = Bench()
+    random = np.random.default_rng(1)
+    found, said = [], list[str]()
+    for number in range(1, 2 * EPOCHS):
+        late_ns = MS * late_ms * (500 <= number < 1_500) + int(random.exponential(0.3 * MS))
+        found.append(off_by(bench, number, NOON_MS + 10 * number, late_ns))
+        if number == 1_499:
+            said = bench.source.problems(number * PERIOD + late_ns)
+    assert max(abs(error) for error in found if error is not None) < 4 * MS
+    assert (found[499:1_499] == [None] * 1_000) == (late_ms == 2_000)
+    assert None not in [*found[:499], *found[1_499:]]
+    assert any("2.0 s late by the INS's clock" in text for text in said) == (late_ms == 2_000)
+    assert bench.counters["ins_clock_jumps"] == 0
+
+
 @pytest.mark.parametrize("drift_ppm", [-80.0, 80.0])
 def test_a_drifting_ins_clock(drift_ppm: float) -> None:
     bench = Bench()

@@ -57,6 +57,16 @@ def test_transmission_times_follow_the_device_through_a_jittery_line() -> None:
     assert max(map(abs, error_ns[64:])) < 2 * MS
 
 
+def test_a_line_that_falls_behind_by_two_seconds_for_good_leaves_pings_their_time() -> None:
+    made = protocol()
+    for number in range(80):
+        transmit_ns = 50 * S + 150 * MS * number
+        late_ns = 2 * S if number >= 40 else 0
+        back = feed(made, make_ping(number, utc_ns=UTC_NS + transmit_ns), transmit_ns + LISTENED_NS + late_ns)
+        assert back.t_ns == pytest.approx(transmit_ns, abs=1 * MS)
+    assert (made.counters["device_clock_jumps"], made.counters["pings_held_back"]) == (0, 40)
+
+
 def test_each_sonar_has_its_own_clock() -> None:
     made = protocol()
     for number in range(40):

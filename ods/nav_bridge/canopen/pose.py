@@ -30,6 +30,11 @@ class CanopenPose:
         self._counters = counters
         self._clock = InsClock(round(clock_jump_s * NS))
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest epoch was, by the INS's clock."""
+        return self._clock.late_ns
+
     def knows_time(self, epoch: Epoch) -> bool:
         """Tell whether the INS says that its time is valid; one without such a status does not say so."""
         return bool(self._timed) and int(epoch.values.get(STATUS_FIELD, 0)) & self._timed == self._timed

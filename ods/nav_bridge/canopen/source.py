@@ -75,6 +75,11 @@ class CanopenSource(CanSource):
             found[HEARTBEAT + self._settings.ins_node_id] = "heartbeat"
         return {str(CanId(number, extended=False)): what for number, what in found.items()}
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest epoch was."""
+        return self._pose.late_ns
+
     def opened(self) -> None:
         """Announce our own node."""
         self._reopened, self._opened = self._opened, True

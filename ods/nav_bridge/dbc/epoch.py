@@ -68,6 +68,11 @@ class DbcEpochAssembler:
             self._held = complete
         return proven or complete
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest reading of the clock was, 0 without one."""
+        return self._clock.late_ns if self._clock else 0
+
     def doubts(self) -> Iterator[str]:
         """Say why epochs do not become poses though all their messages come."""
         if self._order.doubt:

@@ -47,6 +47,11 @@ class SharedNumberAssembler:
             self._counters["ins_clock_wild"] = self._clock.estimator.wild
         return None if self._missing else self._finish(t_ns)
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest reading of the clock was, 0 without one."""
+        return self._clock.late_ns if self._clock else 0
+
     def doubts(self) -> Iterator[str]:
         """Say why epochs do not become poses though all their messages come."""
         if self._lacked:

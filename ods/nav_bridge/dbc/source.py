@@ -56,6 +56,11 @@ class DbcSource(CanSource):
         """Return the mapped messages by name."""
         return {str(can_id): message.layout.name for can_id, message in self._map.messages.items()}
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest epoch was, 0 without a clock."""
+        return self._assembler.late_ns
+
     def _take(self, item: Frame) -> Pose | None:
         can_id = CanId(item.can_id, item.extended)
         message = self._map.messages.get(can_id)

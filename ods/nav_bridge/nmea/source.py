@@ -79,6 +79,11 @@ class NmeaSource(PoseSource[Line]):
             for name in self._fields
         }
 
+    @property
+    def late_ns(self) -> int:
+        """How late the newest sentence with pace was."""
+        return self._clock.late_ns
+
     def name_of(self, item: Line) -> str:
         """Return the sentence's name without talker, "?" for a line that is none."""
         return sentence.name_of(item.data)[1] or "?"
