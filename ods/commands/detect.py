@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from ods.base.arguments import Choice, choice
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig
 from ods.offline.recorded import pings_of
@@ -56,6 +57,7 @@ def run(args: Namespace) -> None:
     settings = _settings(args.config)
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
+    refuse_unwritable(args.out, args.plot, args.sheet, args.plot_stages)
     draws = args.plot or args.sheet or args.plot_stages
     if draws:
         importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work
@@ -126,7 +128,7 @@ def _written(file: Path, write: Callable[[], object]) -> None:
     try:
         write()
     except (OSError, ValueError) as error:
-        raise DetectError(f"{file}: {error}") from error
+        raise DetectError(f"{file}: {reason_of(error)}") from error
 
 
 def _name(plot: Path, result: offline.PingResult, places: Sequence[int]) -> Path:

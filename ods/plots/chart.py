@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ods.base.arrays import Floats
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.plots.style import outline
 
 LABEL_SIZE = 8.5
@@ -28,7 +28,7 @@ def save_figure(figure: Figure, path: Path) -> None:
     try:
         figure.savefig(path)
     except (OSError, ValueError) as error:
-        raise OdsError(f"{path}: {error}") from error
+        raise OdsError(f"{path}: {reason_of(error)}") from error
 
 
 def dress(axes: Axes, title: str, x: str, y: str) -> None:

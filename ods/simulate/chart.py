@@ -6,6 +6,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
 from ods.plots.chart import dress, save_figure
 from ods.plots.style import ACCENT, BAD, MARK, QUIET, STRONG, drawn_in
 from ods.sim_sonar.sonar.model import SonarModel
@@ -27,8 +28,7 @@ def draw_chart(sonar: SonarModel, path: Path, style: str) -> None:
     """Measure all model levels on four scenes and draw them. Raises OdsError."""
     if path.suffix not in ENDINGS:
         raise OdsError(f"{path}: the ending must be one of {', '.join(ENDINGS)}")
-    if not path.parent.is_dir():
-        raise OdsError(f"{path}: no such folder: {path.parent}")
+    refuse_unwritable(path)
     curves = [curve_of(sonar, name) for name in SCENES]
     with drawn_in(style):
         save_figure(curve_figure(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}"), path)

@@ -12,6 +12,7 @@ from rich.progress import track
 from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
 from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, add_style, drawn_in
 from ods.sim_sonar.by_name import find_sonar
@@ -62,8 +63,7 @@ def simulate(
     """
     if out.suffix not in PING_WRITERS:
         raise OdsError(f"{out}: the ending must be one of {', '.join(PING_WRITERS)}")
-    if not out.parent.is_dir():
-        raise OdsError(f"{out}: no such folder: {out.parent}")
+    refuse_unwritable(out)
     loaded = load_scene(scene)
     model = find_sonar(sonar, scene)
     if out.suffix == ".s7k" and loaded.file.image.samples == "linear8":

@@ -15,6 +15,7 @@ from rich.console import Console
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.mounting import Mounting
+from ods.base.out_file import refuse_unwritable
 from ods.export.geojson import Tracks
 from ods.offline.mission import Step
 from ods.offline.picture import View, draw_view
@@ -43,9 +44,7 @@ class Wanted:
         """Refuse what cannot be written, before the work. Raises OdsError."""
         if self.movie is not None and self.movie.suffix.lower() not in MOVIES:
             raise OdsError(f"{self.movie}: the ending must be one of {', '.join(MOVIES)}")
-        for path in (self.out, self.geojson, self.plot, self.movie):
-            if path is not None and not path.parent.is_dir():
-                raise OdsError(f"{path}: no such folder: {path.parent}")
+        refuse_unwritable(self.out, self.geojson, self.plot, self.movie)
 
 
 class Outputs:

@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from ods.base import clock
+from ods.base.errors import reason_of
 from ods.messages import Detections, ObstacleList
 from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
@@ -89,7 +90,7 @@ class TrackerWorker(Worker[TrackerConfig]):
             mission = self._mission.state(pending.puts(), pending.removes())
             self._checkpoints.write(now_ns, tracker.next_id, mission)
         except OSError as error:
-            self.service.complain_once("checkpoint_failed", f"objects would not outlive a kill: {error}")
+            self.service.complain_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")
         self._left_id = tracker.next_id
 
     def handle(self, topic: str, message: Any) -> None:

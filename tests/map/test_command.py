@@ -92,6 +92,18 @@ def test_geojson(field: Path, tmp_path: Path) -> None:
     assert data["bbox"] == [*points.min(axis=0), *points.max(axis=0)]
 
 
+@pytest.mark.parametrize("suffix", ["geojson", "gpkg"])
+def test_a_place_where_no_file_can_be_is_one_plain_line(
+    field: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], suffix: str
+) -> None:
+    out = tmp_path / "absent" / f"map.{suffix}"
+    assert run("export", field, "--out", out) == 2
+    assert capsys.readouterr().err == f"ods map: {out}: no such folder: {out.parent}\n"
+    out = tmp_path / f"{'x' * 245}.{suffix}"  # its own name is short enough, the unfinished file's is not
+    assert run("export", field, "--out", out) == 2
+    assert "[Errno" not in capsys.readouterr().err
+
+
 def test_geojson_across_the_date_line_and_of_nothing() -> None:
     box = geojson([rock(1, 0.0, -400.0), rock(2, 0.0, 400.0)], LocalFrame(-16.5, 180.0))["bbox"]
     assert box[0] > 179.99
@@ -250,8 +262,8 @@ def test_a_prune_killed_half_way_leaves_a_whole_map(field: Path) -> None:
         (("prune", "good"), "say what is to go"),
         (("merge", "good", "birds", "--out", "merged"), "not a map"),
         (("export", "good", "--out", "x.shp"), "suffix"),
-        (("export", "good", "--out", "no/folder/x.gpkg"), "unable to open"),
-        (("export", "good", "--out", "no/folder/x.geojson"), "No such file"),
+        (("export", "good", "--out", "no/folder/x.gpkg"), "no such folder"),
+        (("export", "good", "--out", "no/folder/x.geojson"), "no such folder"),
     ],
 )
 def test_what_is_wrong_is_one_line(

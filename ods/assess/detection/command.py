@@ -18,6 +18,7 @@ from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import sea_images
 from ods.assess.images.tank import tank_images
 from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
@@ -79,6 +80,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Measure, print and draw. Raises OdsError."""
+    refuse_unwritable(args.out)
     settings = None
     effort = replace(QUICK_EFFORT if args.quick else FULL_EFFORT, without=tuple(args.without))
     if args.config:

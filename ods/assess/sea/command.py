@@ -19,6 +19,7 @@ from ods.assess.sea.table import condensed, scene_table, target_table
 from ods.base.arguments import duration_s, positive_int
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
@@ -76,6 +77,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the scenes, print the tables, draw the chart. Raises OdsError."""
+    refuse_unwritable(args.out)
     pipeline, tracker = PipelineSettings(), TrackerSettings()
     if args.config:
         pipeline = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)

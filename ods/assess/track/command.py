@@ -16,6 +16,7 @@ from ods.assess.track.scene_world import scene_kind
 from ods.assess.track.table import table_of
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.plots.style import DARK, add_style, drawn_in
@@ -46,6 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Do what was asked for. Raises OdsError."""
+    refuse_unwritable(args.out, args.figures)
     if args.figures:
         draw_paper(args.figures, args.style)
     if args.save:

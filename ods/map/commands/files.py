@@ -4,11 +4,12 @@ import os
 import sqlite3
 from argparse import ArgumentParser
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.base.geodesy import LocalFrame
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.tracker.map.map_object import MapObject
@@ -57,11 +58,13 @@ def opened(store: MapStore) -> Iterator[MapStore]:
 @contextmanager
 def new_file(out: Path) -> Iterator[Path]:
     """Give a file beside `out` to be written, which takes its name when it is whole. Raises OdsError."""
+    refuse_unwritable(out)
     part = out.with_name(f"{out.name}.{os.getpid()}.part")
     try:
         yield part
         part.replace(out)
     except (OSError, sqlite3.Error) as error:
-        raise OdsError(f"{out}: {error}") from error
+        raise OdsError(f"{out}: {reason_of(error)}") from error
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):  # such as a name that is too long
+            part.unlink(missing_ok=True)

@@ -1,0 +1,50 @@
+import os
+from pathlib import Path
+
+import pytest
+
+from ods import cli
+from ods.base.errors import OdsError
+from ods.base.out_file import refuse_unwritable
+
+
+def why_refused(path: Path) -> str:
+    with pytest.raises(OdsError) as raised:
+        refuse_unwritable(None, path)
+    return str(raised.value).removeprefix(f"{path}: ")
+
+
+def test_what_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    file = tmp_path / "file"
+    file.write_text("x")
+    assert why_refused(tmp_path) == "is a folder"
+    assert why_refused(file / "x.png") == f"no such folder: {file}"
+    assert why_refused(tmp_path / "absent" / "x.png") == f"no such folder: {tmp_path / 'absent'}"
+    assert why_refused(tmp_path / ("x" * 300)) == "file name too long"
+    refuse_unwritable(file, tmp_path / "new", None, Path(os.devnull))
+    monkeypatch.setattr(os, "access", lambda path, mode: False)
+    assert why_refused(tmp_path / "new") == f"no right to write {tmp_path}, or its disk is read-only"
+    assert why_refused(file) == f"no right to write {file}, or its disk is read-only"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("detect", "absent.npz", "--out"),
+        ("detect", "absent.npz", "--plot"),
+        ("detect", "absent.npz", "--sheet"),
+        ("simulate", "absent.toml", "--out"),
+        ("assess", "detect", "--out"),
+        ("assess", "sea", "--out"),
+        ("assess", "track", "--out"),
+        ("assess", "track", "--figures"),
+    ],
+    ids=" ".join,
+)
+def test_it_is_said_before_the_work(
+    arguments: tuple[str, ...], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "folder.png"
+    out.mkdir()
+    assert cli.main([*arguments, str(out)]) == 2
+    assert capsys.readouterr().err == f"ods {arguments[0]}: {out}: is a folder\n"
