@@ -185,7 +185,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("ins_boot_up", "boot-up messages of the INS", trouble=False),
         CounterRow("sync", "SYNC messages", trouble=False),
         CounterRow("time", "TIME messages", trouble=False),
-        CounterRow("time_bad", "malformed TIME messages"),
+        CounterRow("time_bad", "TIME messages that are malformed; TIME and ZDA not of 2020 to 2099"),
         CounterRow("time_wild", "TIME messages off by more than 0.5 s"),
         CounterRow("time_jumps", "jumps of TIME: four messages off in a row that agree"),
         CounterRow("node_frame_bad", "malformed NMT commands and SDO requests to us"),

@@ -257,6 +257,8 @@ def test_a_prune_killed_half_way_leaves_a_whole_map(field: Path) -> None:
         (("export", "empty", "--out", "x.gpkg"), "not a map"),
         (("list", "newer"), "schema version 99"),
         (("list", "damaged"), "object 1 is damaged"),
+        (("list", "lost"), "damaged: origin"),
+        (("list", "words"), "damaged: origin"),
         (("prune", "newer", "--seen-fewer", "2"), "schema version 99"),
         (("prune", "birds", "--seen-fewer", "2"), "not a map"),
         (("prune", "good"), "say what is to go"),
@@ -280,6 +282,8 @@ def test_what_is_wrong_is_one_line(
         ("birds", "CREATE TABLE birds (name TEXT)"),
         ("newer", "PRAGMA user_version = 99"),
         ("damaged", "UPDATE object SET radius = 'large' WHERE id = 1"),
+        ("lost", "DELETE FROM mission"),
+        ("words", "UPDATE mission SET latitude_deg = 'north'"),
         ("good", "PRAGMA user_version"),
     ):
         if name != "birds":

@@ -281,7 +281,8 @@ def test_emergencies_are_said_bounded_and_reset() -> None:
         (0.3, 15, True, 0.0, "clock"),
         (3600.0, 15, True, 0.0, "unsure"),
         (3600.0, 15, False, 3600.0, "ins"),
-        (-1.2e9, 15, False, -1.2e9, "ins"),
+        (-1e8, 15, False, -1e8, "ins"),
+        (-1.2e9, 15, False, 0.0, "unsure"),  # 1985
         (3600.0, 7, False, 0.0, "unsure"),  # the INS says that its time is not valid
         (3600.0, 7, True, 0.0, "clock"),
     ],

@@ -309,6 +309,17 @@ def test_utc_is_the_inss_where_this_computers_clock_is_not_synchronized() -> Non
     assert counters["nmea_not_valid"] == 1
 
 
+@pytest.mark.parametrize("year", ["99", "1980", "2007", "2117", "2300", "9999"])
+def test_a_year_that_cannot_be_is_no_utc(year: str) -> None:
+    """No message carries the last ones: `nav` ended as it sent its pose, or nobody believed the pose."""
+    utc = Utc(lambda: WallClock(NS, synchronized=False))
+    source, counters = source_of(USUAL, utc)
+    for second in range(6):
+        source.take(Line(summed(f"INZDA,12000{second}.50,22,09,{year},00,00"), second * NS))
+    assert utc.at(5 * NS) == (6 * NS, "unsure")
+    assert counters["time_bad"] == 6
+
+
 def test_heading_and_velocity_of_single_sensors() -> None:
     settings = NmeaSettings(port="/dev/null", depth="DBS", heading="HEHDT", velocity="VTG")
     source, counters = source_of(settings)

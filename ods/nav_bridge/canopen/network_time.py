@@ -11,7 +11,7 @@ TIME_FRAME = struct.Struct("<IH")
 
 
 class NetworkTime(ToldUtc):
-    """Counts `time_bad` (malformed), and what `ToldUtc` does."""
+    """Counts `time_bad` (malformed, too), and what `ToldUtc` does."""
 
     def __init__(self, counters: Counter[str]) -> None:
         super().__init__(counters)

@@ -41,7 +41,7 @@ class MapStore:
     def origin_deg(self) -> tuple[float, float]:
         """Return latitude and longitude of the local frame's origin."""
         with _told(self._path):
-            latitude, longitude = self._db.execute("SELECT latitude_deg, longitude_deg FROM mission").fetchone()
+            latitude, longitude = self._only_row("latitude_deg, longitude_deg")
         return latitude, longitude
 
     def load(self, area: tuple[float, float, float] | None = None) -> list[MapObject]:
@@ -81,13 +81,20 @@ class MapStore:
         with _told(self._path):
             ordinary = "SELECT coalesce(max(id), 0) FROM object WHERE id < ?"
             (highest,) = self._db.execute(ordinary, (PROVISIONAL_IDS,)).fetchone()
-            (next_id,) = self._db.execute("SELECT next_id FROM mission").fetchone()
+            (next_id,) = self._only_row("next_id")
         return max(int(next_id), int(highest) + 1)
 
     def reserve(self, next_id: int) -> None:
         """Note that all ids below `next_id` may be in use."""
         with _told(self._path):
             self._db.execute(RESERVE, (next_id,))
+
+    def _only_row(self, columns: str) -> tuple[Any, ...]:
+        """Return what the map tells of its mission. Raises ValueError where it is damaged."""
+        row = self._db.execute(f"SELECT {columns} FROM mission").fetchone()
+        if row is None or not all(isinstance(value, int | float) for value in row):
+            raise ValueError("damaged: origin and next id are not there")
+        return tuple(row)
 
     def image(self) -> bytes:
         """Return the map as the bytes of its file."""
