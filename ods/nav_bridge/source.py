@@ -81,9 +81,9 @@ class PoseSource(ABC, Generic[ItemT]):
         return silent_ns if silent_ns > self._stale_ns else 0
 
     @property
-    @abstractmethod
     def late_ns(self) -> int:
         """How late what came last was, by the INS's clock; 0 without such a clock."""
+        return 0
 
     def opened(self) -> None:
         """Take note that the line has been opened."""

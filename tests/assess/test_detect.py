@@ -100,7 +100,6 @@ def test_without_real_frames_it_says_what_it_leaves_out(capsys: pytest.CaptureFi
 
 
 def test_a_chart_that_cannot_be_written_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.main(["assess", "detect", "--quick", "--out", str(tmp_path / "no" / "chart.png")]) == 2
-    error = capsys.readouterr().err
-    assert "No such file" in error
-    assert error.count("\n") == 1
+    folder = tmp_path / "no"
+    assert cli.main(["assess", "detect", "--quick", "--out", str(folder / "chart.png")]) == 2
+    assert capsys.readouterr().err == f"ods assess: {folder / 'chart.png'}: no such folder: {folder}\n"
