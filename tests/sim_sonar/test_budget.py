@@ -91,3 +91,22 @@ def test_upright_planes_have_no_column_between_their_upper_and_lower_corners() -
         axes = np.array([[np.sin(turn), np.cos(turn), 0.0], [0.0, 0.0, 1.0], [np.cos(turn), -np.sin(turn), 0.0]])
         wall = np.array([(PLANE, (40.0, 3.0, 2.0), axes, (11.0, 5.0, 0.0), 0.5, 0.5, 0.3)], BODY)
         assert np.diff(ray_fan_of(wall, 0, grid, 0.03).bearing).min() > 1e-9
+
+
+@pytest.mark.parametrize("lean", [0.1, 0.2, 0.4])
+@pytest.mark.parametrize("range_m", [20.0, 35.0])
+def test_nothing_is_drawn_before_the_nearest_point_of_a_body(lean: float, range_m: float) -> None:
+    """Of the upper end of a cylinder that leans towards the sonar an echo was, up to 0.8 m before its rim."""
+    file = SonarFile(name="short", frequency_hz=455e3, beams_per_plane=31, beam_spacing_deg=2.0, beam_width_deg=2.0,
+                     range0_m=0.05, dr_m=0.05, samples=800)  # fmt: skip
+    axis = np.array([lean, 0.5 * lean, 1.0]) / np.linalg.norm([lean, 0.5 * lean, 1.0])
+    axes = np.linalg.qr(np.array([axis, [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]).T)[0].T[[1, 2, 0]]
+    body = (CYLINDER, (range_m * 0.9, -range_m * 0.43, 0.6), axes, (2.0, 2.0, 2.5), 0.1, 0.05, np.radians(15.0))
+    bodies = np.array([body], BODY)
+    drawn = mean_area(grid_of(make_sonar(file)), Surroundings(bodies, None), LEVEL)
+    assert _sets_in(drawn) >= _sets_in(summed(bodies, file)) - 2
+
+
+def _sets_in(image: Floats) -> int:
+    """Return the first sample at which a beam hears a thousandth of the image's peak."""
+    return int(np.flatnonzero(image.max(axis=0) > 1e-3 * image.max())[0])

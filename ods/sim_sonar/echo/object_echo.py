@@ -216,9 +216,9 @@ def _column(rows: Floats, ranges: Floats, echo: Floats, column: Column, grid: Gr
     for e in range(ranges.shape[1]):
         if echo[a, e] == 0.0:
             continue
-        across, upward = _extent(ranges[:, e], a), _extent(ranges[a], e)
+        (begin, across), (below, upward) = _span(ranges[:, e], a, grid.dr_m), _span(ranges[a], e, grid.dr_m)
         wide, narrow = max(across, upward, 1e-6), max(min(across, upward), 1e-7)
-        near = grid.edge_m - ranges[a, e]
+        near = grid.edge_m - (ranges[a, e] + begin + below + 0.5 * (across + upward))
         start = max(0, int((-0.5 * (wide + narrow) - near) / grid.dr_m))
         end = min(grid.samples, int((0.5 * (wide + narrow) - near) / grid.dr_m) + 1)
         first, last = min(first, start), max(last, end)
@@ -239,6 +239,21 @@ def _extent(ranges: Floats, k: int) -> float:
         total += abs(ranges[k + 1] - ranges[k])
         count += 1
     return total / max(count, 1)
+
+
+@compiled
+def _span(ranges: Floats, k: int, slack: float) -> tuple[float, float]:
+    """Return by how much the range that cell `k` of a row spans begins beyond its middle's, and how long it is.
+
+    It goes no farther than `slack` beyond its neighbours' ranges: at the rim of a cylinder's end, where the surface is
+    bent, the end's slope gave an echo nearer than the nearest point of the body.
+    """
+    half = 0.5 * _extent(ranges, k)
+    begin, end = -half, half
+    if 0 < k < len(ranges) - 1 and ranges[k - 1] < FAR and ranges[k + 1] < FAR:
+        before, after = ranges[k - 1] - ranges[k], ranges[k + 1] - ranges[k]
+        begin, end = max(begin, min(before, after, 0.0) - slack), min(end, max(before, after, 0.0) + slack)
+    return begin, end - begin
 
 
 @compiled
