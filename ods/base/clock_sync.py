@@ -7,6 +7,7 @@ transit times, ACM SIGMETRICS 1998, 11-21.
 """
 
 from collections import deque
+from typing import NamedTuple
 
 DRIFT_DIVISOR = 10_000
 """A device's clock drifts by at most one part in this many: 100 ppm."""
@@ -16,12 +17,18 @@ STEP_NS = 10_000_000
 """Messages no later than this are late by the jitter of a line, not by a step of the device's clock."""
 STEP_CONFIRMATIONS = 8
 """Consecutive late messages that must agree before they are taken for a step back that shows in nothing else."""
-WILD_CONFIRMATIONS = 2 * STEP_CONFIRMATIONS
-"""Wild messages in a row, none the least late of its last STEP_CONFIRMATIONS, that are no backlog: a wild line."""
 STEP_SHARE = 4
 """They agree within one part in so many of the least lateness: jitter does not."""
 STEP_PACE = 16
 """And within one part in so many of the device's time between them: the delays of a backlog shrink as it is read."""
+PACE_OF = 8
+"""Messages by whose device times the device's pace is told."""
+PACE_SLACK = 1.5
+"""So many times the longest of the device's times between two messages tells of messages in between that were lost."""
+MOST_LOST = 9
+"""A line loses no more as it stalls,"""
+LOST_SHARE = 5
+"""and no more than one part in so many of the wait: else the device was silent."""
 
 
 class OffsetEstimator:
@@ -40,17 +47,18 @@ class OffsetEstimator:
          |                                        |                               |
          '------ confirmed: a new envelope -------'-------------------------------'
 
-    A message's time is taken from the envelope, in STEPPED from its arrival. No delay explains one that is early and
-    wild, or whose device time lies before the last one's, as messages keep their order on the way. A new envelope is
-    confirmed by messages in a row, all off the old one:
+    A message's time is taken from the envelope, in STEPPED from its arrival less what the line holds it back. No delay
+    explains one that is early and wild, or whose device time lies before the last one's, as messages keep their order
+    on the way. A new envelope is confirmed by messages in a row, all off the old one:
 
         in STEPPED  CONFIRMATIONS that are wild and tell the same offset
-        in both     STEP_CONFIRMATIONS that are late and tell the same offset, which a backlog does not: it shrinks
-        in LATE     WILD_CONFIRMATIONS that are wild and become no less late, however much their delays differ
+        in both     STEP_CONFIRMATIONS that are late and tell the same offset
 
-    But in LATE messages that a line holds back are no step, however long it does: their lateness began with longer
-    waits for messages whose device time went on at its pace. They are neither learned nor confirm anything. A step
-    back leaves the arrivals at their pace and shows in the device time, unless it comes in a silence as long as it.
+    The offsets that they tell are those without what one waited longer for messages than the device, which went on at
+    its pace, let pass between them: the line's delays, whether it sends bursts, reads a backlog or stalls. A step back
+    leaves the arrivals at their pace and shows in the device time. Messages whose lateness such waits explain are held
+    back by the line, however long, and no step: they are neither learned nor confirm anything. A step back in a silence
+    that is about as long as the step cannot be told from a line that stalls, and is taken for that.
     """
 
     def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
@@ -62,11 +70,9 @@ class OffsetEstimator:
         """How late the newest message is by waits for it alone, 0 when it is not."""
         self._window = window
         self._jump_ns = jump_ns
-        self._suspects: deque[tuple[int, int]] = deque(maxlen=STEP_CONFIRMATIONS)
-        """(device time, arrival) of the messages that came last, one after another, and all off the envelope."""
+        self._suspects: deque[_Message] = deque(maxlen=STEP_CONFIRMATIONS)
+        """The messages that came last, one after another, and all off the envelope."""
         self._wild_run = 0
-        self._settled_for = 0
-        """Wild messages since one that was less late than those before it."""
         self._no_delay = False
         """Something among the suspects is not explained by delays."""
         self._envelope: deque[tuple[int, int]] = deque()  # (message number, key), both rising: a sliding minimum
@@ -74,8 +80,7 @@ class OffsetEstimator:
         self._newest_device_ns: int | None = None
         self._last: tuple[int, int] | None = None
         """(device time, arrival) of the message that came last."""
-        self._device_gap_ns = 0
-        """Between the device times of the two that came last."""
+        self._pace = _Pace()
         self._waited_ns = 0
         """How much of the messages' lateness came with waits for them; all of one's on the envelope."""
         self._previous_key: int | None = None
@@ -85,23 +90,22 @@ class OffsetEstimator:
         self._watch_waits(device_ns, arrival_ns)
         wild = self._suspect(device_ns, arrival_ns)
         self.held_back_ns = self._late_by_waits_ns(device_ns, arrival_ns)
-        confirming = [] if self.held_back_ns else self._jumped() or self._stepped_back() or self._settled()
+        confirming = [] if self.held_back_ns else self._jumped() or self._stepped_back()
         if confirming:
             self._rebase(confirming)
         elif not wild and not self.held_back_ns:
             self._learn(device_ns, arrival_ns)
         if confirming or not wild:
             self._newest_device_ns = device_ns
-        return arrival_ns if self._no_delay else self._mapped(device_ns, arrival_ns)
+        return arrival_ns - _held_ns(self._waited_ns) if self._no_delay else self._mapped(device_ns, arrival_ns)
 
     def _watch_waits(self, device_ns: int, arrival_ns: int) -> None:
         """Add up by how much longer one waited for messages than the device, which went on at its pace."""
         if self._last is not None:
-            pace_ns, self._device_gap_ns = self._device_gap_ns, device_ns - self._last[0]
-            wait_ns = arrival_ns - self._last[1]
-            at_pace = 0 < 2 * self._device_gap_ns <= 3 * pace_ns  # none in between is missing
-            if at_pace and abs(self._device_gap_ns - pace_ns) < abs(wait_ns - pace_ns):
-                self._waited_ns += wait_ns - self._device_gap_ns
+            gap_ns, wait_ns = device_ns - self._last[0], arrival_ns - self._last[1]
+            if self._pace.explains(gap_ns, wait_ns):
+                self._waited_ns += wait_ns - gap_ns
+            self._pace.follow(gap_ns)
         self._last = device_ns, arrival_ns
 
     def _late_by_waits_ns(self, device_ns: int, arrival_ns: int) -> int:
@@ -121,15 +125,13 @@ class OffsetEstimator:
         went_back = self._newest_device_ns is not None and device_ns < self._newest_device_ns
         self.wild += wild
         self._wild_run = self._wild_run + 1 if wild else 0
-        self._suspects.append((device_ns, arrival_ns))
-        shrinks = arrival_ns - device_ns == min(_differences(list(self._suspects))[0])
-        self._settled_for = self._settled_for + 1 if wild and not shrinks else 0
+        self._suspects.append(_Message(device_ns, arrival_ns, self._waited_ns))
         self._no_delay |= went_back or late_ns < 0
         return wild
 
     def _trust(self) -> None:
         self._suspects.clear()
-        self._wild_run = self._settled_for = self._waited_ns = 0
+        self._wild_run = self._waited_ns = 0
         self._no_delay = False
 
     def _mapped(self, device_ns: int, arrival_ns: int) -> int:
@@ -153,7 +155,7 @@ class OffsetEstimator:
         if self._envelope[0][0] <= self._messages - self._window:
             self._envelope.popleft()
 
-    def _jumped(self) -> list[tuple[int, int]]:
+    def _jumped(self) -> "list[_Message]":
         """Return the messages that confirm a jump that no delay explains, none when there was none."""
         suspects = list(self._suspects)[-CONFIRMATIONS:]
         if self._wild_run < CONFIRMATIONS or not self._no_delay:
@@ -162,29 +164,67 @@ class OffsetEstimator:
         agreed = max(differences) - min(differences) <= min(self._jump_ns, device_span // 2)
         return suspects if agreed else []
 
-    def _stepped_back(self) -> list[tuple[int, int]]:
+    def _stepped_back(self) -> "list[_Message]":
         """Return the late messages that confirm a step back, none when there was none."""
         suspects = list(self._suspects)
         if len(suspects) < STEP_CONFIRMATIONS:
             return []
         differences, device_span = _differences(suspects)
-        least_ns = min(differences) - self._offset(*suspects[-1])
+        least_ns = min(differences) - self._offset(suspects[-1].device_ns, suspects[-1].arrival_ns)
         agreed = max(differences) - min(differences) <= min(least_ns // STEP_SHARE, device_span // STEP_PACE)
-        return suspects if agreed else []
+        return suspects if agreed and least_ns > STEP_NS else []
 
-    def _settled(self) -> list[tuple[int, int]]:
-        """Return the newest wild messages when they agree on nothing, but become no less late either."""
-        return list(self._suspects) if self._settled_for >= WILD_CONFIRMATIONS and not self._no_delay else []
-
-    def _rebase(self, confirming: list[tuple[int, int]]) -> None:
+    def _rebase(self, confirming: "list[_Message]") -> None:
+        """Learn the offset anew; a line that is late stays so: what all waited for in common is taken off."""
         self.jumps += 1
         self._envelope.clear()
         self._previous_key = None
-        for device_ns, arrival_ns in confirming:
-            self._learn(device_ns, arrival_ns)
+        waited_ns = self._waited_ns
+        common_ns = _held_ns(min(message.waited_ns for message in confirming))
+        for message in confirming:
+            self._learn(message.device_ns, message.arrival_ns - common_ns)
         self._trust()
+        self._waited_ns = waited_ns
 
 
-def _differences(messages: list[tuple[int, int]]) -> tuple[list[int], int]:
-    """Return arrival - device time of each message, and the device's time from the first to the last."""
-    return [arrival - device for device, arrival in messages], abs(messages[-1][0] - messages[0][0])
+def _held_ns(waited_ns: int) -> int:
+    """Return for how long the line held messages back for which one waited so long: jitter does not count."""
+    return max(waited_ns - STEP_NS, 0)
+
+
+class _Message(NamedTuple):
+    device_ns: int
+    arrival_ns: int
+    waited_ns: int
+    """How much of its lateness came with waits."""
+
+
+def _differences(messages: list[_Message]) -> tuple[list[int], int]:
+    """Return arrival without waits - device time of each message, and the device's time from the first to the last."""
+    span_ns = abs(messages[-1].device_ns - messages[0].device_ns)
+    return [m.arrival_ns - m.waited_ns - m.device_ns for m in messages], span_ns
+
+
+class _Pace:
+    """How long the device usually lets pass from message to message."""
+
+    def __init__(self) -> None:
+        self._gaps: deque[int] = deque(maxlen=PACE_OF)
+
+    def follow(self, gap_ns: int) -> None:
+        """Take note of the device's time between two messages."""
+        self._gaps.append(gap_ns)
+
+    def explains(self, gap_ns: int, wait_ns: int) -> bool:
+        """Tell whether the device went on at its pace, and more so than the messages came."""
+        if abs(wait_ns - gap_ns) <= STEP_NS:
+            return True
+        if len(self._gaps) < PACE_OF // 2 or gap_ns < 0:
+            return False
+        longest_ns = sorted(self._gaps)[-2]  # one may be that of a message lost, or of a step
+        missing = gap_ns > PACE_SLACK * longest_ns
+        believed = not missing or (gap_ns <= (1 + MOST_LOST) * longest_ns and LOST_SHARE * gap_ns <= wait_ns)
+        return believed and self._off(gap_ns) < self._off(wait_ns)
+
+    def _off(self, gap_ns: int) -> int:
+        return min(abs(gap_ns - usual_ns) for usual_ns in self._gaps)

@@ -160,6 +160,70 @@ def test_a_line_that_goes_on_late_is_no_step(
     assert estimator.jumps == 0
 
 
+def errors_of(
+    line: str, late_s: float = 0.0, step_s: float = 0.0, step_at: int = 400, silence: int = 0, lost: int = 0
+) -> tuple[OffsetEstimator, list[tuple[int, float, float]]]:
+    """Return (number, error of the mapped time, age by it), s, of each message of a line of some kind.
+
+    The line is late from message 400 to 1200. The clock steps at `step_at`, after so many messages that were not sent;
+    `lost`: messages of which the line takes none as it falls behind.
+    """
+    estimator, found, last_ns = OffsetEstimator(), list[tuple[int, float, float]](), 0
+    random = np.random.default_rng(7)
+    for number, times_ns in enumerate(stream(1600, 7, period_ns=50 * MS)):
+        shift_ns = 25 * MS if line == "two ranges" and number % 2 else 0
+        true_ns, device_ns, sent_ns = (t_ns + shift_ns for t_ns in times_ns)
+        if step_at - silence <= number < step_at or 400 <= number < 400 + lost:
+            continue
+        if line == "lossy" and random.random() < 0.05:
+            continue
+        late_ns = int(late_s * NS) if 400 <= number < 1200 else 0
+        if line == "overloaded":
+            late_ns = min(late_ns, max(number - 400, 0) * 5 * MS)
+        arrival_ns = max(sent_ns + late_ns, last_ns)
+        if line == "bursts":
+            arrival_ns = -(-arrival_ns // (500 * MS)) * 500 * MS
+        last_ns = arrival_ns
+        mapped_ns = estimator.map(device_ns + round(step_s * NS) * (number >= step_at), arrival_ns)
+        found.append((number, (mapped_ns - true_ns) / NS, (arrival_ns - mapped_ns) / NS))
+    return estimator, found
+
+
+LINES = ["even", "lossy", "bursts", "two ranges"]
+OFF_S = {"bursts": 0.12}
+"""By so much a line's times may be off, 60 ms if it is not here: the newest of a burst may have waited for its end."""
+
+
+@pytest.mark.parametrize(
+    ("line", "lost"), [*((line, lost) for line in LINES for lost in (0, 1, 5)), ("overloaded", 0), ("overloaded", 1)]
+)
+def test_a_line_that_falls_behind_by_two_seconds_is_no_step_whatever_it_does_besides(line: str, lost: int) -> None:
+    """It loses messages as it falls behind or all the time, sends bursts, or its sonar takes turns between ranges."""
+    estimator, found = errors_of(line, late_s=2.0, lost=lost)
+    assert max(abs(error_s) for number, error_s, _ in found if number > 64) < OFF_S.get(line, 0.06)
+    assert min(age_s for number, _, age_s in found if 500 < number < 1150) > 1.4 - (line == "overloaded")
+    assert estimator.jumps == 0
+
+
+@pytest.mark.parametrize("line", LINES)
+@pytest.mark.parametrize("step_s", [-2.0, 2.0])
+@pytest.mark.parametrize("silence", [0, 30, 60])
+def test_a_step_is_followed_within_a_second_whatever_the_line_does(line: str, step_s: float, silence: int) -> None:
+    """Also one in a silence, and where many messages come at once."""
+    estimator, found = errors_of(line, step_s=step_s, silence=silence)
+    assert max(abs(error_s) for number, error_s, _ in found if number > 420) < OFF_S.get(line, 0.06)
+    assert max(age_s for number, _, age_s in found if number > 420) < 0.6
+    assert estimator.jumps == 1
+
+
+@pytest.mark.parametrize("line", ["even", "lossy", "two ranges"])
+def test_a_clock_set_back_while_the_line_is_late_does_not_make_late_messages_new(line: str) -> None:
+    estimator, found = errors_of(line, late_s=2.0, step_s=-3.0, step_at=800)
+    assert max(abs(error_s) for number, error_s, _ in found if number > 820) < 0.12
+    assert min(age_s for number, _, age_s in found if 410 < number < 1150) > 1.0
+    assert estimator.jumps == 1
+
+
 def test_a_line_with_much_jitter_makes_no_steps() -> None:
     """Half of the delays are longer than what a step must be."""
     estimator = OffsetEstimator()
