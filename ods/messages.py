@@ -257,7 +257,8 @@ class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
     distance_m: float
     """Between the vehicle's origin and the obstacle's edge at that time; below 0: inside it."""
     sigma_m: float
-    """Standard deviation of `distance_m`: the obstacle's place at that time, and its radius."""
+    """Standard deviation of `distance_m`: the obstacle's place at that time, and its radius; or, where that is more,
+    what its velocity may make of the time: what seems to fall behind may come nearer."""
 
 
 class Prediction(msgspec.Struct, frozen=True, gc=False):
@@ -282,7 +283,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     sigma_position: Vector3
     """Standard deviations, m, north east down."""
     sigma_velocity: Vector3
-    """Standard deviations, m/s, north east down."""
+    """Standard deviations, m/s, north east down. At rest: what its echoes do not tell from that yet."""
     sigma_radius: float
     first_seen_utc_ns: int
     last_seen_utc_ns: int

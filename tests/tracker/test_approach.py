@@ -42,6 +42,7 @@ def objects(position: list[list[float]], velocity: list[list[float]], radius: fl
         first_seen_utc_ns=ids,
         last_seen_utc_ns=ids,
         unseen_s=np.zeros(n),
+        restless=np.zeros(n),
     )
 
 
@@ -104,6 +105,33 @@ def test_the_uncertainty_of_the_distance_is_what_sampling_shows() -> None:
     assert approach.sigma_m[0] == pytest.approx(spread, rel=0.01)
 
 
+@pytest.mark.parametrize("bearing", [0.0, 0.5, np.pi / 4.0, 2.0])
+@pytest.mark.parametrize(
+    ("radial", "across"),
+    [
+        (0.0, 0.0),  # it seems to rest: before, told as sure as its place is, 0.4 instead of 15 to 22 m
+        (0.01, 0.05),  # to fall behind, slowly
+        (0.0, -0.5),  # to pass abeam just now
+        (0.3, 0.0),  # to fall behind for sure
+        (-0.5, 0.2),  # and to come nearer
+    ],
+)
+def test_what_may_come_nearer_although_it_seems_not_to_is_told(bearing: float, radial: float, across: float) -> None:
+    """Errors of place and velocity apart from each other, against a hundred thousand samples."""
+    rng, horizon_s, sigma_v = np.random.default_rng(3), 200.0, 0.1
+    towards, abeam = np.array([np.cos(bearing), np.sin(bearing)]), np.array([-np.sin(bearing), np.cos(bearing)])
+    place, velocity = 60.0 * towards, radial * towards + across * abeam
+    now = objects([[*place, 0.0]], [[*velocity, 0.0]])
+    now = replace(now, sigma_position=np.full((3, 1), 0.3), sigma_velocity=np.full((3, 1), sigma_v))
+    approach = closest_approach(now, AT_REST, STILL, horizon_s)
+    places = place + 0.3 * rng.standard_normal((100_000, 2))
+    drifts = velocity + sigma_v * rng.standard_normal((100_000, 2))
+    closing = np.clip(-(places * drifts).sum(axis=1) / (drifts**2).sum(axis=1), 0.0, horizon_s)
+    nearest = np.hypot(*(places + drifts * closing[:, None]).T) - 1.0
+    error = np.hypot(np.sqrt(np.mean((nearest - approach.distance_m[0]) ** 2)), 0.2)
+    assert 0.6 * error < approach.sigma_m[0] < 1.6 * error
+
+
 @given(
     slope=st.floats(-1.0, 3.0),
     variance=st.floats(1e-4, 10.0),
@@ -145,7 +173,8 @@ def test_the_list_tells_approach_and_predictions() -> None:
 
 def test_an_uncertain_shape_makes_the_approach_uncertain() -> None:
     lister = ObstacleLister(PlannerSettings(shape_sigma=0.5, lead_times_s=()), STILL, BottomSettings())
-    now = replace(objects([[10.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]]), sigma_radius=np.zeros(1))
+    now = objects([[10.0, 0.0, 0.0]], [[0.0, 0.0, 0.0]])
+    now = replace(now, sigma_radius=np.zeros(1), sigma_velocity=np.zeros((3, 1)))
     (only,) = lister.obstacles(now, AT_REST)
     assert isinstance(only.cpa, ClosestApproach)
     assert only.cpa.sigma_m == pytest.approx(np.sqrt(0.3**2 + 0.5**2 + 0.5**2))

@@ -30,6 +30,9 @@ class Belief(NamedTuple):
     """(n,), too."""
     static: Floats
     """(n,) probability that the object does not move."""
+    restless: Floats | None = None
+    """(n,) by how much the spectral density of its acceleration, if it moves, is now over `acceleration_noise`,
+    m^2/s^3; None: the observer knows one kind of motion alone."""
 
 
 class Estimate(NamedTuple):

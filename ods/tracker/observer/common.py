@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.compiled.kernel import inlined, kernel
-from ods.tracker.measurement.model import HEIGHT
+from ods.tracker.measurement.model import CLIMB, HEIGHT
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.observer.creep import Unseen, creep
@@ -199,6 +199,25 @@ def velocity(table: Floats, mean: Floats, variance: Floats, share: Floats, unsee
             mixed[axis, i] = moving * velocity
             spread[axis, i] = moving * (own[axis] + (1.0 - moving) * velocity**2)
     return moments
+
+
+@kernel
+def crept(table: Floats, mean: Floats, variance: Floats, unseen: Floats) -> Floats:
+    """Return (2, n) the mean square of the velocity, north and east, with which objects at rest may creep, m^2/s^2.
+
+    `mean`, `variance`: (2, n) of objects that keep their velocity, at a given height, and `unseen` of
+    `HorizontalState`, their kind of motion the first. What creeps is not taken to climb. 0 for those settled to rest.
+    """
+    s, n = _rows(table), table.shape[1]
+    square = np.zeros((2, n))
+    for i in range(n):
+        if s.odds[i] == math.inf:
+            continue
+        squares = s.height_variance[i], s.square_variance[i] + s.square[i] ** 2
+        north, east, _ = sensitivity.shared(unseen, 1, i, VELOCITY, squares, CLIMB)
+        square[0, i] = mean[0, i] ** 2 + variance[0, i] + north
+        square[1, i] = mean[1, i] ** 2 + variance[1, i] + east
+    return square
 
 
 @kernel

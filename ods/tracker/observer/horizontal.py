@@ -27,6 +27,16 @@ class HorizontalState(NamedTuple):
     """(h, UNSEEN, STATE, n) derivatives of the states by what is not seen (`sensitivity`)."""
 
 
+class KindsOfMotion(Protocol):
+    """What a filter that follows moving objects by several kinds of motion knows besides."""
+
+    def acceleration_noise(self) -> Floats:
+        """Return (n,) the spectral density of the acceleration if objects move, mean of the kinds, m^2/s^3."""
+
+    def steady(self) -> tuple[Floats, Floats]:
+        """Return mean and variance (2, n) of the velocity of objects that keep it, the first kind."""
+
+
 class NewPlaces(NamedTuple):
     """Of k new objects."""
 

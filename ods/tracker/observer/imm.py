@@ -84,6 +84,15 @@ class InteractingModels:
         mean, variance = _velocity(self._filters.table, self._share.table)
         return mean, variance
 
+    def acceleration_noise(self) -> Floats:
+        """See `KindsOfMotion`."""
+        return np.asarray(self._noise @ self._share.table)
+
+    def steady(self) -> tuple[Floats, Floats]:
+        """See `KindsOfMotion`."""
+        mean, variance = _velocity(self._filters.table[:2], np.ones((1, len(self._filters))))
+        return mean, variance
+
     def append(self, new: NewPlaces) -> None:
         """Append objects whose velocity is unknown."""
         first, count = len(self._filters), len(new.covariance_ne)

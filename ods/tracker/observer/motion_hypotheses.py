@@ -16,7 +16,7 @@ from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer import common
 from ods.tracker.observer.belief import Belief
 from ods.tracker.observer.common import DISPROVED, LEAST_VARIANCE, PROVED, CommonState, NewCommon
-from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, NewPlaces
+from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMotion, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
 
@@ -34,9 +34,13 @@ chance, or by what pings share, of one that rests."""
 class StaticOrMovingObserver:
     """See `ods.tracker.observer.registry.Observer`."""
 
-    def __init__(self, settings: MotionSettings, horizontal: HorizontalFilter) -> None:
+    def __init__(
+        self, settings: MotionSettings, horizontal: HorizontalFilter, kinds: KindsOfMotion | None = None
+    ) -> None:
+        """`kinds`: the same filter, if it follows objects by several kinds of motion, of which the first is steady."""
         self._settings = settings
         self._horizontal = horizontal
+        self._kinds = kinds
         self._table = TrackTable(CommonState, (len(CommonState._fields),))
         self._new_odds = float(np.log(settings.static_prior / (1.0 - settings.static_prior)))
 
@@ -60,18 +64,30 @@ class StaticOrMovingObserver:
             radius=s.radius,
             radius_variance=s.radius_variance,
             static=weight[RESTING],
+            restless=self._restless(),
         )
 
     def static(self) -> Floats:
         """Return (n,) the probability that each object does not move."""
         return common.all_static(self._table.rows.odds)
 
+    def _restless(self) -> Floats | None:
+        if self._kinds is None:
+            return None
+        return self._kinds.acceleration_noise() - self._settings.acceleration_noise
+
     def velocity(self) -> tuple[Floats, Floats]:
-        """Return mean and variance (3, n) of all velocities."""
+        """Return mean and variance (3, n) of all velocities.
+
+        At rest the mean is 0, but what echoes cannot tell from that yet is part of the variance, whatever the odds are:
+        they weigh rest against velocities of `velocity_sigma`, among which slow ones are few.
+        """
         horizontal = self._horizontal.state()
         mean, variance = common.velocity(
             self._table.table, *self._horizontal.velocity(), horizontal.share, horizontal.unseen
         )
+        if self._kinds is not None:
+            variance[:2] += self.static() * common.crept(self._table.table, *self._kinds.steady(), horizontal.unseen)
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:

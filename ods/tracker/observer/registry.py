@@ -87,7 +87,8 @@ def _coupled(settings: MotionSettings) -> Observer:
 def _manoeuvring(settings: MotionSettings) -> Observer:
     noise = settings.steady_noise, DRIFTING * settings.acceleration_noise, AGILE * settings.acceleration_noise
     models = [Model(*each) for each in zip(noise, USUAL, strict=True)]
-    return StaticOrMovingObserver(settings, InteractingModels(settings, models, CHANGE_RATE))
+    filters = InteractingModels(settings, models, CHANGE_RATE)
+    return StaticOrMovingObserver(settings, filters, filters)
 
 
 MakeObserver = Callable[[MotionSettings], Observer]

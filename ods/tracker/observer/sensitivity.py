@@ -230,13 +230,15 @@ def possible_square(square: float, variance: float, height_variance: float) -> t
 
 
 @inlined
-def shared(table: Floats, h: int, i: int, row: int, squares: tuple[float, float]) -> tuple[float, float, float]:
+def shared(
+    table: Floats, h: int, i: int, row: int, squares: tuple[float, float], kinds: int = UNSEEN
+) -> tuple[float, float, float]:
     """Return what all pings share of states `row` and `row` + 1: both variances and their covariance.
 
-    squares: mean squares of the height and of its square, m^2 and m^4.
+    squares: mean squares of the height and of its square, m^2 and m^4; `kinds`: the first so many of what is unseen.
     """
     nn, ee, ne = 0.0, 0.0, 0.0
-    for c in range(UNSEEN):
+    for c in range(kinds):
         north, east = table[h, c, row, i], table[h, c, row + 1, i]
         spread = squares[c] if c < YAW else 1.0
         nn += spread * north * north

@@ -3,6 +3,7 @@
 In the horizontal plane, to the object's edge: objects stand for vertical cylinders, their depth is hardly observed.
 """
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,22 +32,53 @@ class Approach:
     distance_m: Floats
     """From the vehicle's origin to the object's edge at that time; below 0 inside it."""
     sigma_m: Floats
-    """Standard deviation of the distance: the object's place then, and its radius; the vehicle's course is taken
-    as it is."""
+    """Standard deviation of the distance: the object's place then, and its radius; or, where that is more, what its
+    velocity may make of the time, too. The vehicle's course is taken as it is."""
 
 
 def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings, horizon_s: float) -> Approach:
     """Return the closest approach within the next `horizon_s` seconds of every object."""
     offset = snapshot.position[:2] - course.position[:2, None]
     drift = snapshot.velocity[:2] - course.velocity[:2, None]
+    time = _nearest_after(offset, drift, horizon_s)
+    nearest = offset + drift * time
+    distance = np.hypot(*nearest)
+    at_that_time = _along(nearest, snapshot.carried_on(time, motion))
+    at_others = _along(nearest, snapshot) + _by_velocity(offset, drift, snapshot.sigma_velocity[:2], horizon_s)
+    variance = np.maximum(at_that_time, at_others) + snapshot.sigma_radius**2
+    return Approach(time, distance - snapshot.radius, np.sqrt(variance))
+
+
+def _nearest_after(offset: Floats, drift: Floats, horizon_s: float) -> Floats:
+    """Return (n,) the times of the closest approach of places and relative velocities, (2, n)."""
     closing, speed_2 = -(offset * drift).sum(axis=0), (drift * drift).sum(axis=0)
     time = np.where(closing > 0.0, horizon_s, 0.0)
     np.divide(closing, speed_2, out=time, where=(closing > 0.0) & (closing < speed_2 * horizon_s))
-    north, east = offset + drift * time
-    distance = np.hypot(north, east)
-    then = snapshot.carried_on(time, motion)
-    sigma_north, sigma_east = then.sigma_position[:2]
-    squared = (north * sigma_north) ** 2 + (east * sigma_east) ** 2 + 2.0 * north * east * then.covariance_ne
+    return time
+
+
+def _along(nearest: Floats, picture: Snapshot) -> Floats:
+    """Return (n,) variances of the places of `picture` along `nearest`, (2, n)."""
+    (north, east), (sigma_north, sigma_east) = nearest, picture.sigma_position[:2]
+    squared = (north * sigma_north) ** 2 + (east * sigma_east) ** 2 + 2.0 * north * east * picture.covariance_ne
     along = np.maximum(sigma_north, sigma_east) ** 2  # at distance 0 any direction
+    distance = np.hypot(north, east)
     np.divide(squared, distance**2, out=along, where=distance > 1e-6)
-    return Approach(time, distance - snapshot.radius, np.sqrt(np.maximum(along, 0.0) + snapshot.sigma_radius**2))
+    return np.asarray(np.maximum(along, 0.0))
+
+
+def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float) -> Floats:
+    """Return (n,) mean squares by which the distance changes with the velocity, of standard deviations (2, n).
+
+    What seems to fall behind, or to stay as far away as it is, may as well come nearer for the whole horizon: then the
+    time changes, and the spread at one time tells nothing of it. By sigma points, sqrt(2) standard deviations away from
+    the mean to either side (S. J. Julier, J. K. Uhlmann, Proc. IEEE 92(3), 2004, with no weight on the mean).
+    """
+    told = np.hypot(*(offset + drift * _nearest_after(offset, drift, horizon_s)))
+    total = np.zeros_like(told)
+    for axis in range(2):
+        for side in (-math.sqrt(2.0), math.sqrt(2.0)):
+            moved = drift.copy()
+            moved[axis] += side * sigma[axis]
+            total += (np.hypot(*(offset + moved * _nearest_after(offset, moved, horizon_s))) - told) ** 2
+    return np.asarray(total / 4.0)

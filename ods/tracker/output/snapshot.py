@@ -7,6 +7,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
 from ods.tracker.map.map_object import MapObject
+from ods.tracker.observer.registry import CHANGE_RATE
 from ods.tracker.settings import MotionSettings
 from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
@@ -35,6 +36,8 @@ class Snapshot:
     last_seen_utc_ns: Ints
     unseen_s: Floats
     """(n,) of the time since then, for so long nobody could look."""
+    restless: Floats
+    """(n,) as in `Belief`, 0 for observers that do not tell."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -62,17 +65,28 @@ class Snapshot:
         """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
 
         Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation
-        is never smaller than the filter's own prediction. To it comes what manoeuvres may add (`motion`).
+        is never smaller than the filter's own prediction. To it comes what manoeuvres may add: what is usual
+        (`motion`), and of those that manoeuvre now what they do beyond that, until they change their ways.
         """
-        manoeuvres = (1.0 - self.static) * motion.acceleration_noise * dt**3 / 3.0
+        usual, now = motion.acceleration_noise * dt**3 / 3.0, np.maximum(self.restless, 0.0) * _wandered(dt)
+        manoeuvres = (1.0 - self.static) * (usual + now)
         drift = self.static * motion.static_noise * dt
         grown = (self.sigma_position + self.sigma_velocity * dt) ** 2 + manoeuvres + drift
         return replace(self, position=self.position + self.velocity * dt, sigma_position=np.sqrt(grown))
 
 
+def _wandered(dt: float | Floats) -> float | Floats:
+    """Return what an acceleration of density 1 that is left off at `CHANGE_RATE` adds to a variance in `dt` >= 0, s^3.
+
+    The integral of (dt - u)^2 exp(-CHANGE_RATE u) over u from 0 to dt.
+    """
+    left = CHANGE_RATE * np.asarray(dt)
+    return np.asarray((left * (left - 2.0) - 2.0 * np.expm1(-left)) / CHANGE_RATE**3)
+
+
 def snapshot_of(tracks: Tracks) -> Snapshot:
     """Return all confirmed objects of the live tracks."""
-    history, (_, estimate) = tracks.history, tracks.told()
+    history, (belief, estimate) = tracks.history, tracks.told()
     velocity, velocity_variance = tracks.velocity()
     variance = estimate.variance.copy()
     variance[:2] += estimate.shared[:2]
@@ -92,6 +106,7 @@ def snapshot_of(tracks: Tracks) -> Snapshot:
         history.first_utc,
         history.last_utc,
         history.unwatched / NS,
+        np.zeros(len(tracks)) if belief.restless is None else belief.restless,
     )
     return whole.take(history.state != lifecycle.TENTATIVE)
 
@@ -113,6 +128,7 @@ def snapshot_of_map(objects: list[MapObject]) -> Snapshot:
         np.array([o.times_seen for o in objects], np.int64),
         np.array([o.first_seen_utc_ns for o in objects], np.int64),
         np.array([o.last_seen_utc_ns for o in objects], np.int64),
+        np.zeros(len(objects)),
         np.zeros(len(objects)),
     )
 
