@@ -12,6 +12,9 @@ from ods.base.arrays import Floats
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import MotionSettings
 
+SIGMA_POINTS = math.sqrt(2.0) * np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])[:, :, None]
+"""(2, 4, 1) standard deviations, north and east."""
+
 
 @dataclass(frozen=True, slots=True)
 class Course:
@@ -44,13 +47,14 @@ def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings,
     nearest = offset + drift * time
     distance = np.hypot(*nearest)
     at_that_time = _along(nearest, snapshot.carried_on(time, motion))
-    at_others = _along(nearest, snapshot) + _by_velocity(offset, drift, snapshot.sigma_velocity[:2], horizon_s)
+    by_velocity = _by_velocity(offset, drift, snapshot.sigma_velocity[:2], horizon_s, distance)
+    at_others = _along(nearest, snapshot) + by_velocity
     variance = np.maximum(at_that_time, at_others) + snapshot.sigma_radius**2
     return Approach(time, distance - snapshot.radius, np.sqrt(variance))
 
 
 def _nearest_after(offset: Floats, drift: Floats, horizon_s: float) -> Floats:
-    """Return (n,) the times of the closest approach of places and relative velocities, (2, n)."""
+    """Return (..., n) the times of the closest approach of places and relative velocities, (2, ..., n)."""
     closing, speed_2 = -(offset * drift).sum(axis=0), (drift * drift).sum(axis=0)
     time = np.where(closing > 0.0, horizon_s, 0.0)
     np.divide(closing, speed_2, out=time, where=(closing > 0.0) & (closing < speed_2 * horizon_s))
@@ -67,18 +71,13 @@ def _along(nearest: Floats, picture: Snapshot) -> Floats:
     return np.asarray(np.maximum(along, 0.0))
 
 
-def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float) -> Floats:
-    """Return (n,) mean squares by which the distance changes with the velocity, of standard deviations (2, n).
+def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float, told: Floats) -> Floats:
+    """Return (n,) mean squares by which the distance `told` changes with the velocity, of standard deviations (2, n).
 
     What seems to fall behind, or to stay as far away as it is, may as well come nearer for the whole horizon: then the
     time changes, and the spread at one time tells nothing of it. By sigma points, sqrt(2) standard deviations away from
     the mean to either side (S. J. Julier, J. K. Uhlmann, Proc. IEEE 92(3), 2004, with no weight on the mean).
     """
-    told = np.hypot(*(offset + drift * _nearest_after(offset, drift, horizon_s)))
-    total = np.zeros_like(told)
-    for axis in range(2):
-        for side in (-math.sqrt(2.0), math.sqrt(2.0)):
-            moved = drift.copy()
-            moved[axis] += side * sigma[axis]
-            total += (np.hypot(*(offset + moved * _nearest_after(offset, moved, horizon_s))) - told) ** 2
-    return np.asarray(total / 4.0)
+    moved = drift[:, None] + SIGMA_POINTS * sigma[:, None]
+    nearest = offset[:, None] + moved * _nearest_after(offset[:, None], moved, horizon_s)
+    return np.asarray(((np.hypot(*nearest) - told) ** 2).mean(axis=0))
