@@ -215,10 +215,17 @@ def figures(errors: Errors) -> str:
 
 
 def seen_of(chain: Chain, case: Case, args: argparse.Namespace) -> Row:
-    """Return what is seen of a case in so many looks."""
+    """Return what is seen of a case in so many looks, each at another place in two samples: a column of the chain's.
+
+    In the middle of a column places are told better than elsewhere, most of all those of points.
+    """
     kind, size = KINDS.index(case.kind) + 1, int(10 * case.size)
     rng = np.random.default_rng([args.seed, int(case.range_m), int(case.snr_db), size, kind])
-    return Row(case, args.looks, errors_of(list(looks(chain, case, args.looks, rng, args.speckle))))
+    seen: list[Look] = []
+    for _ in range(args.looks):
+        moved = case._replace(range_m=case.range_m + rng.uniform(-1.0, 1.0) * case.sonar.dr_m)
+        seen += looks(chain, moved, 1, rng, args.speckle)
+    return Row(case, args.looks, errors_of(seen))
 
 
 def print_summary(rows: list[Row]) -> None:

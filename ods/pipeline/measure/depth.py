@@ -20,7 +20,7 @@ _TOP, _BEFORE_TOP = 0.97, 0.79
 """Share of the level where the crest of a step begins, and of the rise from half of it where a Gaussian gets there."""
 _WEAK = 3.5
 """An echo of which the mean level is less than this, in multiples of the background, may be a fragment of its body,"""
-_FADES, _HIDDEN_M = 2.35, 0.6
+_FADES, _HIDDEN_M = 2.35, 0.3
 """and below this there is a standard deviation of how much nearer its body begins."""
 _GOES_ON = 0.25
 """A body goes on beyond the echo found as long as the level is this share of the echo's over the background."""
@@ -88,14 +88,15 @@ def depth_of(image: Image, runs: Runs, ends: Ends, level: Level, fan: FanTable) 
     middle = (_middle(image, runs, background, fan) - near) / (far - near)
     whole = min(max((middle - _FRONT) / (_BODY - _FRONT), 0.0), 1.0)
     hidden = _HIDDEN_M * whole * min(max((_FADES - mean) / 0.4, 0.0), 1.0)
-    if whole > 0.0 and mean < _WEAK:
+    if mean < _WEAK:
         least = background * (1.0 + _GOES_ON * (mean - 1.0))
         first, stop = runs[0].first, runs[0].stop
         for i in range(runs.shape[0]):
             first, stop = min(first, runs[i].first), max(stop, runs[i].stop)
         beams = image[runs[0].beam : runs[-1].beam + 1]
         near -= _goes_on(beams[:, :first][:, ::-1], background, least) * fan.dr_m
-        far += _goes_on(beams[:, stop:], background, least) * fan.dr_m
+        if whole > 0.0:  # a fragment deep inside a body looks like a front; how deep the body is, it does not tell
+            far += _goes_on(beams[:, stop:], background, least) * fan.dr_m
     return Depth(near, far, rise, middle, whole, hidden)
 
 
