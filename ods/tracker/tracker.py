@@ -102,7 +102,7 @@ class Tracker:
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        states = judge(tracks, prediction, match, self._alarms.spots(), scan.t_ns, settings)
+        states = judge(tracks, prediction, match, self._alarms.spots(since_ns / NS), scan.t_ns, settings)
         self._learn_of_ended(states, prediction, scan)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:

@@ -82,7 +82,7 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     for probabilities in rng.dirichlet(np.ones(4), 50).tolist():
         start = Chain(*probabilities)
         carried = existence.carried_on(start, int(rng.integers(1, 1000)), rng.random(), dt, rates)
-        often = existence.how_often(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9)
+        often = existence.how_often(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9, rng.random())
         hit = bool(rng.random() < 0.5)
         judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0), rng.random() * 0.99, often)
         told = existence.told_apart(judged, rng.normal(0.0, 5.0), rng.normal(0.0, 5.0))
@@ -111,7 +111,7 @@ def test_many_images_prove_what_the_beta_binomial_law_says(hits: int, looks: int
     order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
     told, seen, often = Chain(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
     for k, hit in enumerate(order.tolist()):
-        how = existence.how_often(seen, float(k), often)
+        how = existence.how_often(seen, float(k), often, 0.0)
         # a sharp echo: 1e6 times as likely as a false alarm, which then is no other explanation
         told = existence.after_image(told, hit, math.log(1e6), often, how)
         seen += float(hit)

@@ -11,6 +11,7 @@ from ods.messages import Sector
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
+from ods.tracker.association.crowd import crowding
 from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.onset import Onset
@@ -47,9 +48,9 @@ class FalseAlarms(NamedTuple):
     wander: Wander
     onset: Onset
 
-    def spots(self) -> Spots:
-        """Return what is known of the echoes of spots."""
-        return Spots(self.wander.of_spots_m2, self.onset.of_spots)
+    def spots(self, dt: float) -> Spots:
+        """Return what is known of the echoes of spots; `dt`: from the image before to the newest, s."""
+        return Spots(self.wander.of_spots_m2, self.onset.of_spots, crowding(self.strength.per_scan, dt))
 
     def at(self, places: Places, sector: Sector) -> AtPlaces:
         """Return what echoes of nothing are like at n places."""

@@ -19,9 +19,9 @@ BODY_SHARE = 0.5
 """A body's echoes wander by this share of it,"""
 SURE = 12.0
 """and either is known beforehand as well as so many echoes tell it."""
-MOST_FOR, MOST_AGAINST = 8.0, 1.0
-"""Largest logarithm of a likelihood ratio that this alone gives for a body, and against one: those of large bodies
-wander, too."""
+MOST_FOR, MOST_IN_CROWD, MOST_AGAINST = 8.0, 2.0, 1.0
+"""Largest logarithm of a likelihood ratio that this alone gives for a body, for one in a crowd (see `crowd`), and
+against one: those of large bodies wander, too."""
 
 
 class Wander:
@@ -52,11 +52,13 @@ class Wander:
 
 
 @kernel
-def evidence(squares: float, echoes: float, of_spots_m2: float) -> float:
+def evidence(squares: float, echoes: float, of_spots_m2: float, crowd: float) -> float:
     """Return the log-likelihood ratio of a body over a spot by the sum of squares, m2, of so many echoes.
 
     Ranges are normal about the place; their variance is inverse gamma distributed, of `SURE` degrees of freedom.
+    `crowd`: of `Spots`.
     """
     body, spot = BODY_SHARE**2 * of_spots_m2, of_spots_m2
     more = math.log((SURE * spot + squares) / (SURE * body + squares))
-    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST_AGAINST), MOST_FOR)
+    most = MOST_FOR + crowd * (MOST_IN_CROWD - MOST_FOR)
+    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST_AGAINST), most)

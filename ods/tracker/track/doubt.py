@@ -105,6 +105,8 @@ class Spots(NamedTuple):
     """Mean square of what they wander, m2."""
     sharp: float
     """Share of them that set in sharply."""
+    crowd: float
+    """How much of a crowd they are, from 0 to 1: see `crowd`."""
 
 
 class Counted(NamedTuple):
@@ -200,15 +202,16 @@ def take_image(
     d, look, typical = doubt_rows(table), look_rows(look_table), typical_rows(nothing.typical)
     for i in range(len(hit)):
         watched, spots = look.watched[i], nothing.spots[i]
-        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots.wander_m2)
+        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots)
         chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp, confirmed[i])
         chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
-        often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability)
+        often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability, known.spots.crowd)
         chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
         chain = _by_strength(d, i, chain, look.strength[i], typical, i)
         # confirmed objects are judged by what is known of their places by now
         place = spots if confirmed[i] else d.spots[i]
-        _keep(d, i, _by_motion(d, i, chain, existence.evidence_of_motion(static[i], known.static_prior), place))
+        moves = existence.evidence_of_motion(static[i], known.static_prior, known.spots.crowd)
+        _keep(d, i, _by_motion(d, i, chain, moves, place))
         looked = 1.0 if hit[i] else watched
         d.hits[i] += hit[i]
         d.looks[i] += looked
@@ -226,7 +229,7 @@ def _keep(d: Doubt, i: int, chain: Chain) -> None:
 
 
 @inlined
-def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, of_spots_m2: float) -> Chain:
+def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, spots: Spots) -> Chain:
     """Judge by how far the echoes wander: see `wander`."""
     if math.isnan(off_range):
         return chain
@@ -234,7 +237,7 @@ def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, of
     before = max(echoes - 1.0, 1.0)
     d.off_squares[i] += off_range**2 * before / (before + 1.0)
     d.placed[i] += 1.0
-    ratio = wander.evidence(d.off_squares[i], d.placed[i], of_spots_m2)
+    ratio = wander.evidence(d.off_squares[i], d.placed[i], spots.wander_m2, spots.crowd)
     change, d.by_wander[i] = ratio - d.by_wander[i], ratio
     return existence.told_apart(chain, 0.0, change)
 

@@ -20,10 +20,10 @@ YOUNG = 300.0
 SMALLEST = 1e-300
 BODY_SEEN, BODY_LOOKS = 0.85, 8.0
 """An object is seen in so many of the images; that counts for so many of them, its own count for the rest."""
-SPOT_SEEN, SPOT_LOOKS = 0.3, 12.0
-"""The same of a spot."""
-MOST_MOTION = 6.0
-"""Largest logarithm of a likelihood ratio that motion alone gives."""
+SPOT_SEEN, SPOT_LOOKS, SPOT_LOOKS_IN_CROWD = 0.3, 12.0, 8.0
+"""The same of a spot, and of one in a crowd (see `crowd`), where more are seen in nearly all images."""
+MOST_MOTION, MOST_MOTION_IN_CROWD = 6.0, 2.5
+"""Largest logarithm of a likelihood ratio that motion alone gives, and that it gives in a crowd."""
 LEAST_MISSED = 1e-3
 """No echo is that sure."""
 MOST_EVIDENCE = 30.0
@@ -75,14 +75,15 @@ def carried_on(chain: Chain, echoes: int, watched: float, dt: float, rates: Rate
 
 
 @kernel
-def how_often(hits: float, looks: float, detection_probability: float) -> Often:
+def how_often(hits: float, looks: float, detection_probability: float, crowd: float) -> Often:
     """Return how often an object has an echo, by its echoes in so many looks.
 
     What is not known beforehand is what an image's echo, or its absence, says by the beta distribution: a spot that is
-    seen again and again is one that is seen often, and each further echo proves less.
+    seen again and again is one that is seen often, and each further echo proves less. `crowd`: of `doubt.Spots`.
     """
     body = (hits + BODY_LOOKS * BODY_SEEN) / (looks + BODY_LOOKS)
-    spot = (hits + SPOT_LOOKS * SPOT_SEEN) / (looks + SPOT_LOOKS)
+    spots_looks = SPOT_LOOKS + crowd * (SPOT_LOOKS_IN_CROWD - SPOT_LOOKS)
+    spot = (hits + spots_looks * SPOT_SEEN) / (looks + spots_looks)
     return Often(body / detection_probability, spot / detection_probability)
 
 
@@ -118,6 +119,10 @@ def _normalized(visible: float, silent: float, nothing: float, spot: float) -> C
 
 
 @kernel
-def evidence_of_motion(static: float, static_prior: float) -> float:
-    """Return the log-likelihood ratio of a body over a spot, which does not move, by `static` of `Belief`."""
-    return min(max(math.log(static_prior / max(static, SMALLEST)), 0.0), MOST_MOTION)
+def evidence_of_motion(static: float, static_prior: float, crowd: float) -> float:
+    """Return the log-likelihood ratio of a body over a spot, which does not move, by `static` of `Belief`.
+
+    `crowd`: of `doubt.Spots`.
+    """
+    most = MOST_MOTION + crowd * (MOST_MOTION_IN_CROWD - MOST_MOTION)
+    return min(max(math.log(static_prior / max(static, SMALLEST)), 0.0), most)
