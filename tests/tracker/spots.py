@@ -7,10 +7,13 @@ from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RATE_HZ, scan
 
 
-def told_after(wander_m: float, *, cut: bool = False, onset: float = 0.0, of_spots: float = 0.0) -> float:
+def told_after(
+    wander_m: float, *, cut: bool = False, onset: float = 0.0, of_spots: float = 0.0, rate_hz: float = RATE_HZ
+) -> float:
     """Return when it is told, s, among 20 spots that have an echo in one image of three for 10 s before it begins.
 
-    cut: the fan's edge cuts its echoes off; onset: of its echoes; of_spots: that of theirs.
+    cut: the fan's edge cuts its echoes off; onset: of its echoes; of_spots: that of theirs; rate_hz: the same images
+    come so fast, and all times are those of `RATE_HZ`.
     """
     rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
     spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
@@ -19,7 +22,7 @@ def told_after(wander_m: float, *, cut: bool = False, onset: float = 0.0, of_spo
         there = k > 10.0 * RATE_HZ
         lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * there
         rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
-        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, rows)
+        image = scan(k / rate_hz, np.array([0.0, 0.0, 4.0]), 0.0, rows)
         image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
         image.echoes.rows.onset[:] = of_spots
         if there:

@@ -38,12 +38,12 @@ def density(off_m: Floats, mean_square: float) -> float:
 def test_evidence_is_the_ratio_of_two_densities_of_unknown_variance(sigma_m: float, echoes: int) -> None:
     off = np.random.default_rng(echoes).normal(0.0, sigma_m, echoes)
     expected = np.log(density(off, (BODY_SHARE * 0.85) ** 2) / density(off, 0.85**2))
-    found = evidence(float(np.sum(off**2)), float(echoes), 0.85**2)
+    found = evidence(float(np.sum(off**2)), float(echoes), 0.85**2, 0.0)
     assert found == pytest.approx(np.clip(expected, -MOST_AGAINST, MOST_FOR), rel=1e-4)
 
 
 def test_no_echo_says_nothing() -> None:
-    assert evidence(0.0, 0.0, 0.7) == pytest.approx(0.0, abs=1e-12)
+    assert evidence(0.0, 0.0, 0.7, 0.0) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_spots_wander_is_learned() -> None:
