@@ -27,6 +27,11 @@ WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvic
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
 MACHINE_CODE = frozenset({"ods.commands.detect", "ods.track.command"})
 """Modules of commands that import kernels at once, and take them from `ods compile`."""
+QUIETED = {
+    "can": logging.WARNING, "canopen": logging.WARNING, "numba": logging.WARNING,
+    "matplotlib": logging.ERROR,  # warns of each home folder that it cannot write, and draws all the same
+}  # fmt: skip
+"""The least that is told of what other people's libraries log."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
 IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
@@ -84,12 +89,12 @@ COMMANDS = (
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
     _print_any_name()
+    for library, least in QUIETED.items():
+        logging.getLogger(library).setLevel(least)
     args = _parser().parse_args(argv)
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
     )
-    for library in ("can", "canopen", "matplotlib", "numba"):
-        logging.getLogger(library).setLevel(logging.WARNING)
     try:
         open_files.allow_enough()
         code = int(args.run(args) or 0)
@@ -173,7 +178,9 @@ def _parser() -> argparse.ArgumentParser:
             metavar, text = GROUPS[group]
             inner = groups[""].add_parser(group, help=text)
             groups[group] = inner.add_subparsers(dest=metavar.lower(), required=True, metavar=metavar)
-        _add_command(groups[group].add_parser(name, help=row.help, description=row.help.capitalize() + "."), row)
+        _add_command(
+            groups[group].add_parser(name, help=row.help, description=f"{row.help[0].upper()}{row.help[1:]}."), row
+        )
     return parser
 
 

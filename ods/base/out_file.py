@@ -1,15 +1,24 @@
 """Files that a command shall write: refused before the work, not after it."""
 
 import os
+from collections.abc import Sequence
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
 
 
-def refuse_unwritable(*paths: Path | None) -> None:
-    """Raise OdsError, one line, for the first that cannot be written; None is a file that is not wanted."""
-    for path in paths:
-        why_not = "" if path is None else _why_not(path)
+def refuse_unwritable(*paths: Path | None, read: Sequence[Path | None] = ()) -> None:
+    """Raise OdsError, one line, for the first that cannot be written, or would go over one that is `read` or written.
+
+    None is a file that is not wanted.
+    """
+    wanted = [path for path in paths if path is not None]
+    for place, path in enumerate(wanted):
+        why_not = _why_not(path)
+        if not why_not and _is_one_of(path, read):
+            why_not = "is read here, and is not overwritten"
+        if not why_not and _is_one_of(path, wanted[:place]):
+            why_not = "two results cannot go into one file"
         if why_not:
             raise OdsError(f"{path}: {why_not}")
 
@@ -24,3 +33,16 @@ def _why_not(path: Path) -> str:
     except OSError as error:  # such as a name that is too long
         return reason_of(error)
     return "" if os.access(there, os.W_OK) else f"no right to write {there}, or its disk is read-only"
+
+
+def _is_one_of(path: Path, others: Sequence[Path | None]) -> bool:
+    """Tell whether `path` is a file of `others` by any name; of devices, such as /dev/null, none is."""
+    if path.exists() and not path.is_file():
+        return False
+    return any(other is not None and _is_same(path, other) for other in others)
+
+
+def _is_same(one: Path, other: Path) -> bool:
+    if one.exists() and other.exists():
+        return one.samefile(other)
+    return one.resolve() == other.resolve()

@@ -12,22 +12,22 @@ from ods.calibrate.pose_history import history_of
 from ods.calibrate.report import lines, results_of
 from ods.calibrate.sightings import echoes_of
 from ods.config import OnboardConfig
+from ods.offline.source import recorded_source
 from ods.pipeline import offline
-from ods.sonar_link.files.opening import open_pings
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording, and what is known of the object."""
-    parser.add_argument("file", type=Path, metavar="RECORDING", help=".s7k of ods record, or .npz with poses")
+    parser.add_argument("file", type=Path, metavar="RECORDING", help="of ods record, or .npz with poses")
     parser.add_argument("--depth", type=float, metavar="M", help="depth of the object, m down from the site's origin")
 
 
 def run(args: Namespace) -> None:
     """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording tells nothing."""
     settings = load(args.config, OnboardConfig)
-    recording = open_pings(args.file)
     frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
-    history, begin_ns = history_of(args.file, recording, frame)
+    recording = recorded_source(args.file, site=frame)
+    history, begin_ns = history_of(recording.poses)
     found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
     fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
     if not any(result.told for result in results_of(fit).values()):

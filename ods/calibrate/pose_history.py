@@ -1,6 +1,6 @@
 """The vehicle's pose at any instant of a recording."""
 
-from pathlib import Path
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
@@ -8,9 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.base.geodesy import LocalFrame
-from ods.offline.poses import way_of
-from ods.sonar_link.files.ping_sequence import PingSequence
+from ods.messages import Pose
 
 LONGEST_GAP_S = 0.4
 """Between two poses: no instant in between is used. Poses of a .npz stand at the pings, 0.27 s apart at 200 m."""
@@ -40,9 +38,12 @@ class PoseHistory:
         return np.asarray(known)
 
 
-def history_of(path: Path, recording: PingSequence, frame: LocalFrame) -> tuple[PoseHistory, int]:
-    """Return the poses of a recording, in the frame of the site, and the UTC, ns, of time 0. Raises OdsError."""
-    poses, _ = way_of(path, recording, frame)
-    t_ns = np.array([pose.t_ns for pose in poses])
-    attitude = Rotation.from_quat([pose.attitude for pose in poses], scalar_first=True)
-    return PoseHistory((t_ns - t_ns[0]) / NS, np.array([pose.position_ned for pose in poses]), attitude), int(t_ns[0])
+def history_of(poses: Sequence[Pose]) -> tuple[PoseHistory, int]:
+    """Return the poses, in order of time, and the `t_ns` of time 0. One that comes twice is one. Raises OdsError."""
+    told = {pose.t_ns: pose for pose in poses}
+    if not told:
+        raise OdsError("the recording has no poses")
+    t_ns = np.array(list(told))
+    attitude = Rotation.from_quat([pose.attitude for pose in told.values()], scalar_first=True)
+    places = np.array([pose.position_ned for pose in told.values()])
+    return PoseHistory((t_ns - t_ns[0]) / NS, places, attitude), int(t_ns[0])

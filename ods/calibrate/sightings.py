@@ -21,10 +21,10 @@ REACH_M, REACH_RAD = 1.5, 0.05
 
 
 def echoes_of(messages: Iterable[Detections], begin_ns: int) -> Echoes:
-    """Return the strongest detections of all pings; time 0 is the UTC `begin_ns`."""
+    """Return the strongest detections of all pings; time 0 is `begin_ns`, by the clock of the messages' `t_ns`."""
     rows = [
         (
-            *(index, (message.utc_ns - begin_ns) / NS, d.range_m, d.bearing_rad, d.elevation_rad, d.snr_db),
+            *(index, (message.t_ns - begin_ns) / NS, d.range_m, d.bearing_rad, d.elevation_rad, d.snr_db),
             *(max(d.sigma_range_m, 1e-3), max(d.sigma_bearing_rad, 1e-4), message.sound_speed),
         )
         for index, message in enumerate(messages)

@@ -57,7 +57,8 @@ def run(args: Namespace) -> None:
     settings = _settings(args.config)
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
-    refuse_unwritable(args.out, args.plot, args.sheet, args.plot_stages)
+    read = (args.file, args.config, args.fan)
+    refuse_unwritable(args.out, args.plot, args.sheet, args.plot_stages, read=read)
     draws = args.plot or args.sheet or args.plot_stages
     if draws:
         importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work

@@ -26,14 +26,15 @@ def run(args: Namespace) -> None:
         summary = summarize(recording)
     except OSError as error:
         raise RecordingError(f"{args.recording}: {error.strerror}") from error
-    for line in _lines(recording, summary):
+    for line in _lines(recording, summary, args.recording):
         print(line)
 
 
-def _lines(recording: Recording, summary: Summary) -> Iterator[str]:
+def _lines(recording: Recording, summary: Summary, asked: Path) -> Iterator[str]:
     begun = datetime.fromtimestamp(min(summary.first_utc_ns // NS, 2**32), UTC)
     files = f"{len(recording.segments)} file{'s' if len(recording.segments) > 1 else ''}"
-    yield f"{recording.segments[0].parent}: {files}, {summary.size / 1e6:.1f} MB, {summary.duration_s:.1f} s"
+    place = asked if asked.is_file() else recording.segments[0].parent
+    yield f"{place}: {files}, {summary.size / 1e6:.1f} MB, {summary.duration_s:.1f} s"
     yield f"from {begun:%Y-%m-%d %H:%M:%S} UTC{_of_utc(recording)}"
     yield from _machine(recording.metadata.get(ODS, {}))
     held = {name: len(data) for name, data in recording.attachments.items()}

@@ -46,8 +46,13 @@ def open_source(path: Path, *, sonar: str, fan: FanGeometry | None = None, site:
     """
     if path.suffix == ".toml":
         return scene_source(path, sonar)
+    return recorded_source(path, fan, site)
+
+
+def recorded_source(path: Path, fan: FanGeometry | None = None, site: LocalFrame | None = None) -> Source:
+    """Open a recording with poses, of any format; their `t_ns` are of one clock. Raises OdsError, one line."""
     if is_recording(path):
-        return _recorded_source(path, site)
+        return _segments_source(path, site)
     recording = open_pings(path, fan)
     if not recording.timed:
         raise OdsError(f"{path}: its pings have no times: single images, of which nothing can be tracked")
@@ -84,7 +89,7 @@ def simulated(scene: Scene, model: SonarModel) -> Source:
     return Source(LazyPings(count, make), poses_along(times, path.position_ned, attitudes, START_UTC_NS), truths)
 
 
-def _recorded_source(path: Path, site: LocalFrame | None) -> Source:
+def _segments_source(path: Path, site: LocalFrame | None) -> Source:
     recorded = Indexed(open_recording(path))
     pings, poses = recorded.pings.readable(), sorted(recorded.poses, key=lambda pose: pose.t_ns)
     if not pings or not poses:

@@ -63,7 +63,8 @@ def simulate(
     """
     if out.suffix not in PING_WRITERS:
         raise OdsError(f"{out}: the ending must be one of {', '.join(PING_WRITERS)}")
-    refuse_unwritable(out)
+    truths_file = None if out.suffix == ".png" else out.with_suffix(TRUTH_SUFFIX)
+    refuse_unwritable(out, truths_file, read=(scene,))
     loaded = load_scene(scene)
     model = find_sonar(sonar, scene)
     if out.suffix == ".s7k" and loaded.file.image.samples == "linear8":
@@ -72,11 +73,11 @@ def simulate(
     try:
         images = ImageSimulator(model, loaded, seed)
         shots = _progress(shots_of(images), whole if pings is None else pings, out)
-        if out.suffix == ".png":
+        if truths_file is None:
             with drawn_in(style):
                 _write_png(out, shots)
             return
-        with out.with_suffix(TRUTH_SUFFIX).open("wb") as truths:
+        with truths_file.open("wb") as truths:
             PING_WRITERS[out.suffix](out, _noting(shots, truths.write))
     except ValueError as error:
         raise OdsError(f"{scene}: {error}") from error

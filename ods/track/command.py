@@ -13,6 +13,7 @@ from ods.base.arguments import Choice, choice
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.mounting import AT_ORIGIN, Mounting, mounting_in
+from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig, part_of
 from ods.messages import Ping
@@ -57,7 +58,7 @@ def run(args: Namespace) -> None:
         _track_scenario(args)
         return
     wanted = Wanted(args.out, args.json, args.geojson, args.plot, args.movie)
-    wanted.check()
+    wanted.check(args.file, args.config, args.fan)
     run_ = _prepared(args)
     with ExitStack() as stack:
         if args.plot or args.movie:
@@ -76,6 +77,7 @@ def _track_scenario(args: Namespace) -> None:
         raise OdsError(f"--{asked[0]}: {args.file} is a scenario of detections, which gives --out only")
     if args.out is None:
         raise OdsError("--out: say where the tracks of the scenario go")
+    refuse_unwritable(args.out, read=(args.file, args.config))
     settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
     mounting = Mounting(mounting_in(args.config)) if args.config else AT_ORIGIN
     print(scenario.track_file(args.file, args.out, settings, mounting))

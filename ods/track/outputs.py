@@ -40,11 +40,11 @@ class Wanted:
     plot: Path | None
     movie: Path | None
 
-    def check(self) -> None:
-        """Refuse what cannot be written, before the work. Raises OdsError."""
+    def check(self, *read: Path | None) -> None:
+        """Refuse what cannot be written or would go over a file that is read, before the work. Raises OdsError."""
         if self.movie is not None and self.movie.suffix.lower() not in MOVIES:
             raise OdsError(f"{self.movie}: the ending must be one of {', '.join(MOVIES)}")
-        refuse_unwritable(self.out, self.geojson, self.plot, self.movie)
+        refuse_unwritable(self.out, self.geojson, self.plot, self.movie, read=read)
 
 
 class Outputs:

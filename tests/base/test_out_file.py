@@ -48,3 +48,27 @@ def test_it_is_said_before_the_work(
     out.mkdir()
     assert cli.main([*arguments, str(out)]) == 2
     assert capsys.readouterr().err == f"ods {arguments[0]}: {out}: is a folder\n"
+
+
+def test_no_result_goes_over_what_is_read_or_over_another_result(tmp_path: Path) -> None:
+    recording, link, picture = tmp_path / "pings.npz", tmp_path / "link.npz", tmp_path / "new.png"
+    recording.write_text("x")
+    link.symlink_to(recording)
+    for out in (recording, link, tmp_path / "." / ".." / tmp_path.name / "pings.npz"):
+        with pytest.raises(OdsError, match="is read here, and is not overwritten"):
+            refuse_unwritable(out, read=(None, recording))
+    with pytest.raises(OdsError, match="two results cannot go into one file"):
+        refuse_unwritable(picture, None, picture)
+    refuse_unwritable(picture, Path(os.devnull), Path(os.devnull), read=(recording, Path(os.devnull)))
+
+
+@pytest.mark.parametrize("command", ["detect", "track"])
+@pytest.mark.parametrize("option", ["--out", "--plot"])
+def test_a_recording_is_not_overwritten(
+    command: str, option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    recording = tmp_path / "pings.npz"
+    recording.write_bytes(b"precious")
+    assert cli.main([command, str(recording), option, str(recording)]) == 2
+    assert capsys.readouterr().err == f"ods {command}: {recording}: is read here, and is not overwritten\n"
+    assert recording.read_bytes() == b"precious"

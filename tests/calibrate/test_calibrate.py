@@ -2,6 +2,7 @@
 
 import math
 import tomllib
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from ods.calibrate.pose_history import PoseHistory
 from ods.calibrate.report import lines, results_of
 from ods.calibrate.sightings import echoes_of
 from ods.cli import main
-from ods.messages import Pose
+from ods.messages import Ping, Pose
 from ods.recording.s7k import RECORDED_DEVICES, Recorder
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
@@ -26,6 +27,7 @@ from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.sonar_link.files.s7k.writer import S7kWriter
 from tests.calibrate.fixed_object import NEARER_M, OBJECT, Sonar, around, detections, level_around, past, poses
+from tests.recording.mcap_samples import write_segment
 
 CONFIG = Path(__file__).parents[2] / "config"
 SONAR = CONFIG / "sonars" / "seabat6012.toml"
@@ -97,8 +99,8 @@ def test_too_few_sightings_are_refused() -> None:
         calibrate(echoes_of([], 0), rig)
 
 
-def recording(path: Path, sonar: Sonar, seconds: float) -> None:
-    """Record simulated images of a ball that the vehicle goes half round, and its poses."""
+def messages(sonar: Sonar, seconds: float) -> Iterator[Pose | Ping]:
+    """Yield the vehicle's poses, and simulated images of a ball that it goes half round."""
     arc = math.radians(50.0) * np.sin(2.0 * math.pi * np.arange(0.0, seconds + 2.0) / 40.0)
     points = [
         Waypoint(t_s=float(t), position_ned=(-25.0 * math.cos(a), -25.0 * math.sin(a), 10.0 + 3.0 * math.sin(0.3 * t)))
@@ -115,34 +117,46 @@ def recording(path: Path, sonar: Sonar, seconds: float) -> None:
     )
     scene, model = Scene(SceneFile(seed=5, vehicle=path_of, objects=[ball])), load_sonar(SONAR)
     images = ImageSimulator(model, scene)
+    for k in range(round(20 * (seconds + 1.0))):
+        vehicle, t_ns = scene.vehicle_at(0.05 * k), k * NS // 20
+        north, east, down = vehicle.position_ned.tolist()
+        w, x, y, z = vehicle.attitude.tolist()
+        still = (0.0, 0.0, 0.0)
+        yield Pose(k, t_ns, START_NS + t_ns, (north, east, down), (w, x, y, z), still, still, still)
+    for number in range(int(seconds / model.ping_period_s)):
+        sent_s = number * model.ping_period_s
+        t_ns = round((sent_s + sonar.late_s) * NS)
+        yield images.ping(sent_s, number, t_ns, START_NS + t_ns)
+
+
+def record(path: Path, told: Iterable[Pose | Ping]) -> None:
+    """Write messages as `ods record` does, with `--s7k` if that is the suffix."""
+    if path.suffix == ".mcap":
+        samples = [("pose" if isinstance(each, Pose) else "ping", each.t_ns, each) for each in told]
+        write_segment(path, samples)
+        return
     with path.open("xb", buffering=0) as file:
         writer = S7kWriter(file, path.name, START_NS, RECORDED_DEVICES)
         recorder = Recorder(writer, SITE)
-        for k in range(round(20 * (seconds + 1.0))):
-            vehicle, t_ns = scene.vehicle_at(0.05 * k), k * NS // 20
-            north, east, down = vehicle.position_ned.tolist()
-            w, x, y, z = vehicle.attitude.tolist()
-            still = (0.0, 0.0, 0.0)
-            recorder.take(Pose(k, t_ns, START_NS + t_ns, (north, east, down), (w, x, y, z), still, still, still))
-        for number in range(int(seconds / model.ping_period_s)):
-            sent_s = number * model.ping_period_s
-            t_ns = round((sent_s + sonar.late_s) * NS)
-            recorder.take(images.ping(sent_s, number, t_ns, START_NS + t_ns))
+        for each in told:
+            recorder.take(each)
         writer.close()
 
 
+@pytest.mark.parametrize("suffix", ["s7k", "mcap"])
 def test_a_simulated_recording_from_images_to_the_lines_to_paste(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], suffix: str
 ) -> None:
     sonar = Sonar(position=LEVER)
-    recording(tmp_path / "ball.s7k", sonar, 40.0)
+    ball = tmp_path / f"ball.{suffix}"
+    record(ball, messages(sonar, 40.0))
     config = tmp_path / "onboard.toml"
     text = (CONFIG / "onboard.toml").read_text(encoding="utf-8")
     text = text.replace("[sonar]", f"[sonar]\nmounting = {{ position_m = {list(LEVER)} }}\nlatency_ms = 2.0")
     config.write_text(
         text.replace('"ins.eds"', f'"{CONFIG}/ins.eds"').replace('"ods_node.eds"', f'"{CONFIG}/ods_node.eds"')
     )
-    assert main(["calibrate", str(tmp_path / "ball.s7k"), "--config", str(config)]) == 0
+    assert main(["calibrate", str(ball), "--config", str(config)]) == 0
     printed = capsys.readouterr().out
     print(printed)
     told = tomllib.loads(printed[printed.index("\n\n") :])["sonar"]

@@ -20,7 +20,7 @@ def test_every_row_names_a_module_with_arguments_and_run(row: Command, capsys: p
         main([*row.name.split(), "--help"])
     said = " ".join(capsys.readouterr().out.split())
     assert ended.value.code == 0
-    assert row.help.capitalize() in said
+    assert row.help[0].upper() + row.help[1:] in said, "names keep their capitals"
     assert ("--config" in said) == (row.config != "")
 
 
@@ -90,3 +90,14 @@ def test_a_name_beyond_the_locale_is_one_line(command: str, tmp_path: Path) -> N
     assert "Traceback" not in told.stderr
     last = told.stderr.splitlines()[-1]
     assert "set one of UTF-8, such as LC_ALL=C.UTF-8" in last or "no such file" in last
+
+
+def test_a_home_that_cannot_be_written_is_no_trouble_of_pictures(tmp_path: Path) -> None:
+    """Matplotlib warned of it, as a user without a home folder saw it, in two lines before every other one."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("XDG_", "MPL"))}
+    told = subprocess.run(
+        [sys.executable, "-m", "ods", "track", str(tmp_path / "absent.npz")],
+        env=environment | {"HOME": "/proc/none"}, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    assert told.returncode == 2
+    assert "atplotlib" not in told.stderr

@@ -1,5 +1,6 @@
 """`ods map`: tables, GeoJSON, GeoPackage, merging and pruning, beside a running tracker and against bad files."""
 
+import errno
 import json
 import signal
 import sqlite3
@@ -204,6 +205,36 @@ def test_prune(
     assert store.first_free_id() == 6  # no id is used again, even if its object is gone
     assert len(store.load((0.0, 0.0, 1000.0))) == len(left)
     store.close()
+
+
+def test_a_map_that_may_not_be_written_is_in_nobodys_use(
+    field: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("os.access", lambda place, mode: False)
+    assert run("prune", field, "--seen-fewer", "99", "--dry-run") == 0
+    assert run("prune", field, "--seen-fewer", "99") == 2
+    assert "may not be written by user" in capsys.readouterr().err
+    assert ids_in(field) == [1, 2, 7]
+
+
+@pytest.mark.parametrize("action", ["list", "export", "prune", "merge"])
+def test_a_map_that_may_not_be_read_says_so(
+    field: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], action: str
+) -> None:
+    options = {
+        "list": (),
+        "export": ("--out", field.with_name("x.gpkg")),
+        "prune": ("--seen-fewer", 2, "--dry-run"),
+        "merge": (field, "--out", field.with_name("merged")),
+    }
+
+    def refused(*_: object, **__: object) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "open", refused)
+    monkeypatch.setattr("ods.map.commands.merge.load_table", refused)
+    assert run(action, field, *options[action]) == 2
+    assert capsys.readouterr().err == f"ods map: map {field}: permission denied\n"
 
 
 def test_beside_a_running_tracker(field: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

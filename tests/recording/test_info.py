@@ -53,6 +53,12 @@ def _span_s(samples: list[Sample], topic: str) -> float:
     return (times[-1] - times[0]) / NS
 
 
+def test_a_single_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = write_segment(tmp_path / "a.mcap", mission(2))
+    assert main(["info", str(file)]) == 0
+    assert capsys.readouterr().out.startswith(f"{file}: 1 file, ")
+
+
 def test_what_is_no_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.mcap").write_bytes(b"rubbish")
     assert main(["info", str(tmp_path / "a.mcap")]) == 1

@@ -80,7 +80,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Measure, print and draw. Raises OdsError."""
-    refuse_unwritable(args.out)
+    refuse_unwritable(args.out, read=(args.config,))
     settings = None
     effort = replace(QUICK_EFFORT if args.quick else FULL_EFFORT, without=tuple(args.without))
     if args.config:

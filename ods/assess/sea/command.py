@@ -77,7 +77,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the scenes, print the tables, draw the chart. Raises OdsError."""
-    refuse_unwritable(args.out)
+    refuse_unwritable(args.out, read=(args.config,))
     pipeline, tracker = PipelineSettings(), TrackerSettings()
     if args.config:
         pipeline = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)

@@ -47,7 +47,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Do what was asked for. Raises OdsError."""
-    refuse_unwritable(args.out, args.figures)
+    refuse_unwritable(args.out, args.figures, read=(args.config,))
     if args.figures:
         draw_paper(args.figures, args.style)
     if args.save:
