@@ -1,7 +1,9 @@
 """Types of arguments that several commands take."""
 
 import argparse
+import math
 import re
+from collections.abc import Callable
 from typing import NamedTuple
 
 _PART = re.compile(r"(?P<one>-?\d+)|(?P<first>-?\d*):(?P<stop>-?\d*)(:(?P<step>-?\d*))?")
@@ -63,6 +65,21 @@ def port_number(text: str) -> int:
     if not text.isdecimal() or int(text) > 65535:
         raise argparse.ArgumentTypeError(f"{text!r} is not a port: 0 to 65535")
     return int(text)
+
+
+def number(least: float, most: float, unit: str = "") -> Callable[[str], float]:
+    """Return a type of argument: numbers from `least` to `most`, `unit` is the word for what they count."""
+
+    def convert(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not least <= value <= most:
+            raise argparse.ArgumentTypeError(f"{text!r} is not a number{unit and f' of {unit}'}, {least:g} to {most:g}")
+        return value
+
+    return convert
 
 
 def duration_s(text: str) -> float:

@@ -3,6 +3,7 @@
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from ods.base.arguments import number
 from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
@@ -15,11 +16,13 @@ from ods.config import OnboardConfig
 from ods.offline.source import recorded_source
 from ods.pipeline import offline
 
+DEPTH = number(-12_000.0, 12_000.0, "metres")
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording, and what is known of the object."""
     parser.add_argument("file", type=Path, metavar="RECORDING", help="of ods record, or .npz with poses")
-    parser.add_argument("--depth", type=float, metavar="M", help="depth of the object, m down from the site's origin")
+    parser.add_argument("--depth", type=DEPTH, metavar="M", help="depth of the object, m down from the site's origin")
 
 
 def run(args: Namespace) -> None:

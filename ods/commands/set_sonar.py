@@ -2,16 +2,19 @@
 
 from argparse import ArgumentParser, Namespace
 
+from ods.base.arguments import number
 from ods.base.settings_file import load
 from ods.client import Sonar, SonarRequest
 from ods.config import OnboardConfig
 
+DECIBELS = number(-200.0, 300.0, "dB")
+
 
 def add_arguments(parser: ArgumentParser) -> None:
     """What is not given stays as it is."""
-    parser.add_argument("--range", type=float, metavar="METRES")
-    parser.add_argument("--power", type=float, metavar="DB", help="re 1 uPa at 1 m")
-    parser.add_argument("--gain", type=float, metavar="DB")
+    parser.add_argument("--range", type=number(0.1, 20_000.0, "metres"), metavar="METRES")
+    parser.add_argument("--power", type=DECIBELS, metavar="DB", help="re 1 uPa at 1 m")
+    parser.add_argument("--gain", type=DECIBELS, metavar="DB")
 
 
 def run(args: Namespace) -> None:

@@ -1,9 +1,10 @@
 """`ods replay`: a recording played again."""
 
 import math
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
+from ods.base.arguments import number
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.compiled.kernel import do_without_numba
@@ -12,6 +13,8 @@ from ods.recording.mcap.reader import Recording, open_recording
 from ods.replay.live import Wanted, play
 from ods.runtime import bus
 from ods.runtime.run_dir import default_run_dir
+
+SECONDS = number(0.0, 1e9, "seconds")
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -23,9 +26,11 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--check", action="store_true", help="pipeline and tracker again: is what comes what was recorded?"
     )
     live = parser.add_argument_group("live")
-    live.add_argument("--speed", type=_speed, default=1.0, metavar="N", help="0.01 to 100 times as fast, default: 1")
-    live.add_argument("--from", type=_seconds, default=0.0, dest="begin", metavar="S", help="of the recording")
-    live.add_argument("--to", type=_seconds, default=math.inf, dest="end", metavar="S", help="of the recording")
+    live.add_argument(
+        "--speed", type=number(0.01, 100.0), default=1.0, metavar="N", help="0.01 to 100 times as fast, default: 1"
+    )
+    live.add_argument("--from", type=SECONDS, default=0.0, dest="begin", metavar="S", help="of the recording")
+    live.add_argument("--to", type=SECONDS, default=math.inf, dest="end", metavar="S", help="of the recording")
     live.add_argument("--loop", action="store_true", help="again and again, until Ctrl-C")
     live.add_argument("--topics", nargs="+", choices=tuple(bus.TOPICS), default=tuple(bus.TOPICS), metavar="TOPIC",
                       help=f"only these of {', '.join(bus.TOPICS)}; processes of the others may run")  # fmt: skip
@@ -59,20 +64,3 @@ def _check(args: Namespace, recording: Recording) -> int:
     result.counters.update(recording.losses)
     tell(result, args.recording)
     return 0 if result.holds else 1
-
-
-def _seconds(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not 0.0 <= value < 1e9:
-        raise ArgumentTypeError(f"{text}: seconds, 0 or more")
-    return value
-
-
-def _speed(text: str) -> float:
-    value = _seconds(text)
-    if not 0.01 <= value <= 100.0:
-        raise ArgumentTypeError(f"{text}: 0.01 to 100")
-    return value

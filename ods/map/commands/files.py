@@ -2,11 +2,13 @@
 
 import os
 import sqlite3
-from argparse import ArgumentParser
+from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import Any
 
+from ods.base.arguments import number
 from ods.base.errors import OdsError, reason_of
 from ods.base.geodesy import LocalFrame
 from ods.base.out_file import refuse_unwritable
@@ -19,6 +21,8 @@ from ods.tracker.settings import TrackerSettings
 Area = tuple[float, float, float]
 """North, east and distance, m."""
 AREA_NAMES = "NORTH", "EAST", "METRES"
+METRES = number(-1e7, 1e7, "metres")
+"""Nothing on earth is farther from a site."""
 
 
 def add_map_argument(parser: ArgumentParser) -> None:
@@ -28,8 +32,21 @@ def add_map_argument(parser: ArgumentParser) -> None:
 
 def add_within_argument(parser: ArgumentParser) -> None:
     """The area that is wanted."""
-    told = "only objects not farther from a place than this"
-    parser.add_argument("--within", type=float, nargs=3, metavar=AREA_NAMES, help=told)
+    add_area_argument(parser, "--within", "only objects not farther from a place than this")
+
+
+def add_area_argument(parser: ArgumentParser, option: str, told: str) -> None:
+    """An area: a place and the distance around it, m."""
+    parser.add_argument(option, type=METRES, nargs=3, action=_AreaAction, metavar=AREA_NAMES, help=told)
+
+
+class _AreaAction(Action):
+    """Refuses an area that nothing is in."""
+
+    def __call__(self, parser: ArgumentParser, namespace: Namespace, values: Any, _: str | None = None) -> None:
+        if values[2] < 0.0:
+            parser.error(f"argument {self.option_strings[0]}: METRES is {values[2]:g}: a distance is not below 0")
+        setattr(namespace, self.dest, values)
 
 
 def map_file(file: Path | None, config: Path) -> Path:

@@ -3,9 +3,9 @@
 from argparse import ArgumentParser, Namespace
 
 from ods.base import clock
-from ods.base.arguments import positive_int
+from ods.base.arguments import number, positive_int
 from ods.base.errors import OdsError
-from ods.map.commands.files import AREA_NAMES, add_map_argument, map_file, opened, readable
+from ods.map.commands.files import add_area_argument, add_map_argument, map_file, opened, readable
 from ods.map.prune import Criteria, why_not
 from ods.tracker.map.rights import hindrance
 from ods.tracker.map.store import sole_access
@@ -14,10 +14,10 @@ from ods.tracker.map.store import sole_access
 def add_arguments(parser: ArgumentParser) -> None:
     """Map and criteria."""
     add_map_argument(parser)
-    parser.add_argument("--existence-below", type=float, metavar="P", help="existence probability")
-    parser.add_argument("--older-than", type=float, metavar="DAYS", help="days since last seen")
+    parser.add_argument("--existence-below", type=number(0.0, 1.0), metavar="P", help="existence probability, 0 to 1")
+    parser.add_argument("--older-than", type=number(0.0, 1e6, "days"), metavar="DAYS", help="days since last seen")
     parser.add_argument("--seen-fewer", type=positive_int, metavar="N", help="times seen")
-    parser.add_argument("--outside", type=float, nargs=3, metavar=AREA_NAMES, help="farther from a place than this")
+    add_area_argument(parser, "--outside", "farther from a place than this")
     parser.add_argument("--dry-run", action="store_true", help="only say what would be removed")
 
 
