@@ -68,8 +68,9 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--seconds", type=duration_s, default=SECONDS, help=f"of each scene (default: {SECONDS:g})")
     parser.add_argument("--seeds", type=positive_int, default=1, metavar="N", help="runs of each scene, each with "
                         "another sea-bed and other speckle (default: 1)")  # fmt: skip
-    parser.add_argument("--clearance", type=number(0.0, 1000.0, "metres"), default=CLEARANCE_M, metavar="M",
-                        help=f"what is lower over the sea-bed need not be tracked (default: {CLEARANCE_M:g})")  # fmt: skip
+    clearance = number(0.0, 1000.0, "metres")
+    parser.add_argument("--clearance", type=clearance, default=CLEARANCE_M, metavar="M", help="what is lower over the "
+                        f"sea-bed need not be tracked (default: {CLEARANCE_M:g})")  # fmt: skip
     parser.add_argument("--no-altitude", action="store_true", help="leave the altitude out of the vehicle's pose")
     parser.add_argument("--images", type=Path, metavar="FOLDER", help="keep the images there, and take them from there")
     parser.add_argument("--jobs", type=positive_int, default=1, metavar="N", help="scenes at a time (default: 1)")
