@@ -173,7 +173,7 @@ def test_trackers_are_chosen_by_name(capsys: pytest.CaptureFixture[str]) -> None
     assert "coupled, nearest" in text
     assert "independent" not in text
     assert cli.main(["assess", "track", "--trackers", "coupled"]) == 2
-    assert "--trackers: 'coupled' is none of independent, nearest" in capsys.readouterr().err
+    assert "--trackers: 'coupled' is none of 'independent, nearest', '" in capsys.readouterr().err
 
 
 def test_the_worked_example_goes_as_in_the_paper(tmp_path: Path) -> None:
