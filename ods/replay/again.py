@@ -18,6 +18,7 @@ from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
 from ods.replay.streams import DetectionsStream, HealthStream, PoseStream, message_of
 from ods.runtime.processes import PROCESSES
 from ods.tracker.checkpoint import Mission
+from ods.tracker.ids import reserved_id
 from ods.tracker.map.keeper import of_earlier_mission
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
@@ -167,7 +168,7 @@ class TrackerAgain:
         if former is not None and _goes_on(told, former):
             self.counters["tracker_restarts"] += 1
             left: Mission = msgspec.msgpack.decode(msgspec.msgpack.encode(former.state([], [])), type=Mission)
-            tracker.restore(left, left.map_changes.put, former.tracker.next_id)
+            tracker.restore(left, left.map_changes.put, reserved_id(former.tracker.next_id))
         else:
             self.counters["tracker_anew"] += former is not None
             tracker.seq = told.seq

@@ -6,8 +6,9 @@ import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
 from ods.compiled.kernel import kernel
+from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.hibernated import HibernatedObjects
-from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.field_of_view import coverage_of, in_opening, near_coverage
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of

@@ -13,7 +13,8 @@ from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
 from ods.tracker.checkpoint import Checkpoints
-from ods.tracker.map.keeper import MapKeeper, provisional_first_id
+from ods.tracker.ids import provisional_first_id, reserved_id
+from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
@@ -35,7 +36,9 @@ class TrackerWorker(Worker[TrackerConfig]):
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
         self._checkpoints = Checkpoints(service.run_dir, settings, service.complain_once)
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
-        self._least_id = self._left_id = 1
+        self._least_id = 1
+        self._told: set[int] = set()
+        """Ids of the last list."""
         self._mission: MissionTracker
 
     def start(self) -> None:
@@ -88,10 +91,9 @@ class TrackerWorker(Worker[TrackerConfig]):
             if self._checkpoints.base_due(tracker.map_changes()):
                 self._checkpoints.write_base(tracker.whole_map())
             mission = self._mission.state(pending.puts(), pending.removes())
-            self._checkpoints.write(now_ns, tracker.next_id, mission)
+            self._checkpoints.write(now_ns, reserved_id(tracker.next_id), mission)
         except OSError as error:
             self.service.complain_once("checkpoint_failed", f"objects would not outlive a kill: {reason_of(error)}")
-        self._left_id = tracker.next_id
 
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
@@ -152,9 +154,11 @@ class TrackerWorker(Worker[TrackerConfig]):
             self._mission.tracker.join(known.objects, first_id)
 
     def _publish(self, message: ObstacleList, now_ns: int) -> None:
-        if self._mission.tracker.next_id != self._left_id:
-            self._leave(now_ns)  # or an id might be heard of and then be given again
-            self.service.publish("obstacles", message)
-        else:
+        told = {o.id for o in message.obstacles}
+        if told <= self._told:
             self.service.publish("obstacles", message)
             self._leave(now_ns)
+        else:
+            self._leave(now_ns)  # or an object might be heard of that a next tracker does not know
+            self.service.publish("obstacles", message)
+        self._told = told

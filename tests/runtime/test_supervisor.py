@@ -11,6 +11,7 @@ import sys
 import textwrap
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,17 @@ from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.supervisor import HELD, Child, SuperviseSettings
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
+STARTED: list["subprocess.Popen[str]"] = []
+
+
+@pytest.fixture(autouse=True)
+def no_supervisor_outlives_its_test() -> Iterator[None]:
+    """One whose test failed would start children for ever."""
+    yield
+    while STARTED:
+        supervisor = STARTED.pop()
+        supervisor.terminate()
+        supervisor.communicate(timeout=10)
 
 
 def start(tmp_path: Path, body: str, settings: str = "") -> "subprocess.Popen[str]":
@@ -45,7 +57,9 @@ def start(tmp_path: Path, body: str, settings: str = "") -> "subprocess.Popen[st
         except OdsError as error:
             sys.exit(str(error))
     """
-    return subprocess.Popen([sys.executable, "-c", textwrap.dedent(script)], stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-c", textwrap.dedent(script)]
+    STARTED.append(subprocess.Popen(command, stderr=subprocess.PIPE, text=True))
+    return STARTED[-1]
 
 
 def pids(tmp_path: Path, count: int, timeout_s: float = 60.0) -> list[int]:

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from ods.base import clock
+from ods.tracker.ids import ID_BLOCK, provisional_first_id
 from ods.tracker.map import schema
 from ods.tracker.map.hibernated import SKIN_M, HibernatedObjects
-from ods.tracker.map.keeper import ID_BLOCK, MapKeeper, provisional_first_id
+from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.map.link import OBJECTS_A_PACKET
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.schema import SCHEMA_VERSION

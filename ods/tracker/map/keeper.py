@@ -2,36 +2,28 @@
 
 import logging
 import math
-import secrets
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import msgspec
 
 from ods.base.clock import NS
+from ods.tracker.ids import ID_BLOCK, PROVISIONAL_IDS
 from ods.tracker.map.lag import READ, WRITTEN, Lag
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
-from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.pending import PendingChanges
 from ods.tracker.map.writer_process import WriterProcess
 from ods.tracker.settings import MapSettings
 
 log = logging.getLogger(__name__)
 
-ID_BLOCK = 1000
-"""Ids are reserved on disk by so many at a time."""
 WRITE_PERIOD_NS = NS
 """Between two changes of the file: a kill loses no more than this."""
 STOP_S = 1.0
 """The tracker's end waits so long for the last change; if that takes longer, the map's process goes on alone."""
 PACKETS_A_ROUND = 4
 """What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
-
-
-def provisional_first_id() -> int:
-    """Return where ids begin while those of the map are not known: where no other mission's ids are, but for a chance
-    of 1e-11. They stay below 2^53, so that planners may keep them as floating point numbers."""
-    return PROVISIONAL_IDS + secrets.randbelow(1 << 52)
 
 
 def of_earlier_mission(known: MapObject, position_sigma_m: float) -> MapObject:

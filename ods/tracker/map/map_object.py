@@ -2,9 +2,6 @@
 
 import msgspec
 
-PROVISIONAL_IDS = 1 << 40
-"""From here on ids are those given while the map could not be read; they do not tell which ordinary ones are free."""
-
 
 class MapObject(msgspec.Struct, frozen=True, gc=False, array_like=True):
     """A hibernated object, with what was known when it was last seen."""

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import Any
 
 from ods.base.errors import OdsError
-from ods.tracker.map.map_object import PROVISIONAL_IDS, MapObject
+from ods.tracker.ids import PROVISIONAL_IDS
+from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
 from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of

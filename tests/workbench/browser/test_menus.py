@@ -32,10 +32,10 @@ def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: 
         window.get(f"{server.link}#state={shared_text(shared)}")
         wait_for(window, "what was shared")  # the undo button says what it would undo
         assert "#" not in window.current_url
-        tabs = {tab.text: tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab")}
         for menu in (menu for menu in MENUS if importlib.util.find_spec(menu.module)):
-            name = next(text for text in tabs if menu.name in text)
-            tabs[name].click()
+            # found anew each time: a page that was slow to come is drawn again when it is there
+            tabs = {tab.text: tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab")}
+            next(tab for text, tab in tabs.items() if menu.name in text).click()
             time.sleep(1.0)
             assert "cannot be shown" not in window.find_element(By.TAG_NAME, "body").text, menu.name
         hosts = {urlsplit(address).hostname for address in requested(window) if address.startswith(("http", "ws"))}
