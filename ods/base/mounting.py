@@ -15,10 +15,10 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.geometry import rotation_matrix
 from ods.base.quaternion import Quaternion, Vector3, from_euler, product, rotated
-from ods.base.settings import Settings
+from ods.base.settings import Settings, slider
 from ods.base.settings_file import load
 
-LeverArm = Annotated[float, msgspec.Meta(ge=-100.0, le=100.0)]
+LeverArm = Annotated[float, msgspec.Meta(ge=-100.0, le=100.0), slider(-20.0, 20.0, unit="m")]
 """A coordinate of a place on the vehicle, m."""
 Lever = tuple[LeverArm, LeverArm, LeverArm]
 """A place on the vehicle: forward, starboard and down of the body's origin, m."""

@@ -21,7 +21,8 @@ OddInt = Annotated[int, msgspec.Meta(ge=1, le=999, extra={"odd": True})]
 
 
 class Slider(NamedTuple):
-    """How a number is shown where it is set by hand; it may have any value that its type allows."""
+    """How a number is shown where it is set by hand; it may have any value that its type allows, but `ods doctor` calls
+    one beyond unusual."""
 
     low: float
     high: float

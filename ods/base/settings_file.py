@@ -13,6 +13,14 @@ from ods.base.settings import Settings, complaint_of
 
 MOST_BYTES = 4 << 20
 """Of a file; it takes seconds to read."""
+KINDS = {
+    "site": "a configuration of the processes",
+    "onboard": "one of the bench",
+    "vehicle": "a scene",
+    "beam_width_deg": "a simulated sonar",
+    "apex_x_px": "the geometry of a fan",
+}
+"""What a file is that has a key of this name: each kind of file needs one of them, and none has two."""
 
 SettingsT = TypeVar("SettingsT", bound=Settings)
 AnyT = TypeVar("AnyT")
@@ -74,7 +82,15 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
     try:
         return msgspec.convert(data, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {complaint_of(error, kind)}") from error
+        raise ConfigError(f"{path}: {_mistaken(data, kind) or complaint_of(error, kind)}") from error
+
+
+def _mistaken(data: dict[str, Any], kind: type) -> str:
+    """Say that a file is of another kind than the one wanted; "" where it is not."""
+    names = {field.name for field in msgspec.structs.fields(kind)}
+    wanted = [told for key, told in KINDS.items() if key in names]
+    found = [told for key, told in KINDS.items() if key in data and key not in names]
+    return f"is {found[0]}, not {wanted[0]}" if found and wanted and not names & KINDS.keys() & data.keys() else ""
 
 
 def _expanded(path: str) -> Path:

@@ -1,6 +1,5 @@
 """`ods detect`: the pipeline as on board, on recorded sonar images."""
 
-import importlib
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -17,7 +16,7 @@ from ods.offline.recorded import pings_of
 from ods.pipeline import offline
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import StageImage
-from ods.plots.style import add_style, drawn_in
+from ods.plots.style import add_style, drawn_in, refuse_undrawable
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.settings import RecordingsSettings
@@ -58,10 +57,9 @@ def run(args: Namespace) -> None:
     if args.mask and args.out is None:
         raise DetectError("--mask: goes into the file that --out names")
     read = (args.file, args.config, args.fan)
-    refuse_unwritable(args.out, args.plot, args.sheet, args.plot_stages, read=read)
-    draws = args.plot or args.sheet or args.plot_stages
-    if draws:
-        importlib.import_module("matplotlib")  # an extra: that it is missing is said before the work
+    pictures = args.plot, args.sheet, args.plot_stages
+    refuse_unwritable(args.out, *pictures, read=read)
+    refuse_undrawable(*pictures)  # which also finds that matplotlib, an extra, is missing
     recording = pings_of(args.file, load(args.fan, FanGeometry) if args.fan else None)
     places = _places(args, len(recording.pings))
     stages: list[StageImage] = []
@@ -84,7 +82,7 @@ def run(args: Namespace) -> None:
             print(f"{what}: {count}")
     if args.out is not None:
         _written(args.out, partial(offline.save_npz, args.out, results))
-    if draws:
+    if any(pictures):
         with drawn_in(args.style):
             _draw(args, results, places)
 

@@ -1,5 +1,6 @@
 """The sonar's mounting and the INS's place in words, for whoever knows how they are mounted to read over."""
 
+import math
 from collections.abc import Iterator
 
 from ods.base.mounting import Lever, MountingSettings
@@ -7,11 +8,17 @@ from ods.doctor.finding import Finding
 
 WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")
 """Along forward, starboard and down, and against them."""
+MAYBE_RADIANS = 1.6
+"""A right angle and what it was rounded up by; angles in degrees are larger as a rule."""
 
 
 def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:
     """Say where the configuration puts sonar and INS."""
     yield Finding("good", "mounting", f"the sonar is {words_of(mounting)}")
+    angles = [angle for angle in (mounting.roll_deg, mounting.pitch_deg, mounting.yaw_deg) if angle]
+    if angles and max(map(abs, angles)) < MAYBE_RADIANS:
+        told = " and ".join(f"{angle:g} would be {math.degrees(angle):.1f} deg" for angle in angles)
+        yield Finding("note", "mounting", f"angles of sonar.mounting are degrees; if these are radians, {told}")
     if any(lever_arm_m):
         yield Finding("good", "mounting", f"the INS is {_way(lever_arm_m)} of the vehicle's origin")
 

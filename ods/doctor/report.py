@@ -6,7 +6,7 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, plugins, running, sonar_port
+from ods.doctor import chain, machine, map_file, mounting, nav_line, navigation, plugins, running, sonar_port, unusual
 from ods.doctor.finding import Finding
 from ods.runtime.run_dir import is_locked
 
@@ -22,6 +22,7 @@ def findings(config: Path, listen_s: float = 0.0) -> Iterator[Finding]:
         yield Finding("wrong", "configuration", str(error))
         return
     yield Finding("good", "configuration", f"{config} is complete and every value is in range")
+    yield from unusual.examine(settings)
     yield from chain.examine(settings.pipeline)
     yield from plugins.examine(settings)
     yield from map_file.examine(settings.tracker.map.path, settings.site)

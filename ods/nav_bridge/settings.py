@@ -9,7 +9,7 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import Lever
-from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings
+from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider
 from ods.runtime.port.address import tcp_address
 from ods.runtime.port.udp_port import udp_address
 
@@ -65,7 +65,7 @@ class LimitSettings(Settings, frozen=True):
     """Depth below the datum."""
     speed: Positive = 30.0
     """m/s along each body axis."""
-    age_s: Positive = 1.0
+    age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
     """Time from the pose's instant to its arrival."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
     """Altitude over the bottom; one beyond this, or not above 0, is left out of its pose."""
@@ -74,11 +74,11 @@ class LimitSettings(Settings, frozen=True):
 class SigmaSettings(Settings, frozen=True):
     """Standard deviations of a source that tells none."""
 
-    position_m: Positive = 0.5
+    position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
     """Of north, east and down, m."""
-    attitude_rad: Positive = 0.005
+    attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
     """Of roll, pitch and yaw, rad."""
-    altitude_m: Positive = 0.3
+    altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
     """Of the altitude over the bottom, m."""
 
 

@@ -7,7 +7,10 @@ Matplotlib looks up while it draws.
 from argparse import ArgumentParser
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, NamedTuple
+
+from ods.base.errors import OdsError
 
 
 class Palette(NamedTuple):
@@ -45,6 +48,16 @@ MARK, ACCENT, GOOD, OTHER, BAD, QUIET, WARN, STRONG = SERIES
 def add_style(parser: ArgumentParser) -> None:
     """`--style`, which all commands take that draw."""
     parser.add_argument("--style", choices=tuple(PALETTES), default=DARK, help="of pictures; light: for print")
+
+
+def refuse_undrawable(*pictures: Path | None) -> None:
+    """Raise OdsError, one line, for the first whose ending tells no format that can be drawn; None is not wanted."""
+    for picture in filter(None, pictures):
+        from matplotlib.backend_bases import FigureCanvasBase  # an extra, which only pictures need
+
+        endings = FigureCanvasBase.get_supported_filetypes()
+        if picture.suffix and picture.suffix[1:].lower() not in endings:
+            raise OdsError(f"{picture}: the ending must be one of {', '.join(f'.{name}' for name in sorted(endings))}")
 
 
 @contextmanager

@@ -12,7 +12,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.quaternion import rotated
-from ods.base.settings import Positive, Settings
+from ods.base.settings import Positive, Settings, slider
 from ods.messages import Pose, Quaternion, Vector3
 
 TURN_BASE_NS = NS // 10
@@ -29,7 +29,7 @@ class PoseSettings(Settings, frozen=True):
 
     capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
     """Poses kept."""
-    max_extrapolation_s: Positive = 0.3
+    max_extrapolation_s: Annotated[Positive, slider(0.05, 2.0, unit="s")] = 0.3
     """Longest time a pose is carried on beyond the newest one, s."""
     max_rate_hz: Positive = 250.0
     """Of poses that come faster only so many a second are kept, and the newest: `capacity` of them must reach back to

@@ -14,7 +14,7 @@ from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
 from ods.base.out_file import refuse_unwritable
 from ods.offline.truths import TRUTH_SUFFIX
-from ods.plots.style import DARK, add_style, drawn_in
+from ods.plots.style import DARK, add_style, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
@@ -39,6 +39,8 @@ def run(args: Namespace) -> None:
     """Write, print and draw what was asked for. Raises OdsError."""
     if not args.chart and not args.table and not (args.scene and args.out):
         raise OdsError("give SCENE.toml and --out, or --chart, or --table")
+    refuse_unwritable(args.chart)
+    refuse_undrawable(args.chart)
     if args.scene and args.out:
         simulate(args.scene, args.sonar, args.out, args.pings, args.seed, args.style)
     if args.table:

@@ -6,7 +6,7 @@ from typing import Annotated
 import msgspec
 
 from ods.base.mounting import MountingSettings
-from ods.base.settings import NonNegativeSeconds, Seconds, Settings
+from ods.base.settings import NonNegativeSeconds, Seconds, Settings, slider
 from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
 from ods.sonar_link.oculus.settings import OculusSettings
@@ -28,7 +28,7 @@ class SonarSettings(Settings, frozen=True):
     """Bits a second of the serial line."""
     publish_raw: bool = False
     """Publish the bytes of the line, too, on the topic `raw`, for the recorder."""
-    latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0)] = 0.0
+    latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
     """From the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only to
     even out an INS that is later than the sonar."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024

@@ -24,6 +24,7 @@ from ods.offline.score import position_rms_m, score_objects
 from ods.offline.score_table import objects_table
 from ods.offline.source import Source
 from ods.offline.tracks_file import TracksFile
+from ods.plots.style import refuse_undrawable
 
 SETTLE_S = 3.0
 """From the first sight of an object until it counts as missed, as on the bench."""
@@ -45,6 +46,7 @@ class Wanted:
         if self.movie is not None and self.movie.suffix.lower() not in MOVIES:
             raise OdsError(f"{self.movie}: the ending must be one of {', '.join(MOVIES)}")
         refuse_unwritable(self.out, self.geojson, self.plot, self.movie, read=read)
+        refuse_undrawable(self.plot)
 
 
 class Outputs:

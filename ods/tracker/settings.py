@@ -103,7 +103,9 @@ class PlannerSettings(Settings, frozen=True):
     its radius: a sonar sees the near side only, and the object's shape is not known."""
     hibernated_within_m: Annotated[NonNegative, slider(0.0, 500.0, step=10.0, unit="m")] = 150.0
     """Hibernated objects are listed up to this distance from the vehicle, m."""
-    lead_times_s: Annotated[tuple[NonNegative, ...], msgspec.Meta(max_length=20)] = (5.0, 10.0, 20.0)
+    lead_times_s: Annotated[
+        tuple[Annotated[NonNegative, slider(0.0, 120.0, unit="s")], ...], msgspec.Meta(max_length=20)
+    ] = (5.0, 10.0, 20.0)
     """Each obstacle's position is predicted so far ahead, s."""
     approach_horizon_s: Annotated[Positive, slider(10.0, 600.0, step=10.0, unit="s")] = 300.0
     """The closest approach is looked for up to so far ahead, s."""

@@ -8,6 +8,9 @@ from ods.base.geodesy import SiteSettings
 from ods.base.settings import Settings
 from ods.base.settings_file import ConfigError, load, load_table
 from ods.config import OnboardConfig, part_of
+from ods.sim_sonar.scene.settings import SceneFile
+from ods.sim_sonar.sonar.settings import SonarFile
+from ods.sonar_link.files.fan_image import FanGeometry
 from ods.tracker.settings import TrackerConfig
 
 CONFIG = Path(__file__).parents[2] / "config"
@@ -61,3 +64,19 @@ def test_a_user_without_a_home_loads_what_names_one(tmp_path: Path, monkeypatch:
 class Paths(Settings, frozen=True, kw_only=True):
     here: Path
     other: Path
+
+
+@pytest.mark.parametrize(
+    ("file", "kind", "complaint"),
+    [
+        ("onboard.toml", SceneFile, "is a configuration of the processes, not a scene"),
+        ("bench.toml", OnboardConfig, "is one of the bench, not a configuration of the processes"),
+        ("scenes/figure11.toml", OnboardConfig, "is a scene, not a configuration of the processes"),
+        ("scenes/figure11.toml", SonarFile, "is a scene, not a simulated sonar"),
+        ("sonars/seabat6012.toml", FanGeometry, "is a simulated sonar, not the geometry of a fan"),
+    ],
+)
+def test_a_file_of_another_kind_is_told_to_be_that(file: str, kind: type[Settings], complaint: str) -> None:
+    with pytest.raises(ConfigError) as refused:
+        load(CONFIG / file, kind)
+    assert str(refused.value) == f"{CONFIG / file}: {complaint}"

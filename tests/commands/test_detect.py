@@ -122,3 +122,26 @@ def test_rings_of_ranges_are_shown_apart() -> None:
     assert len(reach) == 2
     assert max(reach) == pytest.approx(24.95)
     assert min(reach) == pytest.approx(10.0 + 7.5 + 1.0, abs=0.1)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["detect", "pings.npz", "--plot", "x.docx"],
+        ["detect", "pings.npz", "--sheet", "x.docx"],
+        ["track", "pings.npz", "--plot", "x.docx"],
+        ["simulate", "--chart", "x.docx"],
+        ["assess", "detect", "--out", "x.docx"],
+        ["assess", "sea", "--out", "x.docx"],
+        ["assess", "track", "--out", "x.docx"],
+    ],
+)
+@pytest.mark.usefixtures("folder")
+def test_a_picture_that_cannot_be_drawn_is_refused_before_the_work(
+    command: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(command) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "x.docx: the ending must be one of " in err
+    assert ".png" in err

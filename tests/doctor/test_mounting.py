@@ -29,3 +29,12 @@ def test_the_ins_is_told_where_it_is_not_at_the_origin() -> None:
     assert len(list(examine(MountingSettings(), (0.0, 0.0, 0.0)))) == 1
     _, ins = examine(MountingSettings(), (-3.0, 0.0, 0.0))
     assert (ins.level, ins.text) == ("good", "the INS is 3 m astern of the vehicle's origin")
+
+
+def test_angles_that_may_be_radians_are_noted() -> None:
+    _, note = examine(MountingSettings(pitch_deg=-0.26, yaw_deg=1.5708), (0.0, 0.0, 0.0))
+    told = (
+        "angles of sonar.mounting are degrees; if these are radians, -0.26 would be -14.9 deg and 1.5708 would be 90.0"
+    )
+    assert (note.level, note.text) == ("note", f"{told} deg")
+    assert len(list(examine(MountingSettings(pitch_deg=-15.0, yaw_deg=0.5), (0.0, 0.0, 0.0)))) == 1

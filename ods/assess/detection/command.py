@@ -22,7 +22,7 @@ from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
-from ods.plots.style import add_style
+from ods.plots.style import add_style, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.settings import RecordingsSettings
@@ -81,6 +81,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Measure, print and draw. Raises OdsError."""
     refuse_unwritable(args.out, read=(args.config,))
+    refuse_undrawable(args.out)
     settings = None
     effort = replace(QUICK_EFFORT if args.quick else FULL_EFFORT, without=tuple(args.without))
     if args.config:

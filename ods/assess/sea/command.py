@@ -24,7 +24,7 @@ from ods.base.settings_file import load_table
 from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
-from ods.plots.style import add_style, drawn_in
+from ods.plots.style import add_style, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.settings import TrackerSettings
@@ -79,6 +79,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the scenes, print the tables, draw the chart. Raises OdsError."""
     refuse_unwritable(args.out, read=(args.config,))
+    refuse_undrawable(args.out)
     pipeline, tracker = PipelineSettings(), TrackerSettings()
     if args.config:
         pipeline = load_table(args.config, "pipeline", PipelineSettings, OnboardConfig)

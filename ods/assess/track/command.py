@@ -19,7 +19,7 @@ from ods.base.errors import OdsError
 from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
-from ods.plots.style import DARK, add_style, drawn_in
+from ods.plots.style import DARK, add_style, drawn_in, refuse_undrawable
 from ods.tracker.settings import PLUGINS, TrackerSettings
 
 QUICK = ("paper", "static 10", "50 false alarms")
@@ -48,6 +48,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Do what was asked for. Raises OdsError."""
     refuse_unwritable(args.out, args.figures, read=(args.config,))
+    refuse_undrawable(args.out, args.figures)
     if args.figures:
         draw_paper(args.figures, args.style)
     if args.save:
