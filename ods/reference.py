@@ -40,8 +40,8 @@ CONFIG_HEAD = """# Configuration
 Generated from the settings types by `make docs`; do not edit.
 
 Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
-exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home. In brackets: what is usual, and its
-unit; the workbench's slider shows it, it bounds nothing, and `ods doctor` notes what lies beyond.
+exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home. In brackets: what is usual,
+and its unit; the workbench's slider shows it, it bounds nothing, and `ods doctor` notes what lies beyond.
 """
 
 COUNTERS_HEAD = """# Counters

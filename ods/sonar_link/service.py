@@ -2,13 +2,14 @@
 
 import logging
 import time
+from collections import Counter
 
 import msgspec
 
 from ods.base import clock
 from ods.messages import Ping, SonarRequest
 from ods.runtime.bus import TOPICS
-from ods.runtime.counters import logged_names
+from ods.runtime.counters import logged_names, trouble_names
 from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.service import Service, Worker
 from ods.sonar_link.link import SonarLink
@@ -22,6 +23,8 @@ MAX_READS = 16
 """Reads before the work loop gets its turn."""
 LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
+LOSSES = frozenset(name for name in trouble_names("sonar") if not name.startswith(("port_", "control_")))
+"""Counters that tell why what comes is no ping."""
 
 
 class SonarWorker(Worker[SonarConfig]):
@@ -37,6 +40,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._watched: int | None = None
         self._reads = 0
         self._newest_ns = clock.monotonic_ns()
+        self._counted_by_then: Counter[str] = Counter()
         self._logged: set[str] = set()
 
     def start(self) -> None:
@@ -78,8 +82,13 @@ class SonarWorker(Worker[SonarConfig]):
         """Say whether the port is away, the sonar silent or disobedient."""
         now = clock.monotonic_ns()
         silence_s = (now - self._newest_ns) / clock.NS
-        silence = [f"no ping for {silence_s:.1f} s"] if silence_s > TOPICS["ping"].stale_s else []
+        silence = [f"no ping for {silence_s:.1f} s{self._lost()}"] if silence_s > TOPICS["ping"].stale_s else []
         return self._link.faults + silence + self._protocol.problems(now)
+
+    def _lost(self) -> str:
+        """Say what came in place of pings since the newest one; '' where it was nothing."""
+        lost = LOSSES & (self._counters - self._counted_by_then).keys()
+        return f", though something comes: {', '.join(sorted(lost))}" if lost else ""
 
     def stop(self) -> None:
         """Close the port."""
@@ -89,6 +98,7 @@ class SonarWorker(Worker[SonarConfig]):
     def _publish(self, pings: list[Ping]) -> None:
         for ping in pings:
             self._newest_ns = ping.t_rx_ns
+            self._counted_by_then = Counter(self._counters)
             # the sonar's own UTC is no better than its clock; all messages of this machine share one UTC
             self.service.publish("ping", msgspec.structs.replace(ping, utc_ns=clock.utc_ns(ping.t_ns)))
 

@@ -161,7 +161,7 @@ class MissionTracker:
         self._bottom.hear(message, sent)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns)
-        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why)
+        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
         self.counters["echoes_bad"] += dropped
         self.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:

@@ -119,6 +119,17 @@ def test_gaps_duplicates_and_restarts_are_counted() -> None:
     assert (counters["lost_pings"], counters["duplicate_pings"], counters["ping_number_restarts"]) == (2, 1, 1)
 
 
+@pytest.mark.parametrize("numbers", [[0, 0, 0, 0], [1, 1, 2, 2]])
+def test_pings_of_one_number_are_told_apart_by_their_times(numbers: list[int]) -> None:
+    assembler = Assembler()
+    pings = [make_ping(0, utc_ns=UTC_NS + k * 250_000_000) for k in range(4)]
+    numbered = [msgspec.structs.replace(ping, ping_number=n) for ping, n in zip(pings, numbers, strict=True)]
+    assert [p.utc_ns for p in feed(assembler, *map(records_of, numbered))] == [p.utc_ns for p in pings]
+    assert assembler.counters["duplicate_pings"] == 0
+    assert feed(assembler, records_of(numbered[-1])) == []
+    assert assembler.counters["duplicate_pings"] == 1
+
+
 def test_samples_without_settings_or_beam_table_are_counted() -> None:
     settings, geometry, samples = records_of(make_ping(1))
     for given_records, counter in (([geometry], "data_without_settings"), ([settings], "data_without_geometry")):

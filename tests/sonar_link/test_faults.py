@@ -98,6 +98,17 @@ def test_half_open_line(process: Process, sonar: Sonar) -> None:
 # what comes over it
 
 
+def test_records_of_which_no_ping_is_made_are_told_beside_the_silence(process: Process, sonar: Sonar) -> None:
+    """A sonar whose sound velocity sensor is out of the water."""
+    silly = records.encode_ping(make_ping(1, sound_speed=331.0))
+    process.wait(
+        lambda: process.says("no ping for") and process.says("though something comes: bad_settings"),
+        meanwhile=lambda: sonar.device.offer(silly),
+    )
+    assert sonar.recover() < RECOVERY_S
+    process.wait(lambda: not process.problems(), meanwhile=sonar.play)
+
+
 @pytest.mark.parametrize("cut", [30, 500, 50_000])
 def test_writer_stalls_in_mid_frame(process: Process, sonar: Sonar, cut: int) -> None:
     sonar.device.send(sonar.ping(**FULL)[:cut])

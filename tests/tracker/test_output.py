@@ -195,6 +195,31 @@ def test_before_anything_came() -> None:
     assert fresh.reasons(13 * NS, pose_known=True)[2:] == ["sonar: no sign of life for 3.0 s"]
 
 
+@pytest.mark.parametrize("away", ["no ping", "unseen", "no pose"])
+def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
+    """The sonar was off for a minute, muted, or its pings had no pose: what is in view now is not confirmed yet."""
+    long = InputMonitor(0, (), why_ended)
+    told = {}
+    for tenth in range(700):
+        t_ns, gone = tenth * NS // 10, 20 <= tenth < 620
+        long.pose(t_ns)
+        if not (gone and away == "no ping"):
+            long.ping(t_ns)
+            long.sight(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
+        told[tenth] = long.reasons(t_ns, pose_known=True)
+    back = ["sight has just come back: objects are still being confirmed"]
+    assert (told[19], told[620], told[629], told[631], told[699]) == ([], back, back, [], [])
+
+
+def test_a_gap_of_seconds_is_no_new_view() -> None:
+    short = monitor()
+    for t_s in (9.8, 12.7):
+        short.sight(round(t_s * NS), 0.0, "")
+        short.ping(round(t_s * NS))
+    short.pose(round(12.7 * NS))
+    assert [reason for reason in short.reasons(round(12.7 * NS), pose_known=True) if "sight" in reason] == []
+
+
 def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
     fresh = InputMonitor(0, (), why_ended)
     told = []

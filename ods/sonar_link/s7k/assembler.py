@@ -73,7 +73,8 @@ class Assembler:
         return self._sonars[record.device]
 
     def _complete(self, record: S7kRecord, data: WaterColumn, sonar: "_Sonar") -> Ping:
-        if sonar.delivered == (data.ping_number, data.multi_ping):
+        this = data.ping_number, data.multi_ping, record.time_ns
+        if sonar.delivered == this:
             raise RecordError(Loss.DUPLICATE_PING)
         settings = sonar.settings_of(data)
         table = sonar.table_at(record.time_ns)
@@ -88,7 +89,7 @@ class Assembler:
             self.counters["no_device_time"] += 1
             ping = msgspec.structs.replace(ping, t_ns=record.first_ns - listening_ns(ping))
         sonar.numbers.follow(data.ping_number)
-        sonar.delivered = data.ping_number, data.multi_ping
+        sonar.delivered = this
         self._seq += 1
         self.counters["pings"] += 1
         return ping
@@ -101,7 +102,8 @@ class _Sonar:
         self.numbers = numbers
         self.settings: deque[records.SettingsRecord] = deque(maxlen=KEPT)
         self.tables: deque[tuple[int | None, BeamTable | None]] = deque(maxlen=KEPT)
-        self.delivered: tuple[int, int] | None = None
+        self.delivered: tuple[int, int, int | None] | None = None
+        """Number, part and 7KTIME of the newest ping; a sonar that does not number its pings still tells their times."""
         self._own_tables: deque[bool] = deque(maxlen=HABIT)
         """Whether the last pings had a beam table of their own."""
 

@@ -14,6 +14,8 @@ MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed."""
+AWAY_S = 3.0
+"""After so long without sight (no ping, most of the image unseen, no pose) there may be other objects in view."""
 
 
 class InputMonitor:
@@ -29,7 +31,12 @@ class InputMonitor:
         self._why_ended = why_ended
         self._started_ns = started_ns
         self.first_ping_ns: int | None = None
-        """Transmission of the first ping, that of the tracker that this one goes on for, if it does; None before it."""
+        """Transmission of the first ping, that of the tracker that this one goes on for, if it does, or of the first
+        after sight was away; None before it."""
+        self._came_back = False
+        """Sight was away before that ping."""
+        self._looked_ns: int | None = None
+        """Transmission of the newest ping that objects could be tracked by."""
         self._ping_ns: int | None = None
         self._seen_ns: int | None = None
         self._unseen_why = ""
@@ -41,11 +48,20 @@ class InputMonitor:
         self.first_ping_ns = t_ns if self.first_ping_ns is None else self.first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
 
-    def sight(self, t_ns: int, unseen_share: float, why: str) -> None:
+    def sight(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
         """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
         self._unseen_why = why
+        if not unseen_share > MOST and pose_known:
+            self._look(t_ns)
         if not unseen_share > MOST or self._seen_ns is None:  # the first ping may be a drop-out
             self._seen_ns = t_ns if self._seen_ns is None else max(self._seen_ns, t_ns)
+
+    def _look(self, t_ns: int) -> None:
+        """Objects can be tracked by the ping transmitted at `t_ns`."""
+        looked_ns = self._looked_ns
+        if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
+            self.first_ping_ns, self._came_back = t_ns, True
+        self._looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
         """A pose of the instant `t_ns` came."""
@@ -69,7 +85,8 @@ class InputMonitor:
         if self.silent(now_ns):
             found.append(_silence("ping", self._ping_ns, now_ns))
         elif self._settling():
-            found.append("the tracker has just started: objects are still being confirmed")
+            begun = "sight has just come back" if self._came_back else "the tracker has just started"
+            found.append(f"{begun}: objects are still being confirmed")
         if not self.silent(now_ns) and self._blind_s() > BLIND_S:
             found.append(f"{self._unseen_why}, for {self._blind_s():.1f} s")
         if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
