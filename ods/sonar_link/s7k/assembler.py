@@ -103,7 +103,7 @@ class _Sonar:
         self.settings: deque[records.SettingsRecord] = deque(maxlen=KEPT)
         self.tables: deque[tuple[int | None, BeamTable | None]] = deque(maxlen=KEPT)
         self.delivered: tuple[int, int, int | None] | None = None
-        """Number, part and 7KTIME of the newest ping; a sonar that does not number its pings still tells their times."""
+        """Number, part and 7KTIME of the newest ping; of a sonar that does not number its pings the times differ."""
         self._own_tables: deque[bool] = deque(maxlen=HABIT)
         """Whether the last pings had a beam table of their own."""
 
