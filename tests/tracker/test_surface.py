@@ -66,7 +66,28 @@ def test_objects_that_run_alike_under_the_surface_are_waves_and_others_are_not()
     ],
 )
 def test_what_is_no_field_of_waves(places: Floats, velocities: Floats, depth_m: float, why: str) -> None:
-    assert not Waves(SurfaceSettings()).among(seen(places, velocities), view(depth_m)).any(), why
+    waves = Waves(SurfaceSettings())
+    waves.among(seen(places, velocities), view(depth_m))
+    told = waves.among(seen(places, velocities, at_s=1.1), view(depth_m, at_s=1.1))
+    assert not told.any(), why
+
+
+@pytest.mark.parametrize(("count", "velocity", "held"), [(3, RUN, True), (2, RUN, False), (3, 0.5 * RUN, False)])
+def test_until_it_is_known_whether_more_run_alike_a_few_that_do_are_not_told(
+    count: int, velocity: Floats, held: bool
+) -> None:
+    """In the first second a sonar knows the velocities of three or four waves; a planner is not to hear of them."""
+    waves, resting = Waves(SurfaceSettings()), np.zeros((1, 2))
+    few = np.vstack([alike(count, velocity), resting])
+
+    def left_out(at_s: float) -> list[bool]:
+        found: list[bool] = waves.among(seen(PLACES[: count + 1], few, at_s=at_s), view(at_s=at_s)).tolist()
+        return found
+
+    assert [left_out(at_s) for at_s in (0.0, 0.9)] == [[held] * count + [False]] * 2
+    assert not any(left_out(1.1)), "three may run alike by chance"
+    assert waves.among(seen(PLACES, alike(5), at_s=1.2), view(at_s=1.2)).all()
+    assert not Waves(SurfaceSettings()).among(seen(0.2 * PLACES[:3], alike(3)), view(depth_m=1.0)).any(), "too near"
 
 
 @pytest.mark.parametrize("down", [1.5, 2.0, 4.0])

@@ -29,7 +29,9 @@ SPREAD = 0.25
 VAGUE = 0.7
 """A velocity known to no better, m/s, tells nothing."""
 FEWEST, APART_M = 4, 20.0
-"""So many objects that run alike, the farthest of them so far apart, are waves."""
+"""So many objects that run alike, the farthest of them so far apart, are waves;"""
+SUSPECTS = 3
+"""so many that run alike, even side by side, may be."""
 REMEMBERED_S = 20.0
 """Their velocity is good for so long after they were last so many."""
 ALIKE = 9.2
@@ -38,8 +40,8 @@ GRACE_S = 3.0
 """What was a wave is none only when it is seen so much later: as waves leave the fan, their tracks stop, or jump to the
 next one."""
 YOUNG_S, YOUNG_M = 1.0, 20.0
-"""Where there are waves, what is farther than this and may run is told so long after it was confirmed: by then it is
-known how."""
+"""Where waves are or may be, what is farther than this and may run is told so long after it was confirmed: by then it
+is known how, and whether more run alike."""
 RESTS = 0.8
 """Probability from which on an object is taken to be at rest."""
 HEIGHT_SIGMAS = 2.0
@@ -73,15 +75,18 @@ class Waves:
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
         high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
-        self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
-        open_still = self._young(snapshot, view.utc_ns) & high & (snapshot.static < RESTS) & ~running
-        if self._velocity is not None:
-            alike = running & high & (distances(snapshot, self._velocity) < ALIKE)
-            self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
+        young = self._young(snapshot, view.utc_ns)
+        suspected = self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
+        waits = np.zeros(len(snapshot), bool)
+        if suspected is not None:
+            alike = running & high & (distances(snapshot, suspected) < ALIKE)
+            waits = young & (alike | (high & (snapshot.static < RESTS) & ~running))
+            if self._velocity is not None:
+                self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
         self._forget(snapshot, view.utc_ns)
         distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
         waves = np.isin(snapshot.id, list(self._until_ns)) & (distance > NEAREST_M)
-        waves |= open_still & (distance > YOUNG_M) & (self._velocity is not None)
+        waves |= waits & (distance > YOUNG_M)
         return np.asarray(waves & ~hangs_low(snapshot, self._settings))
 
     def _young(self, snapshot: Snapshot, utc_ns: int) -> Mask:
@@ -100,15 +105,22 @@ class Waves:
             if seen_ns.get(i, until) < until and until - utc_ns <= GRACE_S * NS
         }
 
-    def _learn(self, candidates: Snapshot, utc_ns: int) -> None:
-        """Take the velocity that most of the candidates share, if they are waves."""
+    def _learn(self, candidates: Snapshot, utc_ns: int) -> Floats | None:
+        """Take the velocity that most of the candidates share, if they are waves.
+
+        Return the velocity of the waves, or else of what may be some; None: there are none.
+        """
+        suspected = None
         best = max((distances(candidates, v) < ALIKE for v in candidates.velocity[:2].T), key=np.sum, default=None)
         if best is not None:
             velocity = _mean_velocity(candidates.take(best))
-            if best.sum() >= FEWEST and _extent(candidates.take(best)) > APART_M and np.hypot(*velocity) > SLOWEST:
-                self._velocity, self._known_ns = velocity, utc_ns
+            if best.sum() >= SUSPECTS and np.hypot(*velocity) > SLOWEST:
+                suspected = velocity
+                if best.sum() >= FEWEST and _extent(candidates.take(best)) > APART_M:
+                    self._velocity, self._known_ns = velocity, utc_ns
         if abs(utc_ns - self._known_ns) > REMEMBERED_S * NS:
             self._velocity = None
+        return suspected if self._velocity is None else self._velocity
 
 
 def runs(snapshot: Snapshot) -> Mask:
