@@ -1,5 +1,6 @@
 """One `ods` command that the bench runs beside itself."""
 
+import os
 import signal
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from typing import Self
 import psutil
 
 from ods.base.errors import OdsError
+from ods.runtime.ending import SUPERVISOR_PID
 
 
 class BenchError(OdsError):
@@ -17,7 +19,10 @@ class BenchError(OdsError):
 
 
 class Program:
-    """A running `ods COMMAND --config FILE`, ended when the `with` block is; what it says goes to `log_file`."""
+    """A running `ods COMMAND --config FILE`, ended when the `with` block is, or the bench killed.
+
+    What it says goes to `log_file`.
+    """
 
     def __init__(self, command: str, config: Path, log_file: Path) -> None:
         self.log_file = log_file
@@ -27,6 +32,7 @@ class Program:
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
+                env=os.environ | {SUPERVISOR_PID: str(os.getpid())},
             )
 
     def check(self) -> None:

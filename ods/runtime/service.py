@@ -250,8 +250,8 @@ def words_at_the_end(process: str) -> Iterator[Home]:
 
 
 def run_worker(worker_type: type[Worker[Any]], process: Process, run_dir: Path, settings: Any) -> None:
-    """Run one process until SIGTERM or SIGINT. Raises RunDirError, BusError or StartError when it cannot work."""
-    _die_with_supervisor()
+    """Run one process until SIGTERM or SIGINT. Raises OdsError when it cannot work."""
+    ending.end_with_supervisor()
     stop = Stop()
     service = Service(process, run_dir)
     try:
@@ -294,12 +294,3 @@ def _loop(service: Service, worker: Worker[Any], stop: Stop) -> None:
             if notify(f"{to_tell}WATCHDOG=1\nSTATUS=" + ("; ".join(problems) or "all is well")):
                 to_tell = ""
             service.report_health(worker.ready(), problems)
-
-
-def _die_with_supervisor() -> None:
-    """Ask Linux to end this process when its supervisor dies, so that no orphan keeps a device or a lock."""
-    parent = os.environ.get("ODS_SUPERVISOR_PID")
-    if parent is None:
-        return
-    if not ending.end_with(int(parent)):
-        raise StartError("the supervisor died while this process started")

@@ -26,6 +26,7 @@ from ods.base.errors import reason_of
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
+from ods.runtime.ending import SUPERVISOR_PID, end_with_supervisor
 from ods.runtime.processes import SUPERVISOR, Process
 from ods.runtime.run_dir import FOR_OWNER, identity, prepare, sockets_made
 from ods.runtime.service import notify
@@ -112,7 +113,7 @@ class Child:
             log.error("%s %s: it is started again when it is gone", self.name, HELD)
 
     def _start(self, now_s: float) -> None:
-        environment = os.environ | {"NOTIFY_SOCKET": str(self._address), "ODS_SUPERVISOR_PID": str(os.getpid())}
+        environment = os.environ | {"NOTIFY_SOCKET": str(self._address), SUPERVISOR_PID: str(os.getpid())}
         try:
             self._popen = subprocess.Popen(self._command, stdin=subprocess.DEVNULL, env=environment)
         except OSError as error:  # no memory, no process or descriptor left: that may pass
@@ -245,7 +246,8 @@ def _health(child: Child, seq: int) -> Health:
 
 
 def supervise(processes: Sequence[Process], config: Path, run_dir: Path, settings: SuperviseSettings) -> None:
-    """Keep `processes` up until SIGTERM or SIGINT. Raises RunDirError and BusError, before it starts any."""
+    """Keep `processes` up until SIGTERM or SIGINT. Raises OdsError, before it starts any."""
+    end_with_supervisor()
     stopping: list[int] = []
 
     def handler(number: int, _frame: Any) -> None:

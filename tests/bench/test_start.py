@@ -1,11 +1,16 @@
 """`ods bench` where a process cannot start."""
 
+import os
 import shutil
+import signal
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import psutil
 import pytest
 
 from ods.bench import runner
@@ -39,3 +44,28 @@ def test_a_process_that_cannot_start_ends_it_at_once_with_its_reason(
 def test_a_folder_of_results_that_cannot_be_made_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--config", str(CONFIG / "bench.toml"), "--out", "/dev/null/out"]) == 2
     assert capsys.readouterr().err == "ods bench: /dev/null/out: not a directory: --out names another folder\n"
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL])
+def test_no_process_outlives_a_bench_that_is_killed(folder: Path, number: signal.Signals) -> None:
+    config, log = folder / "onboard.toml", folder / "run.log"
+    config.write_text(
+        (CONFIG / "onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{folder}/run"')
+        .replace('_eds = "', f'_eds = "{CONFIG}/')
+    )  # fmt: skip
+    program = (
+        "import time; from pathlib import Path; from ods.bench.program import Program\n"
+        f"with Program('run', Path({str(config)!r}), Path({str(log)!r})): time.sleep(100)"
+    )
+    bench = subprocess.Popen([sys.executable, "-c", program], env=os.environ | {"NUMBA_DISABLE_JIT": "1"})
+    while not log.is_file() or log.read_text().count(" started (pid ") < 4:
+        assert bench.poll() is None
+        time.sleep(0.05)
+    started = psutil.Process(bench.pid).children(recursive=True)
+    assert len(started) >= 5
+    bench.send_signal(number)
+    bench.wait()
+    _ended, left = psutil.wait_procs(started, timeout=20.0)
+    for process in left:
+        process.kill()
+    assert left == []
