@@ -63,7 +63,7 @@ def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     text = str(error)
     match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
     message, key = (match[1], match[2]) if match else (text, "")
-    message = message.replace(" | null", "")  # TOML has no null
+    message = message.replace(" | null", "").replace("object`", "table`")  # TOML has no null, and tables
     chosen = re.fullmatch(r"Invalid enum value (?:'(?P<text>.*)'|(?P<number>-?\d+))", message, re.DOTALL)
     if chosen:
         told = int(chosen["number"]) if chosen["number"] else chosen["text"]

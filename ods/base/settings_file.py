@@ -1,8 +1,10 @@
 """Reads TOML files into typed settings; an unknown key or a bad value is one line that names file and key."""
 
+import copy
 import math
 import os
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -82,7 +84,17 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
     try:
         return msgspec.convert(data, kind, dec_hook=hook)
     except msgspec.ValidationError as error:
-        raise ConfigError(f"{path}: {_mistaken(data, kind) or complaint_of(error, kind)}") from error
+        said = str(error)
+
+        def is_refused(part: dict[str, Any]) -> bool:
+            try:
+                msgspec.convert(part, kind, dec_hook=hook)
+            except msgspec.ValidationError as same:
+                return str(same) == said
+            return False
+
+        told = _mistaken(data, kind) or _with_name(complaint_of(error, kind), data, is_refused)
+        raise ConfigError(f"{path}: {told}") from error
 
 
 def _mistaken(data: dict[str, Any], kind: type) -> str:
@@ -91,6 +103,29 @@ def _mistaken(data: dict[str, Any], kind: type) -> str:
     wanted = [told for key, told in KINDS.items() if key in names]
     found = [told for key, told in KINDS.items() if key in data and key not in names]
     return f"is {found[0]}, not {wanted[0]}" if found and wanted and not names & KINDS.keys() & data.keys() else ""
+
+
+def _with_name(complaint: str, data: dict[str, Any], is_refused: Callable[[dict[str, Any]], bool]) -> str:
+    """Return a complaint of an entry of a table of any names, "a.b[...].c: is wrong", with the entry's name.
+
+    msgspec does not tell it: it is the one that is refused without the others.
+    """
+    key, entry, rest = complaint.partition("[...]")
+    if not entry or ": " in key:
+        return complaint
+    steps = key.split(".")
+    for name, value in _at(data, steps).items():
+        alone = copy.deepcopy(data)
+        _at(alone, steps[:-1])[steps[-1]] = {name: value}
+        if is_refused(alone):
+            return f"{key}.{name}{rest}"
+    return complaint
+
+
+def _at(data: dict[str, Any], steps: list[str]) -> dict[str, Any]:
+    for step in steps:
+        data = data[step]
+    return data
 
 
 def _expanded(path: str) -> Path:
