@@ -35,6 +35,8 @@ QUIETED = {
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
 IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
+INTERRUPTED = 130
+"""Exit code after Ctrl-C, as of shells."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -91,7 +93,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     _print_any_name()
     for library, least in QUIETED.items():
         logging.getLogger(library).setLevel(least)
-    args = _parser().parse_args(argv)
+    try:
+        args = _parser().parse_args(argv)  # imports the command: seconds, on a busy computer
+    except KeyboardInterrupt:
+        return INTERRUPTED
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
     )
@@ -112,7 +117,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         print(f"ods {args.command}: no file can have {beyond} in its name in this locale: {IN_UTF8}", file=sys.stderr)
         return 2
     except KeyboardInterrupt:
-        return 130
+        return INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()
         return 0

@@ -101,3 +101,14 @@ def test_a_home_that_cannot_be_written_is_no_trouble_of_pictures(tmp_path: Path)
     )  # fmt: skip
     assert told.returncode == 2
     assert "atplotlib" not in told.stderr
+
+
+def test_ctrl_c_while_a_command_is_imported_says_nothing(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def interrupted(_module: str) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ods.cli.importlib.import_module", interrupted)
+    assert main(["info", "mission.mcap"]) == 130
+    assert capsys.readouterr() == ("", "")

@@ -226,7 +226,9 @@ class _SweepCard:
         return assessment.swept(sweep.state, sweep.number.path, sweep.values, tell)
 
     def _tell(self, sweep: Sweep, points: list[SweepPoint]) -> None:
-        self._work.ended(f"{sweep.number.label}: {len(points)} values")
+        refused = len(sweep.values) - len(points)
+        told = f", and {refused} that the setting refuses" if refused else ""
+        self._work.ended(f"{sweep.number.label}: {len(points)} values{told}")
         in_loop(self._chart, lambda: self._show(sweep, points))
 
     def _fail(self, _: Sweep, error: Exception) -> None:

@@ -43,6 +43,7 @@ async def test_a_sweep_draws_found_and_false_alarms() -> None:
         count.set_value(3)
         user.find(marker="sweep").click()
         await user.should_see(kind=ui.echart, marker="sweep chart", retries=600)
+        await user.should_see("2 values, and 1 that the setting refuses")
         (chart,) = user.find(kind=ui.echart, marker="sweep chart").elements
         found, false, ms = (each["data"] for each in chart.options["series"])
         wanted = assessment.swept(session.state, HIGH, [9.165, 16.5], lambda _: True)  # a third of it is under `low`
