@@ -55,7 +55,7 @@ def run(args: Namespace) -> int:
     folder = cache_folder.writable_folder(_PACKAGE)
     if folder is None:
         raise CompileError("no folder for compiled kernels is safe and writable: set ODS_CACHE_DIR")
-    print(f"compiling the kernels of {args.config}: a minute or so", flush=True)
+    print(f"compiling the kernels of {args.config}: some minutes", flush=True)
     end_at_once()
     _clear(folder)
     begun = time.monotonic()
