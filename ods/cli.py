@@ -90,13 +90,17 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
+        return INTERRUPTED
+
+
+def _run(argv: Sequence[str] | None) -> int:
     _print_any_name()
     for library, least in QUIETED.items():
         logging.getLogger(library).setLevel(least)
-    try:
-        args = _parser().parse_args(argv)  # imports the command: seconds, on a busy computer
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    args = _parser().parse_args(argv)
     logging.basicConfig(
         level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
     )
@@ -116,8 +120,6 @@ def main(argv: Sequence[str] | None = None) -> int:
         beyond = ascii(error.object[error.start : error.end])
         print(f"ods {args.command}: no file can have {beyond} in its name in this locale: {IN_UTF8}", file=sys.stderr)
         return 2
-    except KeyboardInterrupt:
-        return INTERRUPTED
     except BrokenPipeError:
         sys.stderr.close()
         return 0

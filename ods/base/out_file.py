@@ -1,7 +1,8 @@
-"""Files that a command shall write: refused before the work, not after it."""
+"""Files that a command shall write: refused before the work, not after it; and never left half written."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
@@ -21,6 +22,18 @@ def refuse_unwritable(*paths: Path | None, read: Sequence[Path | None] = ()) -> 
             why_not = "two results cannot go into one file"
         if why_not:
             raise OdsError(f"{path}: {why_not}")
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Give a name beside `path` to write to; it becomes `path` in the end, and is removed if that is not reached."""
+    path = path.resolve()
+    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _why_not(path: Path) -> str:

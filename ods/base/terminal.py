@@ -12,7 +12,8 @@ def coloured(text: str, colour: str, stream: TextIO | None = None) -> str:
 
     It stays as it is where the environment has NO_COLOR (no-color.org).
     """
-    if "NO_COLOR" in os.environ or not (stream or sys.stdout).isatty():
+    shown: TextIO | None = stream or sys.stdout  # none of them where it was closed: `ods doctor >&-`
+    if "NO_COLOR" in os.environ or shown is None or not shown.isatty():
         return text
     return f"\x1b[{_CODES[colour]}m{text}\x1b[0m"
 
@@ -22,7 +23,7 @@ class StatusLine:
 
     def show(self, text: str) -> None:
         """Replace the line; what is wider than the terminal is cut off."""
-        if sys.stderr.isatty():
+        if sys.stderr is not None and sys.stderr.isatty():
             width = os.get_terminal_size(sys.stderr.fileno()).columns
             sys.stderr.write(f"\r{text[: width - 1]}\x1b[K")
             sys.stderr.flush()

@@ -12,7 +12,7 @@ from rich.progress import track
 from ods.base import clock
 from ods.base.arguments import positive_int
 from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable
+from ods.base.out_file import refuse_unwritable, written_whole
 from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, add_style, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
@@ -79,8 +79,8 @@ def simulate(
             with drawn_in(style):
                 _write_png(out, shots)
             return
-        with truths_file.open("wb") as truths:
-            PING_WRITERS[out.suffix](out, _noting(shots, truths.write))
+        with written_whole(out) as part, written_whole(truths_file) as truths_part, truths_part.open("wb") as truths:
+            PING_WRITERS[out.suffix](part, _noting(shots, truths.write))
     except ValueError as error:
         raise OdsError(f"{scene}: {error}") from error
     except OSError as error:

@@ -5,7 +5,7 @@ import pytest
 
 from ods import cli
 from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable
+from ods.base.out_file import refuse_unwritable, written_whole
 
 
 def why_refused(path: Path) -> str:
@@ -72,3 +72,13 @@ def test_a_recording_is_not_overwritten(
     assert cli.main([command, str(recording), option, str(recording)]) == 2
     assert capsys.readouterr().err == f"ods {command}: {recording}: is read here, and is not overwritten\n"
     assert recording.read_bytes() == b"precious"
+
+
+def test_what_is_written_whole_takes_the_place_of_what_was_there(tmp_path: Path) -> None:
+    out = tmp_path / "out.npz"
+    out.write_text("old")
+    with written_whole(out) as part:
+        part.write_text("new")
+        assert out.read_text() == "old"
+    assert out.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [out]

@@ -1,4 +1,5 @@
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import msgspec
@@ -10,6 +11,7 @@ from ods.cli import main
 from ods.messages import Truth, frame_of
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.simulate import speed as simulate_speed
 from ods.sonar_link.files.opening import open_pings
@@ -192,3 +194,21 @@ def test_parts_and_curves_are_measured(small: str) -> None:
     assert curve.picked.error < curve.picked.max_error
     empty = simulate_speed.curve_of(sonar, "empty", once)
     assert {point.error for point in empty.points} == {0.0}
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".s7k"])
+def test_what_is_interrupted_leaves_what_was_there(
+    tmp_path: Path, small: str, monkeypatch: pytest.MonkeyPatch, suffix: str
+) -> None:
+    def interrupted(images: ImageSimulator) -> Iterator[Shot]:
+        yield next(shots_of(images))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("ods.simulate.command.shots_of", interrupted)
+    files = [tmp_path / f"pings{suffix}", tmp_path / "pings.truth.jsonl"]
+    for file in files:
+        file.write_text("old")
+    there = sorted(tmp_path.iterdir())
+    assert run(CONFIG / "scenes/empty.toml", "--sonar", small, "--out", files[0], "--pings", 3) == 130
+    assert sorted(tmp_path.iterdir()) == there
+    assert [file.read_text() for file in files] == ["old", "old"]
