@@ -26,9 +26,15 @@ def refuse_unwritable(*paths: Path | None, read: Sequence[Path | None] = ()) -> 
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
-    """Give a name beside `path` to write to; it becomes `path` in the end, and is removed if that is not reached."""
-    path = path.resolve()
-    part = path.with_name(f"{path.stem}.{os.getpid()}.part{path.suffix}")
+    """Give a name beside `path` to write to; it becomes `path` in the end, and is removed if that is not reached.
+
+    A device is written to as it is.
+    """
+    suffix, path = path.suffix, path.resolve()
+    if path.exists() and not path.is_file():
+        yield path
+        return
+    part = path.with_name(f"{path.stem}.{os.getpid()}.part{suffix}")
     try:
         yield part
         part.replace(path)

@@ -111,7 +111,7 @@ def _with_name(complaint: str, data: dict[str, Any], is_refused: Callable[[dict[
     msgspec does not tell it: it is the one that is refused without the others.
     """
     key, entry, rest = complaint.partition("[...]")
-    if not entry or ": " in key:
+    if not entry or ": " in key or "[" in key:
         return complaint
     steps = key.split(".")
     for name, value in _at(data, steps).items():

@@ -82,3 +82,11 @@ def test_what_is_written_whole_takes_the_place_of_what_was_there(tmp_path: Path)
         assert out.read_text() == "old"
     assert out.read_text() == "new"
     assert list(tmp_path.iterdir()) == [out]
+
+
+def test_a_device_is_not_replaced(tmp_path: Path) -> None:
+    link = tmp_path / "out.npz"
+    link.symlink_to("/dev/null")
+    with written_whole(link) as part:
+        assert part == Path("/dev/null")
+    assert list(tmp_path.iterdir()) == [link]

@@ -104,3 +104,10 @@ def test_poses_out_of_order_and_of_no_attitude_tell_nothing() -> None:
     mixed.insert(50, pose(0, (500.0, 0.0, 0.0)))
     mixed.insert(60, msgspec.structs.replace(mixed[61], attitude=(0.0, 0.0, 0.0, 0.0)))
     assert not heard(mixed)[1]
+
+
+def test_an_ins_that_is_still_aligning_is_not_relied_on() -> None:
+    sense, _ = heard([msgspec.structs.replace(p, sigma_attitude=(0.01, 0.01, math.pi)) for p in course(10)])
+    assert sense.reasons(NS // 10) == ["the INS tells the attitude to 180 deg only: is it still aligning?"]
+    sense.hear(msgspec.structs.replace(course(11)[-1], sigma_attitude=(0.01, 0.01, 0.1)))
+    assert sense.reasons(NS // 10) == []

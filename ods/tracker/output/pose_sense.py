@@ -1,4 +1,4 @@
-"""Do successive poses hold together? Jumps of place and attitude, and a place that stands still under way.
+"""Do poses hold together? Jumps of place and attitude, a place that stands still under way, an attitude not known.
 
 An INS that hangs, or that takes its first fix after a dive, sends poses of which each alone is believable. Objects seen
 before a jump lie elsewhere for the poses after it.
@@ -24,6 +24,8 @@ TOLD_S = 1.0
 """A jump is told for so long: until all in view can have been confirmed by poses from behind it."""
 STILL_S, STILL_M = 2.0, 1.0
 """A place that does not change for so long, while the velocity made so long a way, is not the vehicle's."""
+VAGUE_RAD = math.radians(20.0)
+"""An INS that claims no better, as one does that is still aligning, does not tell where an echo comes from."""
 
 
 class PoseSense:
@@ -68,6 +70,9 @@ class PoseSense:
             if still_s > STILL_S:
                 told = f"the velocity told makes {self._way_m:.1f} m"
                 found.append(f"the pose's place has stood still for {still_s:.1f} s, in which {told}")
+        vague = 0.0 if self._newest is None else max(self._newest.sigma_attitude)
+        if vague > VAGUE_RAD:
+            found.append(f"the INS tells the attitude to {math.degrees(vague):.0f} deg only: is it still aligning?")
         return found
 
 
