@@ -5,24 +5,14 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ods.base.arrays import Floats
-from ods.base.clock import NS
-from ods.base.geometry import rotation_matrix
 from ods.doctor.finding import Finding
 from ods.messages import Pose
+from ods.runtime.pose_motion import PoseMotion
 
 FAR_M = 20_000.0
 """So far from its origin the local frame's plane is 31 m above the sea's surface."""
 HIGH_M = 5.0
 """Above the datum: more than waves, antennas and a quay account for."""
-LONGEST_STEP_S = 1.0
-"""Between two poses whose places are compared; a velocity tells little about more."""
-SLACK_M, SLACK = 1.0, 0.3
-"""Distances may differ by so much, and by this share of the longer one, beside the position's standard deviation."""
-UNITS = {3.6: "km/h", 1.944: "knots", 3.281: "ft/s", 100.0: "cm/s", 1000.0: "mm/s"}
-"""How many of each are one m/s."""
-NEAR_UNIT = 0.1
-"""Share by which the ratio of two distances may differ from one of UNITS."""
 
 
 def examine(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
@@ -41,32 +31,8 @@ def examine(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
 
 def _motion(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
     """Compare the change of place with the velocity, where it was heard for long enough to tell."""
-    moved, told, seconds = np.zeros(3), np.zeros(3), 0.0
+    motion = PoseMotion()
     for first, second in itertools.pairwise(poses):
-        step_s = (second.t_ns - first.t_ns) / NS
-        if 0.0 < step_s <= LONGEST_STEP_S:
-            moved += np.subtract(second.position_ned, first.position_ned)
-            told += 0.5 * step_s * (_velocity(first) + _velocity(second))
-            seconds += step_s
-    moved_m, told_m = float(np.linalg.norm(moved)), float(np.linalg.norm(told))
-    allowed_m = SLACK_M + max(poses[-1].sigma_position_ned) + SLACK * max(moved_m, told_m)
-    if np.linalg.norm(moved - told) > allowed_m:
-        yield Finding("wrong", subject, f"the position moved by {_vector(moved)} m within {seconds:.1f} s, by the "
-                      f"velocity it were {_vector(told)} m (north, east, down): {_guess(moved_m, told_m)}")  # fmt: skip
-
-
-def _velocity(pose: Pose) -> Floats:
-    """Return the velocity in the local frame, m/s."""
-    return np.asarray(rotation_matrix(pose.attitude) @ np.asarray(pose.velocity_body))
-
-
-def _vector(vector: Floats) -> str:
-    return ", ".join(f"{part:.1f}" for part in vector)
-
-
-def _guess(moved_m: float, told_m: float) -> str:
-    """Return what to look at."""
-    for factor, unit in UNITS.items():
-        if abs(told_m - factor * moved_m) < NEAR_UNIT * factor * moved_m:
-            return f"is the velocity in {unit}?"
-    return "are the units and axes of velocity, attitude and position right?"
+        motion.add(first, second)
+    if differs := motion.disagreement():
+        yield Finding("wrong", subject, differs)

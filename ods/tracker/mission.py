@@ -128,6 +128,10 @@ class MissionTracker:
         self._inputs.pose(pose.t_ns)
         self._utc.hear(pose)
 
+    def problems(self) -> list[str]:
+        """Say what is wrong beside the reasons why a list is not valid."""
+        return [self._pose_sense.disagreement] if self._pose_sense.disagreement else []
+
     def hear_health(self, health: Health) -> None:
         """Take in what a process says of itself."""
         self._inputs.health(health)

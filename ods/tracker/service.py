@@ -117,11 +117,14 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
-        """Say what is wrong with the map, and that the list is not complete; all else is in the list's own reasons."""
+        """Say what is wrong with the map and the velocities, and that the list is not complete.
+
+        All else is in the list's own reasons.
+        """
         map_problem = self._map.problem(clock.monotonic_ns())
         most, left_out = self.settings.tracker.planner.most_listed, self._mission.left_out
         bounded = f"{left_out} objects are not listed: {most} others are nearer" if left_out else ""
-        return [problem for problem in (map_problem, bounded) if problem]
+        return [problem for problem in (map_problem, bounded) if problem] + self._mission.problems()
 
     def stop(self) -> None:
         """Put what rests in view into the map too: the mission ends."""

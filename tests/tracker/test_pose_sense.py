@@ -111,3 +111,22 @@ def test_an_ins_that_is_still_aligning_is_not_relied_on() -> None:
     assert sense.reasons(NS // 10) == ["the INS tells the attitude to 180 deg only: is it still aligning?"]
     sense.hear(msgspec.structs.replace(course(11)[-1], sigma_attitude=(0.01, 0.01, 0.1)))
     assert sense.reasons(NS // 10) == []
+
+
+def test_a_velocity_of_another_unit_is_told_until_it_is_right_again() -> None:
+    """Lists stay valid: objects are where they are told to be."""
+    in_kmh = [msgspec.structs.replace(p, velocity_body=(3.6, 0.0, 0.0)) for p in course(1010)]
+    sense, jumps = heard(in_kmh)
+    assert not jumps
+    assert "the position moved by 10.0, 0.0, 0.0 m within 10.0 s" in sense.disagreement
+    assert sense.disagreement.endswith("is the velocity in km/h?")
+    assert sense.reasons(in_kmh[-1].t_ns) == []
+    for each in course(1010, begin_ns=11 * NS):
+        sense.hear(each)
+    assert sense.disagreement == ""
+
+
+def test_a_jump_is_no_wrong_unit() -> None:
+    sense, jumps = heard(course(600) + course(1200, begin_ns=6 * NS, ahead_m=100.0))
+    assert jumps
+    assert sense.disagreement == ""

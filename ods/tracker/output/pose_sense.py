@@ -1,4 +1,5 @@
-"""Do poses hold together? Jumps of place and attitude, a place that stands still under way, an attitude not known.
+"""Do poses hold together? Jumps of place and attitude, a place that stands still under way, an attitude not known; and
+places that do not move as the velocity tells.
 
 An INS that hangs, or that takes its first fix after a dive, sends poses of which each alone is believable. Objects seen
 before a jump lie elsewhere for the poses after it.
@@ -10,6 +11,7 @@ from ods.base.clock import NS
 from ods.base.quaternion import rotated
 from ods.messages import Pose
 from ods.runtime.pose_buffer import NORM_TOLERANCE
+from ods.runtime.pose_motion import PoseMotion
 from ods.runtime.turn import turn_between
 
 JUMP_M = 2.0
@@ -24,6 +26,8 @@ TOLD_S = 1.0
 """A jump is told for so long: until all in view can have been confirmed by poses from behind it."""
 STILL_S, STILL_M = 2.0, 1.0
 """A place that does not change for so long, while the velocity made so long a way, is not the vehicle's."""
+COMPARED_S = 10.0
+"""Places and velocities are compared over so long: a way of some metres tells them apart."""
 VAGUE_RAD = math.radians(20.0)
 """An INS that claims no better, as one does that is still aligning, does not tell where an echo comes from."""
 
@@ -39,6 +43,10 @@ class PoseSense:
         """and the way by the velocity since."""
         self._jump = ""
         self._jumped_ns = 0
+        self._motion = PoseMotion()
+        self.disagreement = ""
+        """How places and velocities differ, "" where they do not: obstacles are where they are told to be, but what is
+        told of the closest approach is not."""
 
     def hear(self, pose: Pose) -> str:
         """Take in a pose; say by what it jumps, "" when it does not."""
@@ -57,8 +65,18 @@ class PoseSense:
             self._way_m += math.hypot(*pose.velocity_body) * (pose.t_ns - before.t_ns) / NS
         else:
             self._settled, self._way_m = pose, 0.0
+        self._compare(before, pose, bool(jump))
         self._newest = pose
         return jump
+
+    def _compare(self, before: Pose, pose: Pose, jumps: bool) -> None:
+        if jumps:
+            self._motion = PoseMotion()
+            return
+        self._motion.add(before, pose)
+        if self._motion.seconds >= COMPARED_S:
+            self.disagreement = self._motion.disagreement()
+            self._motion = PoseMotion()
 
     def reasons(self, now_ns: int) -> list[str]:
         """Say what does not hold together now."""
