@@ -5,8 +5,6 @@ from pathlib import Path
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable
 from ods.plots.chart import dress, save_figure
 from ods.plots.style import ACCENT, BAD, MARK, QUIET, STRONG, drawn_in
 from ods.sim_sonar.sonar.model import SonarModel
@@ -18,7 +16,6 @@ SCENES = {
     "figure11": "figure 11",
     "rough_50": "rough sea-bed, 50 objects",
 }
-ENDINGS = (".png", ".svg", ".pdf")
 CURVE_COLOURS = (QUIET, MARK, ACCENT, BAD)
 EXACT = 1e-3
 """Where errors below this are drawn: a level that is exact has no place on a logarithmic axis."""
@@ -26,9 +23,6 @@ EXACT = 1e-3
 
 def draw_chart(sonar: SonarModel, path: Path, style: str) -> None:
     """Measure all model levels on four scenes and draw them. Raises OdsError."""
-    if path.suffix not in ENDINGS:
-        raise OdsError(f"{path}: the ending must be one of {', '.join(ENDINGS)}")
-    refuse_unwritable(path)
     curves = [curve_of(sonar, name) for name in SCENES]
     with drawn_in(style):
         save_figure(curve_figure(curves, f"Mean image of {sonar.name}, {sonar.beams} x {sonar.samples}"), path)
