@@ -165,21 +165,23 @@ def _places(message: ObstacleList) -> dict[int, complex]:
     return {o.id: complex(*o.position_ned[:2]) for o in message.obstacles}
 
 
-def test_ids_are_given_once_even_if_the_run_folder_could_not_be_written(chain: Chain) -> None:
-    ids = {o.id for o in chain.until(good).obstacles}
-    hindrance = chain.folder / "tracker.checkpoint.new"
-    hindrance.unlink(missing_ok=True)
-    hindrance.mkdir()
-    chain.echoes.append((50.0, -0.4))
-    (old,) = {o.id for o in chain.until(lambda m: m.valid and len(m.obstacles) == 3).obstacles} - ids
-    chain.until(lambda _: chain.health is not None and chain.health.counters["checkpoint_failed"] > 0)
-    chain.kill()
-    hindrance.rmdir()
-    chain.echoes[-1] = (50.0, 0.4)
-    chain.start()
-    again = {o.id for o in chain.until(lambda m: m.valid and len(m.obstacles) == 3).obstacles}
-    assert ids < again
-    assert old not in again
+def test_ids_are_given_once_even_if_the_run_folder_could_not_be_written() -> None:
+    """Without a map, which keeps them, too."""
+    with played({"map": {"path": None}, "resume_within_s": 300.0}) as chain:
+        ids = {o.id for o in chain.until(good).obstacles}
+        hindrance = chain.folder / "tracker.checkpoint.new"
+        hindrance.unlink(missing_ok=True)
+        hindrance.mkdir()
+        chain.echoes.append((50.0, -0.4))
+        (old,) = {o.id for o in chain.until(lambda m: m.valid and len(m.obstacles) == 3).obstacles} - ids
+        chain.until(lambda _: chain.health is not None and chain.health.counters.get("checkpoint_failed", 0) > 0)
+        chain.kill()
+        hindrance.rmdir()
+        chain.echoes[-1] = (50.0, 0.4)
+        chain.start()
+        again = {o.id for o in chain.until(lambda m: m.valid and len(m.obstacles) == 3).obstacles}
+        assert ids < again
+        assert old not in again
 
 
 def test_what_a_killed_tracker_left_is_not_believed_blindly(chain: Chain) -> None:
