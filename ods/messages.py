@@ -43,6 +43,8 @@ CountOrNone = Annotated[int, msgspec.Meta(ge=-1)]
 """-1: none."""
 SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
 """What a sonar can be asked for, m."""
+HearingLevel = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
+"""Over the background, dB."""
 SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
 """Power and gain that a sonar can be asked for, dB."""
 
@@ -216,6 +218,10 @@ class Detections(msgspec.Struct, frozen=True):
     echo in many pings, as the tracker does."""
     bottom_echo: BottomEcho | None = None
     """Where the bottom's echo sets in; none: not seen, or not looked for: it is at each fourth ping."""
+    heard_from_db: HearingLevel | None = None
+    """In half of the image an echo, faint or not, has to be so far over the background, dB: 7 in open water, 9 to
+    11 over a smooth bottom, more where the bottom's crests are loud. None: nothing was looked at, or the detector does
+    not tell."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -338,6 +344,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """Their share of the image; the list is not valid when most of it was unseen for longer than a moment."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    heard_from_db: HearingLevel | None = None
+    """`Detections.heard_from_db` of the ping: objects that are not clearly louder may be missing from the list."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
     poses_heard: Count = 0

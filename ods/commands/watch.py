@@ -1,6 +1,5 @@
 """`ods watch`: a live table of obstacles and health in the terminal."""
 
-import math
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -13,8 +12,9 @@ from rich.text import Text
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.messages import Health, ObstacleList, UnseenPart
+from ods.messages import Health, ObstacleList
 from ods.runtime import bus
+from ods.runtime.caution import cautions
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
 
 REFRESH_S = 0.25
@@ -64,17 +64,8 @@ def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
         return Text("NOT VALID: " + "; ".join(newest.reasons), style="bold red")
     more = f", {newest.left_out} more farther away" if newest.left_out else ""
     said = f"valid, ping {newest.ping_number}, {len(newest.obstacles)} obstacles{more}"
-    if newest.unseen:
-        return Text(f"{said}; not seen: {newest.unseen_why} ({where(newest.unseen)})", style="bold yellow")
-    return Text(said, style="bold green")
-
-
-def where(unseen: list[UnseenPart]) -> str:
-    """Return what the unseen parts span: bearings and ranges."""
-    left = math.degrees(min(part.bearing_min_rad for part in unseen))
-    right = math.degrees(max(part.bearing_max_rad for part in unseen))
-    near, far = min(part.range_min_m for part in unseen), max(part.range_max_m for part in unseen)
-    return f"within {left:.0f} to {right:.0f} deg, {near:.0f} to {far:.0f} m"
+    doubts = cautions(newest)
+    return Text("; ".join([said, *doubts]), style="bold yellow" if doubts else "bold green")
 
 
 def _obstacles(newest: ObstacleList | None) -> Table:

@@ -20,10 +20,11 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "frequency_hz", "setting",
     ),
     "detections": ("utc_ns", "t_ns", "seq", "ping_number", *Detection.__struct_fields__),
-    "scans": ("utc_ns", "t_ns", "seq", "ping_number", "detections", "usable", "unseen_share", "unseen_why"),
+    "scans": ("utc_ns", "t_ns", "seq", "ping_number", "detections", "usable", "unseen_share", "unseen_why",
+              "heard_from_db"),
     "lists": (
         "utc_ns", "t_ns", "seq", "ping_number", "valid", "reasons", "obstacles", "left_out", "bottom_left_out",
-        "unseen_share",
+        "unseen_share", "heard_from_db",
     ),
     "obstacles": (
         "utc_ns", "t_ns", "list_seq", "valid", "id", "state", *(f"{a}_m" for a in NED), *(f"v_{a}_mps" for a in NED),
@@ -88,7 +89,8 @@ def _values(stamp_ns: int, message: msgspec.Struct, names: Iterable[str]) -> tup
 
 def _detections(stamp_ns: int, message: Detections) -> Iterable[tuple[str, tuple[Cell, ...]]]:
     head = _values(stamp_ns, message, ("t_ns", "seq", "ping_number"))
-    yield "scans", (*head, len(message.detections), message.usable, message.unseen_share, message.unseen_why)
+    seen = message.unseen_share, message.unseen_why, message.heard_from_db
+    yield "scans", (*head, len(message.detections), message.usable, *seen)
     for detection in message.detections:
         yield "detections", (*head, *msgspec.structs.astuple(detection))
 
@@ -97,7 +99,7 @@ def _list(stamp_ns: int, message: ObstacleList) -> tuple[Cell, ...]:
     return (
         *_values(stamp_ns, message, ("t_ns", "seq", "ping_number", "valid")),
         "; ".join(message.reasons), len(message.obstacles), message.left_out, message.bottom_left_out,
-        message.unseen_share,
+        message.unseen_share, message.heard_from_db,
     )  # fmt: skip
 
 

@@ -78,7 +78,7 @@ class Chain:
         first = self._plan.first
         usable = _shows_something(frame[:, first:])
         found, faint = list[Detection](), list[Detection]()
-        unseen, bottom_echo = ALL_SEEN, None
+        unseen, bottom_echo, heard_from = ALL_SEEN, None, 0.0
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
@@ -91,6 +91,7 @@ class Chain:
                     more = prepared.detect(whole, context, mask, len(found))
                     found += more.detections
                     faint += more.faint
+                    heard_from = max(heard_from, more.heard_from)
             self._phase += 1
         else:
             unseen = nothing_sent(ping, frame, first)
@@ -110,6 +111,7 @@ class Chain:
             unseen_why=unseen.why,
             faint=faint,
             bottom_echo=bottom_echo,
+            heard_from_db=20.0 * math.log10(heard_from) if heard_from > 0.0 else None,
         )
 
     def _prepare(self, ping: Ping) -> None:

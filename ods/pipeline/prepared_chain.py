@@ -47,6 +47,8 @@ class Found(NamedTuple):
     detections: list[Detection]
     faint: list[Detection]
     """Too weak for the false-alarm rate wanted."""
+    heard_from: float
+    """As `Regions` tells it."""
 
 
 class PreparedChain:
@@ -94,8 +96,10 @@ class PreparedChain:
             image[:, layout.fan.seam] = 0.0  # no data: nothing reaches across
         rows = None if mask is None else mask[layout.rows]
         try:
-            sure, faint = parted(self._regions(image, recorded))
-            return Found(self._measured(image, sure, recorded, rows, before), self._measured(image, faint, recorded))
+            regions = self._regions(image, recorded)
+            sure, faint = parted(regions)
+            detections = self._measured(image, sure, recorded, rows, before)
+            return Found(detections, self._measured(image, faint, recorded), regions.heard_from)
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
 

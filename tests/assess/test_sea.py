@@ -46,7 +46,7 @@ def lists_of(
         truth = Truth(k, k * 10**9, k * 10**9, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), objects)
         table = np.array(rows, np.float64).reshape(-1, 5)
         number, state = table[:, 0].astype(int), table[:, 1].astype(int)
-        lists.append(Listed(truth, 3, number, state, table[:, 2:4], table[:, 4], 1.0, 2.0, k >= unsettled))
+        lists.append(Listed(truth, 3, number, state, table[:, 2:4], table[:, 4], 1.0, 2.0, k >= unsettled, 9.0))
     return lists
 
 

@@ -69,3 +69,10 @@ def test_what_the_sonar_could_not_show_is_shown() -> None:
     text = shown(seen, {})
     assert "not seen: no data in 50% of the image (within -45 to 0 deg, 0 to 100 m)" in text
     assert "active, unseen 12 s" in text
+
+
+def test_a_loud_bottom_is_told_of_and_a_quiet_one_is_not() -> None:
+    loud = msgspec.structs.replace(picture(0.1), heard_from_db=17.8)
+    assert "loud bottom: objects less than about 26 dB over it may be missing" in shown(loud, {})
+    assert "bottom" not in shown(msgspec.structs.replace(picture(0.1), heard_from_db=10.9), {})
+    assert "bottom" not in shown(picture(0.1), {})

@@ -159,3 +159,35 @@ def test_faint_echoes_are_not_marked() -> None:
     found = chain.process(bed_and_ball(1), mask)
     assert found.faint
     assert set(np.unique(mask)) == {0, *range(1, len(found.detections) + 1)}
+
+
+def test_echoes_are_heard_from_the_level_that_is_told() -> None:
+    chain, rng = Chain(PipelineSettings()), np.random.default_rng(5)
+    intensity = np.ones((60, 2000))
+    for k in range(40):  # bodies from 0 to 20 dB
+        beam, column = 3 + 11 * (k % 5), 100 + 220 * (k // 5)
+        intensity[beam : beam + 3, column : column + 12] += 10.0 ** (k / 20.0)
+    found = chain.process(make_ping((300.0 * np.sqrt(intensity * rng.standard_exponential((60, 2000)))).astype("u2")))
+    assert found.heard_from_db is not None
+    peaks_db = 20.0 * np.log10([echo.peak for echo in found.detections + found.faint])
+    assert len(peaks_db) > 15
+    assert found.heard_from_db < min(peaks_db) < found.heard_from_db + 1.0
+
+
+def test_crests_of_the_background_raise_the_level_from_which_echoes_are_heard() -> None:
+    rng = np.random.default_rng(6)
+    smooth, rough = np.ones((60, 2000)), rng.gamma(0.5, 2.0, (60, 2000))
+    levels: list[float] = []
+    for intensity in (smooth, rough, 100.0 * rough):
+        frame = 30.0 * np.sqrt(intensity * rng.standard_exponential((60, 2000)))
+        told = Chain(PipelineSettings()).process(make_ping(frame.astype(np.float32))).heard_from_db
+        assert told is not None
+        levels.append(told)
+    assert levels[0] == pytest.approx(7.0, abs=1.0)
+    assert levels[0] + 3.0 < levels[1]
+    assert levels[2] == pytest.approx(levels[1], abs=0.5)  # it is a ratio
+
+
+def test_an_image_of_nothing_tells_no_level() -> None:
+    nothing = make_ping(np.zeros((60, 2000), np.uint16))
+    assert Chain(PipelineSettings()).process(nothing).heard_from_db is None

@@ -15,7 +15,7 @@ from ods.assess.scene_files import scene_files
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import images_of, listed, scene_with_seed
-from ods.assess.sea.table import condensed, scene_table, target_table
+from ods.assess.sea.table import condensed, margin_table, scene_table, target_table
 from ods.base.arguments import duration_s, number, positive_int
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
@@ -94,6 +94,7 @@ def run(args: Namespace) -> None:
     console = Console(width=120)
     console.print(scene_table(scores))
     console.print(target_table(scores))
+    console.print(margin_table(scores))
     print(*condensed(scores), sep="\n")
     if args.out is not None:
         from ods.assess.sea.chart import chart

@@ -1,5 +1,6 @@
 """Judges the lists of a scene by what is true. Pure."""
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -35,6 +36,8 @@ class TargetScore:
     """Horizontal distance from the vehicle when it was first listed as active, m; NaN: it never was."""
     confirmed_s: float
     """Time until then from its first `LOUD_DB`, s; below 0: it was found before."""
+    margin_db: float
+    """How much more its echo is over its surroundings than echoes have to be to be heard, median of those lists, dB."""
 
     @property
     def share(self) -> float:
@@ -91,10 +94,10 @@ def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies, seed: int = 
         if item.valid:
             active.update(item.id[is_active].tolist())
             away.update(item.id[is_active & alone].tolist())
-        loud = {group_of(each.name) for each in item.truth.objects if _is_loud(each.peak_db, each.background_db)}
+        over = _over_surroundings(item.truth)
         for name, log in logs.items():
             members = np.array([group == name for group in bodies.groups])
-            log.note(item, np.asarray((distance[:, members] < NEAR_M).any(axis=1)), t_s, is_loud=name in loud)
+            log.note(item, np.asarray((distance[:, members] < NEAR_M).any(axis=1)), t_s, over.get(name, 0.0))
     false = {number for number, count in away.items() if 2 * count > active[number]}
     return SceneScore(
         scene,
@@ -109,9 +112,13 @@ def judge(scene: str, lists: Sequence[Listed], bodies: SceneBodies, seed: int = 
     )
 
 
-def _is_loud(peak_db: float, background_db: float) -> bool:
-    """Tell it of an object in the sector: outside both levels are 0."""
-    return peak_db - background_db >= LOUD_DB
+def _over_surroundings(truth: Truth) -> dict[str, float]:
+    """Return how far, dB, the loudest of each group is over its surroundings; outside of the sector both are 0."""
+    over: dict[str, float] = {}
+    for each in truth.objects:
+        name = group_of(each.name)
+        over[name] = max(over.get(name, -math.inf), each.peak_db - each.background_db)
+    return over
 
 
 class _TargetLog:
@@ -121,13 +128,18 @@ class _TargetLog:
         self._name = name
         self._expected = self._tracked = 0
         self._loud_s = self._confirmed_s = self._confirmed_m = float("nan")
+        self._margins_db: list[float] = []
 
-    def note(self, item: Listed, near: Mask, t_s: float, *, is_loud: bool) -> None:
-        """Take a list in; near: (n,) objects that stand for the target."""
-        if is_loud and np.isnan(self._loud_s):
+    def note(self, item: Listed, near: Mask, t_s: float, over_db: float) -> None:
+        """Take a list in.
+
+        near: (n,) objects that stand for the target; over_db: how far it is over its surroundings.
+        """
+        if over_db >= LOUD_DB and np.isnan(self._loud_s):
             self._loud_s = t_s
-        if is_loud and t_s - self._loud_s >= SETTLE_S:
+        if over_db >= LOUD_DB and t_s - self._loud_s >= SETTLE_S:
             self._expected += 1
+            self._margins_db.append(over_db - item.heard_from_db)
             self._tracked += bool((near & np.isin(item.state, IN_PLAY)).any())
         if np.isnan(self._confirmed_s) and (near & (item.state == lifecycle.ACTIVE)).any():
             self._confirmed_s, self._confirmed_m = t_s, _distance(self._name, item.truth)
@@ -135,7 +147,8 @@ class _TargetLog:
     def score(self) -> TargetScore:
         """Return the figures."""
         late_s = self._confirmed_s - self._loud_s
-        return TargetScore(self._name, self._expected, self._tracked, self._confirmed_m, late_s)
+        margin_db = float(np.median(self._margins_db)) if self._margins_db else math.nan
+        return TargetScore(self._name, self._expected, self._tracked, self._confirmed_m, late_s, margin_db)
 
 
 def _distance(name: str, truth: Truth) -> float:

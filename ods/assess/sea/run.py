@@ -1,6 +1,7 @@
 """A scene through the chain and the tracker without sockets: what a planner would have been told of each ping."""
 
 import hashlib
+import math
 import time
 from collections.abc import Iterable, Iterator
 from itertools import islice
@@ -50,6 +51,8 @@ class Listed(NamedTuple):
     tracker_ms: float
     valid: bool
     """False: in the first second, in which no list is."""
+    heard_from_db: float
+    """What an echo has to be over the background; NaN: not told."""
 
 
 def scene_with_seed(file: Path, seed: int) -> Scene:
@@ -107,7 +110,9 @@ def listed(
         spent = 1e3 * (between - began), 1e3 * (ended - between)
         places = told.position[:2].T.copy()
         valid = bool(lists) and ping.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
-        lists.append(Listed(truth, len(found.detections), told.id, told.state, places, told.radius, *spent, valid))
+        heard_from_db = math.nan if found.heard_from_db is None else found.heard_from_db
+        of_list = told.id, told.state, places, told.radius, *spent, valid, heard_from_db
+        lists.append(Listed(truth, len(found.detections), *of_list))
     return lists
 
 

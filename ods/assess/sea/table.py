@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
@@ -14,6 +15,8 @@ TRACKED_LIMIT = 0.95
 """Share of the lists that an object must be in."""
 LATE_S = 1.0
 """Time in which an object is to be confirmed."""
+MARGINS_DB = (2.0, 4.0, 6.0, 8.0, 10.0)
+"""Between the spans of margins that are told apart."""
 
 
 def scene_table(scores: Sequence[SceneScore]) -> Table:
@@ -40,7 +43,8 @@ def scene_table(scores: Sequence[SceneScore]) -> Table:
 
 def target_table(scores: Sequence[SceneScore]) -> Table:
     """Return one line an object."""
-    table = _table("scene", "object", "lists", "tracked", "confirmed at m", "after s")
+    table = _table("scene", "object", "lists", "tracked", "confirmed at m", "after s", "margin dB")
+    table.caption = "margin: how much more it is over its surroundings than echoes have to be to be heard, median"
     for score in scores:
         for target in score.targets:
             table.add_row(
@@ -50,7 +54,21 @@ def target_table(scores: Sequence[SceneScore]) -> Table:
                 _share(target.share),
                 _number(target.confirmed_m, 1),
                 _number(target.confirmed_s, 2),
+                "" if math.isnan(target.margin_db) else f"{target.margin_db:.0f}",
             )
+    return table
+
+
+def margin_table(scores: Sequence[SceneScore]) -> Table:
+    """Return how many objects of each margin are tracked as they should be."""
+    table = _table("margin dB", "objects", f"tracked in {TRACKED_LIMIT:.0%} of the lists", "tracked, mean")
+    targets = [target for score in scores for target in score.targets if not math.isnan(target.margin_db)]
+    for low, high in pairwise((-math.inf, *MARGINS_DB, math.inf)):
+        shares = [target.share for target in targets if low <= target.margin_db < high]
+        if shares:
+            name = f"{low:.0f} to {high:.0f}" if math.isfinite(low + high) else _open_span(low, high)
+            enough = sum(share >= TRACKED_LIMIT for share in shares)
+            table.add_row(name, str(len(shares)), str(enough), f"{sum(shares) / len(shares):.0%}")
     return table
 
 
@@ -99,6 +117,10 @@ def _reached(score: SceneScore) -> str:
     if score.least_share < TRACKED_LIMIT:
         missed.append("tracked")
     return f"[red]not: {', '.join(missed)}" if missed else "[green]yes"
+
+
+def _open_span(low: float, high: float) -> str:
+    return f"from {low:.0f} on" if math.isfinite(low) else f"under {high:.0f}"
 
 
 def _share(value: float) -> str:

@@ -58,6 +58,8 @@ def level_detector(
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
         regions = group.regions(judged, recorded, DetectionLevels(below, above, background))
+        heard_from = 1.0 + (above / background - 1.0) * float(np.median(factors)) ** faint
+        regions = regions._replace(heard_from=heard_from)
         if faint >= follow:
             return regions
         wanted = above + (above - background) * (factors ** (follow - faint) - 1.0)

@@ -37,6 +37,8 @@ class Regions(NamedTuple):
     """For pictures only; None: by no levels."""
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
+    heard_from: float = 0.0
+    """So high over the background, faint or not, an echo has to be in the middle of the image; 0: not told."""
 
 
 def parted(regions: Regions) -> tuple[Regions, Regions]:

@@ -16,6 +16,7 @@ from ods.base.arrays import Floats
 from ods.base.clock import MS, NS
 from ods.messages import Detections, Health, ObstacleList, Ping, Pose, Truth
 from ods.runtime import bus
+from ods.runtime.caution import cautions
 from ods.runtime.counters import trouble_names
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
 from ods.workbench.engine.listeners import Listeners
@@ -173,8 +174,7 @@ class Live:
         if age_s > bus.TOPICS["obstacles"].stale_s:
             why = bus.hindrance(self.run_dir, "tracker")
             return Verdict(False, (f"no obstacle list for {age_s:.1f} s{why}",), "")
-        caution = f"{told.unseen_share:.0%} of the image not seen: {told.unseen_why}" if told.unseen else ""
-        return Verdict(told.valid, tuple(told.reasons), caution)
+        return Verdict(told.valid, tuple(told.reasons), "; ".join(cautions(told)))
 
     def health_age_s(self, process: str, now_ns: int) -> float | None:
         """Return how old the newest word of a process about itself is; None: there was none."""

@@ -1,0 +1,29 @@
+"""What a list that is valid cannot vouch for all the same, in words."""
+
+import math
+from collections.abc import Sequence
+
+from ods.messages import ObstacleList, UnseenPart
+
+LOUD_BOTTOM_DB = 12.0
+"""Echoes need no more over the background where the bottom is smooth."""
+MARGIN_DB = 8.0
+"""What is so much louder than an echo has to be is in the list nearly always (docs/assess-sea.md)."""
+
+
+def cautions(told: ObstacleList) -> list[str]:
+    """Return what the sonar did not show of the sector, and whether the bottom is so loud that it hides objects."""
+    said = [f"not seen: {told.unseen_why} ({where(told.unseen)})"] if told.unseen else []
+    if told.heard_from_db is not None and told.heard_from_db > LOUD_BOTTOM_DB:
+        said.append(
+            f"loud bottom: objects less than about {told.heard_from_db + MARGIN_DB:.0f} dB over it may be missing"
+        )
+    return said
+
+
+def where(unseen: Sequence[UnseenPart]) -> str:
+    """Return what the unseen parts span: bearings and ranges."""
+    left = math.degrees(min(part.bearing_min_rad for part in unseen))
+    right = math.degrees(max(part.bearing_max_rad for part in unseen))
+    near, far = min(part.range_min_m for part in unseen), max(part.range_max_m for part in unseen)
+    return f"within {left:.0f} to {right:.0f} deg, {near:.0f} to {far:.0f} m"
