@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ods.assess.sea.bodies import SceneBodies
-from ods.assess.sea.command import shipped_scenes
+from ods.assess.sea.command import names_of, shipped_scenes
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import Listed, images_of, scene_with_seed
 from ods.assess.sea.table import condensed, scene_table
@@ -186,7 +186,9 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["assess", "sea", *asked, "--out", str(chart)]) == 0
     text = capsys.readouterr().out
     lines = {line.split()[0]: line.split() for line in text.splitlines() if "%" in line}
-    assert lines["mover"][-3] == "100.0%"
+    assert lines["mover"][-4] == "100.0%"
+    assert 8.0 < float(lines["mover"][-1]) < 20.0  # margin, dB
+    assert "100%" in lines["from"]  # 10 dB on
     assert chart.stat().st_size > 10_000
     assert main(["assess", "sea", *asked, "--config", str(tmp_path / "deaf.toml")]) == 0
     assert capsys.readouterr().out.count("never") == 6
@@ -197,3 +199,8 @@ def test_a_wrong_name_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--scenes" in capsys.readouterr().err
     assert main(["assess", "sea", "--images", "/no/such"]) == 2
     assert "no such folder" in capsys.readouterr().err
+
+
+def test_scenes_of_one_name_in_two_folders_have_two_lines() -> None:
+    files = [Path("one/rocky.toml"), Path("one/slope.toml"), Path("two/rocky.toml")]
+    assert names_of(files) == ["one/rocky", "slope", "two/rocky"]

@@ -2,6 +2,7 @@
 
 import multiprocessing
 from argparse import ArgumentParser, Namespace
+from collections import Counter
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
@@ -51,6 +52,7 @@ class Trial(NamedTuple):
 class Draw(NamedTuple):
     """A scene, and which of its sea-beds and speckles."""
 
+    name: str
     file: Path
     seed: int
 
@@ -90,7 +92,8 @@ def run(args: Namespace) -> None:
         find_sonar(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker, not args.no_altitude
     )
     files = list(scene_files(args.scene)) if args.scene else shipped_scenes(args.scenes)
-    scores = scores_of([Draw(file, seed) for file in files for seed in range(args.seeds)], trial, args.jobs)
+    named = list(zip(names_of(files), files, strict=True))
+    scores = scores_of([Draw(*each, seed) for each in named for seed in range(args.seeds)], trial, args.jobs)
     console = Console(width=120)
     console.print(scene_table(scores))
     console.print(target_table(scores))
@@ -103,6 +106,12 @@ def run(args: Namespace) -> None:
         with drawn_in(args.style):
             save_figure(chart(scores), args.out)
         console.print(f"drawn: {args.out}")
+
+
+def names_of(files: Sequence[Path]) -> list[str]:
+    """Return what tables call scenes: by their files, and by their folders, too, where several files have one name."""
+    count = Counter(file.stem for file in files)
+    return [file.stem if count[file.stem] == 1 else f"{file.parent.name}/{file.stem}" for file in files]
 
 
 def shipped_scenes(names: Sequence[str] | None = None) -> list[Path]:
@@ -134,4 +143,4 @@ def score_of(trial: Trial, draw: Draw) -> SceneScore:
     scene = scene_with_seed(draw.file, draw.seed)
     shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
     lists = listed(shots, scene, trial.pipeline, trial.tracker, knows_altitude=trial.knows_altitude)
-    return judge(draw.file.stem, lists, SceneBodies(scene, trial.clearance_m), draw.seed)
+    return judge(draw.name, lists, SceneBodies(scene, trial.clearance_m), draw.seed)
