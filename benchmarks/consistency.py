@@ -1,10 +1,11 @@
 """Is the covariance that is told as large as the errors? Monte Carlo over what a sonar cannot see, for every observer.
 
-Objects are anywhere in the fan's elevation, bearings may be wide, the vehicle is pitched or its pose biased. Each run
-has six objects, far apart, of one kind; the echoes are made here, from eq. 1 and the definition of range, bearing and
-elevation, without the project's geometry. Printed is the mean of the squared error over the covariance, north and east
-(NEES: 2 when errors are as large as told) some times after the first echo (`--at`), the root mean square error, how
-many objects are taken to move, and how many of them are tracked at all. `python -m benchmarks.consistency [--runs N]`.
+Objects are anywhere in the fan's elevation, bearings may be wide, the vehicle is pitched or rolled, its pose biased.
+Each run has six objects, far apart, of one kind; the echoes are made here, from eq. 1 and the definition of range,
+bearing and elevation, without the project's geometry. Printed is the mean of the squared error over the covariance,
+north and east (NEES: 2 when errors are as large as told) some times after the first echo (`--at`), the root mean square
+error, how many objects are taken to move, and how many of them are tracked at all.
+`python -m benchmarks.consistency [--runs N]`.
 """
 
 import argparse
@@ -50,10 +51,13 @@ class Case:
     pitch_deg: float = 0.0
     swing_deg: float = 0.0
     """Amplitude of a pitch that swings with a period of 6 s."""
+    roll_deg: float = 0.0
     pose_m: float = 0.0
     """Standard deviation of a bias of north and of east, and the one told;"""
     yaw_deg: float = 0.0
-    """of yaw."""
+    """of yaw;"""
+    tilt_deg: float = 0.0
+    """of roll and of pitch: the vehicle is tilted otherwise than it tells."""
 
 
 CASES = (
@@ -71,6 +75,13 @@ CASES = (
         Case(f"object 0.5 m/s, climbs, pitch {p}", 60.0, 0.5, object_speed=0.5, object_climb=0.2, pitch_deg=p)
         for p in (0.0, 10.0, 20.0)
     ),
+    Case("roll 10, 50 m", 50.0, roll_deg=10.0),
+    Case("roll 10, 90 m", 90.0, roll_deg=10.0),
+    Case("roll 10, 1.5 m/s", 50.0, roll_deg=10.0, vehicle_speed=1.5),
+    Case("roll 10, pitch 10, object 0.5 m/s", 60.0, roll_deg=10.0, pitch_deg=10.0, object_speed=0.5),
+    Case("roll 10, bearing 3.0 deg at 100 m", 100.0, sigma_bearing_deg=3.0, roll_deg=10.0),
+    *(Case(f"tilt 1 deg, pitch {p}", 50.0, pitch_deg=p, tilt_deg=1.0) for p in (0.0, 20.0)),
+    Case("tilt 1 deg, 1.5 m/s", 50.0, tilt_deg=1.0, vehicle_speed=1.5),
     Case("pose 0.3 m, 1 deg", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0),
     Case("pose 0.3 m, 1 deg, 1.5 m/s", 60.0, 0.1, pose_m=0.3, yaw_deg=1.0, vehicle_speed=1.5),
     Case("pose 0.3 m, 1 deg, object 0.5 m/s", 50.0, 0.1, pose_m=0.3, yaw_deg=1.0, object_speed=0.5),
@@ -78,10 +89,13 @@ CASES = (
 )
 
 
-def rotation(pitch: float, yaw: float) -> Array:
+def rotation(roll: float, pitch: float, yaw: float) -> Array:
     """Return body to global: ahead, starboard, below to north, east, down."""
     c, s, cy, sy = math.cos(pitch), math.sin(pitch), math.cos(yaw), math.sin(yaw)
-    return np.array([[c * cy, -sy, s * cy], [c * sy, cy, s * sy], [-s, 0.0, c]])
+    unrolled: Array = np.array([[c * cy, -sy, s * cy], [c * sy, cy, s * sy], [-s, 0.0, c]])
+    c, s = math.cos(roll), math.sin(roll)
+    rolled: Array = np.array([[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+    return unrolled @ rolled
 
 
 @dataclass
@@ -104,16 +118,17 @@ def one_run(case: Case, observer: str, rng: np.random.Generator, told_s: Sequenc
     yaw = rng.uniform(-math.pi, math.pi)
     ahead = np.array([math.cos(yaw), math.sin(yaw), 0.0])
     start = rng.uniform(-50.0, 50.0, 3)
-    pitch, swing = math.radians(case.pitch_deg), math.radians(case.swing_deg)
+    roll, pitch, swing = math.radians(case.roll_deg), math.radians(case.pitch_deg), math.radians(case.swing_deg)
     phase = rng.uniform(-math.pi, math.pi) if swing else 0.0
-    truth = start[:, None] + rotation(pitch + swing * math.sin(phase), yaw) @ body
+    rolled, pitched = math.radians(case.tilt_deg) * (rng.standard_normal(2) if case.tilt_deg else np.zeros(2))
+    truth = start[:, None] + rotation(roll + rolled, pitch + pitched + swing * math.sin(phase), yaw) @ body
     course = rng.uniform(-math.pi, math.pi, count)
     velocity = case.object_speed * np.stack([np.cos(course), np.sin(course), np.zeros(count)])
     if case.object_climb:
         velocity[2] = case.object_climb * rng.standard_normal(count)
     bias, turned = case.pose_m * rng.standard_normal(2), math.radians(case.yaw_deg) * rng.standard_normal()
     sigma_position = np.array([case.pose_m, case.pose_m, 0.0])
-    sigma_attitude = np.array([0.0, 0.0, math.radians(case.yaw_deg)])
+    sigma_attitude = np.radians([case.tilt_deg, case.tilt_deg, case.yaw_deg])
     shape = len(told_s), count
     found = Found(np.full(shape, np.nan), np.full(shape, np.nan), np.full(shape, np.nan), 0)
     told = {round(t * RATE_HZ): row for row, t in enumerate(told_s)}
@@ -121,7 +136,7 @@ def one_run(case: Case, observer: str, rng: np.random.Generator, told_s: Sequenc
         t = k / RATE_HZ
         place, now = start + case.vehicle_speed * t * ahead, truth + velocity * t
         tilt = pitch + swing * math.sin(phase + 2.0 * math.pi * t / 6.0)
-        x, y, z = rotation(tilt, yaw).T @ (now - place[:, None])
+        x, y, z = rotation(roll + rolled, tilt + pitched, yaw).T @ (now - place[:, None])
         distance, bearing, rise = np.sqrt(x**2 + y**2 + z**2), np.arctan2(y, x), np.arctan2(-z, np.hypot(x, y))
         seen = (np.abs(rise) <= HALF_VERTICAL) & (np.abs(bearing) < HALF_FOV)
         sigma_bearing = math.radians(case.sigma_bearing_deg)
@@ -131,7 +146,8 @@ def one_run(case: Case, observer: str, rng: np.random.Generator, told_s: Sequenc
         rows[:, 3] = np.maximum(1.0 + SIGMA_RADIUS_M * rng.standard_normal(count), 0.05)
         rows[:, 4:] = case.sigma_range_m, sigma_bearing, SIGMA_RADIUS_M
         pose = place + np.array([*bias, 0.0])
-        vehicle = Vehicle(pose, np.ascontiguousarray(rotation(tilt, yaw + turned)), sigma_position, sigma_attitude)
+        attitude = np.ascontiguousarray(rotation(roll, tilt, yaw + turned))
+        vehicle = Vehicle(pose, attitude, sigma_position, sigma_attitude)
         t_ns = round(t * NS)
         tracker.step(Scan(t_ns, t_ns, vehicle, sector, echoes_of(rows[seen])[0]))
         if k in told:

@@ -106,7 +106,8 @@ def measurements(count: int) -> PositionMeasurement:
     """Return so many, each of an object of its own."""
     ones = np.ones(count)
     noise = ones, ones, np.zeros(count), ones, ones, ones, ones
-    return PositionMeasurement(np.ones((3, count)), *noise, np.zeros((UNSEEN, 2, count)), np.zeros(2))
+    level = np.zeros((2, count)), np.zeros((UNSEEN, 2, count)), np.zeros(2)
+    return PositionMeasurement(np.ones((3, count)), *noise, *level)
 
 
 def observer_steps() -> dict[str, list[float]]:

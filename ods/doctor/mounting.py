@@ -10,6 +10,8 @@ WAYS = ("ahead", "astern"), ("to starboard", "to port"), ("down", "up")
 """Along forward, starboard and down, and against them."""
 MAYBE_RADIANS = 1.6
 """A right angle and what it was rounded up by; angles in degrees are larger as a rule."""
+STEEPEST_DEG = 50.0
+"""A fan farther from level tells places that are off by more than their standard deviations (docs/mounting.md)."""
 
 
 def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:
@@ -19,8 +21,18 @@ def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]
     if angles and max(map(abs, angles)) < MAYBE_RADIANS:
         told = " and ".join(f"{angle:g} would be {math.degrees(angle):.1f} deg" for angle in angles)
         yield Finding("note", "mounting", f"angles of sonar.mounting are degrees; if these are radians, {told}")
+    steep = _from_level_deg(mounting)
+    if steep > STEEPEST_DEG:
+        why = f"beyond {STEEPEST_DEG:.0f} deg places are off by more than told"
+        yield Finding("note", "mounting", f"sonar.mounting puts the fan {steep:.0f} deg from level: {why}")
     if any(lever_arm_m):
         yield Finding("good", "mounting", f"the INS is {_way(lever_arm_m)} of the vehicle's origin")
+
+
+def _from_level_deg(mounting: MountingSettings) -> float:
+    """Return the angle between the fan's plane and the vehicle's, the same for one mounted upside down."""
+    upright = math.cos(math.radians(mounting.roll_deg)) * math.cos(math.radians(mounting.pitch_deg))
+    return math.degrees(math.acos(min(abs(upright), 1.0)))
 
 
 def words_of(mounting: MountingSettings) -> str:

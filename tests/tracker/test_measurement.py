@@ -11,7 +11,7 @@ from ods.base.geometry import euler_from_quat, quat_from_euler
 from ods.messages import Detection, Detections
 from ods.tracker.measurement.field_of_view import coverage_of, field_of_view, near_coverage
 from ods.tracker.measurement.from_detections import received
-from ods.tracker.measurement.model import BEND, HEIGHT, position_measurement, predicted_measurement
+from ods.tracker.measurement.model import ATTITUDE, BEND, HEIGHT, position_measurement, predicted_measurement
 from ods.tracker.measurement.scan import Echoes, Vehicle, echo_table_of, echoes_of, vehicle_at
 from tests.tracker.samples import HALF_VERTICAL, NO_SIGMA, SECTOR
 
@@ -132,6 +132,30 @@ def test_what_was_seen_alike_is_expected_alike_whatever_the_height() -> None:
     np.testing.assert_allclose(level.rows.along[0], again.rows.along[0], atol=1e-4)  # range is range, however it turns
     moved = predicted_measurement(place, variance, np.zeros(1), vehicle([25.0, 0, 0], [0, 0.3, 0]), told.sensitivity[0])
     assert math.sqrt(moved.rows.along[0]) > 0.5
+
+
+def test_a_tilt_turns_aside_what_lies_lower() -> None:
+    """By how much the place of an echo from below is another one, for a vehicle tilted about its line of sight."""
+    tilt, nowhere_else = 1e-3, 1e-6
+    told = vehicle([0, 0, 0], [0, -0.4, 0], sigma_attitude=np.array([tilt, tilt, 0.0]))
+    about_north = np.array(
+        [[1.0, 0.0, 0.0], [0.0, math.cos(tilt), -math.sin(tilt)], [0.0, math.sin(tilt), math.cos(tilt)]]
+    )
+    tilted = told._replace(rotation=about_north @ told.rotation)
+    here, there = (position_measurement(one_echo(50.0, 0.0), each, nowhere_else) for each in (told, tilted))
+    moved = there.position[:2, 0] - here.position[:2, 0]
+    assert abs(moved[1]) == pytest.approx(50.0 * math.sin(0.4) * tilt, rel=1e-3)
+    np.testing.assert_allclose(np.abs(here.sensitivity[ATTITUDE, :, 0]), np.abs(moved), rtol=1e-3, atol=1e-6)
+
+
+def test_line_of_sight_turns_as_the_place_moves() -> None:
+    """Its azimuth by small differences, before a vehicle that pitches and rolls."""
+    where, small = vehicle([5.0, 6.0, 7.0], [0.2, -0.3, 0.5]), 1e-6
+    told = position_measurement(one_echo(40.0, 0.4), where, HALF_VERTICAL)
+    north, east = told.position[:2, 0] - where.position[:2]
+    azimuth = math.atan2(east, north)
+    by_north, by_east = math.atan2(east, north + small) - azimuth, math.atan2(east + small, north) - azimuth
+    np.testing.assert_allclose(told.azimuth[:, 0], np.array([by_north, by_east]) / small, rtol=1e-3)
 
 
 def test_a_sensor_that_knows_nothing_breaks_nothing() -> None:

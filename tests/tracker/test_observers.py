@@ -183,7 +183,7 @@ def measured_at(places: Floats, along: float, across: float, angle: float) -> Po
     ones, r = np.ones(places.shape[1]), noise_of(along, across, angle)
     position = np.vstack([places, np.zeros_like(ones)])
     noise = r[0, 0] * ones, r[1, 1] * ones, r[0, 1] * ones
-    level = 0.0 * ones, np.zeros((UNSEEN, 2, len(ones))), np.zeros(2)
+    level = 0.0 * ones, np.zeros((2, len(ones))), np.zeros((UNSEEN, 2, len(ones))), np.zeros(2)
     return PositionMeasurement(position, *noise, 3.0 * ones, ones, 0.1 * ones, *level)
 
 

@@ -45,7 +45,7 @@ def test_the_example_of_an_observer_filters_as_the_closed_form_does(plugins: tup
         k = len(rows)
         noise = rng.uniform(0.05, 0.5, (2, k))
         one = np.ones(k)
-        level = np.zeros((UNSEEN, 2, k)), np.zeros(2)
+        level = np.zeros((2, k)), np.zeros((UNSEEN, 2, k)), np.zeros(2)
         seen = PositionMeasurement(
             rng.normal(50.0, 1.0, (3, k)), noise[0], noise[1], np.zeros(k), one, one, one, one, *level
         )

@@ -65,7 +65,8 @@ def measurement(fix: Fix) -> PositionMeasurement:
     sensitivity[BEND, :, 0] = bend
     zero, one = np.zeros(1), np.ones(1)
     spread = noise[0, 0] * one, noise[1, 1] * one, noise[0, 1] * one
-    return PositionMeasurement(np.array([[*place, 0.0]]).T, *spread, one, one, one, zero, sensitivity, np.zeros(2))
+    level = zero, np.zeros((2, 1)), sensitivity, np.zeros(2)
+    return PositionMeasurement(np.array([[*place, 0.0]]).T, *spread, one, one, one, *level)
 
 
 def test_square_of_the_height_is_learned_as_by_one_large_filter() -> None:

@@ -23,9 +23,9 @@ STEEPEST = 0.2
 be steeper than that this share of the distance is horizontal."""
 MOST_BENT = 0.25
 """What a place across the line of sight may add to the square of the range: at most this share of it."""
-HEIGHT, BEND, YAW, CLIMB = 0, 1, 2, 3
-"""What the ping does not see, but the horizontal place depends on: the height, its square, and the bias of the yaw; and
-what earlier pings were told by: by how much the height changes."""
+HEIGHT, BEND, ATTITUDE, CLIMB = 0, 1, 2, 3
+"""What the ping does not see, but the horizontal place depends on: the height, its square, the bias of the attitude,
+and what earlier pings were told by, how much the height changes."""
 UNSEEN = 4
 
 
@@ -78,9 +78,11 @@ class PositionMeasurement(NamedTuple):
     radius_variance: Floats
     height: Floats
     """Down: the height that `position[:2]` is the place of."""
+    azimuth: Floats
+    """(2, k) by how much the line of sight turns, rad, for each metre that the object is farther north and east."""
     sensitivity: Floats
-    """(UNSEEN, 2, k) change of north and east: per m of height, per m^2, by a standard deviation of the yaw, m, and by
-    one of the climb, m: 0, as the height is that at the ping."""
+    """(UNSEEN, 2, k) change of north and east: per m of height, per m^2, by a standard deviation of the attitude, m,
+    and by one of the climb, m: 0, as the height is that at the ping."""
     pose_variance: Floats
     """(2,) of the vehicle's own north and east, m^2."""
 
@@ -218,10 +220,11 @@ def position_measurement(
     would bend the ellipse, and turn it anew with each echo. A new object is where its echo is, in the fan's middle.
     `half_vertical`: half the fan's vertical opening, rad, for echoes that tell none of their own.
     """
-    place, (nn, ee, ne, *others), sensitivity = _position_measurement(echoes.table, predicted, vehicle, half_vertical)
+    made = _position_measurement(echoes.table, predicted, vehicle, half_vertical)
+    place, (nn, ee, ne, *others), azimuth, sensitivity = made
     half_height, radius, radius_variance, height = others
     return PositionMeasurement(
-        *(place, nn, ee, ne, half_height, radius, radius_variance, height, sensitivity),
+        *(place, nn, ee, ne, half_height, radius, radius_variance, height, azimuth, sensitivity),
         vehicle.sigma_position[:2] ** 2,
     )
 
@@ -293,12 +296,13 @@ def _from_sonar(distance: float, bearing: tuple[float, float], elevation: float,
 @kernel
 def _position_measurement(
     table: Floats, predicted_table: Floats, vehicle: Vehicle, half_vertical: float
-) -> tuple[Floats, Floats, Floats]:
-    """Return the fields of `PositionMeasurement`: (3, m) position, (7, m) variances to height, sensitivity."""
+) -> tuple[Floats, Floats, Floats, Floats]:
+    """Return the fields of `PositionMeasurement`: position, (7, m) variances to height, azimuth, sensitivity."""
     echoes, predicted, m = echo_rows(table), predicted_rows(predicted_table), table.shape[1]
     rotation, yaw = vehicle.rotation, vehicle.sigma_attitude[2]
     tilt = max(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1])
     position, rest, sensitivity = np.empty((3, m)), np.empty((7, m)), np.empty((UNSEEN, 2, m))
+    azimuth = np.empty((2, m))
     variance_north, variance_east, covariance_ne, half_height, radius, radius_variance, height = rest
     upright = abs(rotation[2, 2])
     is_new = predicted_table.shape[1] == 0
@@ -327,12 +331,17 @@ def _position_measurement(
         variance_north[j] = along_n**2 * s_range + across_n**2 * s_bearing + vehicle.sigma_position[0] ** 2
         variance_east[j] = along_e**2 * s_range + across_e**2 * s_bearing + vehicle.sigma_position[1] ** 2
         covariance_ne[j] = along_n * along_e * s_range + across_n * across_e * s_bearing
-        fan = aim.range_m * (math.sin(half) * upright)
-        half_height[j] = fan + vehicle.sigma_position[2] + math.hypot(x, y) * tilt
+        half_fan = aim.range_m * (math.sin(half) * upright)
+        half_height[j] = half_fan + vehicle.sigma_position[2] + math.hypot(x, y) * tilt
         radius[j], radius_variance[j] = echoes.radius[j], echoes.sigma_radius[j] ** 2
         height[j] = vehicle.position[2] + z
+        horizontal_2 = max(x**2 + y**2, (STEEPEST * aim.range_m) ** 2)
+        azimuth[0, j], azimuth[1, j] = -y / horizontal_2, x / horizontal_2
         for axis in range(2):
             sensitivity[HEIGHT, axis, j], sensitivity[BEND, axis, j] = curve.by_height[axis], curve.bend[axis]
-        sensitivity[YAW, 0, j], sensitivity[YAW, 1, j] = -yaw * y, yaw * x
+        height_variance = half_fan**2 / 3.0 if is_new else predicted.vertical[j]
+        # A tilt turns what is higher or lower than the sonar aside, as a yaw does all.
+        biased = math.sqrt(yaw**2 + tilt**2 * (z**2 + height_variance) / horizontal_2)
+        sensitivity[ATTITUDE, 0, j], sensitivity[ATTITUDE, 1, j] = -biased * y, biased * x
         sensitivity[CLIMB, 0, j], sensitivity[CLIMB, 1, j] = 0.0, 0.0
-    return position, rest, sensitivity
+    return position, rest, azimuth, sensitivity

@@ -10,7 +10,7 @@ from ods.compiled.kernel import inlined, kernel
 from ods.tracker.measurement.model import CLIMB, HEIGHT
 from ods.tracker.observer import axis_kalman, sensitivity
 from ods.tracker.observer.axis_kalman import AxisState
-from ods.tracker.observer.creep import Unseen, creep
+from ods.tracker.observer.creep import Unseen, away, creep
 from ods.tracker.observer.horizontal import RESTING, HorizontalState, learned_rows
 from ods.tracker.observer.sensitivity import VELOCITY
 
@@ -160,7 +160,7 @@ def moments(table: Floats, horizontal: HorizontalState) -> tuple[Floats, Floats,
             shared[h, 0, i], shared[h, 1, i], shared[h, 2, i] = nn + s.pose_north[i], ee + s.pose_east[i], ne
     for i in range(n):
         if weight[RESTING, i] < 1.0:
-            nn, ee, ne = creep(share, (place, place_variance, covariance), unseen, i, _unseen_at_rest(s, i))
+            nn, ee, ne = creep(away(share, (place, place_variance, covariance), unseen, i, _unseen_at_rest(s, i)))
             shared[RESTING, 0, i] += nn
             shared[RESTING, 1, i] += ee
             shared[RESTING, 2, i] += ne
@@ -205,8 +205,9 @@ def velocity(table: Floats, mean: Floats, variance: Floats, share: Floats, unsee
 def crept(table: Floats, mean: Floats, variance: Floats, unseen: Floats) -> Floats:
     """Return (2, n) the mean square of the velocity, north and east, with which objects at rest may creep, m^2/s^2.
 
-    `mean`, `variance`: (2, n) of objects that keep their velocity, at a given height, and `unseen` of
-    `HorizontalState`, their kind of motion the first. What creeps is not taken to climb. 0 for those settled to rest.
+    `mean`, `variance`: (2, n) of objects that move, or of those that keep their velocity, at a given height, and
+    `unseen` of `HorizontalState`, their kind of motion the first. What creeps is not taken to climb. 0 for those
+    settled to rest.
     """
     s, n = _rows(table), table.shape[1]
     square = np.zeros((2, n))
@@ -218,6 +219,17 @@ def crept(table: Floats, mean: Floats, variance: Floats, unseen: Floats) -> Floa
         square[0, i] = mean[0, i] ** 2 + variance[0, i] + north
         square[1, i] = mean[1, i] ** 2 + variance[1, i] + east
     return square
+
+
+@kernel
+def creeping(table: Floats, horizontal: HorizontalState) -> Floats:
+    """Return (n,) the probability that an object at rest creeps, by its place alone (`creep`)."""
+    s, n = _rows(table), table.shape[1]
+    share, position, variance, covariance, unseen = horizontal
+    chance = np.zeros(n)
+    for i in range(n):
+        chance[i] = away(share, (position, variance, covariance), unseen, i, _unseen_at_rest(s, i)).creeps
+    return chance
 
 
 @kernel

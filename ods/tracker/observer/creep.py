@@ -19,14 +19,29 @@ from ods.tracker.observer.sensitivity import Four
 
 EVEN_SQUARE = 4.0
 """Squared distance of both estimates over its covariance, 2 on average at rest, at which it creeps as likely as not."""
+LEAST_MORE = 1e-9
+"""Of the variance at rest: where that of one that moves is larger by less, both began at one place just now."""
 RESTING = 0
 """The hypothesis at rest; those after it move."""
 
 Three = tuple[float, float, float]
 
 
+class Away(NamedTuple):
+    """The estimate of an object that moves, seen from that of one at rest."""
+
+    north: float
+    east: float
+    nn: float
+    """By how much its variance north is larger, m^2,"""
+    ee: float
+    ne: float
+    creeps: float
+    """Probability that the object creeps."""
+
+
 class Unseen(NamedTuple):
-    """Height, its square, yaw and climb, on which places depend, of an object at rest: see `sensitivity`."""
+    """Height, its square, attitude and climb, on which places depend, of an object at rest: see `sensitivity`."""
 
     lower: Four
     """By how much they are more than what the hypotheses that move are told for,"""
@@ -36,12 +51,22 @@ class Unseen(NamedTuple):
 
 
 @inlined
-def creep(share: Floats, places: tuple[Floats, Floats, Floats], derivatives: Floats, i: int, unseen: Unseen) -> Three:
-    """Return variances of north and east, m^2, and their covariance, that are to be added to those of object i at rest.
+def creep(away: Away) -> Three:
+    """Return variances of north and east, m^2, and their covariance, that are to be added to those at rest.
 
-    `places`: position, variance and covariance; all arrays as in `HorizontalState`. With d the distance of both
-    estimates, S its covariance and c the probability that it creeps: c (C + d d'), C of S without the unseen.
+    With d the distance of both estimates, C its covariance without the unseen and c the probability that it creeps:
+    c (C + d d').
     """
+    return (
+        away.creeps * (away.nn + away.north**2),
+        away.creeps * (away.ee + away.east**2),
+        away.creeps * (away.ne + away.north * away.east),
+    )
+
+
+@inlined
+def away(share: Floats, places: tuple[Floats, Floats, Floats], derivatives: Floats, i: int, unseen: Unseen) -> Away:
+    """Compare both estimates of object i; `places`: position, variance, covariance; arrays as in `HorizontalState`."""
     position, variance, covariance = places
     north, east = -position[RESTING, 0, i], -position[RESTING, 1, i]
     nn, ee, ne = -variance[RESTING, 0, i], -variance[RESTING, 1, i], -covariance[RESTING, i]
@@ -64,8 +89,8 @@ def creep(share: Floats, places: tuple[Floats, Floats, Floats], derivatives: Flo
         all_ee += more_e**2 * unseen.variance[c]
         all_ne += more_n * more_e * unseen.variance[c]
     determinant = all_nn * all_ee - all_ne**2
-    if nn <= 0.0 or ee <= 0.0 or determinant <= 0.0:
-        return 0.0, 0.0, 0.0
+    least_n, least_e = LEAST_MORE * variance[RESTING, 0, i], LEAST_MORE * variance[RESTING, 1, i]
+    if nn <= least_n or ee <= least_e or determinant <= 0.0:
+        return Away(north, east, nn, ee, ne, 0.0)
     square = (all_ee * north**2 - 2.0 * all_ne * north * east + all_nn * east**2) / determinant
-    creeps = 0.5 * (1.0 + math.tanh(0.5 * (square - EVEN_SQUARE)))
-    return creeps * (nn + north**2), creeps * (ee + east**2), creeps * (ne + north * east)
+    return Away(north, east, nn, ee, ne, 0.5 * (1.0 + math.tanh(0.5 * (square - EVEN_SQUARE))))

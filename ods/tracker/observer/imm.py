@@ -236,7 +236,8 @@ def _correct(s: Floats, unseen: Floats, h: int, i: int, fix: Fix, step: float) -
     _lower(s, unseen, h, i, step)
     told = sensitivity.innovation(unseen, h, i, ud_filter.place_of(s[h], i), fix)
     noise = Place(0.0, 0.0, fix.variance_north, fix.variance_east, fix.covariance_ne)
-    sensitivity.correct(unseen, h, i, ud_filter.update(s[h], i, (told.north, told.east), noise), fix)
+    gain = ud_filter.update(s[h], i, (told.north, told.east), noise)
+    sensitivity.correct(unseen, h, i, gain, told, fix)
     return told
 
 

@@ -218,7 +218,7 @@ def _update(tables: _Tables, rows: Indices, measured: PositionMeasurement, heigh
             told = sensitivity.innovation(unseen, h, i, _place(table, together, h, i), fix)
             gain = _correct(table, h, i, told, fix)
             _correct_together(table, together, h, i, gain, fix.covariance_ne)
-            sensitivity.correct(unseen, h, i, gain, fix)
+            sensitivity.correct(unseen, h, i, gain, told, fix)
             learned.log_likelihood[h, k], learned.step[h, k] = told.log_likelihood, told.step
             learned.variance[h, k], learned.square[h, k] = told.variance, told.square
             learned.square_variance[h, k] = told.square_variance

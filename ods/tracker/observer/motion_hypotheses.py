@@ -82,12 +82,13 @@ class StaticOrMovingObserver:
         At rest the mean is 0, but what echoes cannot tell from that yet is part of the variance, whatever the odds are:
         they weigh rest against velocities of `velocity_sigma`, among which slow ones are few.
         """
-        horizontal = self._horizontal.state()
-        mean, variance = common.velocity(
-            self._table.table, *self._horizontal.velocity(), horizontal.share, horizontal.unseen
-        )
+        table, horizontal, moving = self._table.table, self._horizontal.state(), self._horizontal.velocity()
+        mean, variance = common.velocity(table, *moving, horizontal.share, horizontal.unseen)
         if self._kinds is not None:
-            variance[:2] += self.static() * common.crept(self._table.table, *self._kinds.steady(), horizontal.unseen)
+            crept = common.crept(table, *self._kinds.steady(), horizontal.unseen)
+        else:  # a velocity that may change at any time never becomes sure: only if the place speaks for it
+            crept = common.creeping(table, horizontal) * common.crept(table, *moving, horizontal.unseen)
+        variance[:2] += self.static() * crept
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:

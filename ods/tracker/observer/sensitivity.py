@@ -1,13 +1,13 @@
 """What no number of pings averages away: the height that the fan does not resolve, and the bias of the pose.
 
-North and east follow from range and bearing only for a given height, and the bias of the yaw turns them about the
+North and east follow from range and bearing only for a given height, and the bias of the attitude turns them about the
 vehicle. Both are the same at every ping. The filters of north and east are those for a given height, and beside them
-go the derivatives of what they estimate: by the height, by its square, by the yaw's standard deviation. A filter is
-linear in what is measured, so the derivative of its estimate is its answer to the derivative of the measurement: it is
-corrected with the same gain. Where the vehicle looks as before, both agree, and the height stays as unknown as it was;
-where it moved or turned they differ, and the innovation tells of the height: the separate-bias filter of
-B. Friedland, Treatment of bias in recursive filtering, IEEE Trans. Automatic Control 14(4), 1969, which gives what one
-large filter would. The yaw is only considered, not estimated (S. F. Schmidt, Application of state-space methods to
+go the derivatives of what they estimate: by the height, by its square, by the attitude's standard deviation. A filter
+is linear in what is measured, so the derivative of its estimate is its answer to the derivative of the measurement: it
+is corrected with the same gain. Where the vehicle looks as before, both agree, and the height stays as unknown as it
+was; where it moved or turned they differ, and the innovation tells of the height: the separate-bias filter of B.
+Friedland, Treatment of bias in recursive filtering, IEEE Trans. Automatic Control 14(4), 1969, which gives what one
+large filter would. The attitude is only considered, not estimated (S. F. Schmidt, Application of state-space methods to
 navigation problems, Advances in Control Systems 3, 1966), as it is that of all objects. So is the climb of one that
 moves: ranges and bearings tell it neither from a horizontal velocity nor from an error of the height.
 
@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ods.base.arrays import Floats
 from ods.compiled.kernel import inlined, kernel
-from ods.tracker.measurement.model import BEND, CLIMB, HEIGHT, UNSEEN, YAW, PositionMeasurement
+from ods.tracker.measurement.model import ATTITUDE, BEND, CLIMB, HEIGHT, UNSEEN, PositionMeasurement
 
 STATE = 4
 VELOCITY = 2
@@ -82,7 +82,9 @@ class Fix(NamedTuple):
     by_height: tuple[float, float]
     """Derivatives at the mean height,"""
     bend: tuple[float, float]
-    by_yaw: tuple[float, float]
+    by_attitude: tuple[float, float]
+    azimuth: tuple[float, float]
+    """As in `PositionMeasurement`."""
 
 
 class Gain(NamedTuple):
@@ -159,17 +161,21 @@ def fix_of(measured: PositionMeasurement, k: int, heights: Heights, g: int) -> F
         heights.square_variance[g, k],
         (told[HEIGHT, 0, k] + 2.0 * bend_n * lower, told[HEIGHT, 1, k] + 2.0 * bend_e * lower),
         (bend_n, bend_e),
-        (told[YAW, 0, k], told[YAW, 1, k]),
+        (told[ATTITUDE, 0, k], told[ATTITUDE, 1, k]),
+        (measured.azimuth[0, k], measured.azimuth[1, k]),
     )
 
 
 @inlined
-def correct(table: Floats, h: int, i: int, gain: Gain, fix: Fix) -> None:
+def correct(table: Floats, h: int, i: int, gain: Gain, told: Innovation, fix: Fix) -> None:
     """Correct the derivatives as the filter corrects its states."""
     _follow(table, h, HEIGHT, i, gain, fix.by_height)
     _follow(table, h, BEND, i, gain, fix.bend)
-    _follow(table, h, YAW, i, gain, fix.by_yaw)
+    _follow(table, h, ATTITUDE, i, gain, fix.by_attitude)
     _follow(table, h, CLIMB, i, gain, (0.0, 0.0))
+    north = gain.north[0] * told.north + gain.east[0] * told.east
+    east = gain.north[1] * told.north + gain.east[1] * told.east
+    _turn(table, h, i, north * fix.azimuth[0] + east * fix.azimuth[1])
 
 
 @inlined
@@ -180,18 +186,31 @@ def _follow(table: Floats, h: int, c: int, i: int, gain: Gain, told: tuple[float
 
 
 @inlined
+def _turn(table: Floats, h: int, i: int, angle: float) -> None:
+    """Turn what is unseen with the line of sight, which turns as the estimate moves across it.
+
+    Of all measurements before, the derivatives there would be others, too: else each correction, which is mostly noise,
+    would look like another look at the object, and tell of its height.
+    """
+    for c in range(UNSEEN):
+        north, east = table[h, c, 0, i], table[h, c, 1, i]
+        table[h, c, 0, i] = north - angle * east
+        table[h, c, 1, i] = east + angle * north
+
+
+@inlined
 def innovation(table: Floats, h: int, i: int, place: Place, fix: Fix) -> Innovation:
     """Compare a measurement with hypothesis h, whose `place` is that at its mean height."""
     north, east = fix.north - place.north, fix.east - place.east
     # The place is the same by both: what is unseen moves the measurement less than the estimate by this.
     by_n, by_e = table[h, HEIGHT, 0, i] - fix.by_height[0], table[h, HEIGHT, 1, i] - fix.by_height[1]
     bend_n, bend_e = table[h, BEND, 0, i] - fix.bend[0], table[h, BEND, 1, i] - fix.bend[1]
-    yaw_n, yaw_e = table[h, YAW, 0, i] - fix.by_yaw[0], table[h, YAW, 1, i] - fix.by_yaw[1]
+    turn_n, turn_e = table[h, ATTITUDE, 0, i] - fix.by_attitude[0], table[h, ATTITUDE, 1, i] - fix.by_attitude[1]
     climb_n, climb_e = table[h, CLIMB, 0, i], table[h, CLIMB, 1, i]
     spread, bent = fix.variance, fix.square_variance
-    shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + yaw_n * yaw_n + climb_n * climb_n
-    shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + yaw_e * yaw_e + climb_e * climb_e
-    shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + yaw_n * yaw_e + climb_n * climb_e
+    shared_nn = by_n * by_n * spread + bend_n * bend_n * bent + turn_n * turn_n + climb_n * climb_n
+    shared_ee = by_e * by_e * spread + bend_e * bend_e * bent + turn_e * turn_e + climb_e * climb_e
+    shared_ne = by_n * by_e * spread + bend_n * bend_e * bent + turn_n * turn_e + climb_n * climb_e
     s_nn = place.variance_north + fix.variance_north + shared_nn
     s_ee = place.variance_east + fix.variance_east + shared_ee
     s_ne = place.covariance_ne + fix.covariance_ne + shared_ne
@@ -240,7 +259,7 @@ def shared(
     nn, ee, ne = 0.0, 0.0, 0.0
     for c in range(kinds):
         north, east = table[h, c, row, i], table[h, c, row + 1, i]
-        spread = squares[c] if c < YAW else 1.0
+        spread = squares[c] if c < ATTITUDE else 1.0
         nn += spread * north * north
         ee += spread * east * east
         ne += spread * north * east
