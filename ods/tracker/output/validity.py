@@ -35,8 +35,8 @@ class InputMonitor:
         after sight was away; None before it."""
         self._came_back = False
         """Sight was away before that ping."""
-        self._looked_ns: int | None = None
-        """Transmission of the newest ping that objects could be tracked by."""
+        self.looked_ns: int | None = None
+        """Transmission of the newest ping that objects could be tracked by, here or by whom this one goes on for."""
         self._ping_ns: int | None = None
         self._seen_ns: int | None = None
         self._unseen_why = ""
@@ -58,10 +58,10 @@ class InputMonitor:
 
     def _look(self, t_ns: int) -> None:
         """Objects can be tracked by the ping transmitted at `t_ns`."""
-        looked_ns = self._looked_ns
+        looked_ns = self.looked_ns
         if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
             self.first_ping_ns, self._came_back = t_ns, True
-        self._looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
+        self.looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
         """A pose of the instant `t_ns` came."""
