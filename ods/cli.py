@@ -18,7 +18,9 @@ from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
 from ods.base import open_files
+from ods.base.ctrl_c import ctrl_c_noted
 from ods.base.errors import OdsError, reason_of
+from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -90,10 +92,18 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
-    try:
-        return _run(argv)
-    except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
-        return INTERRUPTED
+    with ctrl_c_noted() as ctrl_c:
+        try:
+            return _run(argv)
+        except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
+            return INTERRUPTED
+        except Exception as error:
+            if ctrl_c.swallowed:
+                return INTERRUPTED
+            if not is_too_little(error):
+                raise
+            print(f"ods: {TOO_LITTLE}", file=sys.stderr)
+            return 2
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -146,11 +156,16 @@ def _extra_missing(error: ModuleNotFoundError) -> str:
     raise error
 
 
-def _link_kernels() -> None:
-    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler."""
+def _link_kernels(*, in_vain: bool) -> None:
+    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler.
+
+    in_vain: only help is asked for, which need not say that there are none.
+    """
     from ods.compiled.kernel import do_without_numba
 
     do_without_numba()
+    if in_vain:
+        logging.getLogger("ods.compiled.kernel").setLevel(logging.ERROR)
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # stages of all kinds are tried out here
 
 
@@ -162,7 +177,7 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
             if self.module in MACHINE_CODE:
-                _link_kernels()
+                _link_kernels(in_vain=not {"-h", "--help"}.isdisjoint(args))
             try:
                 chosen = importlib.import_module(self.module)
             except ModuleNotFoundError as error:
