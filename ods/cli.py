@@ -20,6 +20,7 @@ from ods import __version__
 from ods.base import open_files
 from ods.base.ctrl_c import ctrl_c_noted
 from ods.base.errors import OdsError, reason_of
+from ods.base.log_writer import LogWriter
 from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
 
@@ -39,6 +40,8 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
+GO_ON = frozenset({"run", *PROCESSES})
+"""Commands that wait for nobody who reads what they log."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -112,7 +115,10 @@ def _run(argv: Sequence[str] | None) -> int:
         logging.getLogger(library).setLevel(least)
     args = _parser().parse_args(argv)
     logging.basicConfig(
-        level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
+        level=args.log_level.upper(),
+        format=f"%(asctime)s {args.command}: %(message)s",
+        datefmt="%H:%M:%S",
+        handlers=[LogWriter()] if args.command in GO_ON else None,
     )
     try:
         open_files.allow_enough()
