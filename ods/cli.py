@@ -18,7 +18,10 @@ from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
 from ods.base import open_files
+from ods.base.ctrl_c import ctrl_c_noted
 from ods.base.errors import OdsError, reason_of
+from ods.base.log_writer import LogWriter
+from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
@@ -37,6 +40,8 @@ NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
+GO_ON = frozenset({"run", *PROCESSES})
+"""Commands that wait for nobody who reads what they log."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -90,10 +95,18 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
-    try:
-        return _run(argv)
-    except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
-        return INTERRUPTED
+    with ctrl_c_noted() as ctrl_c:
+        try:
+            return _run(argv)
+        except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
+            return INTERRUPTED
+        except Exception as error:
+            if ctrl_c.swallowed:
+                return INTERRUPTED
+            if not is_too_little(error):
+                raise
+            print(f"ods: {TOO_LITTLE}", file=sys.stderr)
+            return 2
 
 
 def _run(argv: Sequence[str] | None) -> int:
@@ -102,7 +115,10 @@ def _run(argv: Sequence[str] | None) -> int:
         logging.getLogger(library).setLevel(least)
     args = _parser().parse_args(argv)
     logging.basicConfig(
-        level=args.log_level.upper(), format=f"%(asctime)s {args.command}: %(message)s", datefmt="%H:%M:%S"
+        level=args.log_level.upper(),
+        format=f"%(asctime)s {args.command}: %(message)s",
+        datefmt="%H:%M:%S",
+        handlers=[LogWriter()] if args.command in GO_ON else None,
     )
     try:
         open_files.allow_enough()
@@ -146,11 +162,16 @@ def _extra_missing(error: ModuleNotFoundError) -> str:
     raise error
 
 
-def _link_kernels() -> None:
-    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler."""
+def _link_kernels(*, in_vain: bool) -> None:
+    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler.
+
+    in_vain: only help is asked for, which need not say that there are none.
+    """
     from ods.compiled.kernel import do_without_numba
 
     do_without_numba()
+    if in_vain:
+        logging.getLogger("ods.compiled.kernel").setLevel(logging.ERROR)
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # stages of all kinds are tried out here
 
 
@@ -162,7 +183,7 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
             if self.module in MACHINE_CODE:
-                _link_kernels()
+                _link_kernels(in_vain=not {"-h", "--help"}.isdisjoint(args))
             try:
                 chosen = importlib.import_module(self.module)
             except ModuleNotFoundError as error:

@@ -15,6 +15,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.runtime import bus
 from ods.runtime.counters import COUNTERS
+from ods.runtime.ping_pace import LONGEST_S, PERIODS
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.raw_bytes import RawBytes
 
@@ -27,6 +28,9 @@ name, and a msgpack map with the fields below. JSON Schema of all of them: [mess
 
 """
 
+PACED = f"""
+Of a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
+"""
 
 REQUESTS_HEAD = """
 Requests go to a socket of their own, one part each way, from a ZeroMQ REQ socket (or DEALER, with an empty part first):
@@ -74,7 +78,7 @@ def _messages() -> str:
     publishers = f"{', '.join(PROCESSES)}; `ods run` (as {SUPERVISOR}.sock) for those that are down"
     text += f"| `{bus.HEALTH}` | [Health](#health) | {publishers} | {1 / bus.HEALTH_PERIOD_S:g}/s |"
     text += f" {bus.HEALTH_STALE_S:g} s |\n"
-    text += REQUESTS_HEAD
+    text += PACED + REQUESTS_HEAD
     for row in bus.REQUESTS.values():
         asked, given = row.request.__name__, row.answer.__name__
         text += f"| `{row.name}.sock` | {row.process} | [{asked}](#{asked.lower()}) | [{given}](#{given.lower()}) |\n"

@@ -45,7 +45,7 @@ def watch(run_dir: Path) -> None:
                 else:
                     newest = message
             now_ns = clock.monotonic_ns()
-            silent = newest is None or now_ns - newest.t_ns > bus.TOPICS["obstacles"].stale_s * clock.NS
+            silent = newest is None or _age_s(newest, now_ns) > bus.TOPICS["obstacles"].stale_s
             live.update(screen(newest, health, now_ns, bus.hindrance(run_dir, "tracker") if silent else ""))
 
 
@@ -54,10 +54,15 @@ def screen(newest: ObstacleList | None, health: dict[str, Health], now_ns: int, 
     return Group(_verdict(newest, now_ns, hindrance), _obstacles(newest), _processes(health, now_ns))
 
 
+def _age_s(newest: ObstacleList, now_ns: int) -> float:
+    """Return how old a list is: that of a ping of a far range is made a second after its transmission."""
+    return (now_ns - (newest.made_ns or newest.t_ns)) / clock.NS
+
+
 def _verdict(newest: ObstacleList | None, now_ns: int, hindrance: str) -> Text:
     if newest is None:
         return Text(f"no obstacle list yet{hindrance}", style="bold red")
-    age_s = (now_ns - newest.t_ns) / clock.NS
+    age_s = _age_s(newest, now_ns)
     if age_s > bus.TOPICS["obstacles"].stale_s:
         return Text(f"NOT VALID: no obstacle list for {age_s:.1f} s{hindrance}", style="bold red")
     if not newest.valid:

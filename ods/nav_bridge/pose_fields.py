@@ -10,6 +10,7 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.quaternion import conjugate, from_euler, product, rotated
 from ods.messages import Pose, Quaternion, Vector3
+from ods.nav_bridge.altitude import AltitudeSense, ToldAltitude
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings
 from ods.nav_bridge.utc import Utc
 
@@ -58,8 +59,8 @@ NO_AGES: Mapping[str, Age] = {}
 
 
 class PoseMaker:
-    """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`, and
-    `altitude_absurd` (left out of a pose that is good otherwise)."""
+    """Makes a `Pose` of each believable set of fields. Counts `epoch_absurd` (out of range), `epoch_late`, and what
+    `AltitudeSense` counts (left out of a pose that is good otherwise)."""
 
     def __init__(
         self,
@@ -73,6 +74,7 @@ class PoseMaker:
         """Choose by the names that will come. Raises OdsError when they do not make a pose, or one is left over."""
         self._frame, self._limits, self._sigmas = frame, limits, sigmas
         self._utc, self._counters = utc, counters
+        self._altitudes = AltitudeSense(limits.altitude_m, counters)
         self._poses = 0
         self._place = _needed(PLACES, fields)
         self._attitude = _needed(ATTITUDES, fields)
@@ -110,12 +112,13 @@ class PoseMaker:
         place, attitude, velocity = found
         utc_ns, utc_source = self._utc.at(t_ns)
         attitude = product(self._turn_at(values, place), attitude)
-        altitude, sigma_altitude = self._altitude(values, rotated(attitude, velocity)[2], ages)
+        position = self._carried(place, velocity, attitude, ages) if ages else place
+        altitude, sigma_altitude = self._altitude(values, t_ns, position[2], rotated(attitude, velocity)[2], ages)
         pose = Pose(
             seq=self._poses,
             t_ns=t_ns,
             utc_ns=utc_ns,
-            position_ned=self._carried(place, velocity, attitude, ages) if ages else place,
+            position_ned=position,
             attitude=attitude,
             velocity_body=velocity,
             sigma_position_ned=_grown(_spread(values, self._place_sigmas, self._sigmas.position_m), self._place, ages),
@@ -130,18 +133,18 @@ class PoseMaker:
         return pose
 
     def _altitude(
-        self, values: Mapping[str, float], sinking: float, ages: Mapping[str, Age]
+        self, values: Mapping[str, float], t_ns: int, down: float, sinking: float, ages: Mapping[str, Age]
     ) -> tuple[float | None, float]:
         """Return the altitude over the bottom at the pose's instant, None when there is none, and its deviation."""
         told, sigma = values.get(OVER_BOTTOM), values.get(SIGMA_OVER_BOTTOM, self._sigmas.altitude_m)
         if told is None:
             return None, 0.0
         age = ages.get(OVER_BOTTOM, Age(0.0, 0.0))
-        altitude = told - age.seconds * sinking
-        if not (0.0 < altitude <= self._limits.altitude_m and 0.0 <= sigma < WILD):  # written so that NaN fails
-            self._counters["altitude_absurd"] += 1
+        sunk = age.seconds * sinking
+        then = ToldAltitude(told, t_ns - round(age.seconds * NS), down - sunk)
+        if not self._altitudes.believes(told - sunk, sigma, then):
             return None, 0.0
-        return altitude, math.hypot(sigma, age.seconds * age.growth)
+        return told - sunk, math.hypot(sigma, age.seconds * age.growth)
 
     def _carried(self, place: Vector3, velocity: Vector3, attitude: Quaternion, ages: Mapping[str, Age]) -> Vector3:
         """Return the place at the pose's instant, each coordinate from its own."""

@@ -12,6 +12,8 @@ from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.watch import Watch
 
 _BEAMS, _SAMPLES = 64, 512
+_MANY_BEAMS = 258
+"""8-bit samples of more beams than 257 are summed by other code."""
 _PINGS = 3
 """So many, at least, to stages that compare pings."""
 _LEARNT_CELLS = 200_000
@@ -42,6 +44,9 @@ def warm_up(settings: PipelineSettings, watch: Watch | None = None) -> None:
                 ping = made_up_ping(dtype, scale, range0_m, dr_m, gain)
                 shown = (ping, lossy(ping), lossy(ping, FEW_COUNTS), lossy(ping, MOSTLY_ZEROS))
                 chain.process(shown[phase // count], pose=pose)
+    chain = Chain(settings, learnt_cells=_LEARNT_CELLS, watch=watch)
+    for scale in get_args(Scale):
+        chain.process(made_up_ping("u1", scale, settings.min_range_m, dr_m, beams=_MANY_BEAMS))
 
 
 def lossy(ping: Ping, quiet: int = 1) -> Ping:
@@ -55,9 +60,11 @@ def lossy(ping: Ping, quiet: int = 1) -> Ping:
     return msgspec.structs.replace(ping, data=frame.tobytes(), no_data=no_data)
 
 
-def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float, gain: int = 1) -> Ping:
+def made_up_ping(
+    dtype: SampleType, scale: Scale, range0_m: float, dr_m: float, gain: int = 1, beams: int = _BEAMS
+) -> Ping:
     """Return a small ping of speckle and some echoes, one beam of which is `gain` times as loud."""
-    frame = np.random.default_rng(0).rayleigh(10.0, (_BEAMS, _SAMPLES))
+    frame = np.resize(np.random.default_rng(0).rayleigh(10.0, (_BEAMS, _SAMPLES)), (beams, _SAMPLES))
     frame[20] *= gain
     frame[30:34, 100::100] = 200.0
     return Ping(
@@ -66,11 +73,11 @@ def made_up_ping(dtype: SampleType, scale: Scale, range0_m: float, dr_m: float, 
         t_ns=0,
         t_rx_ns=0,
         utc_ns=0,
-        beams=_BEAMS,
+        beams=beams,
         samples=_SAMPLES,
         dtype=dtype,
         data=np.minimum(frame, 255.0).astype(SAMPLE_DTYPES[dtype]).tobytes(),
-        bearing_rad=np.linspace(-0.2, 0.2, _BEAMS).tolist(),
+        bearing_rad=np.linspace(-0.2, 0.2, beams).tolist(),
         range0_m=range0_m,
         dr_m=dr_m,
         sound_speed=1500.0,

@@ -170,7 +170,10 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("sequence_reset", "times the sequence number went back: the INS restarted"),
         CounterRow("epoch_invalid", "poses dropped: a status that must hold does not"),
         CounterRow("epoch_absurd", "poses dropped: a field out of range"),
-        CounterRow("altitude_absurd", "altitudes left out of a pose: not above 0, or beyond `nav.limits.altitude_m`"),
+        CounterRow("altitude_absurd", "altitudes left out of a pose: not above 0, no number, or they or their standard "
+                   "deviation beyond `nav.limits.altitude_m`", logged=True),
+        CounterRow("altitude_still", "altitudes left out of a pose: always the same, though the vehicle rises or sinks",
+                   logged=True, advice="the altimeter hangs, or hears no bottom and tells its longest range"),
         CounterRow("epoch_late", "poses dropped: too old"),
         CounterRow("epoch_contested", "poses dropped while two nodes send as the INS"),
         CounterRow("epoch_untimed", "poses stamped without a valid time of day"),

@@ -22,6 +22,7 @@ import zmq
 
 from ods.base import clock
 from ods.base.errors import OdsError
+from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.base.settings import Settings
 from ods.messages import Health
 from ods.runtime import bus, counters, ending, last_words
@@ -242,6 +243,7 @@ def words_at_the_end(process: str) -> Iterator[Home]:
         yield home
     except Exception as error:
         text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
+        text = TOO_LITTLE if is_too_little(error) else text
         words = " ".join(text.split())[: last_words.LONGEST_WORDS]
         notify("STOPPING=1\nSTATUS=" + words)
         raise

@@ -8,8 +8,8 @@ import msgspec
 
 from ods.base import clock
 from ods.messages import Ping, SonarRequest
-from ods.runtime.bus import TOPICS
 from ods.runtime.counters import logged_names, trouble_names
+from ods.runtime.ping_pace import PingPace
 from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.service import Service, Worker
 from ods.sonar_link.link import SonarLink
@@ -40,6 +40,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._watched: int | None = None
         self._reads = 0
         self._newest_ns = clock.monotonic_ns()
+        self._pace = PingPace()
         self._counted_by_then: Counter[str] = Counter()
         self._logged: set[str] = set()
 
@@ -82,7 +83,7 @@ class SonarWorker(Worker[SonarConfig]):
         """Say whether the port is away, the sonar silent or disobedient."""
         now = clock.monotonic_ns()
         silence_s = (now - self._newest_ns) / clock.NS
-        silence = [f"no ping for {silence_s:.1f} s{self._lost()}"] if silence_s > TOPICS["ping"].stale_s else []
+        silence = [f"no ping for {silence_s:.1f} s{self._lost()}"] if silence_s > self._pace.patience_s else []
         return self._link.faults + silence + self._protocol.problems(now)
 
     def _lost(self) -> str:
@@ -98,6 +99,7 @@ class SonarWorker(Worker[SonarConfig]):
     def _publish(self, pings: list[Ping]) -> None:
         for ping in pings:
             self._newest_ns = ping.t_rx_ns
+            self._pace.ping(ping.t_ns)
             self._counted_by_then = Counter(self._counters)
             # the sonar's own UTC is no better than its clock; all messages of this machine share one UTC
             self.service.publish("ping", msgspec.structs.replace(ping, utc_ns=clock.utc_ns(ping.t_ns)))

@@ -35,6 +35,8 @@ class Mission(msgspec.Struct, frozen=True):
     undeleted: list[int]
     """and that it shall not have any more."""
     first_ping_ns: int | None
+    looked_ns: int | None
+    """Both: see `InputMonitor`."""
     ping_seq: int | None
     started_ns: int
     """When the first of these trackers was started,"""

@@ -96,7 +96,7 @@ class MissionTracker:
         """Go on where a former tracker was. Raises ValueError when that makes no sense; this one is of no use then."""
         self.tracker.restore(mission.tracker, known, first_id)
         self._lister.restore(mission.announced)
-        self._inputs.first_ping_ns = mission.first_ping_ns
+        self._inputs.first_ping_ns, self._inputs.looked_ns = mission.first_ping_ns, mission.looked_ns
         self._ping_seq = mission.ping_seq
         self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
 
@@ -109,6 +109,7 @@ class MissionTracker:
             unwritten=unwritten,
             undeleted=undeleted,
             first_ping_ns=self._inputs.first_ping_ns,
+            looked_ns=self._inputs.looked_ns,
             ping_seq=self._ping_seq,
             started_ns=self._utc.started_ns,
             utc_ahead_ns=self._utc.ahead_ns,

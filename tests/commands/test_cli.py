@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from ods.base.memory import TOO_LITTLE
 from ods.cli import COMMANDS, Command, main
 
 
@@ -112,3 +113,47 @@ def test_ctrl_c_while_a_command_is_imported_says_nothing(
     monkeypatch.setattr("ods.cli.importlib.import_module", interrupted)
     assert main(["info", "mission.mcap"]) == 130
     assert capsys.readouterr() == ("", "")
+
+
+CALLED_BACK = """
+import ctypes, signal, sys
+import ods.commands.info as info
+
+@ctypes.CFUNCTYPE(None)
+def called_back():
+    signal.raise_signal(signal.SIGINT)
+
+def run(_):
+    called_back()
+    raise RuntimeError("no compiled object yet")
+
+info.run = run
+from ods.cli import main
+raise SystemExit(main(["info", "mission.mcap"]))
+"""
+
+
+def test_ctrl_c_that_a_compiler_swallows_says_nothing_of_what_comes_of_it() -> None:
+    told = subprocess.run([sys.executable, "-c", CALLED_BACK], capture_output=True, text=True, check=False)
+    assert (told.returncode, told.stdout, told.stderr) == (130, "", "")
+
+
+def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def import_module(_module: str) -> None:
+        try:
+            raise OSError("libllvmlite.so: failed to map segment from shared object")
+        except OSError:
+            raise OSError("Could not find/load shared object file 'libllvmlite.so'")  # noqa: B904 (as llvmlite does)
+
+    monkeypatch.setattr("ods.cli.importlib.import_module", import_module)
+    assert main(["info", "mission.mcap"]) == 2
+    assert capsys.readouterr().err == f"ods: {TOO_LITTLE}\n"
+
+
+@pytest.mark.parametrize("command", ["detect", "track"])
+def test_help_does_not_speak_of_machine_code(command: str) -> None:
+    code = "from ods.compiled import machine_code; machine_code.load = lambda _: None; from ods.cli import main; "
+    told = subprocess.run(
+        [sys.executable, "-c", f"{code}main(['{command}', '--help'])"], capture_output=True, text=True, check=True
+    )
+    assert told.stderr == ""

@@ -50,6 +50,14 @@ def test_an_obstacle_is_shown_with_its_uncertainty() -> None:
         assert part in text
 
 
+def test_a_list_of_a_far_range_is_as_old_as_it_was_made() -> None:
+    made = msgspec.structs.replace(picture(1.3), made_ns=NOW - NS // 10)
+    assert "valid, ping 9" in shown(made, {})
+    assert "NOT VALID: no obstacle list for 1.1 s" in shown(
+        msgspec.structs.replace(made, made_ns=NOW - 11 * NS // 10), {}
+    )
+
+
 def test_what_is_not_right_is_said() -> None:
     assert "no obstacle list yet" in shown(None, {})
     assert "NOT VALID: no obstacle list for 3.0 s" in shown(picture(3.0), {})

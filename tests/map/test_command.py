@@ -283,6 +283,7 @@ def test_a_prune_killed_half_way_leaves_a_whole_map(field: Path) -> None:
     ("arguments", "complaint"),
     [
         (("list", "nowhere"), "no such file"),
+        (("list", "."), "is a folder"),
         (("list", "text"), "not a database"),
         (("export", "birds", "--out", "x.gpkg"), "not a map"),
         (("export", "empty", "--out", "x.gpkg"), "not a map"),

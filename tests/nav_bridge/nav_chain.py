@@ -26,6 +26,8 @@ CONFIG = Path(__file__).parents[2] / "config"
 EDS = CONFIG / "ins.eds"
 MS = 1_000_000
 PERIOD_S = 0.01
+STEP_M = 0.05
+"""North, from instant to instant."""
 INS_AHEAD_NS = 40 * clock.NS
 """The INS's clock is wrong; nobody may trust it."""
 
@@ -81,7 +83,7 @@ class Vehicle(threading.Thread):
     def _send(self, count: int) -> None:
         now_ns = clock.monotonic_ns()
         device_ns = (now_ns + self._clock_ns) // MS * MS
-        position = [0.05 * count, -3.0, 4.0 + 0.001 * count]
+        position = [STEP_M * count, -3.0, 4.0 + 0.001 * count]
         attitude = quat_from_euler(0.1, -0.05, 0.02 * count).tolist()
         velocity = [1.5, 0.001 * count, -0.1]
         self.sent[round(1000 * position[0])] = (position, attitude, velocity, now_ns)

@@ -45,7 +45,44 @@ def test_an_altitude_that_is_none_costs_no_pose(bad: float) -> None:
     assert bench.counters == {"altitude_absurd": 1}
 
 
-def altimeter(folder: Path, **changes: object) -> held.Vehicle:
+@pytest.mark.parametrize("bad", [math.nan, -0.1, 1e8])
+def test_a_deviation_that_no_pose_may_carry_costs_the_altitude_only(bad: float) -> None:
+    bench = Bench((*ALL_LOCAL, "over_bottom", "sigma_over_bottom"))
+    pose = bench.make(sigma_over_bottom=bad)
+    assert pose is not None
+    assert pose.altitude_m is None
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(pose), type=Pose) == pose
+
+
+HANGS = "the altitude over the bottom is left out of poses: 20 m all the time, though the depth changed by"
+
+
+def test_an_altimeter_that_hangs_is_not_believed_once_the_vehicle_sinks(caplog: pytest.LogCaptureFixture) -> None:
+    """10 Hz, 0.5 m/s down from the 10th second on: until then the bottom may as well be flat."""
+    bench, told = Bench((*ALL_LOCAL, "over_bottom")), []
+    for number in range(200):
+        pose = bench.make_at(number * NS // 10, down=20.0 + 0.05 * max(0, number - 100))
+        assert pose is not None
+        told.append(pose.altitude_m)
+    assert told[:140] == [20.0] * 140
+    assert told[142:] == [None] * 58
+    assert bench.counters == {"altitude_still": told.count(None)}
+    assert caplog.text.count(HANGS) == 1
+    pose = bench.make_at(20 * NS, down=25.0, over_bottom=19.9)
+    assert pose is not None
+    assert pose.altitude_m == 19.9
+
+
+def test_a_depth_that_steps_between_two_altitudes_is_no_altimeter_that_hangs() -> None:
+    bench = Bench((*ALL_LOCAL, "over_bottom"))
+    for number in range(50):
+        pose = bench.make_at(number * NS // 10, down=20.0 + 10.0 * (number % 10 > 4), over_bottom=20.0 + number // 10)
+        assert pose is not None
+        assert pose.altitude_m is not None
+    assert not bench.counters
+
+
+def altimeter(folder: Path, max_age_s: float = 0.25, **changes: object) -> held.Vehicle:
     """A vehicle with an altimeter that has a message of its own."""
     text = held.TEXT.replace(
         "BO_ 2 DEPTH",
@@ -53,7 +90,7 @@ def altimeter(folder: Path, **changes: object) -> held.Vehicle:
         "BO_ 2 DEPTH",
     )
     signals = held.ATTITUDE | held.PLACE | held.DVL | {"over_bottom": "ALTIMETER.H"}
-    slots = HELD | {"ALTIMETER": HeldSettings(max_age_s=0.25, growth_m_s=0.4)}
+    slots = HELD | {"ALTIMETER": HeldSettings(max_age_s=max_age_s, growth_m_s=0.4)}
     settings = held.dbc(folder, signals=signals, held=slots, **changes)
     settings.file.write_text(text)
     return held.Vehicle(settings)
@@ -80,6 +117,19 @@ def test_an_altimeter_of_its_own_rate_is_held_and_carried_on(tmp_path: Path) -> 
             assert pose.sigma_altitude_m == pytest.approx(math.hypot(0.3, 0.4 * age_s), abs=0.005)
     assert with_it > 95
     assert vehicle.source.problems(150 * held.PERIOD) == []
+
+
+def test_a_slow_altimeter_does_not_hang(tmp_path: Path) -> None:
+    """Every 8 s, held for 10, while the vehicle sinks by 4 m from one to the next."""
+    vehicle, with_it = altimeter(tmp_path, max_age_s=10.0), 0
+    for number in range(2400):
+        t_ns = number * held.PERIOD
+        if number % 800 == 0:
+            vehicle.take(8, struct.pack("<HB", round(100 * (BOTTOM_M - held.VELOCITY[2] * t_ns / NS)), 1), t_ns)
+        pose = vehicle.fly(number, "PLACE", "DEPTH", "DVL")
+        with_it += pose is not None and pose.altitude_m is not None
+    assert with_it == 2399
+    assert not vehicle.counters["altitude_still"]
 
 
 def test_a_status_of_the_altimeter_costs_the_altitude_only(tmp_path: Path) -> None:

@@ -50,6 +50,18 @@ def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int
     assert compiled() == before
 
 
+@pytest.mark.parametrize("scale", ["linear", "log8"])
+@pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
+def test_nor_does_one_of_many_beams(dtype: str, scale: Any) -> None:
+    """Sums over 258 beams of 8 bits do not fit 16: the first ping waited for the compiler."""
+    warm_up(PipelineSettings())
+    before = compiled()
+    amplitude = 20.0 * speckle(np.random.default_rng(4), np.ones((512, 2000)))
+    factor = 40.0 if scale == "log8" else 1.0
+    Chain(PipelineSettings()).process(make_ping(amplitude.astype(dtype), scale=scale, scale_factor=factor))
+    assert compiled() == before
+
+
 @pytest.mark.parametrize("dtype", ["uint8", "uint16", "float32"])
 def test_nor_does_one_of_what_passes_a_threshold(dtype: str) -> None:
     warm_up(PipelineSettings())

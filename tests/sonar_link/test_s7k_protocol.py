@@ -44,6 +44,18 @@ def test_transmission_is_when_the_record_left_less_listening_and_latency() -> No
         assert back.t_rx_ns == arrival_ns
 
 
+def test_two_sonars_on_a_line_are_told_while_both_ping() -> None:
+    """One has the configured mounting, of the other objects would lie elsewhere in lists that are valid."""
+    made = protocol()
+    for number in range(20):
+        feed(made, make_ping(number), number * 150 * MS)
+        assert made.problems(number * 150 * MS) == []
+    feed(made, make_ping(3), 3000 * MS, device=7125)
+    told = ["2 sonars ping on this line (devices 7000:0, 7125:0): leave one on"]
+    assert made.problems(3000 * MS) == made.problems(7800 * MS) == told
+    assert made.problems(8001 * MS) == []
+
+
 def test_transmission_times_follow_the_device_through_a_jittery_line() -> None:
     """The line holds records back by 3 ms on the average, now and then by 15; the device's clock is an hour wrong."""
     rng = np.random.default_rng(5)

@@ -1,14 +1,22 @@
 """The sonar process as a process: a real pseudo-terminal at one end, real ZeroMQ at the other."""
 
 import itertools
+from collections import Counter
 from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
+import msgspec
 import numpy as np
 import pytest
 
 from ods.base import clock
 from ods.messages import frame_of
+from ods.runtime.service import Service
 from ods.sonar_link.s7k import records
+from ods.sonar_link.service import SonarWorker
+from ods.sonar_link.settings import SonarConfig, SonarSettings
 from tests.sonar_link.sonar_process import Process, running
 from tests.sonar_link.sonar_samples import Device, make_ping
 
@@ -60,3 +68,14 @@ def test_pings_come_out_and_survive_noise_and_a_pulled_line(process: Process) ->
     assert process.counter("port_losses") == 1
     assert process.stop() == 0
     device.unplug()
+
+
+@pytest.mark.parametrize(("age_s", "told"), [(0.0, 0), (1.5, 0), (3.2, 1)])
+def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(tmp_path: Path, age_s: float, told: int) -> None:
+    counts = SimpleNamespace(counters=Counter(), publish=lambda *_: None, answer=None)
+    worker = SonarWorker(cast(Service, counts), SonarConfig(sonar=SonarSettings(port=str(tmp_path / "seabat"))))
+    newest_ns = clock.monotonic_ns() - round(age_s * clock.NS)
+    for seconds in (3, 2, 1, 0):
+        t_ns = newest_ns - seconds * clock.NS
+        worker._publish([msgspec.structs.replace(make_ping(9 - seconds), t_ns=t_ns, t_rx_ns=t_ns)])
+    assert sum("no ping for" in problem for problem in worker.problems()) == told

@@ -15,16 +15,19 @@ from hypothesis import strategies as st
 from ods.base.clock import NS
 from ods.base.geodesy import SiteSettings
 from ods.base.geometry import quat_from_euler
-from ods.messages import Sector
+from ods.messages import Detections, ObstacleList, Pose, Sector
 from ods.runtime import kept_file
 from ods.runtime.kept_file import HEAD, KeptFile
 from ods.runtime.pose_buffer import PoseSettings
 from ods.tracker.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
+from ods.tracker.mission import MissionTracker
+from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
 from ods.tracker.state import MapChanges
 from ods.tracker.tracker import Tracker
+from ods.tracker.utc import VehicleUtc
 
 SECTOR = Sector(0.0, 100.0, -0.8, 0.8, 0.2)
 CONFIG = TrackerConfig(
@@ -33,7 +36,7 @@ CONFIG = TrackerConfig(
 
 
 def mission_of(tracker: Tracker) -> Mission:
-    return Mission(tracker.state(), tracker.map_changes(), [], [4], [5], 6, 7, 8, 9)
+    return Mission(tracker.state(), tracker.map_changes(), [], [4], [5], 6, 6, 7, 8, 9)
 
 
 def scan(k: int, rng: np.random.Generator) -> Scan:
@@ -255,3 +258,28 @@ def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest
             files.write(107 * NS, 77, None)
             break
     assert folder.files().read(107 * NS, 10.0).next_id == 77
+
+
+def flown(tracker: MissionTracker, t_s: float) -> ObstacleList:
+    """Let it track a ping that shows nothing; return the list."""
+    t_ns, zeros = round(t_s * NS), (0.0, 0.0, 0.0)
+    tracker.hear_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
+    told = tracker.track(Detections(round(10 * t_s), round(10 * t_s), t_ns, t_ns, t_ns, 1480.0, SECTOR, []), t_ns)
+    assert told is not None
+    return told.message
+
+
+@pytest.mark.parametrize(
+    ("away_s", "reasons"), [(2.5, []), (3.5, ["sight has just come back: objects are still being confirmed"])]
+)
+def test_what_came_into_view_while_the_tracker_was_away_for_long_is_not_in_its_first_lists(
+    away_s: float, reasons: list[str]
+) -> None:
+    one, other = (
+        MissionTracker(CONFIG, InputMonitor(0, (), lambda _: ""), VehicleUtc(0, 0, "clock")) for _ in range(2)
+    )
+    assert [flown(one, 0.1 * k).valid for k in range(30)][10:] == [True] * 20
+    other.restore(one.state([], []), [], 1)
+    back = [flown(other, 2.9 + away_s + 0.1 * k) for k in range(12)]
+    assert back[0].reasons == reasons
+    assert back[-1].valid

@@ -136,9 +136,8 @@ def monitor() -> InputMonitor:
     made = InputMonitor(0, ("sonar", "pipeline", "nav"), why_ended)
     for process in ("sonar", "pipeline", "nav"):
         made.health(health(process, 9.5))
-    made.ping(round(8.0 * NS))
-    made.ping(round(8.5 * NS))
-    made.ping(round(9.8 * NS))
+    for t_s in (8.0, 9.5, 9.65, 9.8):
+        made.ping(round(t_s * NS))
     made.pose(round(9.99 * NS))
     return made
 
@@ -228,6 +227,31 @@ def test_a_tracker_just_started_has_no_full_picture_yet() -> None:
         fresh.pose(round(t_s * NS))
         told.append(len(fresh.reasons(round(t_s * NS), pose_known=True)))
     assert told == [1, 1, 0]
+
+
+@pytest.mark.parametrize(("period_s", "told_s"), [(0.07, 1.05), (0.15, 1.05), (0.5, 1.55), (1.0, 3.05)])
+def test_lists_of_a_sonar_that_pings_seldom_do_not_flap_and_its_silence_is_told(period_s: float, told_s: float) -> None:
+    """Each ping comes when its last echo is back, and lists go out 20 times a second."""
+    seldom = InputMonitor(0, (), why_ended)
+    pings = [period_s * k for k in range(round(20.0 / period_s))]
+    waiting, told = list(pings), {}
+    for number in range(500):
+        t_s = 0.05 * number
+        seldom.pose(round(t_s * NS))
+        while waiting and waiting[0] + period_s <= t_s:
+            seldom.ping(round(waiting.pop(0) * NS))
+        told[t_s] = seldom.reasons(round(t_s * NS), pose_known=True)
+    assert not any(reasons for t_s, reasons in told.items() if 5.0 < t_s < pings[-1] + told_s - 0.1)
+    assert all("no ping for" in reasons[0] for t_s, reasons in told.items() if t_s > pings[-1] + told_s)
+
+
+def test_an_object_seen_by_a_sonar_that_pings_seldom_has_three_pings_to_be_confirmed_by() -> None:
+    seldom, told = InputMonitor(0, (), why_ended), []
+    for second in range(6):
+        seldom.ping(second * NS)
+        seldom.pose(second * NS)
+        told.append(bool(seldom.reasons(second * NS, pose_known=True)))
+    assert told == [True, True, True, False, False, False]
 
 
 def test_an_older_ping_does_not_make_the_newest_one_older() -> None:

@@ -21,6 +21,8 @@ from ods.sonar_link.s7k.loss import RecordError
 from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.settings import SonarSettings
 
+TOLD_NS = 5 * clock.NS
+"""For so long after a ping of another sonar it is told."""
 REPLIES = {remote_control.ACKNOWLEDGED, remote_control.REFUSED}
 SAMPLES = {records.BEAMFORMED_DATA, records.COMPRESSED_WATER_COLUMN}
 
@@ -47,6 +49,8 @@ class S7kProtocol(SonarProtocol):
         self._control = RemoteControl(self.orders, wanted if framed else ())
         self._clocks: dict[DeviceId, DeviceClock] = {}
         """Each sonar's own."""
+        self._pinged_ns: dict[DeviceId, int] = {}
+        """When the newest ping of each came."""
         self._sonar = records.DEVICE
         """The device that requests go to: that of the last settings heard."""
         self._transmissions = 0
@@ -82,8 +86,16 @@ class S7kProtocol(SonarProtocol):
         return [self._framed(request, now_ns) for request in self._control.requests(now_ns)]
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what the sonar would not do."""
-        return self._control.problems()
+        """Say in plain words what the sonar would not do, and that it is not alone."""
+        return self._others(now_ns) + self._control.problems()
+
+    def _others(self, now_ns: int) -> list[str]:
+        """Say that several sonars ping: images of all are taken for those of the one whose mounting is configured."""
+        heard = sorted(device for device, t_ns in self._pinged_ns.items() if now_ns - t_ns < TOLD_NS)
+        if len(heard) < 2:
+            return []
+        names = ", ".join(f"{device.number}:{device.enumerator}" for device in heard)
+        return [f"{len(heard)} sonars ping on this line (devices {names}): leave one on"]
 
     def traffic(self, seconds: float) -> str:
         """Say how often each type of record came."""
@@ -120,7 +132,10 @@ class S7kProtocol(SonarProtocol):
             self._control.told(content.controls, record.last_ns)
         ping = self._assembler.feed(record, content)
         device_clock = self._clock_of(record.device)  # known as long as the assembler knows the sonar
-        return None if ping is None else self._on_our_clock(ping, record, device_clock)
+        if ping is None:
+            return None
+        self._pinged_ns[record.device] = record.last_ns
+        return self._on_our_clock(ping, record, device_clock)
 
     def _take_reply(self, record: S7kRecord) -> None:
         try:
@@ -140,6 +155,7 @@ class S7kProtocol(SonarProtocol):
         if device not in self._clocks:
             if len(self._clocks) >= MAX_SONARS:
                 self._clocks.clear()
+                self._pinged_ns.clear()
             self._clocks[device] = DeviceClock(self.counters)
         return self._clocks[device]
 

@@ -139,7 +139,7 @@ def copy_of_map(path: Path) -> MapStore:
     """Return a copy in memory, of today's schema: the file may be in use, and is not changed. Raises MapError."""
     with _told(path):
         if not path.is_file():
-            raise ValueError("no such file")
+            raise ValueError("is a folder" if path.is_dir() else "no such file")
         db = sqlite3.connect(":memory:", isolation_level=None)
     with _told(path, db):
         in_use = _has_log(path)

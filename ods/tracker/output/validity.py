@@ -5,15 +5,16 @@ from collections.abc import Callable, Iterable
 from ods.base.clock import NS
 from ods.messages import Health
 from ods.runtime import bus
+from ods.runtime.ping_pace import PingPace
 
-PING_STALE_S = bus.TOPICS["detections"].stale_s
+LIST_STALE_S = bus.TOPICS["obstacles"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
 BLIND_S = 0.5
 """Most of the image may be unseen for so long: a drop-out, a ping or two."""
 MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
-"""From the first ping until every object in view can have been confirmed."""
+"""From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
 AWAY_S = 3.0
 """After so long without sight (no ping, most of the image unseen, no pose) there may be other objects in view."""
 
@@ -35,9 +36,10 @@ class InputMonitor:
         after sight was away; None before it."""
         self._came_back = False
         """Sight was away before that ping."""
-        self._looked_ns: int | None = None
-        """Transmission of the newest ping that objects could be tracked by."""
+        self.looked_ns: int | None = None
+        """Transmission of the newest ping that objects could be tracked by, here or by whom this one goes on for."""
         self._ping_ns: int | None = None
+        self._pace = PingPace()
         self._seen_ns: int | None = None
         self._unseen_why = ""
         self._pose_ns: int | None = None
@@ -47,6 +49,7 @@ class InputMonitor:
         """Detections of the ping transmitted at `t_ns` came."""
         self.first_ping_ns = t_ns if self.first_ping_ns is None else self.first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
+        self._pace.ping(t_ns)
 
     def sight(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
         """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
@@ -58,10 +61,10 @@ class InputMonitor:
 
     def _look(self, t_ns: int) -> None:
         """Objects can be tracked by the ping transmitted at `t_ns`."""
-        looked_ns = self._looked_ns
+        looked_ns = self.looked_ns
         if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
             self.first_ping_ns, self._came_back = t_ns, True
-        self._looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
+        self.looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
 
     def pose(self, t_ns: int) -> None:
         """A pose of the instant `t_ns` came."""
@@ -73,8 +76,15 @@ class InputMonitor:
             self._health[message.process] = message
 
     def silent(self, now_ns: int) -> bool:
-        """Tell whether no ping came lately."""
-        return self._ping_ns is None or now_ns - self._ping_ns > PING_STALE_S * NS
+        """Tell whether no ping came for so long that lists must come without one."""
+        return self._unheard_for(LIST_STALE_S, now_ns)
+
+    def _lost(self, now_ns: int) -> bool:
+        """Tell whether no ping came for longer than this sonar's pace explains."""
+        return self._unheard_for(self._pace.patience_s, now_ns)
+
+    def _unheard_for(self, seconds: float, now_ns: int) -> bool:
+        return self._ping_ns is None or now_ns - self._ping_ns > seconds * NS
 
     def reasons(self, now_ns: int, pose_known: bool) -> list[str]:
         """Return why the list of this moment is not to be relied on; empty when it is.
@@ -82,12 +92,13 @@ class InputMonitor:
         `pose_known`: the vehicle's pose was found for the ping behind the list, if there is one.
         """
         found = []
-        if self.silent(now_ns):
+        lost = self._lost(now_ns)
+        if lost:
             found.append(_silence("ping", self._ping_ns, now_ns))
         elif self._settling():
             begun = "sight has just come back" if self._came_back else "the tracker has just started"
             found.append(f"{begun}: objects are still being confirmed")
-        if not self.silent(now_ns) and self._blind_s() > BLIND_S:
+        if not lost and self._blind_s() > BLIND_S:
             found.append(f"{self._unseen_why}, for {self._blind_s():.1f} s")
         if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
             found.append(_silence("pose", self._pose_ns, now_ns))
@@ -104,7 +115,7 @@ class InputMonitor:
     def _settling(self) -> bool:
         if self._ping_ns is None or self.first_ping_ns is None:
             return True
-        return self._ping_ns - self.first_ping_ns < SETTLE_S * NS
+        return self._ping_ns - self.first_ping_ns < max(SETTLE_S, self._pace.patience_s) * NS
 
     def _of_process(self, process: str, report: Health | None, now_ns: int) -> list[str]:
         newest_ns = self._started_ns if report is None else report.t_ns

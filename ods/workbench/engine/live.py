@@ -18,11 +18,14 @@ from ods.messages import Detections, Health, ObstacleList, Ping, Pose, Truth
 from ods.runtime import bus
 from ods.runtime.caution import cautions
 from ods.runtime.counters import trouble_names
+from ods.runtime.ping_pace import PingPace
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
 from ods.workbench.engine.listeners import Listeners
 
 TOPICS = ("ping", "pose", "detections", "obstacles", "truth")
 WORDS = {"ping": "pings", "pose": "poses", "detections": "detections", "obstacles": "obstacle lists", "truth": "truth"}
+PACED = "ping", "detections"
+"""How often these come is the sonar's business."""
 WAIT_S = 0.1
 LOOK_S = 0.25
 """Between two looks at who is silent."""
@@ -73,6 +76,7 @@ class _Heard:
     newest: Any = None
     at_ns: int = 0
     arrivals: "deque[int]" = field(default_factory=lambda: deque(maxlen=1000))
+    pace: PingPace = field(default_factory=PingPace)
 
 
 class Live:
@@ -162,9 +166,12 @@ class Live:
             age_s = self.age_s(topic, now_ns)
             if age_s is None:
                 said.append(f"no {WORDS[topic]} yet{bus.hindrance(self.run_dir, bus.TOPICS[topic].publisher)}")
-            elif age_s > bus.TOPICS[topic].stale_s:
+            elif age_s > self._patience_s(topic):
                 said.append(f"no {WORDS[topic]} for {age_s:.1f} s")
         return said
+
+    def _patience_s(self, topic: str) -> float:
+        return self._heard[topic].pace.patience_s if topic in PACED else bus.TOPICS[topic].stale_s
 
     def verdict(self, now_ns: int) -> Verdict:
         """Return what a planner has to make of the newest list: silence of the tracker is a reason, too."""
@@ -215,6 +222,7 @@ class Live:
         heard = self._heard[topic]
         heard.newest, heard.at_ns = message, now_ns
         heard.arrivals.append(now_ns)
+        heard.pace.ping(now_ns)
         if isinstance(message, Pose) and now_ns - self._path_ns >= PATH_S * NS:
             self._path_ns = now_ns
             self.path.append(message.position_ned[:2])

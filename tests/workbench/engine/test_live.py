@@ -105,6 +105,21 @@ def test_silence_is_said_in_words(vehicle: Vehicle, live: Live) -> None:
     assert live.silences(now_ns + 3 * NS)[0].startswith("no pings for 3.")
 
 
+def test_a_sonar_that_pings_seldom_is_not_said_to_be_silent(vehicle: Vehicle, live: Live) -> None:
+    vehicle.say("ping", mission.PING)
+    until(lambda: live.ping)
+    time.sleep(0.5)
+    first = live.ping
+    vehicle.say("ping", mission.PING)
+    until(lambda: live.ping is not first)
+    now_ns = clock.monotonic_ns()
+    age_s = live.age_s("ping", now_ns)
+    assert age_s is not None
+    heard_ns = now_ns - round(age_s * NS)
+    assert not any("pings" in text for text in live.silences(heard_ns + NS * 13 // 10))
+    assert live.silences(heard_ns + NS * 31 // 10)[0].startswith("no pings for 3.")
+
+
 def test_a_run_dir_of_nobody_says_what_is_missing(tmp_path: Path) -> None:
     alone = Live(tmp_path / "none")
     verdict = alone.verdict(clock.monotonic_ns())

@@ -1,0 +1,39 @@
+"""How long no ping may come before the sonar counts as silent: one that looks far pings seldom."""
+
+from collections import deque
+from statistics import median_low
+
+from ods.base.clock import NS
+from ods.runtime import bus
+
+SHORTEST_S = bus.TOPICS["ping"].stale_s
+PERIODS = 3.0
+"""A ping has come back a period after its transmission at the latest, the next one a period later; the third is for the
+work on it, and what is late."""
+LONGEST_S = 3.0
+"""By then objects may be elsewhere, however seldom the sonar pings: a planner has to know."""
+GAPS = 3
+"""The middle one of so many counts: a gap alone is none of the sonar's pace."""
+
+
+class PingPace:
+    """Takes the times of pings as they come."""
+
+    def __init__(self) -> None:
+        self._newest_ns: int | None = None
+        self._gaps_ns: deque[int] = deque(maxlen=GAPS)
+
+    def ping(self, t_ns: int) -> None:
+        """Take note of a ping; older ones tell nothing."""
+        newest_ns = self._newest_ns
+        if newest_ns is not None and t_ns <= newest_ns:
+            return
+        if newest_ns is not None:
+            self._gaps_ns.append(t_ns - newest_ns)
+        self._newest_ns = t_ns
+
+    @property
+    def patience_s(self) -> float:
+        """Silence of so long is none yet."""
+        usual_s = median_low(self._gaps_ns) / NS if self._gaps_ns else 0.0
+        return min(max(PERIODS * usual_s, SHORTEST_S), LONGEST_S)
