@@ -354,8 +354,10 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
 
 
-class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """A planner's wish to the sonar process: what is given is set, until the next request; nothing given asks only.
+
+    A field that is none is refused: one that is misspelt would be answered with ok, and set nothing.
 
     The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
     """
@@ -379,7 +381,7 @@ class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
     gain_db: float | None = None
 
 
-class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True):
+class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """A wish to a live replay, `ods replay --live`."""
 
     do: Literal["tell", "pause", "go", "step"] = "tell"

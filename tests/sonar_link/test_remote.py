@@ -216,6 +216,7 @@ def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: FarEnd, start: Cal
         (msgpack.packb({"range_m": 40}), True, ""),
         (msgpack.packb({"range_m": -1.0}), False, "bad request: Expected `float` >= 0.1 - at `$.range_m`"),
         (msgpack.packb({"range_m": float("nan")}), False, "bad request"),
+        (msgpack.packb({"range": 50.0}), False, "bad request: Object contains unknown field `range`"),
         (b"\xc1", False, "bad request"),
         (b"", False, "bad request"),
         (msgpack.packb({}), True, ""),
@@ -225,7 +226,7 @@ def test_a_planner_needs_nothing_but_zmq_and_msgpack(far_end: FarEnd, start: Cal
         assert answer["ok"] is ok, answer
         assert answer["reason"].startswith(reason)
     assert answer["range_m"] == 40.0
-    process.wait(lambda: process.health and process.health.counters.get("bad_sonar-requests") == 4)
+    process.wait(lambda: process.health and process.health.counters.get("bad_sonar-requests") == 5)
     context.destroy(linger=0)
 
 
