@@ -12,7 +12,7 @@ import io
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
 
@@ -42,6 +42,8 @@ INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 GO_ON = frozenset({"run", *PROCESSES})
 """Commands that wait for nobody who reads what they log."""
+NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP)
+"""Of a name that no file can have, and of links in a circle."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -121,6 +123,7 @@ def _run(argv: Sequence[str] | None) -> int:
         handlers=[LogWriter()] if args.command in GO_ON else None,
     )
     try:
+        _refuse_no_place(vars(args).values())
         open_files.allow_enough()
         code = int(args.run(args) or 0)
         if sys.stdout is not None:
@@ -145,6 +148,19 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"ods {args.command}: cannot write what it prints: {reason_of(error)}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
         return 2
+
+
+def _refuse_no_place(values: Iterable[Any]) -> None:
+    """Raise OdsError for a path that no file can have: commands ask for them in many ways, which fail in as many."""
+    for value in values:
+        if isinstance(value, list):
+            _refuse_no_place(value)
+        elif isinstance(value, Path):
+            try:
+                value.stat()
+            except OSError as error:
+                if error.errno in NO_PLACE:
+                    raise OdsError(f"{value}: {reason_of(error)}") from error
 
 
 def _print_any_name() -> None:

@@ -3,7 +3,9 @@
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import BytesIO
 from pathlib import Path
+from typing import BinaryIO
 
 from ods.base.errors import OdsError, reason_of
 
@@ -40,6 +42,18 @@ def written_whole(path: Path) -> Iterator[Path]:
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)
+
+
+@contextmanager
+def opened_to_seek(path: Path) -> Iterator[BinaryIO]:
+    """Open a file for who goes back and forth in it; a device, such as /dev/null, gets it once it is whole."""
+    with path.open("wb") as file:
+        if path.is_file():
+            yield file
+            return
+        whole = BytesIO()
+        yield whole
+        file.write(whole.getvalue())
 
 
 def _why_not(path: Path) -> str:

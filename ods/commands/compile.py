@@ -9,7 +9,7 @@ import subprocess
 import sys
 import time
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,6 +30,8 @@ _SIMULATES = find_spec("scipy") is not None
 """Of the extras `bench` and `workbench`."""
 NOT_COMPILED = 1
 """Exit code of `--check` when a process would need numba."""
+NAMED = 5
+"""Kernels, of those that are not compiled."""
 LEFT_S = 60.0
 """A temporary file so old is nobody's: writing one takes milliseconds."""
 
@@ -174,12 +176,20 @@ def _keep(
         raise CompileError(f"the machine code does not work, so processes go on using numba's cache: {said[-1]}")
 
 
+def not_compiled(names: Sequence[str]) -> str:
+    """Return the line that names kernels for which numba was needed, not all of hundreds; none: something else did."""
+    if not names:
+        return "not compiled: numba was imported"
+    others = len(names) - NAMED
+    return f"not compiled: {', '.join(names[:NAMED])}" + (f" and {others} more" if others > 0 else "")
+
+
 def _check(settings: OnboardConfig) -> int:
     kernel.do_without_numba()
     begun = time.monotonic()
     warm_up(settings)
     if "numba" in sys.modules:
-        print(f"not compiled: {', '.join(kernel.DISPATCHERS) or 'numba was imported'}")
+        print(not_compiled(list(kernel.DISPATCHERS)))
         return NOT_COMPILED
     print(f"all kernels are compiled; they warm up in {time.monotonic() - begun:.1f} s")
     return 0

@@ -9,6 +9,7 @@ from ods.base.errors import OdsError, one_line
 from ods.base.geodesy import LocalFrame, SiteSettings
 from ods.base.mounting import Mounting, MountingSettings
 from ods.base.settings import Settings, complaint_of
+from ods.base.settings_file import load
 
 ATTACHMENT = "config.toml"
 """Name of the configuration in a recording."""
@@ -44,17 +45,21 @@ def place_in(text: bytes, where: str) -> Place:
         raise PlaceError(f"{where}: not valid TOML: {one_line(error)}") from error
     except msgspec.ValidationError as error:
         raise PlaceError(f"{where}: {complaint_of(error, _File)}") from error
-    frame = LocalFrame(found.site.latitude_deg, found.site.longitude_deg)
-    return Place(frame, Mounting(found.sonar.mounting))
+    return _place(found)
 
 
 def place_of(attachments: dict[str, bytes], config: Path | None) -> Place:
-    """Return the place of a recording: by `config` if given, else by its own configuration. Raises PlaceError."""
+    """Return the place of a recording: by `config` if given, else by its own configuration.
+
+    Raises PlaceError, ConfigError.
+    """
     if config is None:
         if ATTACHMENT not in attachments:
             raise PlaceError("the recording does not tell its configuration: name one by --config")
         return place_in(attachments[ATTACHMENT], "the recording's configuration")
-    try:
-        return place_in(config.read_bytes(), str(config))
-    except OSError as error:
-        raise PlaceError(f"{config}: {error.strerror}") from error
+    return _place(load(config, _File))
+
+
+def _place(found: _File) -> Place:
+    frame = LocalFrame(found.site.latitude_deg, found.site.longitude_deg)
+    return Place(frame, Mounting(found.sonar.mounting))

@@ -6,6 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.base.out_file import opened_to_seek
 from ods.messages import ObstacleList
 from ods.offline.mission import Step
 from ods.tracker.output.obstacle_list import NAMES
@@ -29,7 +30,7 @@ class TracksFile:
         """Write the file. Raises OSError."""
         number, t, wall_ms, chain_ms = np.array(self._pings, np.float64).reshape(-1, 4).T
         trk: Floats = np.array(self._rows, np.float64).reshape(-1, 8)
-        with path.open("wb") as file:
+        with opened_to_seek(path) as file:
             np.savez_compressed(
                 file, trk=trk, wall_ms=wall_ms, chain_ms=chain_ms, t=t, ping_number=number.astype(np.int64)
             )

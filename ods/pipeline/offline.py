@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats
+from ods.base.out_file import opened_to_seek
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.recorded import RegionNumbers
@@ -81,7 +82,7 @@ def save_npz(path: Path, results: Sequence[PingResult]) -> None:
         shape = shapes.pop()
         empty = np.zeros(shape, np.int32)
         arrays["mask"] = np.stack([masks.get(index, empty) for index in range(max(masks) + 1)])
-    with path.open("wb") as file:  # a file, as savez appends .npz to a path that lacks it
+    with opened_to_seek(path) as file:  # a file, as savez appends .npz to a path that lacks it
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 

@@ -18,6 +18,7 @@ from ods.base.clock import NS
 from ods.base.errors import OdsError, one_line
 from ods.base.geometry import quat_from_euler
 from ods.base.mounting import AT_ORIGIN, Mounting, spread_at
+from ods.base.out_file import opened_to_seek
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
@@ -93,6 +94,8 @@ class TrackedScenario:
 def is_scenario(path: Path) -> bool:
     """Tell whether a file is a scenario, by the names of its arrays: no recording of pings has echoes."""
     try:
+        if not path.is_file():  # to open a pipe would wait for ever
+            return False
         with zipfile.ZipFile(path) as file:
             return "det.npy" in file.namelist()
     except (OSError, zipfile.BadZipFile):
@@ -214,7 +217,7 @@ def track_file(source: Path, out: Path, settings: TrackerSettings, mounting: Mou
     scenario = load_scenario(source)
     tracks = track_scenario(scenario, settings, mounting)
     try:
-        with out.open("wb") as file:
+        with opened_to_seek(out) as file:
             np.savez_compressed(file, trk=tracks.trk, wall_ms=tracks.wall_ms)
     except OSError as error:
         raise ScenarioError(f"{out}: {error.strerror}") from error

@@ -21,6 +21,8 @@ def first_state(args: Namespace, loaded: ConfigFile) -> State:
     if args.live:
         if args.source:
             raise OdsError("--live: goes without a file")
+        if args.live.exists() and not args.live.is_dir():  # one that is not there may yet be made
+            raise OdsError(f"--live: {args.live} is no folder")
         return State(tuning, data=DataReference("live", str(args.live.resolve())))
     if not args.source:
         return State(tuning)

@@ -47,6 +47,12 @@ def test_a_label_that_makes_no_sense_is_named(tmp_path: Path, line: str) -> None
         read_labels(file, pings)
 
 
+def test_a_file_of_labels_that_is_no_text_is_one_line() -> None:
+    recording = Path("tests/data/aris/sample.aris")
+    with pytest.raises(OdsError, match=r"sample\.aris: no labels: not UTF-8 text"):
+        read_labels(recording, open_pings(recording).pings)
+
+
 def test_held_out_images_differ_in_geometry_and_show_their_labels() -> None:
     images = held_out_images(12, 5)
     assert images[3].ping == held_out_images(4, 5)[3].ping

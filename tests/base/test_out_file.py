@@ -1,11 +1,12 @@
 import os
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from ods import cli
 from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable, written_whole
+from ods.base.out_file import opened_to_seek, refuse_unwritable, written_whole
 
 
 def why_refused(path: Path) -> str:
@@ -90,3 +91,10 @@ def test_a_device_is_not_replaced(tmp_path: Path) -> None:
     with written_whole(link) as part:
         assert part == Path("/dev/null")
     assert list(tmp_path.iterdir()) == [link]
+
+
+def test_a_device_gets_what_is_written_to_and_fro(tmp_path: Path) -> None:
+    for path in (Path("/dev/null"), tmp_path / "out.npz"):
+        with opened_to_seek(path) as file:
+            np.savez_compressed(file, a=np.arange(3))
+    assert np.load(tmp_path / "out.npz")["a"].tolist() == [0, 1, 2]

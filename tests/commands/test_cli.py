@@ -43,6 +43,27 @@ def test_a_wrong_use_is_one_line_and_exit_code_2(arguments: list[str], capsys: p
     assert capsys.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["map", "list", "PLACE"],
+        ["simulate", "PLACE"],
+        ["workbench", "PLACE"],
+        ["assess", "sea", "--scene", "PLACE"],
+        ["assess", "detect", "--real", "PLACE", "PLACE"],
+        ["detect", "tests/data/aris/sample.aris", "--quiet", "--out", "PLACE"],
+    ],
+)
+def test_a_path_that_no_file_can_have_is_one_line(
+    arguments: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    loop = tmp_path / "loop.toml"
+    loop.symlink_to(loop)
+    for place, why in ((tmp_path / ("x" * 300), "file name too long"), (loop, "too many levels of symbolic links")):
+        assert main([str(place) if word == "PLACE" else word for word in arguments]) == 2
+        assert capsys.readouterr().err == f"ods {arguments[0]}: {place}: {why}\n"
+
+
 @pytest.mark.parametrize("arguments", [["info", "tests/data/replay/figure11.mcap"], ["doctor"]])
 def test_a_full_disk_behind_standard_output_is_one_line(arguments: list[str]) -> None:
     """Some commands print little, which Python writes at its end only, and says of it what nobody understands."""

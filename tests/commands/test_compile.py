@@ -5,9 +5,10 @@ import sys
 from pathlib import Path
 
 import msgspec
+import pytest
 
 from ods.base.settings_file import load
-from ods.commands.compile import _job
+from ods.commands.compile import _job, not_compiled
 from ods.config import OnboardConfig
 
 
@@ -36,3 +37,16 @@ def _kernels(*modules: str) -> set[str]:
     code = f"import {', '.join(modules)}; from ods.compiled.kernel import DISPATCHERS; print(*DISPATCHERS)"
     told = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
     return set(told.stdout.split())
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ([], "numba was imported"),
+        (["a.b"], "a.b"),
+        (["k"] * 5, "k, k, k, k, k"),
+        (["k"] * 400, "k, k, k, k, k and 395 more"),
+    ],
+)
+def test_what_is_not_compiled_is_a_line_that_can_be_read(names: list[str], told: str) -> None:
+    assert not_compiled(names) == f"not compiled: {told}"

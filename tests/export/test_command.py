@@ -14,6 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
+from ods.base.settings_file import MOST_BYTES
 from ods.cli import main
 from ods.export.command import FORMATS
 from ods.sonar_link.files.opening import open_pings
@@ -73,6 +74,17 @@ def test_the_site_may_be_another_configurations(record: Path, tmp_path: Path) ->
     assert main(["export", str(record), "--geojson", str(out), "--config", str(tmp_path / "other.toml")]) == 0
     first = json.loads(out.read_text())["features"][0]["geometry"]["coordinates"][0]
     assert first[:2] == pytest.approx([20.0, -10.0], abs=0.01)
+
+
+def test_a_configuration_is_read_as_by_all_commands(
+    record: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    config, out = tmp_path / "other.toml", tmp_path / "out"
+    config.write_bytes(b"\xef\xbb\xbf[site]\r\nlatitude_deg = -10.0\r\nlongitude_deg = 20.0\r\n")
+    assert main(["export", str(record), "--geojson", str(out), "--config", str(config)]) == 0
+    os.truncate(config, MOST_BYTES + 1)
+    assert main(["export", str(record), "--csv", str(tmp_path / "tables"), "--config", str(config)]) == 2
+    assert capsys.readouterr().err == f"ods export: {config}: larger than 4 MB: no file of settings\n"
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,15 @@ def test_fir_agrees_with_scipy(shape: tuple[int, int], taps: int, cutoff: float)
     np.testing.assert_allclose(apply("filter.fir", FirParams(taps=taps, cutoff=cutoff), image), expected, atol=2e-6)
 
 
+@pytest.mark.parametrize(("taps", "cutoff"), [(9, 0.9), (999, 0.2)])
+def test_a_filter_that_overshoots_does_not_smooth_across_the_beams(taps: int, cutoff: float) -> None:
+    image = image_of(9, 2000)
+    alone, round_too = (
+        apply("filter.fir", FirParams(taps=taps, cutoff=cutoff, round_beams=beams), image) for beams in (0.0, 3.0)
+    )
+    np.testing.assert_array_equal(round_too, alone)
+
+
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("window", [1, 3, 9, 15])
 def test_box_agrees_with_scipy(shape: tuple[int, int], window: int) -> None:

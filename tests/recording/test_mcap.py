@@ -1,5 +1,6 @@
 """Recordings survive the file: read back by ods and by the mcap library; torn, foreign and hostile ones."""
 
+import errno
 import struct
 import subprocess
 import sys
@@ -287,3 +288,12 @@ for limit in limits:
         read = [(each.topic, each.log_ns, each.message()) for each in when_full.messages()]
         assert read == samples[: len(read)]
         assert when_full.losses == Counter()
+
+
+def test_a_folder_that_may_not_be_looked_into_is_told_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(folder: Path) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied", str(folder))
+
+    monkeypatch.setattr(Path, "iterdir", refuse)  # root may look into any
+    with pytest.raises(RecordingError, match="Permission denied"):
+        open_recording(tmp_path)

@@ -1,6 +1,7 @@
 """Which decoder a file gets: by what it holds, in doubt by its suffix; and what no decoder can read."""
 
 import importlib
+import os
 import pkgutil
 import shutil
 from pathlib import Path
@@ -10,6 +11,7 @@ import pytest
 from ods.sonar_link import files
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.opening import DECODERS, PingFileError, open_pings
+from ods.tracker.scenario import is_scenario
 from tests.recordings import ARIS, OCULUS
 
 
@@ -72,3 +74,13 @@ def test_any_other_file_is_one_clear_line(tmp_path: Path, name: str, content: by
 def test_a_folder_is_no_recording(tmp_path: Path) -> None:
     with pytest.raises(PingFileError, match="Is a directory"):
         open_pings(tmp_path)
+
+
+@pytest.mark.timeout(30)
+@pytest.mark.parametrize("suffix", [".npz", ".s7k"])
+def test_a_pipe_that_nobody_writes_to_is_not_waited_for(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"pipe{suffix}"
+    os.mkfifo(path)
+    assert not is_scenario(path)
+    with pytest.raises(PingFileError, match="no file, but a device or a pipe"):
+        open_pings(path)

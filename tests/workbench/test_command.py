@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.cli import main
 from ods.config import OnboardConfig, part_of
@@ -62,6 +63,14 @@ def test_folders_are_those_named_and_those_of_what_is_opened(tmp_path: Path, mon
     monkeypatch.chdir(here)
     words = (str(there / "x.npz"), "--folder", str(named), "--folder", str(here))
     assert folders_of(arguments(*words)) == (here, there, named)
+
+
+def test_a_bus_is_a_folder_that_may_yet_be_made(tmp_path: Path) -> None:
+    first_state(arguments("--live", str(tmp_path / "later")))
+    file = tmp_path / "mission.mcap"
+    file.touch()
+    with pytest.raises(OdsError, match=r"--live: .*mission\.mcap is no folder"):
+        first_state(arguments("--live", str(file)))
 
 
 @pytest.mark.parametrize(

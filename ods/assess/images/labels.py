@@ -21,6 +21,8 @@ def read_labels(path: Path, pings: Sequence[Ping]) -> list[LabelledImage]:
         lines = path.read_text(encoding="utf-8").splitlines()
     except OSError as error:
         raise OdsError(f"{path}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise OdsError(f"{path}: no labels: not UTF-8 text") from error
     for number, line in enumerate(lines, 1):
         text = line.partition("#")[0].split()
         if not text:

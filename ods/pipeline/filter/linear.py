@@ -77,9 +77,11 @@ def separable(along: Floats32, across: Floats32, fan: Fan) -> GainedImageStep:
 def round_weights(along: Floats32, limit: float, fan: Fan) -> Floats32:
     """Return weights across the beams that smooth as far, at half range, as `along` does along them.
 
-    limit: largest standard deviation, beams. A lone weight where that is less than `_LEAST_SIGMA`: no filter.
+    limit: largest standard deviation, beams. A lone weight where that is less than `_LEAST_SIGMA`: no filter. What is
+    steep enough to overshoot has a second moment below 0: it does not smooth.
     """
-    spread_m = fan.dr_m * float(np.sqrt(2.0 * (along * np.arange(along.size) ** 2).sum()))
+    second_moment = 2.0 * float((along * np.arange(along.size) ** 2).sum())
+    spread_m = fan.dr_m * float(np.sqrt(max(0.0, second_moment)))
     middle_m = 0.5 * (float(fan.range_m[-1]) + fan.dr_m + fan.range0_m)
     spacing_m = middle_m * float(np.median(np.diff(fan.bearing_rad))) if len(fan.bearing_rad) > 1 else np.inf
     sigma = min(limit, spread_m / spacing_m)

@@ -72,6 +72,7 @@ def _segments_in(folder: Path) -> list[Path]:
         names = ", ".join(path.name for path in inner[-5:])
         raise RecordingError(f"{folder}: holds {len(inner)} recordings, name one of them: {names}")
     if not inner:
+        next(folder.iterdir(), None)  # an error where it may not be looked into: glob only finds nothing then
         raise UnreadableError(f"{folder}: no recording in it (no *{SUFFIX})")
     return sorted(inner[0].glob(f"*{SUFFIX}"))
 

@@ -58,6 +58,8 @@ def _place(decoder: Decoder) -> int:
 
 def _start_of(path: Path) -> bytes:
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # to open a pipe would wait for ever
+            raise PingFileError(f"{path}: no file, but a device or a pipe")
         with path.open("rb") as file:
             start = file.read(START_BYTES)
     except OSError as error:

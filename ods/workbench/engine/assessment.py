@@ -4,7 +4,7 @@ The images, the others and the measures are those of `ods assess detect`, of whi
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, reduce
 from typing import Any, NamedTuple
 
 import msgspec
@@ -14,11 +14,15 @@ from ods.assess.detection.chains import ATTENTION, DEFAULT, DETECTORS, EQUALIZER
 from ods.assess.detection.measure import accuracy_of, milliseconds, score_of
 from ods.assess.detection.own import configured
 from ods.assess.images.labelled import LabelledImage
-from ods.assess.images.sea import sea_images
+from ods.assess.images.sea import SEA_SONAR, sea_images
+from ods.base.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import configured_stages
+from ods.sim_sonar.sonar.model import load_sonar
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
+from ods.workbench.model.chain_numbers import written
+from ods.workbench.model.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, Tuning
 
@@ -70,6 +74,12 @@ def images() -> list[LabelledImage]:
     return sea_images(IMAGES, IMAGES_SEED)
 
 
+@cache
+def spacing_m() -> float:
+    """Return how far apart the range samples of the images are."""
+    return load_sonar(shipped_file(SEA_SONAR)).dr_m
+
+
 def point_of(name: str, pipeline: PipelineSettings) -> Point:
     """Return the point of a chain. Raises StageError."""
     return _point(name, pipeline, configured(pipeline))
@@ -108,7 +118,8 @@ def swept(state: State, path: str, values: Sequence[Any], tell: Tell) -> list[Sw
     settings: list[tuple[Any, PipelineSettings]] = []
     for value in values:
         try:
-            settings.append((value, apply(state, SetSetting(path, value)).tuning.pipeline()))
+            actions = with_numbers_first(state, SetSetting(path, value), spacing_m())
+            settings.append((value, reduce(apply, actions, state).tuning.pipeline()))
         except PathError as error:
             refused = error
     if not settings:
@@ -139,9 +150,9 @@ class Numeric(NamedTuple):
 
 
 def numbers_of(tuning: Tuning) -> list[Numeric]:
-    """Return the numbers that the stages of a chain are set by, those of the detector first. Raises StageError."""
+    """Return the numbers that the stages of a chain run by, those of the detector first. Raises StageError."""
     found: list[list[Numeric]] = []
-    for place, stage in enumerate(configured_stages(tuning.config.pipeline)):
+    for place, stage in enumerate(configured_stages(written(tuning, spacing_m()).config.pipeline)):
         settings = msgspec.structs.asdict(stage.params)
         found.append([
             Numeric(f"pipeline.stage[{place}].{name}", f"{stage.name} {name}", float(value), isinstance(value, int))

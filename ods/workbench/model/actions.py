@@ -49,6 +49,13 @@ class BypassStage(Action, frozen=True, tag="bypass_stage"):
     on: bool
 
 
+class WriteNumbers(Action, frozen=True, tag="write_numbers"):
+    """Write the numbers into the chain that follow from the smallest object, as they are; nothing else changes."""
+
+    dr_m: float
+    """Spacing of the range samples."""
+
+
 class SetTuning(Action, frozen=True, tag="set_tuning"):
     """Take another configuration for A."""
 
@@ -144,7 +151,8 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 
 Step = (
-    SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | SetTuning | SetState | KeepAsB | SwapAB | DropB
-    | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint | RemoveWaypoint
+    SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
+    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint
+    | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

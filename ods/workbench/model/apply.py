@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 
 from ods.workbench.model import actions as do
-from ods.workbench.model import chain_edits, scene_edits
+from ods.workbench.model import chain_edits, chain_numbers, scene_edits
 from ods.workbench.model.paths import PathError, typed, with_value
 from ods.workbench.model.state import Bookmark, State, Tuning
 
@@ -81,6 +81,7 @@ _DOING: dict[type[do.Action], Callable[[State, Any], State]] = {
     do.RemoveStage: lambda state, a: replace(state, tuning=chain_edits.without_stage(state.tuning, a.at)),
     do.MoveStage: lambda state, a: replace(state, tuning=chain_edits.with_stage_moved(state.tuning, a.at, a.to)),
     do.BypassStage: lambda state, a: replace(state, tuning=chain_edits.with_bypass(state.tuning, a.at, a.on)),
+    do.WriteNumbers: lambda state, a: replace(state, tuning=chain_numbers.written(state.tuning, a.dr_m)),
     do.SetTuning: lambda state, a: replace(state, tuning=a.tuning),
     do.SetState: lambda _, a: a.state,
     do.KeepAsB: lambda state, _: replace(state, other=state.tuning),

@@ -79,6 +79,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.RemoveStage: lambda a, before: f"remove {_stage(before, a.at)}",
     do.MoveStage: lambda a, before: f"move {_stage(before, a.at)} to {a.to + 1}",
     do.BypassStage: lambda a, before: f"{'bypass' if a.on else 'use'} {_stage(before, a.at)}",
+    do.WriteNumbers: lambda a, _: f"numbers of samples {a.dr_m:.4g} m apart",
     do.SetTuning: lambda a, _: a.name,
     do.SetState: lambda a, _: a.name,
     do.KeepAsB: lambda _, __: "keep as B",

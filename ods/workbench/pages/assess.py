@@ -75,7 +75,7 @@ class _ChainsCard:
         self._chart = ui.echart(_chains_chart([], [])).classes("w-full h-96").mark("chains")
         self._note = ui.label().classes("text-sm").mark("own chain")
         ui.label(
-            f"{assessment.IMAGES} simulated images of `ods assess detect`; share of the objects found at "
+            f"{assessment.IMAGES} simulated images of ods assess detect; share of the objects found at "
             f"{assessment.FALSE_ALARMS:g} false alarm an image, the threshold swept; bars: 95 %"
         ).classes("text-xs opacity-70")
         self._newest = Newest(self._measure, self._tell, self._fail)
@@ -140,7 +140,8 @@ def _chains_chart(own: Sequence[Point], others: Sequence[Point]) -> dict[str, An
         "legend": {"data": [each["name"] for each in series if each["type"] == "scatter"],
                    "textStyle": {"color": OTHER}, "top": 0},
         "tooltip": {"trigger": "item"},
-        "xAxis": {**_axis("ms an image", "log"), **_decades([each.ms for each in (*own, *others)])},
+        "xAxis": {**_axis("ms an image", "log"), **_decades([each.ms for each in (*own, *others)]),
+                  "axisLabel": {"showMaxLabel": False}},  # lines to the names run over it
         "yAxis": {**_axis("objects found", "value"), "min": 0, "max": 1},
         "series": series,
     }  # fmt: skip

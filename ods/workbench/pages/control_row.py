@@ -76,7 +76,9 @@ class ControlRow:
     def _written(self) -> None:
         by, value = self._control.by, self._field.value
         if isinstance(by, Number):
-            if value is not None and value != _rounded(self._value):
+            if value is None:  # emptied, or no number
+                self.show(self._value)
+            elif value != _rounded(self._value):
                 self._give(round(value) if by.whole and value == round(value) else value)
         else:
             self._give(value_of(value))

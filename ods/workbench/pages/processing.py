@@ -57,7 +57,7 @@ class _Page:
             with (
                 ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto").style("max-height: calc(100vh - 7rem)")
             ):
-                StageList(session)
+                self._stages = StageList(session)
             with ui.column().classes("grow min-w-0 gap-1"):
                 self._build_tools()
                 self._build_pictures()
@@ -218,6 +218,7 @@ class _Page:
         self._profile.answer(answer)
         self._histogram.answer(answer)
         self._timeline.show(answer.data, answer.place)
+        self._stages.show_spacing(answer.a.ping.dr_m)
         self._titles(answer)
 
     def _titles(self, answer: Answer) -> None:

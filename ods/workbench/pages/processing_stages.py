@@ -1,6 +1,6 @@
 """The stages of the chain with their sliders: added, removed, moved and bypassed."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import msgspec
@@ -8,11 +8,13 @@ from nicegui import ui
 
 from ods.base.errors import OdsError
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.settings import AttentionSettings, PipelineSettings, StageTable
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.registry import find_stage, stage_names
 from ods.workbench.model import actions as do
 from ods.workbench.model.chain_edits import Entry, edited
+from ods.workbench.model.chain_numbers import columns, follows, numbered, written
+from ods.workbench.model.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State
@@ -21,6 +23,9 @@ from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 DETECTS = "detect."
+FOLLOWING = "window, taps, cutoff and min_cells"
+OF_THE_IMAGE = ("smallest_object_m", "min_range_m", "beam_width_deg", "vertical_half_deg", "bottom_echo")
+"""Settings of the pipeline that belong to no stage."""
 
 
 class StageList:
@@ -33,6 +38,8 @@ class StageList:
         """Stages that are unfolded, by place and name."""
         self._dragged: int | None = None
         self._rows: list[tuple[str, ControlRow]] = []
+        self._dr_m: float | None = None
+        """Spacing of the range samples of the ping that is shown, from which numbers follow."""
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label("Chain").classes("text-base font-medium")
             ui.space()
@@ -40,20 +47,34 @@ class StageList:
                 for name in known_stages(session.state.tuning.config.pipeline):
                     item = ui.menu_item(name, partial(self._add, name)).mark(f"add {name}")
                     item.classes("font-mono text-sm min-h-0 py-1")
-        self._complaint = ui.label().classes("text-negative text-sm w-full").mark("complaint")
+        self._complaint = ui.label().classes("text-negative text-sm w-full sticky top-0 z-10 backdrop-blur-md")
+        self._complaint.mark("complaint")
+        self._columns = ui.label().classes("text-xs opacity-70 w-full").mark("columns")
         self._list = ui.column().classes("w-full gap-0")
         self._build(session.state)
         follow(session, self._list, self._follow)
 
+    def show_spacing(self, dr_m: float) -> None:
+        """Take how far apart the range samples are of the ping that is shown."""
+        if dr_m != self._dr_m:
+            self._dr_m = dr_m
+            self._show(self._session.state)
+
     def _do(self, action: do.Action) -> None:
         """Do something, or say why it cannot be done and show what is."""
         try:
-            self._session.do(action)
+            for each in self._with_numbers(action):
+                self._session.do(each)
         except PathError as error:
             self._complaint.set_text(str(error))
             self._show(self._session.state)
         else:
             self._complaint.set_text("")
+
+    def _with_numbers(self, action: do.Action) -> tuple[do.Action, ...]:
+        if self._dr_m is None:
+            return (action,)
+        return with_numbers_first(self._session.state, action, self._dr_m)
 
     def _add(self, name: str) -> None:
         """Put a stage before the one that detects; one that detects takes that one's place."""
@@ -68,6 +89,8 @@ class StageList:
             entries[-1] = ({"use": name}, False)
 
         try:
+            if self._dr_m is not None:
+                tuning = written(tuning, self._dr_m)
             self._do(do.SetTuning(edited(tuning, change), f"detect by {name}"))
         except PathError as error:
             self._complaint.set_text(str(error))
@@ -83,12 +106,24 @@ class StageList:
             self._show(self._session.state)
 
     def _show(self, state: State) -> None:
-        chain = state.tuning.config.pipeline.chain()
-        attention = msgspec.to_builtins(state.tuning.config.pipeline.attention)
+        chain = self._chain(state)
+        image = msgspec.to_builtins(state.tuning.config.pipeline, enc_hook=str)
         for path, row in self._rows:
             place, _, name = path.partition(".")
-            table = attention if place == "attention" else chain[int(place)]
+            table = {"attention": image["attention"], "image": image}.get(place) or chain[int(place)]
             row.show(table.get(name, row.default))
+        self._columns.set_text(self._told_columns(state))
+
+    def _chain(self, state: State) -> Sequence[StageTable]:
+        """Return the stages with the numbers that they run by."""
+        tuning = state.tuning
+        return tuning.config.pipeline.chain() if self._dr_m is None else numbered(tuning, self._dr_m)
+
+    def _told_columns(self, state: State) -> str:
+        if self._dr_m is None or not follows(state.tuning):
+            return ""
+        count = columns(state.tuning, self._dr_m).subsample
+        return f"columns of {count} sample{'s' * (count > 1)}; {FOLLOWING} follow from smallest_object_m"
 
     def _build(self, state: State) -> None:
         self._list.clear()
@@ -97,7 +132,9 @@ class StageList:
         with self._list:
             for place, stage in enumerate(chain):
                 self._stage(state, place, str(stage["use"]), place == len(chain) - 1)
+            self._fold("image", "image", "opacity-90", self._image)
             self._fold("attention", "focus of attention", "opacity-90", self._attention)
+        self._columns.set_text(self._told_columns(state))
 
     def _fold(self, key: str, title: str, classes: str, build: Callable[[], None]) -> ui.expansion:
         """Build a group that is filled when it is unfolded first: the browser goes through all that is there at each
@@ -118,6 +155,13 @@ class StageList:
         folded(key in self._open)
         return fold
 
+    def _image(self) -> None:
+        values = msgspec.to_builtins(self._session.state.tuning.config.pipeline, enc_hook=str)
+        for control in controls_of(PipelineSettings):
+            if control.path in OF_THE_IMAGE:
+                row = ControlRow(control, values[control.path], partial(self._set, f"pipeline.{control.path}"))
+                self._rows.append((f"image.{control.path}", row))
+
     def _attention(self) -> None:
         values = msgspec.to_builtins(self._session.state.tuning.config.pipeline.attention)
         for control in controls_of(AttentionSettings):
@@ -135,7 +179,7 @@ class StageList:
             self._buttons(place, last, bypassed)
 
     def _settings_of(self, place: int, use: str) -> None:
-        table = self._session.state.tuning.config.pipeline.chain()[place]
+        table = self._chain(self._session.state)[place]
         try:
             controls = controls_of(find_stage(use).params)
         except OdsError as error:

@@ -89,10 +89,9 @@ export default {
       const { context, width, height } = prepared;
       context.textBaseline = "middle";
       context.fillStyle = ink();
-      context.textAlign = "left";
-      context.fillText(this.now.title, 8, 12);
-      if (!this.now.x) return;
       const box = this.box();
+      this.heading(context, box);
+      if (!this.now.x) return;
       this.axes(context, box, height);
       context.save();
       context.beginPath();
@@ -104,6 +103,16 @@ export default {
       const entries = this.now.curves.filter((curve) => curve.label).map((curve) => [curve.role, curve.label]);
       const longest = Math.max(0, ...entries.map(([, label]) => context.measureText(label).width));
       legend(context, entries, box.x + box.width - longest - 38, box.y + 12, 16);
+    },
+    heading(context, box) {
+      // Title and what the heights are, side by side; narrower letters where both have no room.
+      const [title, label] = [this.now.title, this.now.y ? this.now.y.label : ""];
+      const [titleWidth, labelWidth] = [title, label].map((text) => context.measureText(text).width);
+      const share = Math.min(1, Math.max(0.1, (box.x + box.width - 24) / (titleWidth + labelWidth || 1)));
+      context.textAlign = "left";
+      context.fillText(title, 8, 12, share * titleWidth);
+      context.textAlign = "right";
+      context.fillText(label, box.x + box.width, 12, share * labelWidth);
     },
     axes(context, box, height) {
       context.strokeStyle = gridInk();
@@ -129,8 +138,6 @@ export default {
         if (!this.now.y.log) context.fillText(text, box.x - 5, y);
         else if (Number.isInteger(value)) context.fillText(value < 3 ? String(10 ** value) : `${10 ** (value - 3)}k`, box.x - 5, y);
       }
-      context.textAlign = "right";
-      context.fillText(this.now.y.label, box.x + box.width, 12);
     },
     curve(context, { role, x0, dx, values, filled }) {
       const style = styleOf(role);

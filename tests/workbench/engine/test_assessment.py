@@ -56,6 +56,15 @@ def test_a_sweep_ends_when_it_is_not_wanted_any_more() -> None:
         swept(State(), HIGH, [8.0, 9.0], lambda share: share == 0.0)
 
 
+def test_a_number_that_is_swept_is_the_one_that_runs_and_changes_no_other() -> None:
+    cells = f"pipeline.stage[{LAST}].min_cells"
+    (told,) = [each for each in numbers_of(State().tuning) if each.path == cells]
+    assert told.value == 2
+    (swept_to_it,) = swept(State(), cells, [2], lambda _: True)
+    own = score_of(PipelineSettings(), FEW)
+    assert (swept_to_it.found, swept_to_it.false_alarms) == (own.detection_probability, own.false_per_image)
+
+
 def test_values_run_from_end_to_end() -> None:
     assert even_values(1.0, 3.0, 5, by_factors=False, whole=False) == [1.0, 1.5, 2.0, 2.5, 3.0]
     assert even_values(1.0, 3.0, 5, by_factors=False, whole=True) == [1, 2, 3]

@@ -27,7 +27,11 @@ from ods.workbench.web.frames import Frame, FrameBoard
 from tests.workbench.engine.test_study import pings
 from tests.workbench.pages.test_observer_views import tracked
 
-STAGES = [{"use": "equalize.mean_range"}, {"use": "filter.fir"}, {"use": "detect.two_level", "follow": 0.0}]
+STAGES: list[dict[str, Any]] = [
+    {"use": "equalize.mean_range"},
+    {"use": "filter.fir"},
+    {"use": "detect.two_level", "follow": 0.0},
+]
 
 
 @pytest.fixture
@@ -107,6 +111,37 @@ async def test_an_invalid_value_says_its_line_and_changes_nothing(user: User, se
     await user.should_see("low: 11.0 is above high, 6.0")
     assert session.state.tuning == before
     assert field.value == 2.5
+
+
+async def test_a_field_that_is_emptied_shows_the_value_that_is(user: User, session: Session) -> None:
+    before = session.state.tuning
+    await until(lambda: widget(user, "columns").text)  # all rows are shown anew when the first picture is there
+    field = widget(user, "value high")
+    field.set_value(None)
+    user.find(marker="value high").trigger("change")
+    await until(lambda: field.value == 6.0)
+    assert session.state.tuning == before
+
+
+async def test_numbers_that_follow_are_shown_as_they_run_and_stay_when_one_is_set(user: User, session: Session) -> None:
+    shown = (await until(lambda: frame(user))).caption
+    await until(lambda: widget(user, "columns").text.startswith("columns of 2 samples; "))
+    field = widget(user, "value min_cells")
+    assert field.value == 2
+    field.set_value(3)
+    user.find(marker="value min_cells").trigger("change")
+    chain = session.state.tuning.config.pipeline.chain()
+    assert chain[0] == STAGES[0] | {"window": 80}
+    assert chain[1] == STAGES[1] | {"taps": 5, "cutoff": pytest.approx(0.2)}
+    assert chain[2] == STAGES[2] | {"min_cells": 3}
+    assert session.state.tuning.config.pipeline.attention.subsample == 2
+    assert session.history.undoes == "detect.two_level min_cells 2 → 3"
+    await until(lambda: widget(user, "columns").text == "")
+    session.undo()
+    session.undo()
+    await until(lambda: field.value == 2)
+    assert session.state.tuning.config.pipeline.chain() == tuple(STAGES)
+    await until(lambda: (now := frame(user)) is not None and now.caption == shown)
 
 
 async def test_stages_are_added_moved_bypassed_and_removed(user: User, session: Session) -> None:
