@@ -11,7 +11,8 @@ SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser tests/
   tests/docs/test_how_to.py tests/in_vcan tests/pipeline/test_warm_up.py tests/pipeline/test_no_data.py tests/tracker/test_stalled_disk.py \
   tests/pipeline/test_false_alarm.py tests/sim_sonar/test_speckle.py tests/sonar_link/test_faults.py tests/commands/test_detect.py \
   tests/workbench/pages/test_simulator.py tests/recording/test_recorder_process.py tests/tracker/test_service.py tests/tracker/test_floods.py \
-  tests/sonar_link/test_remote.py tests/runtime/test_supervisor.py tests/nav_bridge/test_nmea_live.py tests/nav_bridge/test_service.py
+  tests/sonar_link/test_remote.py tests/runtime/test_supervisor.py tests/nav_bridge/test_nmea_live.py tests/nav_bridge/test_service.py \
+  tests/compiled tests/commands/test_ending.py tests/workbench/pages/test_frame.py tests/workbench/pages/test_observer.py
 
 .PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
 
