@@ -178,15 +178,15 @@ def _extra_missing(error: ModuleNotFoundError) -> str:
     raise error
 
 
-def _link_kernels(*, in_vain: bool) -> None:
+def _link_kernels(*, quietly: bool) -> None:
     """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler.
 
-    in_vain: only help is asked for, which need not say that there are none.
+    quietly: only help is asked for, which need not say that there are none.
     """
     from ods.compiled.kernel import do_without_numba
 
     do_without_numba()
-    if in_vain:
+    if quietly:
         logging.getLogger("ods.compiled.kernel").setLevel(logging.ERROR)
     logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # stages of all kinds are tried out here
 
@@ -199,7 +199,7 @@ class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
             if self.module in MACHINE_CODE:
-                _link_kernels(in_vain=not {"-h", "--help"}.isdisjoint(args))
+                _link_kernels(quietly=not {"-h", "--help"}.isdisjoint(args))
             try:
                 chosen = importlib.import_module(self.module)
             except ModuleNotFoundError as error:
