@@ -43,7 +43,8 @@ CountOrNone = Annotated[int, msgspec.Meta(ge=-1)]
 """-1: none."""
 SonarRange = Annotated[float, msgspec.Meta(ge=0.1, le=20_000.0)]
 """What a sonar can be asked for, m."""
-HearingLevel = Annotated[float, msgspec.Meta(ge=0.0, le=200.0)]
+MOST_HEARING_DB = 200.0
+HearingLevel = Annotated[float, msgspec.Meta(ge=0.0, le=MOST_HEARING_DB)]
 """Over the background, dB."""
 SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
 """Power and gain that a sonar can be asked for, dB."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Mask
 from ods.compiled.kernel import kernel
-from ods.messages import SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
+from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.bottom_echo import EVERY, BottomEchoFinder
 from ods.pipeline.image.amplitude import SampleScale
@@ -111,7 +111,7 @@ class Chain:
             unseen_why=unseen.why,
             faint=faint,
             bottom_echo=bottom_echo,
-            heard_from_db=20.0 * math.log10(heard_from) if heard_from > 0.0 else None,
+            heard_from_db=_heard_from_db(heard_from),
         )
 
     def _prepare(self, ping: Ping) -> None:
@@ -145,6 +145,13 @@ class Chain:
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         """Return the stages of settings that have all numbers."""
         return configured_stages(settings)
+
+
+def _heard_from_db(heard_from: float) -> float | None:
+    """Return `Found.heard_from` as it is told: levels that are set in absolute numbers may be anywhere."""
+    if heard_from <= 0.0:
+        return None
+    return min(max(20.0 * math.log10(heard_from), 0.0), MOST_HEARING_DB)
 
 
 def _checked_frame(ping: Ping) -> AnyArray:

@@ -12,11 +12,15 @@ MARGIN_DB = 8.0
 
 
 def cautions(told: ObstacleList) -> list[str]:
-    """Return what the sonar did not show of the sector, and whether the bottom is so loud that it hides objects."""
+    """Return what the sonar did not show of the sector, and how loud objects must be where that is much.
+
+    It is much where the bottom's crests are loud, or the detector's levels are set high.
+    """
     said = [f"not seen: {told.unseen_why} ({where(told.unseen)})"] if told.unseen else []
     if told.heard_from_db is not None and told.heard_from_db > LOUD_BOTTOM_DB:
+        least_db = told.heard_from_db + MARGIN_DB
         said.append(
-            f"loud bottom: objects less than about {told.heard_from_db + MARGIN_DB:.0f} dB over it may be missing"
+            f"objects less than {least_db:.0f} dB over the background may be missing: loud bottom, or high levels"
         )
     return said
 

@@ -81,6 +81,6 @@ def test_what_the_sonar_could_not_show_is_shown() -> None:
 
 def test_a_loud_bottom_is_told_of_and_a_quiet_one_is_not() -> None:
     loud = msgspec.structs.replace(picture(0.1), heard_from_db=17.8)
-    assert "loud bottom: objects less than about 26 dB over it may be missing" in shown(loud, {})
+    assert "objects less than 26 dB over the background may be missing: loud bottom, or high levels" in shown(loud, {})
     assert "bottom" not in shown(msgspec.structs.replace(picture(0.1), heard_from_db=10.9), {})
     assert "bottom" not in shown(picture(0.1), {})

@@ -1,15 +1,16 @@
 """Levels that follow the crests of the background, held against counts of what reaches them."""
 
+import msgspec
 import numpy as np
 import pytest
 
 from ods.base.arrays import Image
-from ods.messages import Ping
+from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
 from ods.pipeline.detect.crests import CrestMeter, count_maxima, quantiles_around, reaching, shrink
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
-from tests.pipeline.pings import make_ping
+from tests.pipeline.pings import make_ping, speckle
 
 SHAPE = 64, 512
 TILE = 4, 16
@@ -191,3 +192,12 @@ def test_crests_of_the_background_raise_the_level_from_which_echoes_are_heard() 
 def test_an_image_of_nothing_tells_no_level() -> None:
     nothing = make_ping(np.zeros((60, 2000), np.uint16))
     assert Chain(PipelineSettings()).process(nothing).heard_from_db is None
+
+
+@pytest.mark.parametrize(("high", "told_db"), [(0.001, 0.0), (1e20, 200.0)])
+def test_levels_far_from_the_background_make_no_message_that_nobody_can_read(high: float, told_db: float) -> None:
+    stages = ({"use": "filter.box"}, {"use": "detect.two_level", "levels": "absolute", "high": high, "low": high})
+    frame = speckle(np.random.default_rng(8), np.ones((60, 2000))).astype(np.float32)
+    told = Chain(PipelineSettings(stage=stages)).process(make_ping(frame))
+    assert told.heard_from_db == told_db
+    assert msgspec.msgpack.decode(msgspec.msgpack.encode(told), type=Detections) == told
