@@ -37,13 +37,12 @@ QUIETED = {
 """The least that is told of what other people's libraries log."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
-IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 GO_ON = frozenset({"run", *PROCESSES})
 """Commands that wait for nobody who reads what they log."""
-NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP)
-"""Of a name that no file can have, and of links in a circle."""
+NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES)
+"""Of a name that no file can have, of links in a circle, and of a folder that may not be looked into."""
 LEVELS = ("debug", "info", "warning", "error")
 NO_CONFIG, BUILT_IN_SETTINGS, ONBOARD, BENCH = "", "built-in settings", "config/onboard.toml", "config/bench.toml"
 RECORDED = "the recording's own"
@@ -123,7 +122,7 @@ def _run(argv: Sequence[str] | None) -> int:
         handlers=[LogWriter()] if args.command in GO_ON else None,
     )
     try:
-        _refuse_no_place(vars(args).values())
+        _refuse_no_place(value for name, value in vars(args).items() if name != "config")  # not all need theirs
         open_files.allow_enough()
         code = int(args.run(args) or 0)
         if sys.stdout is not None:
@@ -136,8 +135,7 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"ods {args.command}: {_extra_missing(error)}", file=sys.stderr)
         return 2
     except UnicodeEncodeError as error:
-        beyond = ascii(error.object[error.start : error.end])
-        print(f"ods {args.command}: no file can have {beyond} in its name in this locale: {IN_UTF8}", file=sys.stderr)
+        print(f"ods {args.command}: {reason_of(error)}", file=sys.stderr)
         return 2
     except BrokenPipeError:
         sys.stderr.close()
@@ -151,7 +149,7 @@ def _run(argv: Sequence[str] | None) -> int:
 
 
 def _refuse_no_place(values: Iterable[Any]) -> None:
-    """Raise OdsError for a path that no file can have: commands ask for them in many ways, which fail in as many."""
+    """Raise OdsError for a path that cannot be asked for: commands ask for them in many ways, which fail in as many."""
     for value in values:
         if isinstance(value, list):
             _refuse_no_place(value)

@@ -3,6 +3,8 @@
 import os
 from typing import ClassVar
 
+IN_UTF8 = "set one of UTF-8, such as LC_ALL=C.UTF-8, and no PYTHONUTF8=0"
+
 
 class OdsError(Exception):
     """Something the user can put right: a bad file, key, device or option. Its text is one line."""
@@ -23,5 +25,8 @@ def reason_of(error: BaseException) -> str:
         if isinstance(cause, OSError) and cause.errno:
             text = os.strerror(cause.errno)
             return text[:1].lower() + text[1:]
+        if isinstance(cause, UnicodeEncodeError):
+            beyond = ascii(cause.object[cause.start : cause.end])
+            return f"no file can have {beyond} in its name in this locale: {IN_UTF8}"
         cause = cause.__cause__
     return one_line(error)

@@ -164,12 +164,13 @@ class Scribe(threading.Thread):
     def _map_image(self, about: dict[str, str]) -> bytes:
         """Return the map's file, b"" where there is none; tell in `about` why it is left out."""
         path = self._settings.tracker.map.path
-        if path is None or not path.exists():
+        if path is None:
             return b""
         try:
             store = copy_of_map(path)
         except MapError as error:
-            about["map"] = f"left out: {error}"
+            if not isinstance(error.__cause__, FileNotFoundError):
+                about["map"] = f"left out: {error}"
             return b""
         try:
             image = store.image()

@@ -11,6 +11,7 @@ import pytest
 
 from ods.base.memory import TOO_LITTLE
 from ods.cli import COMMANDS, Command, main
+from tests.locked_folder import lock
 
 
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row.name)
@@ -62,6 +63,20 @@ def test_a_path_that_no_file_can_have_is_one_line(
     for place, why in ((tmp_path / ("x" * 300), "file name too long"), (loop, "too many levels of symbolic links")):
         assert main([str(place) if word == "PLACE" else word for word in arguments]) == 2
         assert capsys.readouterr().err == f"ods {arguments[0]}: {place}: {why}\n"
+
+
+def test_a_folder_that_may_not_be_looked_into_is_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    place = tmp_path / "locked" / "map.sqlite"
+    lock(monkeypatch, place.parent)
+    assert main(["map", "list", str(place)]) == 2
+    assert capsys.readouterr().err == f"ods map: {place}: permission denied\n"
+    config = tmp_path / "config.toml"
+    config.write_text(f"[tracker.map]\npath = '{place}'\n")
+    for action in (["list"], ["prune", "--seen-fewer", "2"]):
+        assert main(["map", *action, "--config", str(config)]) == 2
+        assert capsys.readouterr().err == f"ods map: map {place}: permission denied\n"
 
 
 @pytest.mark.parametrize("arguments", [["info", "tests/data/replay/figure11.mcap"], ["doctor"]])

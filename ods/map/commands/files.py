@@ -59,18 +59,8 @@ def map_file(file: Path | None, config: Path) -> Path:
 
 def read_map(path: Path, within: Area | None) -> tuple[list[MapObject], LocalFrame]:
     """Return the objects of a map, and the frame that they are told in. Raises OdsError."""
-    with opened(readable(path)) as store:
+    with opened(copy_of_map(path)) as store:
         return store.load(within), LocalFrame(*store.origin_deg())
-
-
-def readable(path: Path) -> MapStore:
-    """Return a copy of a map, in memory. Raises OdsError, which says why a file cannot be opened: SQLite does not."""
-    if path.is_file():
-        try:
-            path.open("rb").close()
-        except OSError as error:
-            raise OdsError(f"map {path}: {reason_of(error)}") from error
-    return copy_of_map(path)
 
 
 @contextmanager

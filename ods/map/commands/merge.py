@@ -7,9 +7,9 @@ from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load_table
 from ods.config import OnboardConfig
-from ods.map.commands.files import new_file, opened, readable
+from ods.map.commands.files import new_file, opened
 from ods.map.merge import Spread, merge, moved
-from ods.tracker.map.store import open_map
+from ods.tracker.map.store import copy_of_map, open_map
 from ods.tracker.settings import TrackerSettings
 
 
@@ -25,7 +25,7 @@ def run(args: Namespace) -> None:
     if args.out.exists():
         raise OdsError(f"{args.out}: exists already; a merged map is a new file")
     settings = load_table(args.config, "tracker", TrackerSettings, OnboardConfig) if args.config else TrackerSettings()
-    with opened(readable(args.first)) as one, opened(readable(args.second)) as two:
+    with opened(copy_of_map(args.first)) as one, opened(copy_of_map(args.second)) as two:
         origin = one.origin_deg()
         others = moved(two.load(), LocalFrame(*two.origin_deg()), LocalFrame(*origin))
         spread = Spread(settings.map.position_sigma_m, settings.planner.shape_sigma)

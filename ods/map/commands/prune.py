@@ -1,14 +1,15 @@
 """`ods map prune`: takes objects out of a map that no tracker is using."""
 
+import os
 from argparse import ArgumentParser, Namespace
 
 from ods.base import clock
 from ods.base.arguments import number, positive_int
 from ods.base.errors import OdsError
-from ods.map.commands.files import add_area_argument, add_map_argument, map_file, opened, readable
+from ods.map.commands.files import add_area_argument, add_map_argument, map_file, opened
 from ods.map.prune import Criteria, why_not
 from ods.tracker.map.rights import hindrance
-from ods.tracker.map.store import sole_access
+from ods.tracker.map.store import copy_of_map, sole_access
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -27,10 +28,10 @@ def run(args: Namespace) -> None:
     if not criteria:
         raise OdsError("say what is to go: --existence-below, --older-than, --seen-fewer or --outside")
     path = map_file(args.file, args.config)
-    if not args.dry_run and path.is_file() and (reason := hindrance(path)):
+    if not args.dry_run and os.path.isfile(path) and (reason := hindrance(path)):  # noqa: PTH113  which never raises
         raise OdsError(f"map {path}: {reason}")
     now_ns = clock.utc_ns()
-    with opened(readable(path) if args.dry_run else sole_access(path)) as store:
+    with opened(copy_of_map(path) if args.dry_run else sole_access(path)) as store:
         objects = store.load()
         reasons = {o.id: why for o in objects if (why := why_not(o, criteria, now_ns))}
         store.change([], reasons)

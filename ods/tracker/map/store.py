@@ -6,12 +6,13 @@ of today never gets the id of one of last year. Positions are local: a file belo
 
 import math
 import sqlite3
+import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, reason_of
 from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
@@ -138,8 +139,7 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
 def copy_of_map(path: Path) -> MapStore:
     """Return a copy in memory, of today's schema: the file may be in use, and is not changed. Raises MapError."""
     with _told(path):
-        if not path.is_file():
-            raise ValueError("is a folder" if path.is_dir() else "no such file")
+        _refuse_unreadable(path)
         db = sqlite3.connect(":memory:", isolation_level=None)
     with _told(path, db):
         in_use = _has_log(path)
@@ -150,6 +150,14 @@ def copy_of_map(path: Path) -> MapStore:
             raise ValueError("not a map of this program")
         bring_up_to_date(db)
     return MapStore(path, db)
+
+
+def _refuse_unreadable(path: Path) -> None:
+    """Raise OSError or ValueError for what cannot be opened, which says why: SQLite does not."""
+    mode = path.stat().st_mode
+    if not stat.S_ISREG(mode):  # to open a pipe would wait for ever
+        raise ValueError("is a folder" if stat.S_ISDIR(mode) else "is no file, but a device or a pipe")
+    path.open("rb").close()
 
 
 def _has_log(path: Path) -> bool:
@@ -205,4 +213,4 @@ def _told(path: Path, db: sqlite3.Connection | None = None) -> Iterator[None]:
     except (OSError, ValueError, sqlite3.Error, MapError) as error:
         if db is not None:
             db.close()
-        raise error if isinstance(error, MapError) else MapError(f"map {path}: {error}") from error
+        raise error if isinstance(error, MapError) else MapError(f"map {path}: {reason_of(error)}") from error
