@@ -9,6 +9,7 @@ from pathlib import Path
 import can
 
 from ods.base import clock
+from ods.base.errors import OdsError
 from ods.base.geodesy import LocalFrame, SiteSettings
 from ods.base.mounting import lever_arm_in, mounting_in
 from ods.base.settings_file import load_table
@@ -48,8 +49,11 @@ class SimWorker(Worker[SimConfig]):
         sim, run_dir = self.settings.sim, self.settings.bus.run_dir
         scene = load_scene(sim.scene, mounting_in(self.settings.onboard))
         sonar_model = load_sonar(sim.sonar)
-        images = ImageSimulator(sonar_model, scene)
-        images.render(0.0, 0)
+        try:
+            images = ImageSimulator(sonar_model, scene)
+            images.render(0.0, 0)
+        except ValueError as error:
+            raise OdsError(f"{sim.scene}: {error}") from error
         end, self._line = open_sonar(sim, run_dir, images)
         site = load_table(self.settings.onboard, "site", SiteSettings)
         frame = LocalFrame(site.latitude_deg, site.longitude_deg)

@@ -16,6 +16,7 @@ from ods.base.out_file import refuse_unwritable, written_whole
 from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, add_style, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.device.seabat import refuse_beyond_s7k
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.sim_sonar.shots import Shot, shots_of
@@ -69,8 +70,8 @@ def simulate(
     refuse_unwritable(out, truths_file, read=(scene,))
     loaded = load_scene(scene)
     model = find_sonar(sonar, scene)
-    if out.suffix == ".s7k" and loaded.file.image.samples == "linear8":
-        raise OdsError(f"{scene}: image.samples: s7k has no record for linear8")
+    if out.suffix == ".s7k":
+        refuse_beyond_s7k(scene, loaded, sonar, model)
     whole = 1 if out.suffix == ".png" else int(loaded.file.duration_s / model.ping_period_s) + 1
     try:
         images = ImageSimulator(model, loaded, seed)

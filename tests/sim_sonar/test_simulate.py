@@ -1,3 +1,4 @@
+import re
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
@@ -7,10 +8,13 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import AnyArray
+from ods.base.errors import OdsError
 from ods.cli import main
 from ods.messages import Truth, frame_of
+from ods.sim_sonar.device.sonar_line import open_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.simulate import speed as simulate_speed
@@ -160,6 +164,19 @@ def test_scenes_that_do_not_fit_are_one_line(
     scene.write_text((CONFIG / "scenes/empty.toml").read_text() + f"[image]\n{line}\n")
     assert run(scene, "--sonar", small, "--out", tmp_path / name) == 2
     assert capsys.readouterr().err == f"ods simulate: {scene}: {said}\n"
+
+
+def test_a_first_range_that_s7k_cannot_tell_is_one_line(
+    tmp_path: Path, small: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    sonar, scene = tmp_path / "odd.toml", CONFIG / "scenes/empty.toml"
+    sonar.write_text(re.sub("range0_m = .*", "range0_m = 0.72", Path(small).read_text()))
+    said = f"{sonar}: range0_m: 0.72 is no multiple of dr_m (0.2), as the records of s7k need it"
+    assert run(scene, "--sonar", sonar, "--out", tmp_path / "x.s7k") == 2
+    assert capsys.readouterr().err == f"ods simulate: {said}\n"
+    images = ImageSimulator(load_sonar(sonar), load_scene(scene))
+    with pytest.raises(OdsError, match=re.escape(said)):
+        open_sonar(SimSettings(scene, sonar, ins_eds=scene), tmp_path, images)
 
 
 def test_wrong_number_of_pings(capsys: pytest.CaptureFixture[str]) -> None:

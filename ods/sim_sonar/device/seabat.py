@@ -1,11 +1,24 @@
 """The simulated SeaBat: s7k records, and remote control of range, power and gain."""
 
 import dataclasses
+from pathlib import Path
 
+from ods.base.errors import OdsError
 from ods.sim_sonar.device.remote_end import NOMINAL_GAIN_DB, NOMINAL_POWER_DB, Line, RemoteEnd
 from ods.sim_sonar.image import ImageSimulator
+from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sonar_link.s7k import records
+
+
+def refuse_beyond_s7k(scene_file: Path, scene: Scene, sonar_file: Path | str, sonar: SonarModel) -> None:
+    """Raise OdsError, with file and key, for what no record of s7k can carry."""
+    if scene.file.image.samples == "linear8":
+        raise OdsError(f"{scene_file}: image.samples: s7k has no record for linear8")
+    try:
+        records.first_sample_of(sonar.range0_m, sonar.dr_m)
+    except ValueError as error:
+        raise OdsError(f"{sonar_file}: {error}") from error
 
 
 class SeaBatEnd:

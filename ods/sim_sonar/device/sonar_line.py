@@ -6,7 +6,7 @@ from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.oculus import OculusEnd
 from ods.sim_sonar.device.remote_end import Line
-from ods.sim_sonar.device.seabat import SeaBatEnd
+from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
 from ods.sim_sonar.device.serial_line import SerialLine
 from ods.sim_sonar.device.tcp_line import HOST, FramedTcpLine, TcpLine
 from ods.sim_sonar.image import ImageSimulator
@@ -23,9 +23,10 @@ def port_of(sim: SimSettings, run_dir: Path) -> str:
 
 
 def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple[FarEnd, Line]:
-    """Make the line appear, with the sonar at its far end; `images`: those after switching on."""
+    """Make the line appear, with the sonar at its far end; `images`: those after switching on. Raises OdsError."""
     if sim.sonar_line == "oculus":
         plain = TcpLine(sim.sonar_tcp_port)
         return OculusEnd(load(sim.sonar, SonarFile), images, plain, sim.sonar_status_port), plain
+    refuse_beyond_s7k(sim.scene, images.scene, sim.sonar, images.sonar)
     line: Line = FramedTcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
     return SeaBatEnd(images, line), line

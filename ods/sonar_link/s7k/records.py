@@ -98,9 +98,7 @@ def ping_records(
     """
     if (ping.scale, ping.dtype) not in (("log8", "u1"), ("linear", "u2"), ("linear", "f4")):
         raise ValueError(f"ping {ping.ping_number}: s7k has no record for {ping.dtype} samples of scale {ping.scale}")
-    first_sample = round(ping.range0_m / ping.dr_m)
-    if abs(ping.range0_m / ping.dr_m - first_sample) > SAMPLE_GRID_TOLERANCE:
-        raise ValueError(f"ping {ping.ping_number}: range0_m {ping.range0_m:g} is no multiple of dr_m {ping.dr_m:g}")
+    first_sample = first_sample_of(ping.range0_m, ping.dr_m)
     rate = 0.5 * ping.sound_speed / ping.dr_m
     if ping.dtype == "u2" and first_sample == 0:
         samples = BEAMFORMED_DATA, water_column.encode_7018(ping)
@@ -112,6 +110,14 @@ def ping_records(
         encode_record(record_type, body, ping.utc_ns, device, recorded)
         for record_type, body in (settings, (BEAM_GEOMETRY, _encode_geometry(ping)), samples)
     ]
+
+
+def first_sample_of(range0_m: float, dr_m: float) -> int:
+    """Return the time of the first sample after transmission, in whole samples, as 7042 has it. Raises ValueError."""
+    first = round(range0_m / dr_m)
+    if abs(range0_m / dr_m - first) > SAMPLE_GRID_TOLERANCE:
+        raise ValueError(f"range0_m: {range0_m:g} is no multiple of dr_m ({dr_m:g}), as the records of s7k need it")
+    return first
 
 
 def _decode_settings(body: bytes) -> SettingsRecord:
