@@ -18,7 +18,7 @@ from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_s
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import ALL_SEEN, Sight, nothing_sent
-from ods.pipeline.speckle import LEARNT_CELLS
+from ods.pipeline.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
@@ -36,17 +36,23 @@ class Chain:
     last ping, so that a stream of like pings costs no more than the work on their samples."""
 
     def __init__(
-        self, settings: PipelineSettings, *, learnt_cells: int = LEARNT_CELLS, watch: Watch | None = None
+        self,
+        settings: PipelineSettings,
+        *,
+        learnt_cells: int = LEARNT_CELLS,
+        watch: Watch | None = None,
+        alive: Alive | None = None,
     ) -> None:
         """Find the stages and check their parameters. Raises PluginError, StageError.
 
         learnt_cells: of speckle, from which detectors learn, at the first ping of a geometry, what rate a level has.
-        watch: is shown what each stage makes of each ping; that costs time.
+        watch: is shown what each stage makes of each ping; that costs time. alive: is called while detectors learn.
         """
         STAGES.load(settings.plugins)
         self._settings = settings
         self._learnt_cells = learnt_cells
         self._watch = watch
+        self._alive = alive
         self.over_pings = any(entry.stage.kind == "ping" for entry in configured_stages(settings))
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
@@ -140,7 +146,7 @@ class Chain:
     def _prepared_for(self, plan: Plan, hurried: bool) -> list[PreparedChain]:
         cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
-        return [PreparedChain(image, stages, cells, self._watch) for image in plan.images]
+        return [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
 
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         """Return the stages of settings that have all numbers."""

@@ -22,7 +22,7 @@ from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
-from ods.pipeline.speckle import filtered_speckle
+from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
@@ -60,6 +60,7 @@ class PreparedChain:
         stages: Sequence[ConfiguredStage],
         learnt_cells: int,
         watch: Watch | None = None,
+        alive: Alive | None = None,
     ) -> None:
         """Prepare the stages, of which the last one detects. watch: is shown what each makes. Raises StageError."""
         *filters, last = stages
@@ -74,7 +75,8 @@ class PreparedChain:
         self.learns = self._detector.learn is not None
         """The detector had to see speckle first, which takes long."""
         if self._detector.learn:
-            self._detector.learn(filtered_speckle(FilterChain(filters, fan, buffers), layout.stride, learnt_cells))
+            unwatched = FilterChain(filters, fan, buffers)
+            self._detector.learn(filtered_speckle(unwatched, layout.stride, learnt_cells, alive))
         self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
         self._filters = self._new_filters()
 

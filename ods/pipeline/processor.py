@@ -14,6 +14,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.frozen_image import FrozenImage
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineConfig
+from ods.pipeline.speckle import Alive
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer
 
@@ -24,10 +25,12 @@ class PingProcessor:
     `counters`: where a stage compares pings, pings_without_pose and those of the pose buffer.
     """
 
-    def __init__(self, settings: PipelineConfig, counters: "Counter[str] | None" = None) -> None:
-        """Raises PluginError, StageError."""
+    def __init__(
+        self, settings: PipelineConfig, counters: "Counter[str] | None" = None, alive: Alive | None = None
+    ) -> None:
+        """alive: see `Chain`. Raises PluginError, StageError."""
         self.counters: Counter[str] = Counter() if counters is None else counters
-        self.chain = Chain(settings.pipeline)
+        self.chain = Chain(settings.pipeline, alive=alive)
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = self.counters

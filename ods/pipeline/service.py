@@ -12,7 +12,7 @@ from ods.pipeline.stage.params import StageError
 from ods.pipeline.warm_up import warm_up
 from ods.runtime import bus
 from ods.runtime.backlog import Backlog
-from ods.runtime.service import Service, StartError, Worker
+from ods.runtime.service import Service, StartError, Worker, tell_alive
 
 FAILURE_SAID_NS = clock.NS
 """A stage that fails now and then is said all the time."""
@@ -41,7 +41,7 @@ class PipelineWorker(Worker[PipelineConfig]):
     def start(self) -> None:
         """Build the chain and compile it."""
         try:
-            self._processor = PingProcessor(self.settings, self.service.counters)
+            self._processor = PingProcessor(self.settings, self.service.counters, tell_alive)
             warm_up(self.settings.pipeline)
         except (PluginError, StageError) as error:
             raise StartError(str(error)) from error

@@ -20,6 +20,9 @@ _LEARNT_STEP_NS = 100_000_000
 _TEXTURES = 1 << 16
 """Values of the texture that are drawn once for each kind: a gamma variate takes as long as ten cells of speckle."""
 
+Alive = Callable[[], object]
+"""Is called now and then during work that takes long, so that it is not taken for hung."""
+
 
 class Speckle(NamedTuple):
     """A kind of speckle: the mean of several looks, on a gamma distributed texture, which makes it K-distributed."""
@@ -42,25 +45,32 @@ KINDS = (
 )  # fmt: skip
 
 
-def filtered_speckle(filters: FilterChain, stride: int, cells: int) -> Iterator[Iterator[Image]]:
+def filtered_speckle(
+    filters: FilterChain, stride: int, cells: int, alive: Alive | None = None
+) -> Iterator[Iterator[Image]]:
     """Yield for each kind of speckle what filters make of images of it, no two alike; each is soon reused.
 
-    stride: samples whose amplitudes are averaged to a cell's; cells: about so many in all.
+    stride: samples whose amplitudes are averaged to a cell's; cells: about so many in all;
+    alive: is called before each image.
     """
     rng = np.random.Generator(np.random.SFC64(0))
     images = _LEARNT_IMAGES + cells // (len(KINDS) * filters.buffers.back.size)
     begin = 0
     for kind in KINDS:
         stop = begin + (images if begin else max(images, _FIRST_IMAGES))
-        yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop))
+        yield _filtered(filters, stride, drawn(kind, rng), range(begin, stop), alive)
         begin = stop
 
 
-def _filtered(filters: FilterChain, stride: int, draw: Callable[[Image], None], numbers: range) -> Iterator[Image]:
+def _filtered(
+    filters: FilterChain, stride: int, draw: Callable[[Image], None], numbers: range, alive: Alive | None
+) -> Iterator[Image]:
     buffers = filters.buffers
     beams, columns = buffers.back.shape
     samples = np.empty((beams, columns * stride), np.float32)
     for number in numbers:
+        if alive:
+            alive()
         draw(samples)
         np.sqrt(samples, out=samples)
         buffers.back[:] = samples[:, ::stride]

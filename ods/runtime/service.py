@@ -219,6 +219,11 @@ def notify(text: str) -> bool:
     return False
 
 
+def tell_alive() -> None:
+    """Tell the supervisor or systemd, from within a round of the work loop that takes long, that work goes on."""
+    notify("WATCHDOG=1")
+
+
 def tell_compiling(count: int, name: str) -> None:
     """Tell the supervisor or systemd that the process lives and compiles, so that it is not taken for hung.
 

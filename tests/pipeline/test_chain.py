@@ -177,7 +177,7 @@ def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.M
     """A tenth of the cells as long as they change at each ping, all of them once one has lasted."""
     learnt: list[int] = []
 
-    def speckle_of(filters: FilterChain, stride: int, cells: int) -> Iterator[Iterator[Image]]:
+    def speckle_of(filters: FilterChain, stride: int, cells: int, _: object) -> Iterator[Iterator[Image]]:
         learnt.append(cells)
         return filtered_speckle(filters, stride, 2000)
 

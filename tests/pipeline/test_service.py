@@ -1,6 +1,7 @@
 """The pipeline process as a process, pings and detections over real ZeroMQ."""
 
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -120,6 +121,24 @@ def test_pings_become_detections_and_bad_ones_are_counted(process: Process) -> N
     before = len(process.found)
     process.wait(lambda: len(process.found) > before + 3, good)
     assert process.stop() == 0
+
+
+def test_a_process_that_learns_from_speckle_is_not_taken_for_hung(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It learns at each other range: for 4 s, of 1024 x 4000 samples, and was killed after 3."""
+    told: list[str] = []
+    with tempfile.TemporaryDirectory() as folder, socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+        listener.bind(f"{folder}/notify")
+        listener.settimeout(PATIENCE_S)
+        monkeypatch.setenv("NOTIFY_SOCKET", f"{folder}/notify")
+        with running() as process:
+            process.wait(lambda: process.health)
+            process.sonar.publish("ping", make_ping(np.random.default_rng(0).integers(0, 255, (60, 1000), np.uint8)))
+            deadline = time.monotonic() + PATIENCE_S
+            while "WATCHDOG=1" not in told:  # and no STATUS, as from the work loop
+                assert time.monotonic() < deadline, told
+                told.append(listener.recv(4096).decode())
 
 
 def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Process) -> None:
