@@ -28,7 +28,7 @@ BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
-MACHINE_CODE = frozenset({"ods.commands.detect", "ods.track.command"})
+MACHINE_CODE = frozenset({"ods.calibrate.command", "ods.commands.detect", "ods.simulate.command", "ods.track.command"})
 """Modules of commands that import kernels at once, and take them from `ods compile`."""
 QUIETED = {
     "can": logging.WARNING, "canopen": logging.WARNING, "numba": logging.WARNING,

@@ -1,6 +1,6 @@
 """`ods compile`: compiles all that the on-board processes will call, so that they start at once and without numba.
 
-Where what the simulator needs is installed its kernels too, for the workbench: not on board.
+Where what the simulator needs is installed its kernels too, for workbench, `ods simulate` and bench: not on board.
 """
 
 import hashlib

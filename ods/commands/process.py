@@ -18,9 +18,8 @@ def add_arguments(_parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the process that the command is named after until SIGTERM or SIGINT. Raises OdsError."""
     process = PROCESSES[args.command]
-    if process.on_board:
-        kernel.do_without_numba()
-        kernel.tell_compiling(tell_compiling)
+    kernel.do_without_numba()
+    kernel.tell_compiling(tell_compiling)
     with words_at_the_end(process.name) as home:
         config = load(args.config, _named(process.config))
         home.run_dir = config.bus.run_dir

@@ -14,6 +14,18 @@ from ods.cli import COMMANDS, Command, main
 from tests.locked_folder import lock
 
 
+@pytest.mark.parametrize("command", ["calibrate", "detect", "simulate", "track"])
+def test_commands_take_the_machine_code_that_is_there(command: str) -> None:
+    """Not numba's cache, which is only that of who ran `ods compile`: for others `ods simulate` compiled for 70 s."""
+    code = (
+        "from contextlib import suppress; from ods.cli import main; from ods.compiled import kernel\n"
+        f"with suppress(SystemExit): main(['{command}', '--help'])\n"
+        "print(kernel._without_numba)"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert told.stdout.endswith("True\n")
+
+
 @pytest.mark.parametrize("row", COMMANDS, ids=lambda row: row.name)
 def test_every_row_names_a_module_with_arguments_and_run(row: Command, capsys: pytest.CaptureFixture[str]) -> None:
     module = importlib.import_module(row.module)
