@@ -28,7 +28,10 @@ BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
-MACHINE_CODE = frozenset({"ods.calibrate.command", "ods.commands.detect", "ods.simulate.command", "ods.track.command"})
+MACHINE_CODE = frozenset({
+    "ods.assess.detection.command", "ods.assess.sea.command", "ods.assess.track.command", "ods.bench.command",
+    "ods.calibrate.command", "ods.commands.detect", "ods.simulate.command", "ods.track.command",
+})  # fmt: skip
 """Modules of commands that import kernels at once, and take them from `ods compile`."""
 QUIETED = {
     "can": logging.WARNING, "canopen": logging.WARNING, "numba": logging.WARNING,
