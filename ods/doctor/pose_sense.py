@@ -1,10 +1,11 @@
-"""Poses that hold together: near the site, under water, and moving as fast as they say."""
+"""Poses that hold together: near the site, under water, of the time that it is, and moving as fast as they say."""
 
 import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ods.base import clock
 from ods.doctor.finding import Finding
 from ods.messages import Pose
 from ods.runtime.pose_motion import PoseMotion
@@ -26,6 +27,10 @@ def examine(subject: str, poses: Sequence[Pose]) -> Iterator[Finding]:
         told = f"the vehicle is {-down:.1f} m up in the air: is height told, not depth"
         cure = "sign = -1 in nav.dbc.signals, a negative factor in nav.canopen.objects"
         yield Finding("wrong", subject, f"{told} ({cure})?")
+    if poses[-1].utc_source == "unsure" and clock.synchronized():
+        told = "the INS's time is more than 1 s from this computer's, which is synchronized"
+        why = "it is wrong, or what it sends comes so late, as behind a serial server that buffers"
+        yield Finding("note", subject, f"{told}: {why}")
     yield from _motion(subject, poses)
 
 

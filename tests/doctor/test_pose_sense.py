@@ -6,6 +6,7 @@ from collections.abc import Sequence
 import msgspec
 import pytest
 
+from ods.base import clock
 from ods.base.clock import NS
 from ods.doctor.pose_sense import examine
 from ods.messages import Pose
@@ -47,6 +48,17 @@ def test_what_cannot_be_right_is_wrong_and_nothing_else(
     found = list(examine("navigation", straight(place, (0.0, east, 0.0), told, 0.5 * math.pi)))
     assert [item.level for item in found] == ["wrong"] * len(said)
     assert all(words in item.text for item, words in zip(found, said, strict=True))
+
+
+@pytest.mark.parametrize("synchronized", [True, False])
+def test_a_time_that_is_another_one_may_be_a_line_that_is_behind(
+    synchronized: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(clock, "synchronized", lambda: synchronized)
+    poses = straight((0.0, 0.0, 20.0), (1.0, 0.0, 0.0), (1.0, 0.0, 0.0), 0.0)
+    assert not list(examine("navigation", [msgspec.structs.replace(pose, utc_source="clock") for pose in poses]))
+    found = list(examine("navigation", [msgspec.structs.replace(pose, utc_source="unsure") for pose in poses]))
+    assert [item.level for item in found] == ["note"] * synchronized
 
 
 def test_a_gap_between_poses_is_not_taken_for_motion() -> None:
