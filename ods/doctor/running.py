@@ -18,7 +18,7 @@ LISTEN_S = 1.5
 
 def sockets(run_dir: Path) -> Iterator[Finding]:
     """Tell which processes run, and what they say of themselves."""
-    if run_dir.exists() and not os.access(run_dir, os.R_OK | os.X_OK):
+    if not _may_be_used(run_dir):
         yield Finding("wrong", "sockets", f"{run_dir} may not be used by this user")
         return
     running = [process.name for process in may_be_on_board() if is_locked(run_dir, process.name)]
@@ -40,6 +40,17 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             yield Finding("wrong", process.name, "; ".join(report.problems))
         else:
             yield Finding("good", process.name, "runs and is well" if report.ready else "is starting")
+
+
+def _may_be_used(run_dir: Path) -> bool:
+    """Tell whether this user may look into the folder; one that is not there yet is no hindrance."""
+    try:
+        run_dir.stat()
+    except FileNotFoundError:
+        return True
+    except OSError:  # the folder that it is in may not be looked into
+        return False
+    return os.access(run_dir, os.R_OK | os.X_OK)
 
 
 def _listen(run_dir: Path, names: list[str]) -> dict[str, Health]:

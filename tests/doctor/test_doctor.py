@@ -28,6 +28,7 @@ from ods.runtime import bus
 from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.sonar_link.s7k.records import encode_ping
+from tests.locked_folder import lock
 from tests.sonar_link.sonar_samples import Device, make_ping
 
 CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"
@@ -173,6 +174,15 @@ def test_running_processes_are_asked_how_they_are(tmp_path: Path) -> None:
     publisher.close()
     context.term()
     assert [item.level for item in sockets(tmp_path)] == ["note"]
+
+
+def test_a_run_folder_in_a_folder_that_may_not_be_looked_into_is_wrong(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock(monkeypatch, tmp_path)
+    assert list(sockets(tmp_path / "run")) == [
+        Finding("wrong", "sockets", f"{tmp_path / 'run'} may not be used by this user")
+    ]
 
 
 def link(**data: object) -> dict[str, object]:

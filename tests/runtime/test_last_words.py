@@ -11,6 +11,7 @@ import zmq
 
 from ods.runtime import last_words
 from ods.runtime.bus import Publisher
+from tests.locked_folder import lock
 
 CONFIG = Path(__file__).parents[2] / "config" / "onboard.toml"
 
@@ -38,6 +39,13 @@ def test_a_process_that_cannot_start_leaves_the_reason_and_the_next_one_takes_it
     publisher.close()
     context.term()
     assert last_words.left(folder, "pipeline") == ""
+
+
+def test_where_the_run_folder_may_not_be_looked_into_none_are_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lock(monkeypatch, tmp_path)
+    last_words.leave(tmp_path / "run", "tracker", "the reason, which a traceback had hidden")
 
 
 def test_words_are_bounded_and_plain(folder: Path) -> None:
