@@ -97,7 +97,7 @@ function meet(one, other) {
   return one[0] < other[2] && one[2] > other[0] && one[1] < other[3] && one[3] > other[1];
 }
 
-// Lines of a legend: [[role, label], ...] at a place; returns the width taken.
+// Lines of a legend: [[role, label], ...] at a place.
 export function legend(context, entries, x, y, perLine = 18) {
   context.textAlign = "left";
   context.textBaseline = "middle";
