@@ -34,6 +34,18 @@ context.fillText = write;
 return [canvas.clientWidth, said];
 """
 
+LABELS = """
+const done = arguments[0];
+import("ods-charts").then(({ Labels }) => {
+  const context = document.createElement("canvas").getContext("2d"), said = {};
+  context.fillText = (text, x) => (said[text] = [x, x + context.measureText(text).width]);
+  const labels = new Labels(context, { x: 50, y: 20, width: 250, height: 200 });
+  labels.write("closest to 1: -1.3 m in 100 s", 180, 100, "red");
+  labels.write("out of sight", 20, 100, "red");
+  done(said);
+});
+"""
+
 
 @pytest.fixture(scope="module")
 def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
@@ -68,3 +80,10 @@ def test_the_chart_of_assess_has_room_and_makes_room(window: webdriver.Chrome) -
     assert until(lambda: window.execute_script(CARD)) > 600
     window.set_window_size(1440, 800)
     until(lambda: window.execute_script(SIDEWAYS) == [])
+
+
+def test_a_long_label_in_a_narrow_plan_is_whole(window: webdriver.Chrome) -> None:
+    ((text, (left, right)),) = window.execute_async_script(LABELS).items()
+    assert text.startswith("closest")
+    assert left >= 50
+    assert right <= 300
