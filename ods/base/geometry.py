@@ -54,20 +54,6 @@ def rotation_matrix(q: ArrayLike) -> Floats:
     return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
-def slerp(q0: ArrayLike, q1: ArrayLike, fraction: float) -> Floats:
-    """Return the unit quaternion `fraction` of the way from q0 to q1 by the shorter arc; shapes (4,)."""
-    a, b = np.asarray(q0, np.float64), np.asarray(q1, np.float64)
-    cosine = float(a @ b)
-    if cosine < 0.0:
-        b, cosine = -b, -cosine
-    if cosine > 1.0 - 1e-9:  # the arc is too short for a stable division by its sine
-        mixed = a + fraction * (b - a)
-    else:
-        arc = np.arccos(min(cosine, 1.0))
-        mixed = (np.sin((1.0 - fraction) * arc) * a + np.sin(fraction * arc) * b) / np.sin(arc)
-    return np.asarray(mixed / np.linalg.norm(mixed))
-
-
 def polar_to_body(range_m: ArrayLike, bearing_rad: ArrayLike, elevation_rad: ArrayLike = 0.0) -> Floats:
     """Return (..., 3) FRD positions of slant range, bearing (starboard positive) and elevation (up positive)."""
     r, b, e = np.broadcast_arrays(

@@ -44,3 +44,17 @@ def rotated(q: Quaternion, v: Vector3) -> Vector3:
     cy = z * v[0] - x * v[2] + w * v[1]
     cz = x * v[1] - y * v[0] + w * v[2]
     return v[0] + 2.0 * (y * cz - z * cy), v[1] + 2.0 * (z * cx - x * cz), v[2] + 2.0 * (x * cy - y * cx)
+
+
+def slerp(a: Quaternion, b: Quaternion, f: float) -> Quaternion:
+    """Return the unit quaternion `f` of the way from a to b by the shorter arc; f above 1 goes on beyond b."""
+    cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
+    sign = 1.0 if cosine >= 0.0 else -1.0
+    arc = math.acos(min(cosine * sign, 1.0))
+    if arc < 1e-6:  # its sine is too small to divide by, and a straight line as good
+        p, q = 1.0 - f, f * sign
+    else:
+        p, q = math.sin((1.0 - f) * arc), math.sin(f * arc) * sign
+    w, x, y, z = p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2], p * a[3] + q * b[3]
+    norm = math.sqrt(w * w + x * x + y * y + z * z)
+    return w / norm, x / norm, y / norm, z / norm

@@ -41,14 +41,13 @@ class Differences:
         self.begin_ns: int | None = None
         self.recorded: dict[int, Sighting] = {}
         self.now: dict[int, Sighting] = {}
-        self.lists = self.lists_missing = 0
+        self.lists = 0
 
     def add(self, pair: ListPair) -> None:
         """Take both lists of one instant."""
         told, again = pair.recorded, pair.again
         self.begin_ns = told.t_ns if self.begin_ns is None else self.begin_ns
         self.lists += 1
-        self.lists_missing += again is None
         here = _noted(self.recorded, told)
         there = _noted(self.now, again) if again is not None else []
         for a, b, apart in _pairs(here, there):

@@ -11,7 +11,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.quaternion import rotated, slerp
 from ods.base.settings import Positive, Settings, slider
 from ods.messages import Pose, Quaternion, Vector3
 
@@ -132,7 +132,7 @@ class PoseBuffer:
     def _interpolate(self, after: int, t_ns: int) -> PoseEstimate:
         a, b = self._poses[after - 1], self._poses[after]
         f = (t_ns - a.t_ns) / (b.t_ns - a.t_ns)
-        attitude = _slerp(a.attitude, b.attitude, f)
+        attitude = slerp(a.attitude, b.attitude, f)
         return PoseEstimate(
             t_ns,
             np.array(_mix(a.position_ned, b.position_ned, f)),
@@ -169,7 +169,7 @@ class PoseBuffer:
         if t_ns <= pose.t_ns or base >= index:
             return pose.attitude
         earlier = self._poses[base]
-        return _slerp(earlier.attitude, pose.attitude, (t_ns - earlier.t_ns) / (pose.t_ns - earlier.t_ns))
+        return slerp(earlier.attitude, pose.attitude, (t_ns - earlier.t_ns) / (pose.t_ns - earlier.t_ns))
 
 
 def _is_sound(pose: Pose) -> bool:
@@ -195,17 +195,3 @@ def _altitude(a: Pose, b: Pose, f: float) -> tuple[float | None, float]:
 
 def _mix(a: Vector3, b: Vector3, f: float) -> Vector3:
     return a[0] + f * (b[0] - a[0]), a[1] + f * (b[1] - a[1]), a[2] + f * (b[2] - a[2])
-
-
-def _slerp(a: Quaternion, b: Quaternion, f: float) -> Quaternion:
-    """Return the unit quaternion `f` of the way from a to b by the shorter arc; f above 1 goes on beyond b."""
-    cosine = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3]
-    sign = 1.0 if cosine >= 0.0 else -1.0
-    arc = math.acos(min(cosine * sign, 1.0))
-    if arc < 1e-6:  # its sine is too small to divide by, and a straight line as good
-        p, q = 1.0 - f, f * sign
-    else:
-        p, q = math.sin((1.0 - f) * arc), math.sin(f * arc) * sign
-    w, x, y, z = p * a[0] + q * b[0], p * a[1] + q * b[1], p * a[2] + q * b[2], p * a[3] + q * b[3]
-    norm = math.sqrt(w * w + x * x + y * y + z * z)
-    return w / norm, x / norm, y / norm, z / norm

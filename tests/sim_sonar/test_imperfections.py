@@ -15,7 +15,7 @@ from ods.base.settings_file import ConfigError
 from ods.messages import frame_of
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.pose import Transmission, VehiclePose
-from ods.sim_sonar.receiver.quantize import LogQuantizer, PingMaker, quantize_linear, quantize_log8
+from ods.sim_sonar.receiver.quantize import LogQuantizer, PingMaker, quantize_linear
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
 from ods.sim_sonar.scene.timeline import load_scene
@@ -196,7 +196,7 @@ def test_interference_is_noise_that_is_fresh_in_each_ping() -> None:
 
 def test_log_samples_follow_record_7042() -> None:
     counts = np.array([[0.0, 0.3, 1.0, 10.0, 1e3, 1e6, 1e12]], np.float32)
-    assert quantize_log8(counts).tolist() == [[0, 0, 0, 40, 120, 240, 255]]
+    assert LogQuantizer()(counts).tolist() == [[0, 0, 0, 40, 120, 240, 255]]
 
 
 @settings(deadline=None)  # the first example compiles

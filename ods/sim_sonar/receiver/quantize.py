@@ -16,11 +16,6 @@ WHOLE_SAMPLE = 1e-3
 """Share of a sample that the first range may lie off a whole number of samples."""
 
 
-def quantize_log8(amplitude: Image, factor: float = 40.0) -> Bytes:
-    """Return a = factor * log10(amplitude), rounded, 0 under 1 count, at most 255: record 7042's rule, uint8."""
-    return LogQuantizer(factor)(amplitude)
-
-
 def quantize_linear(amplitude: Image, full_scale: float, dtype: type[np.uint8] | type[np.uint16]) -> AnyArray:
     """Return amplitude / full_scale in shares of the type's highest value, rounded, at most that value."""
     highest = np.float32(np.iinfo(dtype).max)
@@ -30,7 +25,10 @@ def quantize_linear(amplitude: Image, full_scale: float, dtype: type[np.uint8] |
 
 
 class LogQuantizer:
-    """Record 7042's rule by thresholds: exact, and ten times faster than logarithms."""
+    """a = factor * log10(amplitude), rounded, 0 under 1 count, at most 255: record 7042's rule.
+
+    By thresholds: exact, and ten times faster than logarithms.
+    """
 
     def __init__(self, factor: float = 40.0) -> None:
         levels = (np.arange(1, 256) - 0.5) / factor

@@ -15,8 +15,6 @@ from typing import NamedTuple
 
 from ods.sonar_link.ping_builder import MAX_BEAMS, MAX_SAMPLES
 
-DATA_PORT = 52100
-"""TCP, at the sonar."""
 STATUS_PORT = 52102
 """UDP, broadcast by the sonar."""
 CHECK_WORD = b"SO"

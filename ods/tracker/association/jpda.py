@@ -16,7 +16,7 @@ from ods.compiled.kernel import kernel
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
 from ods.tracker.association.gnn import best_pairs
-from ods.tracker.measurement.model import predicted_rows, wrapped
+from ods.tracker.measurement.model import PredictedMeasurement, predicted_rows, wrapped
 from ods.tracker.measurement.scan import Echoes, EchoRows, echo_rows
 
 MOST_RATIO = 25.0
@@ -93,9 +93,48 @@ def _put_together(
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """
-    share, free = probabilities
     radius, radius_variance = radii
     echoes, predicted = echo_rows(echo_table), predicted_rows(predicted_table)
+    strongest, seen, chance, mean, square, noise = _added_up(hypotheses, probabilities, echoes, predicted, radius)
+    objects = (seen > MORE_LIKELY).nonzero()[0]
+    best, llr, count = strongest[objects], np.log(chance[objects]), len(objects)
+    table = np.empty((len(echo_table), count))
+    made = echo_rows(table)
+    measured = made.range_m, made.bearing, made.radius
+    sigmas = made.sigma_range, made.sigma_bearing, made.sigma_radius
+    _tell_what_holds_for_any(made, hypotheses, (probabilities[0], strongest, objects), echoes)
+    for k in range(count):
+        i = objects[k]
+        j = hypotheses.echoes[best[k]]
+        made.strength[k], made.onset[k] = echoes.strength[j], echoes.onset[j]
+        middle = predicted.range_m[i], predicted.bearing[i], radius[i]
+        variance = (
+            predicted.along[i],
+            predicted.across[i] / predicted.horizontal[i] ** 2,
+            radius_variance[i],
+        )
+        for axis in range(3):
+            own = noise[axis, i] / seen[i]
+            together = noise_together(seen[i], mean[axis, i], square[axis, i], variance[axis], own)
+            measured[axis][k] = middle[axis] + mean[axis, i] / seen[i]
+            sigmas[axis][k] = math.sqrt(together)
+    return best, llr, table
+
+
+@kernel
+def _added_up(
+    hypotheses: Hypotheses,
+    probabilities: tuple[Floats, Floats],
+    echoes: EchoRows,
+    predicted: PredictedMeasurement,
+    radius: Floats,
+) -> tuple[Indices, Floats, Floats, Floats, Floats, Floats]:
+    """Return, of n objects, the strongest pair (n,) and sums over the pairs of each object.
+
+    These are the probabilities and the likelihood ratios (n,), and (3, n) by probability the innovations of range,
+    bearing and radius, their squares, and the variances of the noise.
+    """
+    share, free = probabilities
     n = len(radius)
     strongest, seen, chance = np.full(n, -1), np.zeros(n), np.zeros(n)
     mean, square, noise = np.zeros((3, n)), np.zeros((3, n)), np.zeros((3, n))
@@ -115,29 +154,7 @@ def _put_together(
             mean[axis, i] += share[k] * innovation[axis]
             square[axis, i] += share[k] * innovation[axis] ** 2
             noise[axis, i] += share[k] * sigma[axis] ** 2
-    objects = (seen > MORE_LIKELY).nonzero()[0]
-    best, llr, count = strongest[objects], np.log(chance[objects]), len(objects)
-    table = np.empty((len(echo_table), count))
-    made = echo_rows(table)
-    measured = made.range_m, made.bearing, made.radius
-    sigmas = made.sigma_range, made.sigma_bearing, made.sigma_radius
-    _tell_what_holds_for_any(made, hypotheses, (share, strongest, objects), echoes)
-    for k in range(count):
-        i = objects[k]
-        j = hypotheses.echoes[best[k]]
-        made.strength[k], made.onset[k] = echoes.strength[j], echoes.onset[j]
-        middle = predicted.range_m[i], predicted.bearing[i], radius[i]
-        variance = (
-            predicted.along[i],
-            predicted.across[i] / predicted.horizontal[i] ** 2,
-            radius_variance[i],
-        )
-        for axis in range(3):
-            own = noise[axis, i] / seen[i]
-            together = noise_together(seen[i], mean[axis, i], square[axis, i], variance[axis], own)
-            measured[axis][k] = middle[axis] + mean[axis, i] / seen[i]
-            sigmas[axis][k] = math.sqrt(together)
-    return best, llr, table
+    return strongest, seen, chance, mean, square, noise
 
 
 @kernel

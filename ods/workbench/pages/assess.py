@@ -35,11 +35,11 @@ class Sweep(NamedTuple):
 
 def build(session: Session) -> None:
     """Build the menu."""
-    with ui.row().classes("w-full no-wrap items-start gap-3 max-lg:flex-wrap"):
-        with ui.card().classes("w-full").props("flat bordered"):
+    with ui.row().classes("w-full no-wrap items-start gap-3 max-xl:flex-wrap"):
+        with ui.card().classes("w-full min-w-0").props("flat bordered"):
             ui.label("Speed against accuracy").classes("text-base font-medium")
             _ChainsCard(session)
-        with ui.card().classes("w-full").props("flat bordered"):
+        with ui.card().classes("w-full min-w-0").props("flat bordered"):
             ui.label("One setting from end to end").classes("text-base font-medium")
             _SweepCard(session)
 

@@ -51,7 +51,7 @@ class ControlRow:
         by, marker = self._control.by, self._control.path
         if isinstance(by, Number):
             self._slider = ui.slider(min=0, max=by.places - 1, step=1, value=0, on_change=self._slid)
-            self._slider.props("dense").classes("grow min-w-24 mr-2").mark(f"slider {marker}")
+            self._slider.props("dense").classes("grow min-w-16 mr-2").mark(f"slider {marker}")
             self._field = ui.number(value=None).props("dense borderless").classes("w-16 shrink-0")
             self._field.on("change", self._written).on("keydown.enter", self._written)
         elif isinstance(by, Switch):

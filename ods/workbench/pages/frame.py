@@ -61,7 +61,7 @@ TEXT_COLOURS = {
 }
 """Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
 LONGEST_NAME = 44
-"""Characters of a step's name in the header; the list of steps has all of it."""
+"""Characters of the name of data or a step in the header; the list of steps has all of it."""
 
 _open_menu: "WeakKeyDictionary[Session, str]" = WeakKeyDictionary()
 """That a page shows which is built again."""
@@ -107,8 +107,8 @@ def _tell(error: Exception) -> None:
 
 
 def _data_name(session: Session) -> None:
-    label = ui.label(name_of(session.state.data)).classes("text-sm opacity-80 ml-3").mark("data")
-    follow(session, label, lambda _, after: label.set_text(name_of(after.data)))
+    label = ui.label(_short(name_of(session.state.data))).classes("text-sm opacity-80 ml-3").mark("data")
+    follow(session, label, lambda _, after: label.set_text(_short(name_of(after.data))))
 
 
 def name_of(data: DataReference) -> str:
@@ -117,6 +117,10 @@ def name_of(data: DataReference) -> str:
     if data.kind == "none":
         return "no data open"
     return {"file": name, "scene": f"scene {name or 'not saved yet'}", "live": f"live: {data.path}"}[data.kind]
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…"
 
 
 def _undo_and_redo(session: Session) -> None:
@@ -137,7 +141,7 @@ def _undo_and_redo(session: Session) -> None:
     def show() -> None:
         history = session.history
         for button, name in ((undo, history.undoes), (redo, history.redoes)):
-            button.set_text(name if len(name) <= LONGEST_NAME else f"{name[: LONGEST_NAME - 1]}…")
+            button.set_text(_short(name))
             button.set_enabled(bool(name))
 
     steps.on("before-show", list_steps)

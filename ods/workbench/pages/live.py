@@ -104,7 +104,7 @@ class _LivePage:
             with ui.element("div").classes("grow min-w-0").style("flex-basis: 28%"):
                 self._times = TimeView(title="Latency", columns=1, height=HEIGHT)
         self._plan.on_pick(self._picked)
-        with ui.row().classes("w-full no-wrap gap-2 items-start"):
+        with ui.row().classes("w-full no-wrap gap-2 items-start max-xl:flex-wrap"):
             self._numbers = table("Obstacles", NUMBERS, self._mark).style("min-width: min(38rem, 60%)")
             self._health = table("Processes", HEALTH, None)
             self._health.props("wrap-cells").add_slot("body-cell-state", STATE)

@@ -32,7 +32,8 @@ TRACKED = ("file", "scene")
 COMPUTING = "computing ..."
 TABLE_S = 0.25
 """The table of a ping follows plan and diagrams, which cost the browser less."""
-HEIGHT = "calc(100vh - 330px)"
+HEIGHT = "max(100vh - 330px, 33rem)"
+"""At least what 12 strips and the courses below them need."""
 
 _reruns: "WeakKeyDictionary[Session, Rerun]" = WeakKeyDictionary()
 
@@ -135,10 +136,11 @@ class _Observer:
         if rerun.result is not None and rerun.result is not self._drawn:
             self._drawn = rerun.result
             self._draw_result(rerun.result)
-        waits = state.data.kind in TRACKED and rerun.result_of != wanted(state) and not rerun.error
-        busy = _doing(rerun.progress) if waits else ""
-        self._plan.set_busy(busy and COMPUTING)
-        self._times.set_busy(busy and COMPUTING)
+        old = rerun.result_of != wanted(state)
+        busy = _doing(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
+        dimmed = COMPUTING if busy else "not the newest" if old and self._drawn is not None else ""
+        self._plan.set_busy(dimmed)
+        self._times.set_busy(dimmed)
         self._status.set_text(rerun.error or busy or _summary(state.data, self._drawn))
         self._status.classes(replace="text-sm text-negative" if rerun.error else "text-sm")
         progress = rerun.progress

@@ -3,7 +3,6 @@
 import itertools
 from collections.abc import Callable
 from html import escape
-from typing import NamedTuple
 
 import numpy as np
 from nicegui import ui
@@ -20,13 +19,6 @@ MOST_CURVES, MOST_POINTS = 4, 500
 ROLES: tuple[Colour, ...] = ("first", "second", "third", "truth")
 COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7", "#0072b2", "#d55e00", "#999999", "#f0e442")
 """Okabe and Ito's, of the parts of the cost."""
-
-
-class Shown(NamedTuple):
-    """A curve of the profile: a place of the chain of A or of B; -1: as recorded."""
-
-    of_b: bool
-    place: int
 
 
 class Profile:

@@ -116,8 +116,9 @@ def _typed(session: Session, label: str, unit: str, path: str, value: float) -> 
     def set_it() -> None:
         if number.value is not None:
             try_to(session, SetScene(path, float(number.value)))
+        show()
 
-    def show(_: State, __: State) -> None:
+    def show(_: State | None = None, __: State | None = None) -> None:
         given = _value(session.state, path)
         if given is not None:
             number.set_value(round(given, 2))

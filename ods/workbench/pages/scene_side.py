@@ -86,6 +86,7 @@ class Side:
             seed = ui.number("seed", value=_seed(self._session), min=0, step=1, precision=0).props("dense").mark("seed")
             seed.on_value_change(lambda event: self._set_seed(event.value))
             ui.label("the same seed gives the same bytes").classes("text-xs opacity-70")
+        seed.on("blur", lambda: seed.set_value(_seed(self._session)))  # emptied, or no number
         follow(self._session, seed, lambda _, __: seed.set_value(_seed(self._session)))
         panels.groups(self._session, image_groups())
 

@@ -116,7 +116,7 @@ class _Simulator:
                 self._build_plan()
             with ui.column().classes("gap-1 min-w-0").style("width: 36%"):
                 self._build_image()
-            with ui.column().classes("gap-1 min-w-0").style("width: 26%"):
+            with ui.column().classes("gap-1 min-w-0").style("width: 26%; min-width: 21.5rem"):
                 self._side = Side(session, self._select, self._show_rehearsal)
         pictures = ScenePictures()
         self._newest: Newest[Asked, Pictured] = Newest(pictures.picture, self._told, self._failed)

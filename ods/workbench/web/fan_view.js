@@ -21,6 +21,7 @@ const KINDS = {
 };
 const DIM = 0.35; // of what attention skips
 const MARGIN = { left: 14, right: 74, top: 26, bottom: 24 };
+const RULER = 30; // of the button in the corner
 const DEG = 180 / Math.PI;
 
 // ---- the page's link to the server: one socket for all views ----
@@ -393,7 +394,7 @@ export default {
       if (!canvas || !this.isShown()) return;
       const { context, width: clientWidth, height: clientHeight } = prepare(canvas);
       const colour = ink();
-      this.write(context, this.heading(), MARGIN.left, 17, colour, clientWidth - MARGIN.left - 4);
+      this.write(context, this.heading(), MARGIN.left, 17, colour, clientWidth - MARGIN.left - RULER);
       if (!this.frame) return this.write(context, this.busy || "no image yet", MARGIN.left, 60, colour, clientWidth);
       const { projection } = this.project();
       const { box } = projection;

@@ -241,7 +241,7 @@ export default {
       context.rect(box.x, box.y, box.width, box.height);
       context.clip();
       context.globalAlpha = this.now.busy ? 0.4 : 1;
-      const labels = new Labels(context, width, height);
+      const labels = new Labels(context, box);
       const shapes = this.all();
       const roles = [...new Set(shapes.filter((shape) => shape.kind !== "handle").map((shape) => shape.role))];
       labels.taken.push([box.x, box.y, box.x + 170, box.y + 8 + 18 * roles.length]);

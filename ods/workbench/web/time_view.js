@@ -142,7 +142,7 @@ export default {
       });
       context.font = "12px system-ui, sans-serif";
       const end = box.y + box.height + MARGIN.bottom;
-      return this.stripLegend(context, box, end);
+      return this.stripLegend(context, width, end);
     },
     drawSpan(context, box, role, from, to, y) {
       const style = styleOf(role);
@@ -158,18 +158,20 @@ export default {
         context.fillRect(x1, y + (ROW - high) / 2, Math.max(2, x2 - x1), high);
       }
     },
-    stripLegend(context, box, y) {
-      let x = box.x;
+    stripLegend(context, width, y) {
+      let x = MARGIN.right;
       context.textAlign = "left";
       for (const role of ["tentative", "active", "stand_by", "hibernated", "terminated"]) {
         const label = styleOf(role).label;
+        const wide = 28 + context.measureText(label).width;
+        if (x + wide > width) [x, y] = [MARGIN.right, y + ROW];
         const part = this.part;
         this.part = [0, 1];
         this.drawSpan(context, { x, width: 22 }, role, 0, 1, y - ROW / 2);
         this.part = part;
         context.fillStyle = ink();
         context.fillText(label, x + 28, y);
-        x += 44 + context.measureText(label).width;
+        x += wide + 16;
       }
       return y + 26;
     },
@@ -208,10 +210,12 @@ export default {
       halo(context, panel.title, box.x, box.y - 9);
       let x = box.x + box.width;
       context.textAlign = "right";
+      const named = box.x + context.measureText(panel.title).width + 10;
       for (const line of [...panel.lines].reverse()) {
-        const style = styleOf(line.role);
-        halo(context, line.label, x, box.y - 9, style.colour);
-        x -= context.measureText(line.label).width + 10;
+        const wide = context.measureText(line.label).width;
+        if (x - wide < named) return; // no room beside the title
+        halo(context, line.label, x, box.y - 9, styleOf(line.role).colour);
+        x -= wide + 10;
       }
     },
     limits(panel) {

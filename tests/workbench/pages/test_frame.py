@@ -10,7 +10,7 @@ from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
-from ods.workbench.model.actions import SetView
+from ods.workbench.model.actions import OpenData, SetView
 from ods.workbench.model.state import DataReference, State, View
 from ods.workbench.pages import frame
 from ods.workbench.pages.frame import Menu
@@ -84,6 +84,12 @@ async def test_undo_and_redo_say_what_they_do(user: User, session: Session) -> N
     await changed()
     assert session.state.view == View(palette="gray", dark=False)
     assert not button(user, "redo").enabled
+
+
+async def test_a_long_name_leaves_the_header_as_high_as_it_is(user: User, session: Session) -> None:
+    session.do(OpenData(DataReference("file", f"/data/{'n' * 200}.npz")))
+    await changed()
+    assert len(button(user, "data").text) == frame.LONGEST_NAME
 
 
 async def test_dark_and_light_follow_the_session(user: User, session: Session) -> None:

@@ -10,8 +10,8 @@ from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
-from ods.workbench.model.actions import SetSetting, SetView, ShowPing
-from ods.workbench.model.state import State
+from ods.workbench.model.actions import OpenData, SetSetting, SetView, ShowPing
+from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer
 from ods.workbench.pages.observer_settings import groups
 from ods.workbench.session import Session
@@ -75,6 +75,17 @@ async def test_another_observer_tracks_again(user: User, session: Session) -> No
     await until(lambda: "mean GOSPA" in status(user))
     session.undo()
     await until(lambda: observer.rerun_of(session).progress is None)
+
+
+async def test_what_was_tracked_before_is_dimmed_where_data_cannot_be(user: User, session: Session) -> None:
+    await until(lambda: "mean GOSPA" in status(user))
+    plan, times = the(user, PlanView), the(user, TimeView)
+    assert plan._props["busy"] == ""
+    session.do(OpenData(DataReference(kind="file", path="gone.s7k")))
+    await until(lambda: "gone.s7k" in status(user))
+    assert {plan._props["busy"], times._props["busy"]} == {"not the newest"}
+    session.undo()
+    await until(lambda: plan._props["busy"] == "")
 
 
 async def test_a_click_in_time_goes_to_the_ping(user: User, session: Session) -> None:

@@ -69,6 +69,21 @@ async def test_plan_and_clock_show_the_ping(session: Session) -> None:
         assert session.state.ping == 7
 
 
+async def test_a_field_that_is_emptied_or_refused_shows_what_is(session: Session) -> None:
+    session.do(do.AddWaypoint("vehicle", 1.0, (0.3, 0.0, 20.0)))
+    async with visiting(session, simulator.build) as user:
+        await until(lambda: layer(user, "scene"))
+        time, seed = one(user, "vehicle.waypoints[1].t_s"), one(user, "seed")
+        was = time.value
+        for value in (None, -1.0):
+            time.set_value(value)
+            user.find(marker="vehicle.waypoints[1].t_s").trigger("blur")
+            await until(lambda: time.value == was)
+        seed.set_value(None)
+        user.find(marker="seed").trigger("blur")
+        await until(lambda: seed.value == scene(session).seed)
+
+
 async def test_nothing_is_simulated_while_the_menu_is_hidden(session: Session) -> None:
     """And what was missed is made up for when it is shown again."""
     panels: list[ui.column] = []

@@ -70,24 +70,28 @@ export function halo(context, text, x, y, colour = ink()) {
   context.restore();
 }
 
-// Writes labels beside their points where no other one is.
+// Writes labels beside their points where no other one is, inside a box.
 export class Labels {
-  constructor(context, width, height) {
-    Object.assign(this, { context, width, height, taken: [] });
+  constructor(context, box) {
+    Object.assign(this, { context, box, taken: [] });
   }
   write(text, x, y, colour, gap = 8) {
     const { context } = this;
+    const { x: left, y: top, width, height } = this.box;
+    if (x < left || x > left + width || y < top || y > top + height) return;
     context.textAlign = "left";
     context.textBaseline = "middle";
     const length = context.measureText(text).width;
     const places = [[gap, 0], [gap, -15], [gap, 15], [-gap - length, 0], [-gap - length, -15], [-gap - length, 15]];
     for (const far of [30, 45]) places.push([gap, -far], [gap, far]);
     for (const [dx, dy] of places) {
-      const box = [x + dx, y + dy - 7, x + dx + length, y + dy + 7];
-      const outside = box[0] < 0 || box[2] > this.width || box[1] < 0 || box[3] > this.height;
+      // above and below the point a long one may be moved along
+      const start = dy ? Math.max(left, Math.min(x + dx, left + width - length)) : x + dx;
+      const box = [start, y + dy - 7, start + length, y + dy + 7];
+      const outside = box[0] < left || box[2] > left + width || box[1] < top || box[3] > top + height;
       if (outside || this.taken.some((other) => meet(box, other))) continue;
       this.taken.push(box);
-      halo(context, text, x + dx, y + dy, colour);
+      halo(context, text, start, y + dy, colour);
       return;
     }
   }
@@ -97,7 +101,7 @@ function meet(one, other) {
   return one[0] < other[2] && one[2] > other[0] && one[1] < other[3] && one[3] > other[1];
 }
 
-// Lines of a legend: [[role, label], ...] at a place; returns the width taken.
+// Lines of a legend: [[role, label], ...] at a place.
 export function legend(context, entries, x, y, perLine = 18) {
   context.textAlign = "left";
   context.textBaseline = "middle";
