@@ -220,9 +220,9 @@ class Detections(msgspec.Struct, frozen=True):
     bottom_echo: BottomEcho | None = None
     """Where the bottom's echo sets in; none: not seen, or not looked for: it is at each fourth ping."""
     heard_from_db: HearingLevel | None = None
-    """In half of the image an echo, faint or not, has to be so far over the background, dB: 7 in open water, 9 to
-    11 over a smooth bottom, more where the bottom's crests are loud. None: nothing was looked at, or the detector does
-    not tell."""
+    """In half of the image an echo, faint or not, counts by its level alone from so far over the background on, dB: 7
+    in open water, 9 to 11 over a smooth bottom, more where the bottom's crests are loud; what sets in as a body does
+    may count from less on. None: nothing was looked at, or the detector does not tell."""
 
 
 class Pose(msgspec.Struct, frozen=True):

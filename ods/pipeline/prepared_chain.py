@@ -12,6 +12,7 @@ from ods.base.arrays import AnyArray, Image, Mask
 from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
+from ods.pipeline.fronts.judge import Fronts
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
@@ -69,6 +70,7 @@ class PreparedChain:
         self._layout = layout
         self._reader = FrameReader(layout, buffers)
         self._threshold = ThresholdFiller()
+        self._fronts = Fronts(layout)
         self._last = last
         self._watch = watch
         self._detector = last.detector(fan)
@@ -101,7 +103,10 @@ class PreparedChain:
             regions = self._regions(image, recorded)
             sure, faint = parted(regions)
             detections = self._measured(image, sure, recorded, rows, before)
-            return Found(detections, self._measured(image, faint, recorded), regions.heard_from)
+            echoes = self._measured(image, faint, recorded)
+            if regions.fronts:
+                echoes = self._fronts.of_bodies(echoes, recorded.samples, frame.scale)
+            return Found(detections, echoes, regions.heard_from)
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
 

@@ -137,7 +137,7 @@ def bed_and_ball(seed: int) -> Ping:
 def test_faint_echoes_are_those_that_only_the_lower_level_shows() -> None:
     *filters, detector = DEFAULT_STAGES
     both, low, high = (
-        Chain(PipelineSettings(stage=(*filters, {**detector, "follow": follow, "faint": faint})))
+        Chain(PipelineSettings(stage=(*filters, {**detector, "follow": follow, "faint": faint, "fronts": False})))
         for follow, faint in ((1.0, 0.3), (0.3, 0.3), (1.0, 1.0))
     )
     faint = 0
@@ -155,7 +155,7 @@ def test_faint_echoes_are_those_that_only_the_lower_level_shows() -> None:
 
 def test_faint_echoes_are_not_marked() -> None:
     *filters, detector = DEFAULT_STAGES
-    chain = Chain(PipelineSettings(stage=(*filters, {**detector, "follow": 1.0})))
+    chain = Chain(PipelineSettings(stage=(*filters, {**detector, "follow": 1.0, "fronts": False})))
     mask = np.zeros((60, 2000), np.int32)
     found = chain.process(bed_and_ball(1), mask)
     assert found.faint

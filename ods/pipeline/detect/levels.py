@@ -9,6 +9,7 @@ from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.tail import TailMeter
+from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
@@ -24,7 +25,8 @@ _LEAST_NOISE = 0.02
 @detect_stage("detect.two_level", TwoLevelParams)
 def two_level(params: TwoLevelParams, fan: Fan) -> PreparedDetector:
     """Find connected regions above the low level in which at least one cell is above the high level."""
-    return level_detector(params, fan, (params.low, params.high), min(params.faint, params.follow))
+    fronts = params.fronts and can_be_judged(fan)
+    return level_detector(params, fan, (params.low, params.high), min(params.faint, params.follow), fronts=fronts)
 
 
 @detect_stage("detect.one_level", OneLevelParams)
@@ -34,17 +36,24 @@ def one_level(params: OneLevelParams, fan: Fan) -> PreparedDetector:
 
 
 def level_detector(
-    params: TwoLevelParams | OneLevelParams, fan: Fan, levels: tuple[float, float], faint: float
+    params: TwoLevelParams | OneLevelParams,
+    fan: Fan,
+    levels: tuple[float, float],
+    faint: float,
+    *,
+    fronts: bool = False,
 ) -> PreparedDetector:
     """Return a detector that finds the regions between two levels, given in the units of `params.levels`.
 
     faint: how far levels rise with the background's crests for what is found at all; what does not reach the high one
-    where it rises by `params.follow` is faint.
+    where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in, so that levels need
+    not rise for them at all.
     """
     (low, high), meter = levels, NoiseMeter()
     crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
+    raised = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = meter.background_and_noise(image)
@@ -52,7 +61,7 @@ def level_detector(
             return group.nothing(image)
         measured = background, max(noise, _LEAST_NOISE * background)
         factors = crests.factors(image, measured, high) if follow else _NO_FACTORS
-        judged = crests.levelled(image, background, factors**faint)
+        judged = crests.levelled(image, background, factors**raised)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
@@ -60,10 +69,10 @@ def level_detector(
         regions = group.regions(judged, recorded, DetectionLevels(below, above, background))
         heard_from = 1.0 + (above / background - 1.0) * float(np.median(factors)) ** faint
         regions = regions._replace(heard_from=heard_from)
-        if faint >= follow:
+        if raised >= follow:
             return regions
-        wanted = above + (above - background) * (factors ** (follow - faint) - 1.0)
-        return regions._replace(faint=crests.faint(judged, regions, wanted.astype(np.float32)))
+        wanted = above + (above - background) * (factors ** (follow - raised) - 1.0)
+        return regions._replace(faint=crests.faint(judged, regions, wanted.astype(np.float32)), fronts=fronts)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind

@@ -38,7 +38,9 @@ class Regions(NamedTuple):
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
     heard_from: float = 0.0
-    """So high over the background, faint or not, an echo has to be in the middle of the image; 0: not told."""
+    """So high over the background an echo counts by its level alone in the middle of the image; 0: not told."""
+    fronts: bool = False
+    """Of the faint ones only those are echoes that set in as a body does."""
 
 
 def parted(regions: Regions) -> tuple[Regions, Regions]:

@@ -200,6 +200,9 @@ class TwoLevelParams(GroupParams, frozen=True):
     faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
     """The same for faint echoes, which only the tracker gets: objects have to be found over a rough sea-bed, too, and
     it has many pings to tell them from the bottom. With `follow` or more there are none."""
+    fronts: bool = True
+    """Faint echoes are all that reach the levels of speckle and set in as a body does, whatever `faint` says; where the
+    sonar's beams are such that bodies are known by it."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:

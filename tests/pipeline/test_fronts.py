@@ -1,0 +1,154 @@
+"""Fronts: a body's echo sets in at once in all of its beams, a crest's grows and fades. Images are numpy's own."""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.signal import correlate
+
+from ods.base.arrays import Floats, Floats32
+from ods.messages import Detection
+from ods.pipeline.fronts.judge import Fronts
+from ods.pipeline.fronts.network import STEPS, learnt, network_of
+from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_judged
+from ods.pipeline.image.amplitude import sample_scale
+from ods.pipeline.image.fan import Fan
+from ods.pipeline.image_layout import ALL, layout
+from ods.pipeline.settings import AttentionSettings
+
+STEP_RAD, DR_M, SAMPLES = math.radians(1.5), 0.05, 1200
+NO_RINGS = AttentionSettings(near_m=0.0, subsample=2)
+AMPLITUDE = sample_scale(np.dtype(np.float32), "linear", 1.0)
+
+
+def fan_of(beams: int = 60, step_rad: float = STEP_RAD, dr_m: float = DR_M) -> Fan:
+    bearing = np.linspace(-0.5, 0.5, beams, dtype=np.float64) * step_rad * (beams - 1)
+    return Fan(bearing, np.full(beams, step_rad), SAMPLES, dr_m, dr_m)
+
+
+def layout_of(fan: Fan, first: int = 0, subsample: int = 2) -> Windows:
+    attention = AttentionSettings(near_m=0.0, subsample=subsample)
+    return Windows(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL], attention, 0))
+
+
+def echo_at(beam: int, near_m: float, fan: Fan) -> Detection:
+    bearing = float(fan.bearing_rad[beam])
+    return Detection(near_m + 0.5, bearing, 0.5, 3.0, 2.0, 10.0, 40, 1.0, STEP_RAD, 0.1, 0.01, 0.3, near_m=near_m)
+
+
+def speckled(mean: Floats, seed: int) -> Floats32:
+    """Amplitudes of speckle about mean intensities."""
+    rng = np.random.default_rng(seed)
+    return np.sqrt(mean * rng.exponential(size=mean.shape)).astype(np.float32)
+
+
+@pytest.mark.parametrize("first", [0, 7])
+@pytest.mark.parametrize("subsample", [1, 2, 3])
+def test_a_window_lies_around_the_place_where_the_echo_sets_in(first: int, subsample: int) -> None:
+    """To half a cell, whatever columns and least range the chain has."""
+    fan = fan_of()
+    image = np.ones((60, SAMPLES), np.float32)
+    near_m = 30.0
+    image[20, round(near_m / DR_M) - 1 :] = 100.0  # sample k lies at (k + 1) dr
+    part = Fan(fan.bearing_rad, fan.beam_width_rad, SAMPLES - first, DR_M * (1 + first), DR_M)
+    (window,) = layout_of(part, first, subsample).of([echo_at(20, near_m, fan)], image, AMPLITUDE)
+    (rises,) = np.nonzero(np.diff(window[BEAMS // 2]) > 10.0)
+    assert abs(rises[0] + 1 - BEFORE) <= 1
+    assert np.ptp(window[BEAMS // 2 + 1]) == 0.0
+
+
+@given(gain=st.floats(1e-6, 1e6), seed=st.integers(0, 99))
+def test_levels_know_no_gain(gain: float, seed: int) -> None:
+    image = speckled(np.ones((60, SAMPLES)), seed)
+    echoes = [echo_at(beam, near_m, fan_of()) for beam, near_m in [(0, 0.1), (30, 25.0), (59, 59.9)]]
+    windows = layout_of(fan_of())
+    one, other = (windows.of(echoes, times * image, AMPLITUDE) for times in (np.float32(1.0), np.float32(gain)))
+    np.testing.assert_allclose(one, other, atol=1e-2)
+
+
+@pytest.mark.parametrize("of_all", [0.0, 1.0, 1e15])
+def test_an_image_without_anything_gives_numbers(of_all: float) -> None:
+    window = layout_of(fan_of()).of([echo_at(3, 1.0, fan_of())], np.full((60, SAMPLES), of_all, np.float32), AMPLITUDE)
+    assert np.abs(window).max() < 1e-3
+    assert np.isfinite(learnt().scores(window)).all()
+
+
+def test_counts_and_their_amplitudes_are_judged_alike() -> None:
+    counts = (40.0 * speckled(np.ones((60, SAMPLES)), 1)).astype(np.uint16)
+    windows, echoes = layout_of(fan_of()), [echo_at(30, 25.0, fan_of())]
+    of_counts = windows.of(echoes, counts, sample_scale(np.dtype(np.uint16), "linear", 1.0))
+    of_amplitudes = windows.of(echoes, counts.astype(np.float32), AMPLITUDE)
+    np.testing.assert_allclose(of_counts, of_amplitudes, atol=1e-3)
+
+
+def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
+    rng = np.random.default_rng(0)
+    arrays: dict[str, Floats32] = {}
+    before, shape = 1, (BEAMS, CELLS)
+    for k, (channels, around) in enumerate([(3, (3, 5)), (4, (3, 5)), (5, (3, 3))]):
+        arrays[f"convolution{k}"] = rng.normal(size=(*around, before, channels)).astype(np.float32)
+        arrays[f"convolution{k}_bias"] = rng.normal(size=channels).astype(np.float32)
+        before, shape = channels, (-(-shape[0] // STEPS[k][0]), -(-shape[1] // STEPS[k][1]))
+    for name, into, out in [("hidden", before * shape[0] * shape[1], 6), ("last", 6, 1)]:
+        arrays[name] = rng.normal(size=(into, out)).astype(np.float32)
+        arrays[f"{name}_bias"] = rng.normal(size=out).astype(np.float32)
+    windows = 10.0 * rng.normal(size=(3, BEAMS, CELLS)).astype(np.float32)
+
+    for window, score in zip(windows, network_of(arrays).scores(windows), strict=True):
+        seen = window[..., None] / 10.0
+        for k, (beams, cells) in enumerate(STEPS):
+            weights = arrays[f"convolution{k}"]
+            made = [
+                sum(correlate(seen[..., i], weights[..., i, o], "same", "direct") for i in range(seen.shape[2]))
+                for o in range(weights.shape[3])
+            ]
+            seen = np.maximum(np.stack(made, axis=-1) + arrays[f"convolution{k}_bias"], 0.0)[::beams, ::cells]
+        hidden = np.maximum(seen.ravel() @ arrays["hidden"] + arrays["hidden_bias"], 0.0)
+        assert score == pytest.approx((hidden @ arrays["last"] + arrays["last_bias"])[0], rel=1e-3, abs=1e-2)
+
+
+def body(across: Floats, behind: Floats) -> Floats:
+    """A front that is met at once, and darkens over 0.4 m; of a point, in beams of 1.5 deg."""
+    return np.where(behind >= 0.0, np.exp(-np.maximum(behind, 0.0) / 0.2), 0.0) * np.exp2(-4.0 * across**2)
+
+
+def crest(across: Floats, behind: Floats) -> Floats:
+    """What shines of a slope: it grows and fades within a metre, and runs on to the sides at other ranges."""
+    return np.exp(-0.5 * ((behind - 0.5 - 0.4 * across) / 0.45) ** 2) * np.exp2(-((across / 2.0) ** 2))
+
+
+def kept_of(shape: Callable[[Floats, Floats], Floats], over_db: float) -> float:
+    """Return the share of 60 such echoes that is kept, of bodies so far over the mean of a bed of patches."""
+    fan = fan_of()
+    judge = Fronts(layout(fan, slice(0, 60), 0, [ALL], NO_RINGS, 0))
+    kept = 0
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        patches = np.kron(rng.gamma(1.0, 1.0, (30, SAMPLES // 20)), np.ones((2, 20)))
+        near_m, beam = 30.0 + rng.uniform(-0.1, 0.1), int(rng.integers(8, 52))
+        across = np.repeat(np.arange(60.0)[:, None] - beam, SAMPLES, axis=1)
+        behind = np.repeat(DR_M * np.arange(1.0, SAMPLES + 1.0)[None] - near_m, 60, axis=0)
+        image = speckled(patches + 10.0 ** (over_db / 10.0) * shape(across, behind), seed)
+        kept += len(judge.of_bodies([echo_at(beam, near_m, fan)], image, AMPLITUDE))
+    return kept / 60.0
+
+
+def test_what_sets_in_as_a_body_does_is_kept_and_a_crest_is_not() -> None:
+    """Drawn without the simulator, over a bed of patches."""
+    assert kept_of(body, 22.0) > 0.9
+    assert kept_of(crest, 18.0) < 0.2
+
+
+def test_only_sonars_like_the_one_it_was_learnt_from_are_judged() -> None:
+    assert can_be_judged(fan_of(dr_m=0.1))
+    assert not can_be_judged(fan_of(dr_m=0.2))
+    assert not can_be_judged(fan_of(beams=512, step_rad=math.radians(0.25)))
+    assert not can_be_judged(fan_of(beams=BEAMS - 1))
+
+
+def test_no_echo_is_no_work() -> None:
+    judge = Fronts(layout(fan_of(), slice(0, 60), 0, [ALL], NO_RINGS, 0))
+    assert judge.of_bodies([], np.empty((60, SAMPLES), np.float32), AMPLITUDE) == []
