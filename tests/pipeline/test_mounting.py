@@ -26,7 +26,7 @@ class ChainOverPings:
     prepared_anew = False
     poses: list[PoseEstimate]
 
-    def __init__(self, _settings: PipelineSettings) -> None:
+    def __init__(self, _settings: PipelineSettings, **_told: object) -> None:
         ChainOverPings.poses = []
 
     def process(self, ping: Ping, pose: PoseEstimate) -> Detections:
