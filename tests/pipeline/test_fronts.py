@@ -84,6 +84,16 @@ def test_counts_and_their_amplitudes_are_judged_alike() -> None:
     np.testing.assert_allclose(of_counts, of_amplitudes, atol=1e-3)
 
 
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
+    """In steps of 0.5 dB; a kernel would have to be compiled for it before the first rough bed."""
+    amplitude = 40.0 * speckled(np.ones((60, SAMPLES)), 1)
+    counts = np.clip(np.round(40.0 * np.log10(amplitude + 1e-3)), 0, 255).astype(dtype)
+    windows, echoes = layout_of(fan_of()), [echo_at(30, 25.0, fan_of())]
+    of_counts = windows.of(echoes, counts, sample_scale(np.dtype(dtype), "db", 0.5))
+    np.testing.assert_allclose(of_counts, windows.of(echoes, amplitude, AMPLITUDE), atol=1.0)
+
+
 def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
     rng = np.random.default_rng(0)
     arrays: dict[str, Floats32] = {}

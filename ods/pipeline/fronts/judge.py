@@ -20,10 +20,11 @@ class Fronts:
 
     def __init__(self, layout: ImageLayout) -> None:
         self._windows = Windows(layout)
+        self._network = learnt()
 
     def of_bodies(self, echoes: Sequence[Detection], samples: AnyArray, scale: SampleScale) -> list[Detection]:
         """Return those that may be a body's; samples: (beams, all samples), recorded."""
         if not echoes:
             return []
-        scores = learnt().scores(self._windows.of(echoes, samples, scale))
+        scores = self._network.scores(self._windows.of(echoes, samples, scale))
         return list(compress(echoes, scores > LEAST_SCORE))

@@ -53,9 +53,15 @@ class Windows:
         rows = _around(beam, BEAMS // 2, BEAMS, len(samples))
         columns = _around(first, BEFORE * self.stride, CELLS * self.stride, samples.shape[1])
         found = samples[rows[:, :, None], columns[:, None, :]].reshape(-1, CELLS * self.stride)
+        return _levels(self._amplitude(found, scale).reshape(-1, BEAMS, CELLS))
+
+    def _amplitude(self, found: AnyArray, scale: SampleScale) -> Floats32:
+        """Return the mean amplitude of each cell, (rows, CELLS), of samples (rows, samples of these cells)."""
+        if scale.table is not None:  # by numpy: the kernel of `to_amplitude` is compiled for recorded samples
+            return np.asarray(scale.table[found].reshape(-1, CELLS, self.stride).mean(axis=2, dtype=np.float32))
         amplitude = np.empty((len(found), CELLS), np.float32)
         to_amplitude(found, Decimation(0, self.stride, 0, CELLS), scale, amplitude)
-        return _levels(amplitude.reshape(-1, BEAMS, CELLS))
+        return amplitude
 
     def _nearest_beam(self, bearing_rad: Floats) -> Ints:
         return np.asarray(np.abs(self._bearing_rad - bearing_rad[:, None]).argmin(axis=1))
