@@ -10,6 +10,7 @@ import pytest
 import ods.pipeline
 from ods.messages import Pose
 from ods.pipeline.chain import Chain
+from ods.pipeline.fronts.judge import Fronts
 from ods.pipeline.settings import AttentionSettings, PipelineSettings
 from ods.pipeline.stage.params import BUILT_IN
 from ods.pipeline.stage.registry import find_stage
@@ -47,6 +48,27 @@ def test_no_real_ping_compiles_anything_more(dtype: str, scale: Any, bodies: int
     factor = {"log8": 40.0, "db": 0.5, "linear": 1.0}[scale]
     found = chain.process(make_ping(counts.astype(dtype), scale=scale, scale_factor=factor))
     assert len(found.detections) >= bodies
+    assert compiled() == before
+
+
+@pytest.mark.parametrize(("dtype", "scale"), [("uint8", "log8"), ("uint16", "linear"), ("float32", "linear")])
+def test_nor_does_one_over_a_rough_bed(dtype: str, scale: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where faint echoes are judged by their fronts."""
+    warm_up(PipelineSettings())
+    before = compiled()
+    judged: list[int] = []
+    of_bodies = Fronts.of_bodies
+
+    def noted(self: Fronts, echoes: Any, *rest: Any) -> Any:
+        judged.append(len(echoes))
+        return of_bodies(self, echoes, *rest)
+
+    monkeypatch.setattr(Fronts, "of_bodies", noted)
+    rng = np.random.default_rng(4)
+    amplitude = 200.0 * speckle(rng, rng.gamma(0.5, 2.0, (60, 2000)))
+    counts = 40.0 * np.log10(np.maximum(amplitude, 1.0)) if scale == "log8" else amplitude
+    Chain(PipelineSettings()).process(make_ping(counts.astype(dtype), scale=scale, scale_factor=40.0))
+    assert judged[0] > 3
     assert compiled() == before
 
 
