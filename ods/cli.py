@@ -40,6 +40,8 @@ QUIETED = {
 """The least that is told of what other people's libraries log."""
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """Of the file or terminal that standard output goes to; commands tell of their own files themselves."""
+ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
+"""Products are of small matrices: threads that wait for each other would cost pings more than they gain."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
 GO_ON = frozenset({"run", *PROCESSES})
@@ -114,6 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _run(argv: Sequence[str] | None) -> int:
+    os.environ.setdefault(*ONE_THREAD)
     _print_any_name()
     for library, least in QUIETED.items():
         logging.getLogger(library).setLevel(least)

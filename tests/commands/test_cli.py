@@ -204,3 +204,15 @@ def test_help_does_not_speak_of_machine_code(command: str) -> None:
         [sys.executable, "-c", f"{code}main(['{command}', '--help'])"], capture_output=True, text=True, check=True
     )
     assert told.stderr == ""
+
+
+@pytest.mark.skipif((os.cpu_count() or 1) < 2, reason="one processor: there is one thread anyway")
+def test_products_of_matrices_take_one_thread() -> None:
+    """Threads that wait for each other cost pings 2 ms where four processes share two cores."""
+    code = (
+        "import os, ods.cli; ods.cli.main(['info', 'nothing.mcap']); import numpy as np;"
+        "a = np.ones((500, 500)); a @ a; print(len(os.listdir('/proc/self/task')))"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    told = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    assert told.stdout == "1\n"
