@@ -15,6 +15,8 @@ import numpy as np
 DOWN_M = 20.0
 """Of the sonar."""
 ALTITUDES_M, SPEEDS, HEIGHTS_M, RADII_M, AHEAD_M = (2.5, 9.0), (0.2, 2.0), (3.5, 6.0), (0.8, 2.0), (45.0, 85.0)
+LOWEST_M = 2.0
+"""Over a bed that rises ahead, in the end: lower, its crests stand in the vehicle's way."""
 ASIDE = 0.5
 """Of the distance ahead, at most."""
 MOVER, SECONDS, CLEAR_M = "mover", 35.0, 3.0
@@ -68,6 +70,7 @@ surface = {{ cd = 0.1, cs = 0.05, sigma_deg = 15.0 }}
 def scene_text(bed: Bed, rng: np.random.Generator) -> str:
     """Return a scene over such a bed."""
     depth, speed = DOWN_M + rng.uniform(*ALTITUDES_M), rng.uniform(*SPEEDS)
+    depth = max(depth, DOWN_M + LOWEST_M + speed * SECONDS * math.tan(math.radians(bed.rises_deg)))
     objects = "".join(_sphere(name, bed, depth, speed, rng) for name in ("one", "two", MOVER))
     return SCENE.format(
         seed=int(rng.integers(1 << 30)), seconds=SECONDS, down=DOWN_M, speed=speed, pitch=rng.uniform(0.0, 2.0),

@@ -17,8 +17,8 @@ from ods.base.arrays import AnyArray, Floats, Floats32, Mask
 from ods.pipeline.fronts.network import DB, STEPS, WEIGHTS, network_of
 from ods.pipeline.fronts.windows import BEAMS, CELLS
 
-CHANNELS, KERNELS, HIDDEN = (8, 16, 16), ((3, 5), (3, 5), (3, 3)), 24
-EPOCHS, BATCHES, BATCH, BODIES = 30, 150, 256, 85
+CHANNELS, KERNELS, HIDDEN = (16, 32, 32), ((3, 5), (3, 5), (3, 3)), 48
+EPOCHS, BATCHES, BATCH, BODIES = 40, 400, 256, 85
 RATE, DECAY, DROPPED = 4e-3, 0.02, 0.3
 SHIFT = 2
 """Cells that windows are moved by, at most, so that it does not depend on where exactly an echo is said to set in."""

@@ -146,6 +146,9 @@ class Detection(msgspec.Struct, frozen=True):
     onset: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
     """How far its highest level lies behind the place before it that has half of that, in widths of a point: about 1
     for a face that is met at once, more for a bottom that begins to shine slowly; 0: it is not told."""
+    front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """How likely it sets in as a body does, and not as a rough bottom's crests do, where there are as many of both; 0:
+    it is not told, as in calm water."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):

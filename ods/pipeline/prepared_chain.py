@@ -12,7 +12,7 @@ from ods.base.arrays import AnyArray, Image, Mask
 from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
-from ods.pipeline.fronts.judge import Fronts
+from ods.pipeline.fronts.judge import LEAST, Fronts
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
@@ -104,8 +104,10 @@ class PreparedChain:
             sure, faint = parted(regions)
             detections = self._measured(image, sure, recorded, rows, before)
             echoes = self._measured(image, faint, recorded)
-            if regions.fronts:
-                echoes = self._fronts.of_bodies(echoes, recorded.samples, frame.scale)
+            if regions.fronts and echoes:  # levels rise somewhere: there is a bottom
+                fronts = self._fronts.judged(detections + echoes, recorded.samples, frame.scale)
+                detections, echoes = fronts[: len(detections)], fronts[len(detections) :]
+                echoes = [echo for echo in echoes if echo.front > LEAST]
             return Found(detections, echoes, regions.heard_from)
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error

@@ -61,6 +61,15 @@ class OnsetState(msgspec.Struct, frozen=True):
     """so many."""
 
 
+class FrontState(msgspec.Struct, frozen=True):
+    """How the fronts of spots are judged."""
+
+    total: float
+    """Sum of the log-odds of"""
+    echoes: float
+    """so many."""
+
+
 class TrackerState(msgspec.Struct, frozen=True):
     """All but the objects of the map."""
 
@@ -72,6 +81,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     strength: StrengthState
     wander: WanderState
     onset: OnsetState
+    front: FrontState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

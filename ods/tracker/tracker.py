@@ -4,6 +4,7 @@ from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.flicker import Flicker
+from ods.tracker.association.front import Front
 from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import association_of
@@ -36,7 +37,8 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        self._alarms = FalseAlarms(Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander(), Onset())
+        counted = Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander(), Onset(), Front()
+        self._alarms = FalseAlarms(*counted)
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -57,8 +59,8 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker, strength, wander, onset = self._alarms
-        counted = clutter.state(), flicker.state(), strength.state(), wander.state(), onset.state()
+        clutter, flicker, strength, wander, onset, front = self._alarms
+        counted = clutter.state(), flicker.state(), strength.state(), wander.state(), onset.state(), front.state()
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
@@ -82,6 +84,7 @@ class Tracker:
         self._alarms.strength.restore(state.strength)
         self._alarms.wander.restore(state.wander)
         self._alarms.onset.restore(state.onset)
+        self._alarms.front.restore(state.front)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -118,6 +121,7 @@ class Tracker:
         self._alarms.flicker.learn(prediction.places, spots, scan.sector)
         self._alarms.wander.learn(of_spots.off_squares, of_spots.placed)
         self._alarms.onset.learn(of_spots.sharp, of_spots.set_in)
+        self._alarms.front.learn(of_spots.fronts, of_spots.judged)
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

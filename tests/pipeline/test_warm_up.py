@@ -57,13 +57,13 @@ def test_nor_does_one_over_a_rough_bed(dtype: str, scale: Any, monkeypatch: pyte
     warm_up(PipelineSettings())
     before = compiled()
     judged: list[int] = []
-    of_bodies = Fronts.of_bodies
+    of_echoes = Fronts.judged
 
     def noted(self: Fronts, echoes: Any, *rest: Any) -> Any:
         judged.append(len(echoes))
-        return of_bodies(self, echoes, *rest)
+        return of_echoes(self, echoes, *rest)
 
-    monkeypatch.setattr(Fronts, "of_bodies", noted)
+    monkeypatch.setattr(Fronts, "judged", noted)
     rng = np.random.default_rng(4)
     amplitude = 200.0 * speckle(rng, rng.gamma(0.5, 2.0, (60, 2000)))
     counts = 40.0 * np.log10(np.maximum(amplitude, 1.0)) if scale == "log8" else amplitude

@@ -22,12 +22,12 @@ UP = math.radians(20.0)
 def row(elevation: float = 0.0, strength: float = 20.0, **others: float) -> tuple[float, ...]:
     told = {"range_m": 40.0, "bearing": 0.1, "radius": 1.0, "sigma_range": 0.2, "sigma_bearing": 0.01}
     echo = {"elevation": elevation, "strength": strength, "sigma_radius": 0.3, "cut": 0.0}
-    values = told | echo | {"half_vertical": 0.0, "onset": 0.0} | others
+    values = told | echo | {"half_vertical": 0.0, "onset": 0.0, "front": 0.0} | others
     return tuple(values[name] for name in EchoRows._fields)
 
 
 def merged(*rows: tuple[float, ...]) -> Floats:
-    """Return the (k, 10) echoes that become of rows."""
+    """Return the (k, 12) echoes that become of rows."""
     return one_a_body(echoes_of(np.array(rows))[0], HALF).table.T
 
 

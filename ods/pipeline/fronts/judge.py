@@ -1,7 +1,9 @@
-"""Which faint echoes set in as a body does."""
+"""How likely echoes set in as a body does."""
 
 from collections.abc import Sequence
-from itertools import compress
+
+import msgspec
+import numpy as np
 
 from ods.base.arrays import AnyArray
 from ods.messages import Detection
@@ -10,9 +12,11 @@ from ods.pipeline.fronts.windows import Windows
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image_layout import ImageLayout
 
-LEAST_SCORE = -1.0
-"""Of a body's front, see `Network.scores`. The tracker looks at many images: one that is taken for the bottom now and
+LEAST = 0.12
+"""Of `Detection.front`, for faint echoes. The tracker looks at many images: one that is taken for the bottom now and
 then costs less than a body that is never heard."""
+LEAST_TOLD = 1e-6
+"""No front is told to be less likely a body's: 0 is that it is not told."""
 
 
 class Fronts:
@@ -22,9 +26,10 @@ class Fronts:
         self._windows = Windows(layout)
         self._network = learnt()
 
-    def of_bodies(self, echoes: Sequence[Detection], samples: AnyArray, scale: SampleScale) -> list[Detection]:
-        """Return those that may be a body's; samples: (beams, all samples), recorded."""
+    def judged(self, echoes: Sequence[Detection], samples: AnyArray, scale: SampleScale) -> list[Detection]:
+        """Return the echoes with their `front`; samples: (beams, all samples), recorded."""
         if not echoes:
             return []
         scores = self._network.scores(self._windows.of(echoes, samples, scale))
-        return list(compress(echoes, scores > LEAST_SCORE))
+        fronts = np.maximum(np.exp(-np.logaddexp(0.0, -scores)), LEAST_TOLD).tolist()
+        return [msgspec.structs.replace(echo, front=front) for echo, front in zip(echoes, fronts, strict=True)]

@@ -40,7 +40,8 @@ class Regions(NamedTuple):
     heard_from: float = 0.0
     """So high over the background an echo counts by its level alone in the middle of the image; 0: not told."""
     fronts: bool = False
-    """Of the faint ones only those are echoes that set in as a body does."""
+    """Where some are faint, all are judged by how they set in; of the faint ones only those are echoes that do so as a
+    body does."""
 
 
 def parted(regions: Regions) -> tuple[Regions, Regions]:

@@ -106,7 +106,7 @@ def _put_together(
     for k in range(count):
         i = objects[k]
         j = hypotheses.echoes[best[k]]
-        made.strength[k], made.onset[k] = echoes.strength[j], echoes.onset[j]
+        made.strength[k], made.onset[k], made.front[k] = echoes.strength[j], echoes.onset[j], echoes.front[j]
         middle = predicted.range_m[i], predicted.bearing[i], radius[i]
         variance = (
             predicted.along[i],

@@ -13,6 +13,7 @@ from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.crowd import crowding
 from ods.tracker.association.flicker import Flicker, Places
+from ods.tracker.association.front import Front
 from ods.tracker.association.gating import Detectability, Hypotheses
 from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
@@ -47,10 +48,12 @@ class FalseAlarms(NamedTuple):
     strength: Strength
     wander: Wander
     onset: Onset
+    front: Front
 
     def spots(self, dt: float) -> Spots:
         """Return what is known of the echoes of spots; `dt`: from the image before to the newest, s."""
-        return Spots(self.wander.of_spots_m2, self.onset.of_spots, crowding(self.strength.per_scan, dt))
+        crowd = crowding(self.strength.per_scan, dt)
+        return Spots(self.wander.of_spots_m2, self.onset.of_spots, self.front.of_spots, crowd)
 
     def at(self, places: Places, sector: Sector) -> AtPlaces:
         """Return what echoes of nothing are like at n places."""
@@ -139,7 +142,8 @@ def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlar
     north, east = (nowhere, nowhere) if places is None else places.position[:2]
     where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
     density, nothing = clutter.density(rest, sector).per_scan, alarms.at(where, sector)
-    return Unexplained(density, rest.rows.strength, rest.rows.onset, nothing, alarms.onset.of_spots)
+    told = rest.rows.strength, rest.rows.onset, rest.rows.front
+    return Unexplained(density, *told, nothing, alarms.onset.of_spots, alarms.front.of_spots)
 
 
 def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
@@ -206,7 +210,7 @@ def _look(
     expected: tuple[Floats, Floats],
     detection_probability: float,
 ) -> Floats:
-    """Return the (6, n) table of `Look`.
+    """Return the (7, n) table of `Look`.
 
     `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
     that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped;
@@ -215,7 +219,7 @@ def _look(
     objects, echo_table, llr, off_centre = told
     watched, reported, hit, in_view = seen
     predicted_table, radius = expected
-    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((6, len(hit)))
+    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((7, len(hit)))
     look = look_rows(table)
     look.off_range[:] = math.nan
     for i in range(len(hit)):
@@ -229,6 +233,7 @@ def _look(
             look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
             joined = echoes.radius[k] > JOINED * max(radius[i], LEAST_JOINED_M)
             look.onset[i] = 0.0 if joined else echoes.onset[k]
+            look.front[i] = 0.0 if joined else echoes.front[k]
     return table
 
 

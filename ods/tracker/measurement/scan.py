@@ -58,13 +58,15 @@ class EchoRows(NamedTuple):
     """The body is within this of `elevation`, rad; 0: within half the fan's vertical opening."""
     onset: Floats
     """How slowly it sets in, see `Detection`; 0: not told."""
+    front: Floats
+    """How likely it sets in as a body does, see `Detection`; 0: not told."""
 
 
 @kernel
 def echo_rows(table: Floats) -> EchoRows:
     """Name the rows of the table of `Echoes`."""
-    r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset = table
-    return EchoRows(r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset)
+    r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset, front = table
+    return EchoRows(r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset, front)
 
 
 class Echoes(Named[EchoRows]):
@@ -73,7 +75,7 @@ class Echoes(Named[EchoRows]):
     __slots__ = ()
 
     def __init__(self, table: Floats) -> None:
-        """`table`: (11, m), its rows as in `EchoRows`."""
+        """`table`: (12, m), its rows as in `EchoRows`."""
         super().__init__(EchoRows, table)
 
     def __len__(self) -> int:
@@ -97,9 +99,9 @@ LARGEST = 1e5
 
 
 def echoes_of(table: Floats) -> tuple[Echoes, int]:
-    """Return the echoes of a (m, 11) table with the columns of `EchoRows`, and how many rows were dropped as useless.
+    """Return the echoes of a (m, 12) table with the columns of `EchoRows`, and how many rows were dropped as useless.
 
-    The last columns may be missing, (m, 7) to (m, 10): not told, and not cut. Dropped: numbers that are not finite or
+    The last columns may be missing, (m, 7) to (m, 11): not told, and not cut. Dropped: numbers that are not finite or
     absurdly large, ranges not above 0, negative radii or standard deviations.
     """
     table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])
@@ -113,16 +115,16 @@ def echoes_of(table: Floats) -> tuple[Echoes, int]:
 
 
 def echo_table_of(detections: list[Detection]) -> Floats:
-    """Return the (m, 11) table of `echoes_of` for a message's detections."""
+    """Return the (m, 12) table of `echoes_of` for a message's detections."""
     rows = [
         (
             *(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m),
             *(d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m, d.snr_db, d.cut),
-            *(0.0, d.onset),
+            *(0.0, d.onset, d.front),
         )
         for d in detections
     ]
-    return np.array(rows, np.float64).reshape(-1, 11)
+    return np.array(rows, np.float64).reshape(-1, len(EchoRows._fields))
 
 
 def nothing_unseen() -> Floats:

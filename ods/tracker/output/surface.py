@@ -42,6 +42,9 @@ next one."""
 YOUNG_S, YOUNG_M = 1.0, 20.0
 """Where waves are or may be, what is farther than this and may run is told so long after it was confirmed: by then it
 is known how, and whether more run alike."""
+UNKNOWN_S = 3.0
+"""Where waves are known, what may run and of which the velocity is not known by then waits so long: the edge of the fan
+shows a wave that runs along it in one place."""
 RESTS = 0.8
 """Probability from which on an object is taken to be at rest."""
 HEIGHT_SIGMAS = 2.0
@@ -75,13 +78,15 @@ class Waves:
         if view is None or self._settings.list == "all":
             return np.zeros(len(snapshot), bool)
         high, running = may_be_at_surface(snapshot, view, self._settings), runs(snapshot)
-        young = self._young(snapshot, view.utc_ns)
+        young = self._young(snapshot, view.utc_ns, YOUNG_S)
         suspected = self._learn(snapshot.take(np.flatnonzero(running & high)), view.utc_ns)
         waits = np.zeros(len(snapshot), bool)
         if suspected is not None:
             alike = running & high & (distances(snapshot, suspected) < ALIKE)
-            waits = young & (alike | (high & (snapshot.static < RESTS) & ~running))
+            may_run = high & ~running & (vague(snapshot) | (snapshot.static < RESTS))
+            waits = young & (alike | may_run)
             if self._velocity is not None:
+                waits |= self._young(snapshot, view.utc_ns, UNKNOWN_S) & may_run
                 self._until_ns |= dict.fromkeys(snapshot.id[alike].tolist(), view.utc_ns + round(GRACE_S * NS))
         self._forget(snapshot, view.utc_ns)
         distance = np.hypot(*(snapshot.position[:2] - view.head.position_ned[:2, None]))
@@ -89,11 +94,11 @@ class Waves:
         waves |= waits & (distance > YOUNG_M)
         return np.asarray(waves & ~hangs_low(snapshot, self._settings))
 
-    def _young(self, snapshot: Snapshot, utc_ns: int) -> Mask:
-        """Tell (n,) which objects were first in a list a moment ago."""
+    def _young(self, snapshot: Snapshot, utc_ns: int, age_s: float) -> Mask:
+        """Tell (n,) which active objects were first in a list less than so long ago."""
         self._met_ns = {i: self._met_ns.get(i, utc_ns) for i in snapshot.id.tolist()}
         age_ns = utc_ns - np.array(list(self._met_ns.values()), np.int64)
-        return np.asarray((age_ns >= 0) & (age_ns < YOUNG_S * NS) & (snapshot.state == lifecycle.ACTIVE))
+        return np.asarray((age_ns >= 0) & (age_ns < age_s * NS) & (snapshot.state == lifecycle.ACTIVE))
 
     def _forget(self, snapshot: Snapshot, utc_ns: int) -> None:
         """Let those be waves no more that were seen after their time, that the map has, and that are gone."""
@@ -125,8 +130,12 @@ class Waves:
 
 def runs(snapshot: Snapshot) -> Mask:
     """Tell (n,) which objects move with a velocity that is known."""
-    known = snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) < VAGUE
-    return np.asarray(known & (snapshot.static < 0.5) & (snapshot.state != lifecycle.HIBERNATED))
+    return np.asarray(~vague(snapshot) & (snapshot.static < 0.5) & (snapshot.state != lifecycle.HIBERNATED))
+
+
+def vague(snapshot: Snapshot) -> Mask:
+    """Tell (n,) of which objects the velocity tells nothing."""
+    return np.asarray(snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) >= VAGUE)
 
 
 def hangs_low(snapshot: Snapshot, settings: SurfaceSettings) -> Mask:

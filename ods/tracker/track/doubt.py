@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled.kernel import inlined, kernel
-from ods.tracker.association import onset, strength, wander
+from ods.tracker.association import front, onset, strength, wander
 from ods.tracker.association.strength import Typical, typical_rows
 from ods.tracker.settings import EchoSettings, MotionSettings
 from ods.tracker.track import existence
@@ -53,6 +53,12 @@ class Doubt(NamedTuple):
     """of so many that tell it,"""
     by_onset: Floats
     """and the log-likelihood ratio taken of that;"""
+    fronts: Floats
+    """sum of the log-odds of its last echoes' fronts,"""
+    judged: Floats
+    """of so many that tell it,"""
+    by_front: Floats
+    """and the log-likelihood ratio taken of that;"""
     spots: Floats
     """the share of spots at its place that it is judged by."""
 
@@ -73,6 +79,8 @@ class Look(NamedTuple):
     of it, or that tells no strength, and so is not of the chain: how such echoes wander nobody knows beforehand."""
     onset: Floats
     """How slowly such an echo sets in, see `onset`; 0: none, or not told."""
+    front: Floats
+    """How likely such an echo's front is a body's; 0: none, or not told."""
 
 
 class AtPlaces(NamedTuple):
@@ -93,9 +101,13 @@ class Unexplained(NamedTuple):
     """dB; 0: not told."""
     onset: Floats
     """0: not told."""
+    front: Floats
+    """0: not told."""
     nothing: AtPlaces
     spots_sharp: float
-    """Share of the echoes of spots that set in sharply."""
+    """Share of the echoes of spots that set in sharply,"""
+    spots_front: float
+    """and mean of their fronts' log-odds."""
 
 
 class Spots(NamedTuple):
@@ -105,6 +117,8 @@ class Spots(NamedTuple):
     """Mean square of what they wander, m2."""
     sharp: float
     """Share of them that set in sharply."""
+    front: float
+    """Mean of their fronts' log-odds."""
     crowd: float
     """How much of a crowd they are, from 0 to 1: see `crowd`."""
 
@@ -119,6 +133,10 @@ class Counted(NamedTuple):
     sharp: float
     """how many set in sharply"""
     set_in: float
+    """of so many;"""
+    fronts: float
+    """sum of the log-odds of the last ones' fronts,"""
+    judged: float
     """of so many."""
 
 
@@ -139,7 +157,7 @@ def assumed(echo: EchoSettings, motion: MotionSettings, spots: Spots) -> Assumed
 
 @kernel
 def doubt_rows(table: Floats) -> Doubt:
-    """Name the rows of a (19, n) table."""
+    """Name the rows of a (22, n) table."""
     return Doubt(
         table[0],
         table[1],
@@ -160,13 +178,16 @@ def doubt_rows(table: Floats) -> Doubt:
         table[16],
         table[17],
         table[18],
+        table[19],
+        table[20],
+        table[21],
     )
 
 
 @kernel
 def look_rows(table: Floats) -> Look:
-    """Name the rows of a (6, n) table."""
-    return Look(table[0], table[1], table[2], table[3], table[4], table[5])
+    """Name the rows of a (7, n) table."""
+    return Look(table[0], table[1], table[2], table[3], table[4], table[5], table[6])
 
 
 @kernel
@@ -179,6 +200,7 @@ def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> Non
         chain = Chain(1.0 - none, 0.0, (1.0 - spots) * none, spots * none)
         d.spots[i] = spots
         chain = _by_strength(d, i, chain, unknown.strength[k], typical, k)
+        chain = _by_front(d, i, chain, unknown.front[k], unknown.spots_front, False)
         _keep(d, i, _by_onset(d, i, chain, unknown.onset[k], unknown.spots_sharp, False))
         d.first_visible[i] = d.visible[i]
 
@@ -204,6 +226,7 @@ def take_image(
         watched, spots = look.watched[i], nothing.spots[i]
         chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots)
         chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp, confirmed[i])
+        chain = _by_front(d, i, chain, look.front[i], known.spots.front, confirmed[i])
         chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
         often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability, known.spots.crowd)
         chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
@@ -254,6 +277,21 @@ def _by_onset(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float, c
     if confirmed and change < 0.0:
         return chain
     d.by_onset[i] = ratio
+    return existence.told_apart(chain, 0.0, change)
+
+
+@inlined
+def _by_front(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float, confirmed: bool) -> Chain:
+    """Judge by how the last echoes set in: see `front`. Against a confirmed object it says nothing."""
+    if not of_echo > 0.0:
+        return chain
+    d.fronts[i] = front.FADE * d.fronts[i] + front.log_odds(of_echo)
+    d.judged[i] = front.FADE * d.judged[i] + 1.0
+    ratio = front.evidence(d.fronts[i], d.judged[i], of_spots)
+    change = ratio - d.by_front[i]
+    if confirmed and change < 0.0:
+        return chain
+    d.by_front[i] = ratio
     return existence.told_apart(chain, 0.0, change)
 
 
@@ -315,7 +353,8 @@ def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, Counted]:
 
     And what the echoes of spots were like.
     """
-    d, chances, squares, echoes, sharp, set_in = doubt_rows(table), np.zeros((2, len(ended))), 0.0, 0.0, 0.0, 0.0
+    d, chances = doubt_rows(table), np.zeros((2, len(ended)))
+    squares, echoes, sharp, set_in, fronts, judged = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(ended)):
         if ended[i]:
             chances[0, i], chances[1, i] = d.spot[i], d.spot[i] + d.nothing[i]
@@ -323,4 +362,6 @@ def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, Counted]:
             echoes += d.spot[i] * d.placed[i]
             sharp += d.spot[i] * d.sharp[i]
             set_in += d.spot[i] * d.set_in[i]
-    return chances, Counted(squares, echoes, sharp, set_in)
+            fronts += d.spot[i] * d.fronts[i]
+            judged += d.spot[i] * d.judged[i]
+    return chances, Counted(squares, echoes, sharp, set_in, fronts, judged)
