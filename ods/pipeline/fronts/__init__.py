@@ -1,1 +1,1 @@
-"""Does a faint echo set in as a body does? Judged by the recorded samples around it."""
+"""Does an echo over a rough bed set in as a body does? Judged by the recorded samples around it."""
