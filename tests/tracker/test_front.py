@@ -21,6 +21,7 @@ from ods.tracker.association.front import (
     evidence,
     log_odds,
 )
+from ods.tracker.measurement.scan import LARGEST_PATCH_M, echoes_of
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import FrontState, TrackerState
 from ods.tracker.tracker import Tracker
@@ -99,3 +100,10 @@ def after_an_echo(radius: float, front: float) -> TrackerState:
 def test_an_echo_that_is_joined_with_neighbours_tells_nothing_of_its_front() -> None:
     assert after_an_echo(6.0, 0.99) == after_an_echo(6.0, 0.0)
     assert after_an_echo(1.0, 0.99) != after_an_echo(1.0, 0.0)
+
+
+@pytest.mark.parametrize(("radius", "tells"), [(LARGEST_PATCH_M, True), (LARGEST_PATCH_M + 0.1, False)])
+def test_what_is_larger_than_a_patch_of_bottom_tells_neither_onset_nor_front(radius: float, tells: bool) -> None:
+    """A long wall that stands aslant to the beams sets in slowly, and is no spot."""
+    echoes, _ = echoes_of(np.array([[60.0, 0.1, 0.0, radius, 0.2, 0.01, 0.3, 25.0, 0.0, 0.0, 3.0, 0.02]]))
+    assert (echoes.rows.onset[0] > 0.0, echoes.rows.front[0] > 0.0) == (tells, tells)
