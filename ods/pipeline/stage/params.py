@@ -201,8 +201,9 @@ class TwoLevelParams(GroupParams, frozen=True):
     """The same for faint echoes, which only the tracker gets: objects have to be found over a rough sea-bed, too, and
     it has many pings to tell them from the bottom. With `follow` or more there are none."""
     fronts: bool = True
-    """Over a rough bed all echoes tell how likely they set in as a body does, and faint ones are all that reach the levels
-    of speckle and may do so, whatever `faint` says; where the sonar's beams are such that bodies are known by it."""
+    """Over a rough bed all echoes tell how likely they set in as a body does, and faint ones are all that reach the
+    levels of speckle and may do so, whatever `faint` says; where the sonar's beams are such that bodies are known by
+    it."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:

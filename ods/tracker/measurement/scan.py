@@ -95,8 +95,8 @@ class Echoes(Named[EchoRows]):
 SMALLEST_SIGMA = 1e-4
 """Standard deviations below this (m, rad) are no claim a sonar can make; they are raised to it."""
 LARGEST_PATCH_M = 8.0
-"""What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to the
-beams, so that its onset and front tell nothing."""
+"""What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
+the beams, so that its onset and front tell nothing."""
 LARGEST = 1e5
 """No range, radius or standard deviation of a sonar is larger."""
 
