@@ -139,18 +139,24 @@ def test_where_there_are_waves_what_may_run_is_told_after_three_seconds() -> Non
     waves = Waves(SurfaceSettings())
     assert waves.among(seen(PLACES, alike(5)), view()).all()
 
-    def left_out(north: float, at_s: float, static: float = 0.5) -> bool:
+    def left_out(north: float, at_s: float, static: float = 0.5, sigma: float = 0.15) -> bool:
         places = np.vstack([PLACES, [[north, 5.0]]])
         everything = seen(places, np.vstack([alike(5), [[-0.1, -0.3]]]), at_s=at_s)
         doubted = everything.static.copy()
         doubted[5] = static
-        return bool(waves.among(replace(everything, static=doubted), view(at_s=at_s))[5])
+        vague = everything.sigma_velocity.copy()
+        vague[:, 5] = sigma
+        everything = replace(everything, static=doubted, sigma_velocity=vague)
+        return bool(waves.among(everything, view(at_s=at_s))[5])
 
     assert [left_out(50.0, at_s) for at_s in (2.0, 4.9, 5.1)] == [True, True, False]
     waves.among(seen(PLACES, alike(5), at_s=6.0), view(at_s=6.0))
     assert not left_out(15.0, 6.1)  # too near to wait
     waves.among(seen(PLACES, alike(5), at_s=7.0), view(at_s=7.0))
     assert not left_out(50.0, 7.1, static=0.9)
+    waves.among(seen(PLACES, alike(5), at_s=8.0), view(at_s=8.0))
+    cut_off = [left_out(50.0, at_s, static=0.9, sigma=0.8) for at_s in (8.1, 11.0, 11.2)]  # by the edge of the fan
+    assert cut_off == [True, True, False]
     calm = Waves(SurfaceSettings())
     assert not calm.among(seen(PLACES[:1], alike(1)), view()).any()
 
