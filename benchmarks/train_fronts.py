@@ -1,9 +1,9 @@
 """Trains the network that tells bodies' fronts from a bed's, from what `benchmarks.fronts_seen` drew.
 
-`python -m benchmarks.train_fronts SEEN.npz ... [--out ods/pipeline/fronts/network.npz]`, for the one that comes with ODS
-of 700 scenes each of `--seed` 0 to 3; one thread needs ten minutes for that. It needs PyTorch, which ODS does not: `pip
-install torch`. One scene of five is held out; the share of its bodies' echoes that is found where one
-echo of the bed in a thousand, in three hundred, ... is taken for a body's is printed.
+`python -m benchmarks.train_fronts SEEN.npz ... [--out ods/pipeline/fronts/network.npz]`; for the one that comes with
+ODS 700 scenes each of `--seed` 0 to 3, some minutes by one thread. It needs PyTorch, which ODS does not: `pip install
+torch`. One scene of five is held out; the share of its bodies' echoes that is found where one echo of the bed in a
+thousand, in three hundred, ... is taken for a body's is printed.
 """
 
 import argparse
