@@ -29,7 +29,8 @@ def judge(
     `spots`: what is known of their echoes.
     """
     known = doubt.assumed(settings.echo, settings.motion, spots)
-    tracks.take_image(match.hit, prediction.reported, match.look, match.nothing, known)
+    judged = match.hit, prediction.reported
+    tracks.take_image(judged, prediction.estimate.radius, match.look, match.nothing, known)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     limits = lifecycle.limits_of(settings.life)
     return _next_states(tracks.known, seen, prediction.estimate, t_ns, known.detection_probability, limits)

@@ -107,3 +107,7 @@ def test_what_is_larger_than_a_patch_of_bottom_tells_neither_onset_nor_front(rad
     """A long wall that stands aslant to the beams sets in slowly, and is no spot."""
     echoes, _ = echoes_of(np.array([[60.0, 0.1, 0.0, radius, 0.2, 0.01, 0.3, 25.0, 0.0, 0.0, 3.0, 0.02]]))
     assert (echoes.rows.onset[0] > 0.0, echoes.rows.front[0] > 0.0) == (tells, tells)
+
+
+def test_what_is_larger_than_a_patch_of_bottom_is_told_sooner() -> None:
+    assert told_after(0.5, radius=1.5 * LARGEST_PATCH_M) + 0.3 < told_after(0.5, radius=0.9 * LARGEST_PATCH_M)

@@ -40,7 +40,7 @@ class Doubt(NamedTuple):
     by_strength: Floats
     """the log-likelihood ratio taken of that, and"""
     by_motion: Floats
-    """that of its motion;"""
+    """that of its motion, or of its size;"""
     off_squares: Floats
     """sum of squares, m2, of how much its echoes were off their range,"""
     placed: Floats
@@ -211,16 +211,17 @@ def take_image(
     seen: tuple[Ints, Mask, Mask],
     look_table: Floats,
     nothing: AtPlaces,
-    static: Floats,
+    shape: tuple[Floats, Floats],
     dt: float,
     known: Assumed,
 ) -> None:
     """Judge by an image, `dt` seconds after the one before.
 
-    `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo; `static`: (n,)
-    probability that they do not move.
+    `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo; `shape`: (n,)
+    probability that they do not move, and radius, m.
     """
     echoes, confirmed, hit = seen
+    static, radius = shape
     d, look, typical = doubt_rows(table), look_rows(look_table), typical_rows(nothing.typical)
     for i in range(len(hit)):
         watched, spots = look.watched[i], nothing.spots[i]
@@ -234,7 +235,7 @@ def take_image(
         # confirmed objects are judged by what is known of their places by now
         place = spots if confirmed[i] else d.spots[i]
         moves = existence.evidence_of_motion(static[i], known.static_prior, known.spots.crowd)
-        _keep(d, i, _by_motion(d, i, chain, moves, place))
+        _keep(d, i, _by_motion(d, i, chain, max(moves, existence.evidence_of_size(radius[i])), place))
         looked = 1.0 if hit[i] else watched
         d.hits[i] += hit[i]
         d.looks[i] += looked
@@ -309,7 +310,7 @@ def _by_strength(d: Doubt, i: int, chain: Chain, echo_db: float, typical: Typica
 
 @inlined
 def _by_motion(d: Doubt, i: int, chain: Chain, ratio: float, spots: float) -> Chain:
-    """Judge by motion, and by the share of spots at the place, if that is another than before."""
+    """Judge by motion or size, and by the share of spots at the place, if that is another than before."""
     change = ratio - d.by_motion[i] - (_logit(spots) - _logit(d.spots[i]))
     d.by_motion[i], d.spots[i] = ratio, spots
     return existence.told_apart(chain, 0.0, change)

@@ -14,6 +14,7 @@ import math
 from typing import NamedTuple
 
 from ods.compiled.kernel import kernel
+from ods.tracker.measurement.scan import LARGEST_PATCH_M
 
 YOUNG = 300.0
 """An object seen once is lost so many times sooner than an old one; the excess falls with the number of echoes."""
@@ -24,6 +25,8 @@ SPOT_SEEN, SPOT_LOOKS, SPOT_LOOKS_IN_CROWD = 0.3, 12.0, 8.0
 """The same of a spot, and of one in a crowd (see `crowd`), where more are seen in nearly all images."""
 MOST_MOTION, MOST_MOTION_IN_CROWD = 6.0, 2.5
 """Largest logarithm of a likelihood ratio that motion alone gives, and that it gives in a crowd."""
+LARGE = 3.0
+"""Logarithm of the likelihood ratio that size alone gives: what is larger than a patch of bottom is hardly a spot."""
 LEAST_MISSED = 1e-3
 """No echo is that sure."""
 MOST_EVIDENCE = 30.0
@@ -126,3 +129,9 @@ def evidence_of_motion(static: float, static_prior: float, crowd: float) -> floa
     """
     most = MOST_MOTION + crowd * (MOST_MOTION_IN_CROWD - MOST_MOTION)
     return min(max(math.log(static_prior / max(static, SMALLEST)), 0.0), most)
+
+
+@kernel
+def evidence_of_size(radius: float) -> float:
+    """Return the log-likelihood ratio of a body over a spot by its radius, m."""
+    return LARGE if radius > LARGEST_PATCH_M else 0.0
