@@ -93,7 +93,7 @@ class Chain:
     def publish_until_recorded(self, path: Path, message: Ping | ObstacleList | Pose) -> None:
         """Publish a message until the file grows by it: from then on its topic is heard."""
         wait_for(lambda: size_of(path) > 0)
-        before = size_of(path)
+        before = settled_size_of(path)
         for _ in range(400):
             self.publish(message)
             time.sleep(0.05)
@@ -120,6 +120,15 @@ def chain(*processes: str) -> Iterator[Chain]:
 
 def size_of(path: Path) -> int:
     return path.stat().st_size if path.exists() else 0
+
+
+def settled_size_of(path: Path) -> int:
+    """Return the file's size once it grows no more: what was published before has been written."""
+    size, still = size_of(path), 0
+    while still < 5:
+        time.sleep(0.05)
+        size, still = size_of(path), still + 1 if size_of(path) == size else 0
+    return size
 
 
 def wait_for(condition: Callable[[], bool]) -> None:
