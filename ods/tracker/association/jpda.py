@@ -89,7 +89,7 @@ def _put_together(
     predicted_table: Floats,
     radii: tuple[Floats, Floats],
 ) -> tuple[Indices, Floats, Floats]:
-    """Return, of k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (11, k) each.
+    """Return, of k objects seen, the most probable pair and its log-likelihood ratio (k,) and one echo (12, k) each.
 
     `probabilities`: those of `shares`; `radii`: (n,) radius as predicted, and its variance.
     """

@@ -72,7 +72,7 @@ def put_together(pairs: Hypotheses, echoes: Echoes, radius: Floats) -> Parts:
 
 @kernel
 def _put_together(pairs: Hypotheses, table: Floats, all_objects: int) -> tuple[Indices, Floats, Floats]:
-    """Return objects (k,), their best log-likelihood ratios (k,) and middle echoes (11, k), of the (11, m) `table`."""
+    """Return objects (k,), their best log-likelihood ratios (k,) and middle echoes (12, k), of the (12, m) `table`."""
     place, k = np.full(all_objects, -1), 0
     count = np.zeros(len(pairs.objects))
     wholes, llr = np.empty(len(count), np.intp), np.empty(len(count))

@@ -35,7 +35,7 @@ def one_a_body(echoes: Echoes, plane_half_rad: float) -> Echoes:
 
 @kernel
 def _one_a_body(table: Floats, plane_half_rad: float) -> tuple[Floats, Mask]:
-    """Return the (11, m) table with bodies' echoes put together, and (m,) which of them remain."""
+    """Return the (12, m) table with bodies' echoes put together, and (m,) which of them remain."""
     result = table.copy()
     echoes, made = echo_rows(table), echo_rows(result)
     made.half_vertical[:] = plane_half_rad
