@@ -12,7 +12,7 @@ from ods.base.arrays import AnyArray, Image, Mask
 from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
-from ods.pipeline.fronts.judge import LEAST, Fronts
+from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
@@ -107,7 +107,7 @@ class PreparedChain:
             if regions.fronts and echoes:  # levels rise somewhere: there is a bottom
                 fronts = self._fronts.judged(detections + echoes, recorded.samples, frame.scale)
                 detections, echoes = fronts[: len(detections)], fronts[len(detections) :]
-                echoes = [echo for echo in echoes if echo.front > LEAST]
+                echoes = [echo for echo in echoes if echo.front > LEAST_FRONT]
             return Found(detections, echoes, regions.heard_from)
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error

@@ -12,7 +12,7 @@ from scipy.signal import correlate
 from ods.base.arrays import Floats, Floats32
 from ods.messages import Detection
 from ods.pipeline.chain import Chain
-from ods.pipeline.fronts.judge import LEAST, Fronts
+from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.fronts.network import STEPS, learnt, network_of
 from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_judged
 from ods.pipeline.image.amplitude import sample_scale
@@ -153,7 +153,7 @@ def test_what_sets_in_as_a_body_does_is_told_and_a_crest_is_not() -> None:
     """Drawn without the simulator, over a bed of patches."""
     assert share_of(body, 22.0, 0.5) > 0.9
     assert share_of(crest, 18.0, 0.5) < 0.1
-    assert share_of(crest, 18.0, LEAST) < 0.4
+    assert share_of(crest, 18.0, LEAST_FRONT) < 0.4
 
 
 def test_only_sonars_like_the_one_it_was_learnt_from_are_judged() -> None:
@@ -174,7 +174,7 @@ def test_over_a_rough_bed_all_echoes_tell_their_front_and_faint_ones_are_those_l
     found = Chain(PipelineSettings()).process(make_ping(amplitude))
     assert found.detections
     assert all(0.0 < echo.front <= 1.0 for echo in found.detections)
-    assert all(echo.front > LEAST for echo in found.faint)
+    assert all(echo.front > LEAST_FRONT for echo in found.faint)
 
 
 def test_in_calm_water_no_echo_tells_its_front() -> None:

@@ -124,10 +124,10 @@ def size_of(path: Path) -> int:
 
 def settled_size_of(path: Path) -> int:
     """Return the file's size once it grows no more: what was published before has been written."""
-    size, still = size_of(path), 0
-    while still < 5:
-        time.sleep(0.05)
-        size, still = size_of(path), still + 1 if size_of(path) == size else 0
+    size, before = size_of(path), -1
+    while size != before:
+        time.sleep(0.25)
+        size, before = size_of(path), size
     return size
 
 

@@ -12,7 +12,7 @@ from ods.pipeline.fronts.windows import Windows
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image_layout import ImageLayout
 
-LEAST = 0.12
+LEAST_FRONT = 0.12
 """Of `Detection.front`, for faint echoes. The tracker looks at many images: one that is taken for the bottom now and
 then costs less than a body that is never heard."""
 LEAST_TOLD = 1e-6
