@@ -8,13 +8,10 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from ods.compiled.kernel import do_without_numba
 from ods.runtime import counters
 from ods.sonar_link.files.decoder import PLUGGED_IN
 from ods.sonar_link.registry import PROTOCOLS
 
-do_without_numba()
-logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # other types than on board are compiled
 
 os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 
