@@ -14,7 +14,7 @@ STEPS_PER_SINE = 128
 SUM_NODES = 4 * (ELEVATION_NODES - 1) + 1
 """Nodes of the vertical pattern's running integral, even in sin(elevation)."""
 LIT_BEYOND_WIDTHS = 3.0
-"""Fine columns reach this many beam widths beyond the outer beams: there only side lobes hear what is further aside."""
+"""Beam widths of `Grid.lit_beyond_rad`."""
 
 
 class Grid(NamedTuple):
@@ -33,6 +33,10 @@ class Grid(NamedTuple):
     """(planes, SUM_NODES) its running integral from sin(elevation) = -1 on."""
     horizontal: Floats
     """Running integral of the horizontal pattern over beam widths."""
+    nodes_per_width: int
+    """Nodes of `horizontal` in one beam width."""
+    lit_beyond_rad: float
+    """Fine columns reach so far beyond the outer beams: there only side lobes hear what is further aside."""
 
 
 def grid_of(sonar: SonarModel) -> Grid:
@@ -46,6 +50,8 @@ def grid_of(sonar: SonarModel) -> Grid:
         sonar.vertical_two_way,
         _running_sum(sonar.vertical_two_way),
         sonar.horizontal_cumulative,
+        NODES_PER_WIDTH,
+        LIT_BEYOND_WIDTHS * sonar.beam_width_rad,
     )
 
 
