@@ -20,12 +20,15 @@ static inline EchoRows echo_rows(double *table, int64_t count)
 #undef ROW
 }
 
+/* A row of a (3, 3) matrix: `rotation[i][j]`. */
+typedef double MatrixRow[3];
+
 /* The sonar's head at the ping. */
 typedef struct {
-    const double *position;        /* (3,) NED, m */
-    const double (*rotation)[3];   /* (3, 3) body to global */
-    const double *sigma_position;  /* (3,) north, east, down, m */
-    const double *sigma_attitude;  /* (3,) roll, pitch, yaw, rad */
+    const double *position;       /* (3,) NED, m */
+    const MatrixRow *rotation;    /* (3, 3) body to global */
+    const double *sigma_position; /* (3,) north, east, down, m */
+    const double *sigma_attitude; /* (3,) roll, pitch, yaw, rad */
 } Vehicle;
 
 /* A `Vehicle` in a signature: four arguments. */
@@ -34,7 +37,7 @@ typedef struct {
 /* Returns the vehicle of the four arguments from number k on. */
 static inline Vehicle vehicle_from(const Argument *arguments, int k)
 {
-    return (Vehicle){ARRAY(const double, k), ARRAY(const double[3], k + 1), ARRAY(const double, k + 2), ARRAY(const double, k + 3)};
+    return (Vehicle){ARRAY(const double, k), ARRAY(const MatrixRow, k + 1), ARRAY(const double, k + 2), ARRAY(const double, k + 3)};
 }
 
 #endif
