@@ -5,7 +5,7 @@
 
 #include "kernel.h"
 
-/* Returns `table` of `nodes` numbers, two or more, even from 0 to 1, at `place`; the ends hold beyond. */
+/* Returns `table` of at least two nodes, even from 0 to 1, at `place`; the ends hold beyond, the first for NaN. */
 static inline double interpolate(const double *table, int64_t nodes, double place)
 {
     const double where = smaller(larger(place, 0.0), 1.0) * (double)(nodes - 1);
