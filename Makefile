@@ -6,39 +6,30 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
-SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser tests/workbench/engine/test_macro.py \
-  tests/tracker/test_consistency.py tests/pipeline/test_failures.py tests/docs/test_site.py tests/docs/test_planner_types.py \
-  tests/docs/test_how_to.py tests/in_vcan tests/pipeline/test_warm_up.py tests/pipeline/test_no_data.py tests/tracker/test_stalled_disk.py \
-  tests/pipeline/test_false_alarm.py tests/sim_sonar/test_speckle.py tests/sonar_link/test_faults.py tests/commands/test_detect.py \
-  tests/workbench/pages/test_simulator.py tests/recording/test_recorder_process.py tests/tracker/test_service.py tests/tracker/test_floods.py \
-  tests/sonar_link/test_remote.py tests/runtime/test_supervisor.py tests/nav_bridge/test_nmea_live.py tests/nav_bridge/test_service.py \
-  tests/compiled tests/commands/test_ending.py tests/workbench/pages/test_frame.py tests/workbench/pages/test_observer.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark kernels wheel install install-program uninstall clean
 
-bench: compile
+bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
 
 # the bench over a rough sea-bed
-bench-rough: compile
+bench-rough: kernels
 	$(BIN)/ods bench --config config/bench-rough.toml
 
-# the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md. One second of it out here first: a guest
-# needs minutes to compile, but loads what is compiled already
-bench-vcan: compile
-	$(BIN)/ods bench --config config/bench.toml --seconds 1 --out out/compiled >/dev/null 2>&1 || true
+# the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md
+bench-vcan: kernels
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
-QUICK = $(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain $(addprefix --ignore=,$(SLOW))
+QUICK = $(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m "not slow"
 
 test: $(VENV)/.ready
-	$(MAKE) -j 2 compile lint
+	$(MAKE) -j 2 kernels lint
 	$(QUICK)
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
 
-# which lines no test ran, processes started by tests included; kernels are left out: compiled code is not seen
-coverage: compile
+# which lines no test ran, processes started by tests included
+coverage: kernels
 	$(QUICK) --cov --cov-report=
 	$(BIN)/coverage report
 
@@ -47,8 +38,8 @@ test-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 900 $(BIN)/pytest $(VCAN) || { [ $$? -eq 125 ] && $(BIN)/pytest $(VCAN); }
 
 # what takes too long for every change: CI runs it after `make test`
-test-missions: compile
-	$(BIN)/pytest -n 2 --dist loadfile $(SLOW)
+test-missions: kernels
+	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m slow
 	$(BIN)/pytest tests/whole_chain --ignore=tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan VCAN=tests/vcan/test_integrator.py
 
@@ -80,10 +71,12 @@ chromium:
 hooks: $(VENV)/.ready
 	$(BIN)/pre-commit install
 
-# machine code of the kernels, so that no process waits for a compiler; at once where nothing has changed. Where it
-# cannot be had, processes compile by themselves
-compile: $(VENV)/.ready
-	-$(BIN)/ods compile --config $(CONFIG)
+# the C kernels, anew where one has changed
+kernels: $(VENV)/.ready ods/compiled/native.abi3.so
+
+ods/compiled/native.abi3.so: $(shell find ods -name '*.[ch]') setup.py | $(VENV)/.ready
+	$(BIN)/python setup.py --quiet build_ext --inplace
+	touch $@
 
 # dist/*.whl, for `pip install` on board; build/ would bring in what was deleted since
 wheel: $(VENV)/.ready

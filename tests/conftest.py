@@ -12,7 +12,6 @@ from ods.runtime import counters
 from ods.sonar_link.files.decoder import PLUGGED_IN
 from ods.sonar_link.registry import PROTOCOLS
 
-
 os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 
 settings.register_profile("ods", deadline=None, derandomize=True)  # no deadline: first calls may compile

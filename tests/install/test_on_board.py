@@ -20,7 +20,7 @@ from ods.compiled import cache_folder
 from ods.runtime.processes import on_board
 from tests.install.clean_venv import ROOT, bare, build_wheel, install
 
-pytestmark = pytest.mark.timeout(900)  # where `make compile` was not run before, this one compiles
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 ONBOARD = ROOT / "ods" / "config_files" / "onboard.toml"
 

@@ -21,6 +21,8 @@ from ods.recording.mcap.reader import Recorded, open_recording
 from ods.runtime import bus
 from tests.recording.mcap_samples import Sample, mission, pose, small_ping, write_segment
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 PINGS, POSES = 69, 1035
 PATIENCE_S = 30.0

@@ -24,6 +24,8 @@ from ods.runtime import supervisor as supervisor_module
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.supervisor import HELD, STARVED, Child, SuperviseSettings
 
+pytestmark = pytest.mark.slow
+
 DEPLOY = Path(__file__).parents[2] / "deploy"
 STARTED: list["subprocess.Popen[str]"] = []
 

@@ -19,6 +19,8 @@ from ods.workbench.web.plan_view import PlanView
 from ods.workbench.web.time_view import TimeView
 from tests.workbench.engine.test_rerun import START
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def session() -> Iterator[Session]:
