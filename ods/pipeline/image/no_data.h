@@ -5,6 +5,11 @@
 
 #include "kernel.h"
 
+/* Samples `begin` to `stop` - 1 of a beam. */
+typedef struct {
+    int64_t begin, stop;
+} Span;
+
 /* (beams, samples) marks. */
 typedef struct {
     const bool *marks; /* NULL: all samples hold data */
@@ -33,6 +38,16 @@ static inline bool is_one_beam_wide(Missing missing, int64_t beam, int64_t colum
     if (beam <= 0 || beam >= missing.beams - 1)
         return false;
     return !is_missing(missing, beam - 1, column) && !is_missing(missing, beam + 1, column);
+}
+
+/* Returns the next run of missing samples of a beam from `from` on; where there is none it begins at `samples`. */
+static inline Span next_gap(const bool *gaps, int64_t from, int64_t samples)
+{
+    const bool *begin = from < samples ? memchr(gaps + from, true, (size_t)(samples - from)) : NULL;
+    if (begin == NULL)
+        return (Span){samples, samples};
+    const bool *stop = memchr(begin, false, (size_t)(gaps + samples - begin));
+    return (Span){begin - gaps, stop == NULL ? samples : stop - gaps};
 }
 
 #endif

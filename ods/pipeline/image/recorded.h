@@ -29,11 +29,6 @@ static inline Recorded recorded_at(const Argument *arguments)
                       missing_at(&arguments[3], SIZE(0, 0), SIZE(0, 1))};
 }
 
-/* Samples `begin` to `stop` - 1 of a beam. */
-typedef struct {
-    int64_t begin, stop;
-} Span;
-
 /* Returns which samples of its beam the cells of a run were made of. */
 static inline Span samples_of(Recorded recorded, Run run)
 {
