@@ -7,25 +7,53 @@
 #include "ods/sim_sonar/sonar/grid.h"
 
 /* Returns the integral of the horizontal pattern over half a turn, rad. */
-static inline double pattern_width_of(const Grid *grid)
+static inline double pattern_width(const Grid *grid)
 {
     const double widest = RIGHT / grid->beam_width_rad;
     return beam_share(grid, -widest, widest) * grid->beam_width_rad;
 }
 
-/* Sets `out` (beams, columns) to how much each beam hears of each column between the borders `bearing`, rad. A beam
-   hears nothing of columns beyond `reach` beam widths of its axis. */
-static inline void shares_of(const double *restrict bearing, int64_t columns, const Grid *grid, double reach,
-                             double *restrict out)
+/* Returns the integral of one beam's horizontal pattern up to `offset`, in beam widths, as the mean over `parts` places
+   that are spread over `width`. */
+static inline double blended_pattern(const Grid *grid, double offset, double width, int parts)
 {
-    const double width = grid->beam_width_rad;
-    for (int64_t beam = 0; beam < grid->beams; beam++)
-        for (int64_t a = 0; a < columns; a++) {
-            const double begin = (bearing[a] - grid->bearing_rad[beam]) / width;
-            const double finish = (bearing[a + 1] - grid->bearing_rad[beam]) / width;
-            const bool heard = finish >= -reach && begin <= reach;
-            out[beam * columns + a] = heard ? beam_share(grid, begin, finish) * width : 0.0;
-        }
+    double total = 0.0;
+    for (int part = 0; part < parts; part++)
+        total += running_pattern(grid, offset + ((part + 0.5) / parts - 0.5) * width);
+    return total / parts;
+}
+
+/* Sets `out` (beams, columns) to how much each beam hears of each column between the rising borders `bearing`, rad. A
+   beam hears nothing of columns beyond `reach` beam widths of its axis.
+
+   `parts`: places at which the change from one column to the next is sampled. One where there is a step; more of evenly
+   wide columns between which what is heard changes linearly. */
+static inline void blended_shares(const double *restrict bearing, int64_t columns, const Grid *grid, double reach,
+                                  int parts, double *restrict out)
+{
+    const double beam_width = grid->beam_width_rad, width = (bearing[1] - bearing[0]) / beam_width;
+    for (int64_t beam = 0; beam < grid->beams; beam++) {
+        const double axis = grid->bearing_rad[beam];
+        double *restrict row = out + beam * columns;
+        int64_t low = 0, high = columns;
+        while (low < columns && !((bearing[low + 1] - axis) / beam_width >= -reach))
+            row[low++] = 0.0;
+        while (high > low && !((bearing[high - 1] - axis) / beam_width <= reach))
+            row[--high] = 0.0;
+        if (low == high)
+            continue;
+        for (int64_t a = low; a < high; a++)
+            row[a] = blended_pattern(grid, (bearing[a] - axis) / beam_width, width, parts) * beam_width;
+        const double end = blended_pattern(grid, (bearing[high] - axis) / beam_width, width, parts) * beam_width;
+        for (int64_t a = low; a + 1 < high; a++)
+            row[a] = row[a + 1] - row[a];
+        row[high - 1] = end - row[high - 1];
+    }
+}
+
+static inline void shares_of(const double *bearing, int64_t columns, const Grid *grid, double reach, double *out)
+{
+    blended_shares(bearing, columns, grid, reach, 1, out);
 }
 
 static inline void add_share(double *restrict target, const double *restrict source, double share, int64_t bins)
