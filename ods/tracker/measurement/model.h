@@ -5,16 +5,6 @@
 
 #include "ods/tracker/measurement/scan.h"
 
-#define PI 3.14159265358979323846
-
-/* Horizontal distances, m, are kept above this, so that a direction exists. */
-#define NEAREST_M 1e-3
-/* Range and bearing do not tell the horizontal place of an object straight above or below: no line of sight is taken to
-   be steeper than that this share of the distance is horizontal. */
-#define STEEPEST 0.2
-/* What a place across the line of sight may add to the square of the range: at most this share of it. */
-#define MOST_BENT 0.25
-
 /* The rows of `PredictedMeasurement`'s table, which may have more axes than two: all its further axes are one here. */
 typedef struct {
     double *range_m, *bearing, *elevation, *horizontal;
@@ -61,10 +51,11 @@ static inline PositionMeasurement position_measurement_from(const Argument *argu
 /* Returns the angle wrapped to [-pi, pi). */
 static inline double wrapped(double angle)
 {
-    if (-PI <= angle && angle < PI)
+    const double pi = 3.14159265358979323846;
+    if (-pi <= angle && angle < pi)
         return angle;
-    const double turned = fmod(angle + PI, 2.0 * PI);
-    return (turned < 0.0 ? turned + 2.0 * PI : turned) - PI;
+    const double turned = fmod(angle + pi, 2.0 * pi);
+    return (turned < 0.0 ? turned + 2.0 * pi : turned) - pi;
 }
 
 #endif
