@@ -27,7 +27,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Run the bench; return 1 when a limit is broken, also on a busy computer if that does not explain it. Raises OdsError."""
+    """Run the bench; return 1 when a limit is broken and a busy computer does not explain it. Raises OdsError."""
     settings = _overridden(load(args.config, BenchConfig), args.seconds, args.out, args.record)
     with MachineProbe() as probe:
         record = fly_mission(settings)

@@ -74,9 +74,9 @@ class MachineProbe:
 
 def measure() -> MachineLoad:
     """Measure until standard input is closed."""
-    wakes, slowdowns, loads = [0.0], [1.0], [os.getloadavg()[0]]
+    wakes, slowdowns, loads = list[float](), list[float](), list[float]()
     pressed_us, begun = _pressed_us(), time.monotonic()
-    while not select.select([sys.stdin], [], [], ROUND_S)[0]:
+    while not wakes or not select.select([sys.stdin], [], [], ROUND_S)[0]:
         asleep = time.monotonic()
         time.sleep(SLEEP_S)
         wakes.append(1e3 * (time.monotonic() - asleep - SLEEP_S))
@@ -96,7 +96,7 @@ def _spin() -> float:
     wall, cpu = time.monotonic(), time.thread_time()
     while time.thread_time() - cpu < SPIN_S:
         pass
-    return (time.monotonic() - wall) / (time.thread_time() - cpu)
+    return max((time.monotonic() - wall) / (time.thread_time() - cpu), 1.0)
 
 
 def _pressed_us() -> int:

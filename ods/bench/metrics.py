@@ -107,7 +107,7 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float, machine: 
 
 
 def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
-    """Tell whether a busy computer explains that a limit was missed: one on times, or pings left out for lack of time."""
+    """Tell whether a busy computer explains a missed limit: one on times, or pings left out for lack of time."""
     if not summary.machine.busy:
         return False
     if name == "pings_lost":
