@@ -1,4 +1,5 @@
-# `make bench` and `make test` set up their own virtual environment; nothing else is needed but python3 >= 3.11, venv and make.
+# `make bench` and `make test` set up their own virtual environment; nothing else is needed but python3 >= 3.11 with its venv and
+# headers, a C compiler and make.
 
 PYTHON ?= python3
 VENV := .venv
@@ -29,7 +30,7 @@ test: $(VENV)/.ready
 	$(MAKE) test-vcan
 
 # which lines no test ran, processes started by tests included
-coverage: kernels
+coverage: $(VENV)/.ready kernels
 	$(QUICK) --cov --cov-report=
 	$(BIN)/coverage report
 
@@ -38,7 +39,7 @@ test-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 900 $(BIN)/pytest $(VCAN) || { [ $$? -eq 125 ] && $(BIN)/pytest $(VCAN); }
 
 # what takes too long for every change: CI runs it after `make test`
-test-missions: kernels
+test-missions: $(VENV)/.ready kernels
 	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m slow
 	$(BIN)/pytest tests/whole_chain --ignore=tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan VCAN=tests/vcan/test_integrator.py
@@ -53,9 +54,20 @@ lint: $(VENV)/.ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-$(VENV)/.ready: pyproject.toml constraints.txt
+# what `make bench` needs, and what all else does; without build isolation numpy is not fetched twice
+PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check install --no-compile -c constraints.txt
+KERNELS = ods/compiled/native.abi3.so
+
+$(VENV)/.bench: pyproject.toml setup.py constraints.txt
+	@echo "making a virtual environment in $(VENV), with all that the bench needs"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e .[dev]
+	$(PIP) setuptools numpy
+	@echo "installing ODS: its kernels are compiled"
+	$(PIP) --no-build-isolation -e .[bench]
+	touch $@
+
+$(VENV)/.ready: $(VENV)/.bench
+	$(PIP) --no-build-isolation -e .[dev]
 	touch $@
 
 # the readers of Foxglove and Lichtblick, for tests/export/test_by_node.py
@@ -72,9 +84,9 @@ hooks: $(VENV)/.ready
 	$(BIN)/pre-commit install
 
 # the C kernels, anew where one has changed
-kernels: $(VENV)/.ready ods/compiled/native.abi3.so
+kernels: $(VENV)/.bench $(KERNELS)
 
-ods/compiled/native.abi3.so: $(shell find ods -name '*.[ch]') setup.py | $(VENV)/.ready
+$(KERNELS): $(shell find ods -name '*.[ch]') setup.py | $(VENV)/.bench
 	$(BIN)/python setup.py --quiet build_ext --inplace
 	touch $@
 
@@ -86,7 +98,7 @@ wheel: $(VENV)/.ready
 
 # on board, as root: docs/installation.md
 PREFIX := /opt/ods
-INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) deploy/install.sh
+INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) WHEEL=$(WHEEL) deploy/install.sh
 
 install:
 	$(INSTALL)

@@ -1,23 +1,31 @@
-"""The one part of the build that pyproject.toml cannot say: all kernels, in C, make one extension module."""
+"""The part of the build that pyproject.toml cannot say: all kernels, in C, make one extension module.
 
+`ODS_MARCH` names another processor than `_MARCH`, as gcc's `-march` does: `native`, `x86-64-v4`.
+"""
+
+import os
 import platform
 from pathlib import Path
 
 import numpy as np
 from setuptools import Extension, setup
 
-ARCHITECTURE = {"x86_64": ["-march=x86-64-v3", "-mtune=generic"]}
-"""Of the processors that a wheel is for: x86-64 with AVX2 (2013 and later); others as the compiler takes them."""
-REORDERED_SUMS = ["-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math", "-freciprocal-math", "-ffp-contract=fast"]
+_MARCH = {"x86_64": "x86-64-v3", "aarch64": "armv8-a"}
+"""What a wheel is for: 64-bit x86 with AVX2 (2013 and later), any 64-bit ARM."""
+_REORDERED_SUMS = ["-fassociative-math", "-fno-signed-zeros", "-fno-trapping-math", "-freciprocal-math"]
 """So that they vectorise. Not -ffinite-math-only: bad samples must compare as false."""
 
-native = Extension(
+_march = os.environ.get("ODS_MARCH") or _MARCH.get(platform.machine())
+_native = Extension(
     "ods.compiled.native",
     sources=sorted(map(str, Path("ods").rglob("*.c"))),
     depends=sorted(map(str, Path("ods").rglob("*.h"))),
     include_dirs=[".", "ods/compiled", np.get_include()],
-    extra_compile_args=["-std=c11", "-O3", "-g0", "-fno-math-errno", "-fvisibility=hidden", *REORDERED_SUMS, *ARCHITECTURE.get(platform.machine(), [])],
+    extra_compile_args=[
+        "-std=c11", "-O3", "-g0", "-fno-math-errno", "-ffp-contract=fast", "-fvisibility=hidden", *_REORDERED_SUMS,
+        *([f"-march={_march}"] if _march else []),
+    ],
     py_limited_api=True,
-)
+)  # fmt: skip
 
-setup(ext_modules=[native], options={"bdist_wheel": {"py_limited_api": "cp311"}})
+setup(ext_modules=[_native], options={"bdist_wheel": {"py_limited_api": "cp311"}})

@@ -1,1 +1,1 @@
-"""Kernels: compiled by numba, kept as machine code, and called on board without numba."""
+"""Kernels: the loops over arrays that numpy would be too slow for, in C; `native` calls them (kernel.h says how)."""

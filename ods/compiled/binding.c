@@ -329,7 +329,7 @@ static int add_kernel(PyObject *module, const Kernel *kernel)
 
 static struct PyModuleDef definition = {PyModuleDef_HEAD_INIT, "native", "All kernels, compiled from C.", -1, NULL, NULL, NULL, NULL, NULL};
 
-PyMODINIT_FUNC PyInit_native(void)
+static PyObject *make_module(void)
 {
     import_array();
     PyObject *module = PyModule_Create(&definition);
@@ -339,4 +339,20 @@ PyMODINIT_FUNC PyInit_native(void)
             return NULL;
         }
     return module;
+}
+
+/* Runs before any kernel, on whatever processor there is: an unknown instruction would end the process without a word. */
+#if defined(__x86_64__)
+__attribute__((target("arch=x86-64")))
+#endif
+PyMODINIT_FUNC PyInit_native(void)
+{
+#if defined(__AVX2__)
+    if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") || !__builtin_cpu_supports("bmi2")) {
+        PyErr_SetString(PyExc_ImportError, "this processor has no AVX2, which the installed kernels need: "
+                                           "build ODS from its sources on it with ODS_MARCH=native");
+        return NULL;
+    }
+#endif
+    return make_module();
 }
