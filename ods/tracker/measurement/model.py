@@ -104,7 +104,7 @@ def position_measurement(
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)
-    return PositionMeasurement(position, *rest, azimuth, sensitivity, vehicle.sigma_position[:2] ** 2)
+    return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.sigma_position[:2] ** 2))
 
 
 @kernel
