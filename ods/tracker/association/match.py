@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.association import gating, split_merged
 from ods.tracker.association.assignment import Assignment, Question
@@ -20,12 +20,12 @@ from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
 from ods.tracker.measurement.cut_off import nothing_twice
-from ods.tracker.measurement.model import PositionMeasurement, position_measurement, predicted_rows
-from ods.tracker.measurement.scan import Echoes, Scan, echo_rows
+from ods.tracker.measurement.model import PositionMeasurement, position_measurement
+from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained, look_rows
+from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained
 
 DROP_OUT_EXPECTED = 3.0
 """So many confirmed objects expected,"""
@@ -33,9 +33,6 @@ DROP_OUT_SHARE = 0.25
 """and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
 DROP_OUT_DETECTION = 0.005
 """and in which an object has an echo with this probability: what is found is more likely a false alarm."""
-JOINED, LEAST_JOINED_M = 1.6, 1.5
-"""An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
-it sets in as the first of these does."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -88,9 +85,7 @@ def match_scan(
     density = clutter.density(echoes, scan.sector)
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
-    found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas)
-    if prediction.vague.any():
-        found = found.take(~prediction.vague[found.objects])
+    found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas, prediction.vague)
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
     assignment = associate(ask)
     drop_out = _is_drop_out(prediction, assignment.pairs)
@@ -110,8 +105,10 @@ def match_scan(
     told = shown.objects, shown.echoes.table, shown.llr, shown.off_centre
     watched = seen.watched, reported, hit, seen.inside & ~seen.skipped
     expected = prediction.measurement.table, prediction.estimate.radius
-    look = _look(told, merged, watched, expected, 0.0 if drop_out else chance.detection_probability)
-    free = _not_of_confirmed(assignment.pairs.objects, assignment.pairs.echoes, reported, len(echoes))
+    look = np.empty((len(Look._fields), len(hit)))
+    native.match_look(told, merged, watched, expected, 0.0 if drop_out else chance.detection_probability, look)
+    free = np.empty(len(echoes), np.bool_)
+    native.match_not_of_confirmed(assignment.pairs.objects, assignment.pairs.echoes, reported, free)
     alarms.strength.count(echoes, free, scan.sector)
     nothing = alarms.at(prediction.places, scan.sector)
     if len(hit):
@@ -125,15 +122,6 @@ def match_scan(
         unexplained=elsewhere,
         unknown=_unknown(rest, elsewhere, alarms, scan.sector),
     )
-
-
-@kernel
-def _not_of_confirmed(objects: Indices, echoes: Indices, reported: Mask, m: int) -> Mask:
-    """Tell (m,) which echoes no confirmed object explains, by pairs of object and echo."""
-    free = np.ones(m, np.bool_)
-    for i, j in zip(objects, echoes):  # noqa: B905  numba knows no `strict`
-        free[j] &= not reported[i]
-    return free
 
 
 def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
@@ -200,41 +188,6 @@ def _put_together(assignment: Assignment, split: Hypotheses, echoes: Echoes, rad
         np.concatenate([whole.llr, parts.llr]),
         np.concatenate([np.zeros(len(whole.objects)), parts.variance]),
     )
-
-
-@kernel
-def _look(
-    told: tuple[Indices, Floats, Floats, Floats],
-    merged: Floats,
-    seen: tuple[Floats, Mask, Mask, Mask],
-    expected: tuple[Floats, Floats],
-    detection_probability: float,
-) -> Floats:
-    """Return the (7, n) table of `Look`.
-
-    `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
-    that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped;
-    `expected`: table of the predicted measurements, and (n,) radii.
-    """
-    objects, echo_table, llr, off_centre = told
-    watched, reported, hit, in_view = seen
-    predicted_table, radius = expected
-    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((7, len(hit)))
-    look = look_rows(table)
-    look.off_range[:] = math.nan
-    for i in range(len(hit)):
-        if hit[i] or merged[i] == 0.0:
-            look.watched[i] = watched[i] if reported[i] else 1.0 * in_view[i]
-        look.expected[i] = look.watched[i] * detection_probability
-    for k, i in enumerate(objects):
-        look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
-        whole = off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.cut[k] == 0.0
-        if whole and echoes.strength[k] > 0.0:
-            look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
-            joined = echoes.radius[k] > JOINED * max(radius[i], LEAST_JOINED_M)
-            look.onset[i] = 0.0 if joined else echoes.onset[k]
-            look.front[i] = 0.0 if joined else echoes.front[k]
-    return table
 
 
 def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
