@@ -12,7 +12,6 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.base.geometry import rotation_matrix
 from ods.sim_sonar.echo.bodies import Bodies, middles
-from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.pose import Times, VehiclePose
 
 LEAST_DISTANCE_M = 1e-9
@@ -47,48 +46,15 @@ def turn_per_metre(
     return math.remainder(turned, 2.0 * math.pi) / farthest_m
 
 
-@compiled
 def _as_heard(objects: Bodies, middle: Floats, sent: VehiclePose, heard: VehiclePose) -> Bodies:
     """Move and turn each body about its middle; `sent`: one pose, `heard`: (n,) poses, at reception."""
+    turn = rotation_matrix(sent.attitude) @ np.swapaxes(rotation_matrix(heard.attitude), -1, -2)
+    way = middle - heard.position_ned
+    there = np.linalg.norm(middle - sent.position_ned, axis=1)
+    again = np.maximum(np.linalg.norm(way, axis=1), LEAST_DISTANCE_M)
+    stretch = 0.5 * (there + again) / again
     out = objects.copy()
-    sent_ned, forth = sent.position_ned, _rotation(sent.attitude)
-    turn = np.empty((3, 3))
-    for k in range(len(objects)):
-        heard_ned, back = heard.position_ned[k], _rotation(heard.attitude[k])
-        for i in range(3):
-            for j in range(3):
-                turn[i, j] = forth[i, 0] * back[j, 0] + forth[i, 1] * back[j, 1] + forth[i, 2] * back[j, 2]
-        there, again = _distance(middle[k], sent_ned), max(_distance(middle[k], heard_ned), LEAST_DISTANCE_M)
-        stretch = 0.5 * (there + again) / again
-        body, moved = objects[k], out[k]
-        for i in range(3):
-            place = sent_ned[i]
-            for j in range(3):
-                way, centre = middle[k, j] - heard_ned[j], body["centre"][j] - middle[k, j]
-                place += turn[i, j] * (stretch * way + centre)
-            moved["centre"][i] = place
-        for axis in range(3):
-            for i in range(3):
-                along = 0.0
-                for j in range(3):
-                    along += turn[i, j] * body["axes"][axis, j]
-                moved["axes"][axis, i] = along
+    about = stretch[:, None] * way + objects["centre"] - middle
+    out["centre"] = sent.position_ned + (turn @ about[:, :, None])[:, :, 0]
+    out["axes"] = objects["axes"] @ np.swapaxes(turn, -1, -2)
     return out
-
-
-@compiled
-def _distance(a: Floats, b: Floats) -> float:
-    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
-
-
-@compiled
-def _rotation(q: Floats) -> Floats:
-    """Return the matrix that turns body vectors into global ones: geometry.rotation_matrix of one quaternion."""
-    w, x, y, z = q[0], q[1], q[2], q[3]
-    return np.array(
-        [
-            [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)],
-            [2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)],
-            [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)],
-        ]
-    )
