@@ -7,8 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.tracker.observer import axis_kalman
 from ods.tracker.observer.axis_kalman import AxisState
 
@@ -138,15 +137,6 @@ def test_two_steps_equal_a_long_one(dt: float, share: float, noise: float) -> No
         np.testing.assert_allclose(a, b, rtol=1e-9)
 
 
-@kernel
-def predict_and_update(lines: Floats, dt: float, noise: float, measured: Floats, noise_variance: Floats) -> None:
-    """Compiled loop over the (5, n) columns of axis states, as observers have one."""
-    for i in range(lines.shape[1]):
-        state = AxisState(lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i])
-        state = axis_kalman.update(axis_kalman.predict(state, dt, noise), measured[i], noise_variance[i])
-        lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i] = state
-
-
 def test_it_stays_positive_definite_whatever_the_noise() -> None:
     """A million updates of all kinds: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2, places at 1e6 m."""
     rng = np.random.default_rng(1)
@@ -155,7 +145,8 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
         noise_variance = 10.0 ** rng.uniform(-12, 12, 1000)
         measured = 1e6 + rng.normal(0.0, 1.0, 1000)
         dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
-        predict_and_update(lines, dt, noise, measured, noise_variance)
+        native.axis_predict(lines, dt, noise)
+        native.axis_update(lines, measured, noise_variance)
         assert (lines[[2, 4]] > 0.0).all()
     assert np.isfinite(lines).all()
 
