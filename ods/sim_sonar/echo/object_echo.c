@@ -277,45 +277,70 @@ static void gather(double *together, double *rows, Bins bins, double width, cons
     }
 }
 
+/* What the columns of one object are mixed with, and rows to work in, which are zero between two groups of columns. */
+typedef struct {
+    const Traced *object;
+    const Grid *grid;
+    const FlatSurface *flat;   /* of a plane */
+    const double *shares;      /* (beams, columns) */
+    double *rows, *together;   /* (planes, samples) of one column, and of a group of columns */
+    double *far;               /* (beams,) */
+} Mixer;
+
+/* Adds the columns from `a` to before `end`: near beams hear each on its own, the others all together. */
+static void add_group(double *image, const Mixer *mixer, int64_t a, int64_t end)
+{
+    const Traced *object = mixer->object;
+    const Grid *grid = mixer->grid;
+    const double *bearing = object->rays.bearing, reach = NEAR_WIDTHS * grid->beam_width_rad;
+    const int64_t columns = object->rays.columns, low = beams_before(grid, bearing[a] - reach);
+    const int64_t high = larger_i(low, beams_before(grid, bearing[end] + reach));
+    Bins all = NO_BINS;
+    for (int64_t column = a; column < end; column++) {
+        const Bins bins = object->body->kind == PLANE ? plane_column(mixer->rows, mixer->flat, object, column, grid)
+                                                      : bent_column(mixer->rows, object, column, grid);
+        mix_column(image, mixer->rows, bins, mixer->shares + column, columns, low, high, grid);
+        gather(mixer->together, mixer->rows, bins, bearing[column + 1] - bearing[column], grid);
+        all = both_bins(all, bins);
+    }
+    for (int64_t beam = 0; beam < grid->beams; beam++) {
+        mixer->far[beam] = 0.0;
+        for (int64_t column = a; column < end; column++)
+            mixer->far[beam] += mixer->shares[beam * columns + column];
+        mixer->far[beam] /= bearing[end] - bearing[a];
+    }
+    mix_column(image, mixer->together, all, mixer->far, 1, 0, low, grid);
+    mix_column(image, mixer->together, all, mixer->far, 1, high, grid->beams, grid);
+    for (int64_t plane = 0; plane < grid->planes && all.first < all.last; plane++)
+        memset(mixer->together + plane * grid->samples + all.first, 0, (size_t)(all.last - all.first) * sizeof(double));
+}
+
 /* Adds the mean echo, m2, of body `which` to `image` and sets the ranges at which its rays meet it (see
    object_echo.py). */
 LONG_KERNEL(add_object, "out f8[:,:] image, " BODIES ", int which, i8[:] rivals, f8[fan_columns,cells] limit, " RAY_FAN
                         ", " GRID ", out f8[fan_columns,cells] ranges")
 {
-    double *image = ARRAY(double, 0);
     const Occluders occluders = {ARRAY(const Body, 1), ARRAY(const int64_t, 3), SIZE(3, 0), ARRAY(const double, 4)};
     const Body *body = &occluders.bodies[INT(2)];
-    const Grid grid = grid_from(arguments, 8);
     const RayFan rays = ray_fan_from(arguments, 5);
+    const Grid grid = grid_from(arguments, 8);
     const Traced object = {body, rays, ARRAY(double, 18), SCRATCH(double, rays.columns * rays.cells)};
+    const FlatSurface flat = body->kind == PLANE ? surface_of(body, &grid) : (FlatSurface){0};
+    double *shares = SCRATCH(double, grid.beams * rays.columns);
+    const Mixer mixer = {
+        .object = &object,
+        .grid = &grid,
+        .flat = &flat,
+        .shares = shares,
+        .rows = ZEROS(double, grid.planes * grid.samples),
+        .together = ZEROS(double, grid.planes * grid.samples),
+        .far = SCRATCH(double, grid.beams),
+    };
     for (int64_t a = 0; a < rays.columns; a++)
         trace_column(&object, &occluders, a);
-    const FlatSurface flat = body->kind == PLANE ? surface_of(body, &grid) : (FlatSurface){0};
-    double *rows = ZEROS(double, grid.planes * grid.samples), *together = ZEROS(double, grid.planes * grid.samples);
-    double *shares = SCRATCH(double, grid.beams * rays.columns), *far = SCRATCH(double, grid.beams);
-    const double reach = NEAR_WIDTHS * grid.beam_width_rad;
     shares_of(rays.bearing, rays.columns, &grid, INFINITY, shares);
     for (int64_t a = 0, end; a < rays.columns; a = end) {
         end = end_of_neighbours(&rays, a, &grid);
-        const int64_t low = beams_before(&grid, rays.bearing[a] - reach);
-        const int64_t high = larger_i(low, beams_before(&grid, rays.bearing[end] + reach));
-        Bins all = NO_BINS;
-        for (int64_t column = a; column < end; column++) {
-            const Bins bins = body->kind == PLANE ? plane_column(rows, &flat, &object, column, &grid)
-                                                  : bent_column(rows, &object, column, &grid);
-            mix_column(image, rows, bins, shares + column, rays.columns, low, high, &grid);
-            gather(together, rows, bins, rays.bearing[column + 1] - rays.bearing[column], &grid);
-            all = both_bins(all, bins);
-        }
-        for (int64_t beam = 0; beam < grid.beams; beam++) {
-            far[beam] = 0.0;
-            for (int64_t column = a; column < end; column++)
-                far[beam] += shares[beam * rays.columns + column];
-            far[beam] /= rays.bearing[end] - rays.bearing[a];
-        }
-        mix_column(image, together, all, far, 1, 0, low, &grid);
-        mix_column(image, together, all, far, 1, high, grid.beams, &grid);
-        for (int64_t plane = 0; plane < grid.planes && all.first < all.last; plane++)
-            memset(together + plane * grid.samples + all.first, 0, (size_t)(all.last - all.first) * sizeof *together);
+        add_group(ARRAY(double, 0), &mixer, a, end);
     }
 }

@@ -169,7 +169,7 @@ static int64_t set_elevations(double *elevation, int64_t most, const Body *body,
     }
     if (body->kind == PLANE)
         lobes *= tallest * PLANE_LOBES;
-    const int32_t cells = whole_above(larger(CELLS / sqrt(max_error), lobes), most);
+    const int32_t cells = (int32_t)larger_i(1, whole_above(larger(CELLS / sqrt(max_error), lobes), most));
     for (int64_t a = 0; a < columns; a++) {
         const bool seen = spans[a].low < spans[a].high;
         const double low = seen ? spans[a].low : 0.0, step = seen ? (spans[a].high - spans[a].low) / cells : 0.0;
