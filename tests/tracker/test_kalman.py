@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from benchmarks.covariance_forms import ACCELERATION_NOISE, Factors
 from ods.compiled import native
 from ods.tracker.observer import axis_kalman
 from ods.tracker.observer.axis_kalman import AxisState
@@ -149,6 +150,18 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
         native.axis_update(lines, measured, noise_variance)
         assert (lines[[2, 4]] > 0.0).all()
     assert np.isfinite(lines).all()
+
+
+def test_the_forms_compared_are_those_of_the_tracker() -> None:
+    """What the benchmark of forms measures in either precision is what the tracker computes."""
+    forms, lines = Factors(3, np.float64), np.repeat(np.array([[0.0], [0.0], [1.0], [0.0], [1.0]]), 3, axis=1)
+    for k in range(5):
+        noise = np.array([0.01, 1.0, 100.0]) * (1.0 + k)
+        forms.predict(0.3 + k)
+        forms.update(noise)
+        native.axis_predict(lines, 0.3 + k, ACCELERATION_NOISE)
+        native.axis_update(lines, np.zeros(3), noise)
+    np.testing.assert_allclose(lines[2:], [forms.variance, forms.slope, forms.residual], rtol=1e-12)
 
 
 def test_everything_known_exactly_stays_so() -> None:
