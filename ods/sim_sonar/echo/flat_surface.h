@@ -108,10 +108,9 @@ static inline Bins surface_column(const FlatSurface *surface, const Grid *grid, 
         return NO_BINS;
     const double axis = atan2(-down[2], along);
     const FlatColumn column = {surface->height_m / steep, along / steep, -down[2] / steep};
-    const Bins above = flat_branch(surface, grid, column, larger(low - axis, 0.0), smaller(high - axis, RIGHT), 1.0, out,
-                                   plane_stride);
-    const Bins below = flat_branch(surface, grid, column, larger(axis - high, 0.0), smaller(axis - low, RIGHT), -1.0, out,
-                                   plane_stride);
+    const double rise = smaller(high - axis, RIGHT), fall = smaller(axis - low, RIGHT);
+    const Bins above = flat_branch(surface, grid, column, larger(low - axis, 0.0), rise, 1.0, out, plane_stride);
+    const Bins below = flat_branch(surface, grid, column, larger(axis - high, 0.0), fall, -1.0, out, plane_stride);
     return both_bins(above, below);
 }
 

@@ -84,7 +84,8 @@ static Slope slope_of(const double *ranges, int64_t k, int64_t count, int64_t st
     const double half = 0.5 * extent_of(ranges, k, count, step);
     double begin = -half, end = half;
     if (k > 0 && k < count - 1 && ranges[(k - 1) * step] < FAR && ranges[(k + 1) * step] < FAR) {
-        const double before = ranges[(k - 1) * step] - ranges[k * step], after = ranges[(k + 1) * step] - ranges[k * step];
+        const double before = ranges[(k - 1) * step] - ranges[k * step];
+        const double after = ranges[(k + 1) * step] - ranges[k * step];
         begin = larger(begin, smaller(smaller(before, after), 0.0) - slack);
         end = smaller(end, larger(larger(before, after), 0.0) + slack);
     }
@@ -215,14 +216,13 @@ static Bins plane_column(double *rows, const FlatSurface *flat, const Traced *ob
 /* Returns the plane in which a body lies. */
 static FlatSurface surface_of(const Body *body, const Grid *grid)
 {
-    const double height = dot(body->axes[2], body->centre), side = height < 0.0 ? -1.0 : 1.0;
-    double *down = SCRATCH(double, 3), *weight = SCRATCH(double, grid->samples), *nearness = SCRATCH(double, grid->samples + 1);
+    const double along = dot(body->axes[2], body->centre), height = fabs(along);
+    const int64_t samples = grid->samples;
+    double *down = SCRATCH(double, 3), *weight = SCRATCH(double, samples), *nearness = SCRATCH(double, samples + 1);
     for (int k = 0; k < 3; k++)
-        down[k] = side * body->axes[2][k];
-    fill_flat_surface(grid->edge_m, grid->dr_m, grid->samples, fabs(height), body->cd, body->cs, body->sigma_rad, weight,
-                      nearness);
-    return (FlatSurface){down, fabs(height), weight, nearness, SCRATCH(double, grid->samples + 1),
-                         SCRATCH(double, grid->samples + 1)};
+        down[k] = along < 0.0 ? -body->axes[2][k] : body->axes[2][k];
+    fill_flat_surface(grid->edge_m, grid->dr_m, samples, height, body->cd, body->cs, body->sigma_rad, weight, nearness);
+    return (FlatSurface){down, height, weight, nearness, SCRATCH(double, samples + 1), SCRATCH(double, samples + 1)};
 }
 
 /* ---------------------------------------------------------------- columns to beams */
@@ -336,6 +336,9 @@ LONG_KERNEL(add_object, "out f8[:,:] image, " BODIES ", int which, i8[:] rivals,
         .together = ZEROS(double, grid.planes * grid.samples),
         .far = SCRATCH(double, grid.beams),
     };
+    const bool fits = SIZE(0, 0) == grid.planes * grid.beams && SIZE(0, 1) == grid.samples && SIZE(4, 1) == rays.cells;
+    if (!fits || rays.cells < 1)
+        return;
     for (int64_t a = 0; a < rays.columns; a++)
         trace_column(&object, &occluders, a);
     shares_of(rays.bearing, rays.columns, &grid, INFINITY, shares);

@@ -37,8 +37,8 @@ static double weight_of(const Body *body, const Grid *grid)
 
 /* Sets the relative errors that the echoes of bodies in the sonar's frame may have; together they make `max_error`.
 
-   An echo that fills n samples with the power a counts for a / sqrt(n) in the image's rms, its rays cost as one over its
-   error: least work is where the error goes as that to the power -2/3. Planes keep `max_error`. */
+   An echo that fills n samples with the power a counts for a / sqrt(n) in the image's rms, its rays cost as one over
+   its error: least work is where the error goes as that to the power -2/3. Planes keep `max_error`. */
 KERNEL(shares_of_error, BODIES ", " GRID ", float max_error, out f8[bodies] errors")
 {
     const Body *bodies = ARRAY(const Body, 0);
@@ -94,7 +94,8 @@ static void add_columns(Columns *columns, double begin, double end, int64_t part
         columns->bearing[++columns->used] = begin + (end - begin) * (double)k / (double)parts;
 }
 
-/* Adds the columns between two marks `part` apart. `aside`: only side lobes hear them; `kept`: columns that others need. */
+/* Adds the columns between two marks `part` apart. `aside`: only side lobes hear them; `kept`: columns that others
+   need. */
 static void add_between_marks(Columns *columns, const Body *body, double start, double part, bool aside, int64_t kept)
 {
     const int32_t count = whole_above(part / (aside ? ASIDE * columns->widest : columns->widest), columns->most);
@@ -112,7 +113,8 @@ static void add_between_marks(Columns *columns, const Body *body, double start, 
 }
 
 /* Sets borders of columns of a cylinder or plane: at its corners, and closer where its range changes fast. */
-static void set_uneven(Columns *columns, const Body *body, const double *found, int count, const Grid *grid, double max_error)
+static void set_uneven(Columns *columns, const Body *body, const double *found, int count, const Grid *grid,
+                       double max_error)
 {
     const double root = sqrt(max_error), first = found[0], last = found[count - 1], span = last - first;
     const double west = grid->bearing_rad[0] - grid->lit_beyond_rad;
@@ -123,7 +125,8 @@ static void set_uneven(Columns *columns, const Body *body, const double *found, 
     marks[count++] = smaller(larger(west, first), last);
     marks[count++] = smaller(larger(east, first), last);
     sort(marks, count);
-    columns->widest = smaller(widest_column(grid, max_error), smaller(span * root / FEWEST, body->sigma_rad * root / LOBE));
+    columns->widest = smaller(span * root / FEWEST, body->sigma_rad * root / LOBE);
+    columns->widest = smaller(columns->widest, widest_column(grid, max_error));
     columns->widest = larger(columns->widest, span / (double)(columns->most - count));
     columns->greatest_change = SHIFT * grid->dr_m * root;
     columns->bearing[0] = marks[0];
@@ -139,8 +142,8 @@ static void set_uneven(Columns *columns, const Body *body, const double *found, 
 }
 
 /* Sets the borders of the columns of a body between the first and last of its marks; returns how many columns. */
-static int64_t set_columns(double *bearing, int64_t most, const Body *body, const double *marks, int count, const Grid *grid,
-                           double max_error)
+static int64_t set_columns(double *bearing, int64_t most, const Body *body, const double *marks, int count,
+                           const Grid *grid, double max_error)
 {
     if (body->kind != SPHERE) {
         Columns columns = {bearing, most, 0, 0.0, 0.0};
@@ -182,7 +185,8 @@ static int64_t set_elevations(double *elevation, int64_t most, const Body *body,
 /* Sets the rays that hold what the sonar can see of a body, fine enough for a relative error of `max_error`: borders of
    their columns and of the cells of elevation in each, and `size`: columns and cells; 0 when nothing of it can be seen.
    Returns the range, m, beyond which nothing of the body lies. */
-KERNEL_FLOAT(ray_fan_of, BODIES ", int which, " GRID ", float max_error, out f8[:] bearing, out f8[:] elevation, out i8[2] size")
+KERNEL_FLOAT(ray_fan_of, BODIES ", int which, " GRID ", float max_error, "
+                         "out f8[:] bearing, out f8[:] elevation, out i8[2] size")
 {
     const Body *body = &ARRAY(const Body, 0)[INT(1)];
     const Grid grid = grid_from(arguments, 2);

@@ -24,8 +24,8 @@ KERNEL_INT(add_shades, "out " SHADES ", int count, f8[fan_columns,cells] ranges,
                 nearest = smaller(nearest, ranges[e]);
             }
         if (last >= 0)
-            shades[count++] = (Shade){rays.bearing[a], rays.bearing[a + 1], sin(elevation[first]), sin(elevation[last + 1]),
-                                      nearest, INT(6)};
+            shades[count++] = (Shade){rays.bearing[a], rays.bearing[a + 1], sin(elevation[first]),
+                                      sin(elevation[last + 1]), nearest, INT(6)};
     }
     return count;
 }

@@ -63,7 +63,8 @@ static inline CutLine line_at(const Cut *cut, double at)
 static inline Coordinate along_line(const Cut *cut, CutLine line, int axis)
 {
     const double ahead = cut->ahead[axis], up = cut->up[axis];
-    return (Coordinate){cut->origin[axis] + ahead * line.ahead + up * line.up, ahead * line.way_ahead + up * line.way_up};
+    const double at = cut->origin[axis] + ahead * line.ahead + up * line.up;
+    return (Coordinate){at, ahead * line.way_ahead + up * line.way_up};
 }
 
 static inline Span with_elevation(Span span, double up, double ahead)
@@ -220,8 +221,8 @@ static inline void sort(double *values, int count)
         }
 }
 
-/* Sets `marks` to the bearings, rad, rising, at which a body in the sonar's frame begins, has corners or rims, and ends;
-   all round when they cannot be told. Returns how many. */
+/* Sets `marks` to the bearings, rad, rising, at which a body in the sonar's frame begins, has corners or rims, and
+   ends; all round when they cannot be told. Returns how many. */
 static inline int bearing_marks(const Body *body, double *marks)
 {
     double x[MOST_MARKS], y[MOST_MARKS];
