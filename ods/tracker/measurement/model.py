@@ -1,13 +1,11 @@
 """Between the sonar's polar measurements and the global frame: eq. 1 with the pose at the ping, and its covariance."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.compiled.kernel import kernel
 from ods.tracker.measurement.scan import Echoes, Vehicle
 from ods.tracker.named import Named
 
@@ -105,17 +103,3 @@ def position_measurement(
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)
     return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.sigma_position[:2] ** 2))
-
-
-@kernel
-def predicted_rows(table: Floats) -> PredictedMeasurement:
-    """Name the rows of an (8, ...) table."""
-    return PredictedMeasurement(table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7])
-
-
-@kernel
-def wrapped(angle: float) -> float:
-    """Return the angle wrapped to [-pi, pi)."""
-    if -math.pi <= angle < math.pi:
-        return angle
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
