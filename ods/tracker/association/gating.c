@@ -1,13 +1,14 @@
 /* Which echoes may be whose, and how well each pair inside the statistical gate explains the image (gating.py). */
 
+#include "ods/tracker/association/gating.h"
 #include "ods/tracker/measurement/cut_off.h"
 #include "ods/tracker/measurement/model.h"
 
-/* Keeps the logarithm of a likelihood that is too small for a number finite. */
-#define IMPOSSIBLE 1e-300
 /* A radius that does not agree never counts for more than a 3-sigma difference: echoes merge, split and change. */
 #define LEAST_RADIUS_RATIO (-4.5)
 #define TWO_PI 6.28318530717958647692
+/* Allows for rounding. */
+#define ROUNDED (1.0 + 1e-9)
 
 /* n objects by h hypotheses of motion. */
 typedef struct {
@@ -29,6 +30,10 @@ typedef struct {
 typedef struct {
     double sigmas, detection_probability;
 } Gate;
+
+typedef struct {
+    double sigma_range, sigma_bearing;
+} Largest;
 
 /* A squared distance, in standard deviations, and the determinant, m^4, of the covariance that it is told by. */
 typedef struct {
@@ -63,19 +68,42 @@ static int64_t place_in(const double *sorted, int64_t count, double value, bool 
     return low;
 }
 
-/* Sets which echoes, `order[first:last]`, may be inside the gate of object i; `largest`: their largest sigma of range. */
-static void find_window(const Objects *objects, int64_t i, const Echoes *echoes, double largest, double gate, int64_t *first, int64_t *last)
+/* Where the echoes are that may be inside the gate of an object. */
+typedef struct {
+    int64_t first, last;          /* `order[first:last]` by range, */
+    double middle;                /* and by bearing, rad: from this one */
+    double to_port, to_starboard; /* so far to either side */
+} Window;
+
+/* Returns the window of object i; `largest`: echo of the largest sigmas of range and bearing.
+
+   The gate is an ellipse: nothing inside it is farther along or across the line of sight than `width`. */
+static Window window_of(const Objects *objects, int64_t i, const Echoes *echoes, Largest largest, double gate)
 {
+    const PredictedMeasurement *predicted = &objects->predicted;
     double low = INFINITY, high = -INFINITY;
+    Window window = {0, 0, predicted->bearing[i], 0.0, 0.0};
     for (int64_t h = 0; h < objects->hypotheses; h++) {
         const int64_t k = h * objects->n + i;
-        /* The gate is an ellipse: nothing inside it is farther along the line of sight than `width`. */
-        const double width = gate * sqrt(objects->predicted.along[k] + square(largest));
-        low = smaller(objects->predicted.range_m[k] - width, low);
-        high = larger(objects->predicted.range_m[k] + width, high);
+        double width = gate * sqrt(predicted->along[k] + square(largest.sigma_range));
+        low = smaller(predicted->range_m[k] - width, low);
+        high = larger(predicted->range_m[k] + width, high);
+        width = gate * sqrt(predicted->across[k] / square(predicted->horizontal[k]) + square(largest.sigma_bearing));
+        const double off_middle = wrapped(predicted->bearing[k] - window.middle);
+        window.to_port = larger(ROUNDED * width - off_middle, window.to_port);
+        window.to_starboard = larger(ROUNDED * width + off_middle, window.to_starboard);
     }
-    *first = place_in(echoes->in_order, echoes->m, low, false);
-    *last = place_in(echoes->in_order, echoes->m, high, true);
+    window.first = place_in(echoes->in_order, echoes->m, low, false);
+    window.last = place_in(echoes->in_order, echoes->m, high, true);
+    return window;
+}
+
+/* Tells whether a bearing may be inside the gate. */
+static bool may_be_in(const Window *window, double bearing)
+{
+    const double off = wrapped(bearing - window->middle);
+    const bool here = -off <= window->to_port && off <= window->to_starboard;
+    return here || TWO_PI - off <= window->to_port || TWO_PI + off <= window->to_starboard;
 }
 
 /* Returns the log-likelihood ratio that echo j is of object i, or a false alarm; NAN where it is outside the gate. */
@@ -97,14 +125,6 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
     const double alike = -0.5 * (square(difference) / variance + log(TWO_PI * variance));
     return log(larger(IMPOSSIBLE, chance)) + larger(LEAST_RADIUS_RATIO, alike - log(echoes->of_radius[j]));
-}
-
-/* Returns by how much the log-likelihood ratio of a pair of an object so visible, or a missed object and a false alarm, is
-   above that of `llr`. */
-static double score_over_llr(double visibility, double detection_probability)
-{
-    const double visible = larger(IMPOSSIBLE, visibility);
-    return log(visible) - log1p(-detection_probability * visible);
 }
 
 /* Fills in scores of pairs: see `gating.scored`. */
@@ -129,7 +149,8 @@ KERNEL_INT(gating_pairs,
     const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(12, 0), *order = ARRAY(const int64_t, 7);
     const Objects objects = {predicted_rows(ARRAY(double, 0), SIZE(0, 1) * n), ARRAY(const double, 1), ARRAY(const double, 2),
                              ARRAY(const double, 3), SIZE(0, 1), n};
-    double *in_order = SCRATCH(double, m), largest = 0.0;
+    double *in_order = SCRATCH(double, m);
+    Largest largest = {0.0, 0.0};
     const Echoes echoes = {echo_rows(ARRAY(double, 4), m), ARRAY(const double, 5), ARRAY(const double, 6), order, in_order, m};
     const Gate gate = {FLOAT(10), FLOAT(11)};
     int64_t *of_object = ARRAY(int64_t, 12), *of_echo = ARRAY(int64_t, 13), found = 0;
@@ -137,15 +158,17 @@ KERNEL_INT(gating_pairs,
     Distance *distances = SCRATCH(Distance, objects.hypotheses);
     for (int64_t j = 0; j < m; j++) {
         in_order[j] = echoes.rows.range_m[order[j]];
-        largest = larger(echoes.rows.sigma_range[j], largest);
+        largest.sigma_range = larger(echoes.rows.sigma_range[j], largest.sigma_range);
+        largest.sigma_bearing = larger(echoes.rows.sigma_bearing[j], largest.sigma_bearing);
     }
     for (int64_t i = 0; i < n; i++) {
-        int64_t first, last;
         if (ARRAY(const bool, 9)[i])
             continue;
         const double over = score_over_llr(ARRAY(const double, 8)[i], gate.detection_probability);
-        find_window(&objects, i, &echoes, largest, gate.sigmas, &first, &last);
-        for (int64_t place = first; place < last; place++) {
+        const Window window = window_of(&objects, i, &echoes, largest, gate.sigmas);
+        for (int64_t place = window.first; place < window.last; place++) {
+            if (!may_be_in(&window, echoes.rows.bearing[order[place]]))
+                continue;
             const double ratio = ratio_of(&objects, i, &echoes, order[place], gate, distances);
             if (isnan(ratio))
                 continue;

@@ -5,6 +5,9 @@
 
 #include "kernel.h"
 
+/* Keeps the logarithm of a likelihood that is too small for a number finite. */
+#define IMPOSSIBLE 1e-300
+
 /* `Hypotheses`, (count,) each; */
 typedef struct {
     const int64_t *objects, *echoes;
@@ -26,6 +29,14 @@ static inline Hypotheses hypotheses_from(const Argument *arguments, int k)
 static inline bool is_pair(const Hypotheses *pairs, int64_t k, int64_t n, int64_t m)
 {
     return pairs->objects[k] >= 0 && pairs->objects[k] < n && pairs->echoes[k] >= 0 && pairs->echoes[k] < m;
+}
+
+/* Returns by how much the log-likelihood ratio of a pair, or a missed object and a false alarm, is above that of the echo
+   being of this object, or a false alarm. `visibility`: that the object is in view and gives echoes at all just now. */
+static inline double score_over_llr(double visibility, double detection_probability)
+{
+    const double visible = larger(IMPOSSIBLE, visibility);
+    return log(visible) - log1p(-detection_probability * visible);
 }
 
 #endif

@@ -30,6 +30,11 @@ class Hypotheses(NamedTuple):
     score: Floats
     """Log-likelihood ratio: this pair, or a missed object and a false alarm."""
 
+    def plain(self) -> "Hypotheses":
+        """Return the pairs as kernels take them, whoever made them."""
+        objects, echoes = np.ascontiguousarray(self.objects, np.intp), np.ascontiguousarray(self.echoes, np.intp)
+        return Hypotheses(objects, echoes, np.ascontiguousarray(self.llr), np.ascontiguousarray(self.score))
+
     def take(self, chosen: Mask) -> "Hypotheses":
         """Return the pairs of a mask."""
         rows = chosen.nonzero()[0]

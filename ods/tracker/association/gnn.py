@@ -26,6 +26,7 @@ def best_pairs(hypotheses: Hypotheses, first: Mask, echoes: int) -> Hypotheses:
     """
     if not len(hypotheses.score):
         return hypotheses
+    hypotheses = hypotheses.plain()
     chosen, taken = np.zeros(len(hypotheses.score), bool), np.zeros(echoes, bool)
     rivals = np.empty(len(hypotheses.score), np.intp)
     for group in (first, ~first):

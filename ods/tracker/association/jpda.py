@@ -42,7 +42,7 @@ def probabilistic(question: Question) -> Assignment:
 def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:
     """Return (p,) the probability of each pair, and (p,) that its echo is of no other object."""
     share, free = np.empty(len(hypotheses.score)), np.empty(len(hypotheses.score))
-    native.jpda_shares(hypotheses, objects, echoes, share, free)
+    native.jpda_shares(hypotheses.plain(), objects, echoes, share, free)
     return share, free
 
 
