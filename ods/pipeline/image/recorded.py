@@ -52,15 +52,3 @@ def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumb
         begin, end = recorded.origin[first], recorded.origin[stop - 1] + recorded.stride
         held = ~recorded.missing[beam, begin:end] if recorded.missing.size else slice(None)
         numbers[beam, begin:end][held] = before + region
-
-
-# until all modules are ported
-from ods.compiled.kernel import kernel  # noqa: E402
-from ods.pipeline.image.regions import Run  # noqa: E402
-
-
-@kernel
-def samples_of(recorded: Recorded, run: Run) -> AnyArray:
-    """Return the samples that the cells of a run were made of."""
-    begin, stop = recorded.origin[run.first], recorded.origin[run.stop - 1] + recorded.stride
-    return recorded.samples[run.beam, begin:stop]
