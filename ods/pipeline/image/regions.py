@@ -59,9 +59,15 @@ def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
     """Return the wanted regions, (total,), numbered anew without a gap."""
-    runs = np.empty_like(regions.runs)
-    count = native.choose_runs(regions.runs, wanted, runs)
-    return Regions(runs[:count], int(np.count_nonzero(wanted)), regions.background)
+    runs, total = chosen_runs(regions.runs, wanted)
+    return Regions(runs, total, regions.background)
+
+
+def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
+    """Return the runs of the wanted regions, numbered anew without a gap, and the number of regions."""
+    out = np.empty_like(runs)
+    count = native.choose_runs(runs, wanted, out)
+    return out[:count], int(np.count_nonzero(wanted))
 
 
 def sorted_runs(runs: Runs) -> Runs:
