@@ -6,6 +6,9 @@
 #include "ods/sim_sonar/echo/fan.h"
 #include "ods/sim_sonar/sonar/grid.h"
 
+/* Overlap, in beam widths, that is none: columns and beams on one raster must not hang on rounding. */
+#define NO_OVERLAP 1e-9
+
 /* Returns the integral of the horizontal pattern over half a turn, rad. */
 static inline double pattern_width(const Grid *grid)
 {
@@ -36,9 +39,9 @@ static inline void blended_shares(const double *restrict bearing, int64_t column
         const double axis = grid->bearing_rad[beam];
         double *restrict row = out + beam * columns;
         int64_t low = 0, high = columns;
-        while (low < columns && !((bearing[low + 1] - axis) / beam_width >= -reach))
+        while (low < columns && !((bearing[low + 1] - axis) / beam_width > NO_OVERLAP - reach))
             row[low++] = 0.0;
-        while (high > low && !((bearing[high - 1] - axis) / beam_width <= reach))
+        while (high > low && !((bearing[high - 1] - axis) / beam_width < reach - NO_OVERLAP))
             row[--high] = 0.0;
         if (low == high)
             continue;
