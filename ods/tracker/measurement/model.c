@@ -4,6 +4,7 @@
    object is, north and east, follows only for a given height: what is measured is a curve, told as a parabola in
    height. */
 
+#include "ods/tracker/measurement/arctangent.h"
 #include "ods/tracker/measurement/model.h"
 
 /* Horizontal distances, m, are kept above this, so that a direction exists. */
@@ -30,21 +31,21 @@ typedef struct {
     Ned aside;   /* and of the bearing, times the horizontal distance */
 } Sight;
 
-/* Returns how a place from the sonar is seen. */
-static Sight sight(Ned place, const MatrixRow *rotation)
+/* Returns how a place from the sonar is seen; a coordinate that is no number makes all that hangs on it none. */
+static inline Sight sight(Ned place, const MatrixRow *rotation)
 {
     const double x = place.n, y = place.e, z = place.d;
     const double ahead = rotation[0][0] * x + rotation[1][0] * y + rotation[2][0] * z;
     const double right = rotation[0][1] * x + rotation[1][1] * y + rotation[2][1] * z;
     const double below = rotation[0][2] * x + rotation[1][2] * y + rotation[2][2] * z;
-    const double horizontal = larger(length_of(x, y), NEAREST_M);
-    const double in_plane = larger(length_of(ahead, right), NEAREST_M);
-    const double slant = larger(length_of(in_plane, below), NEAREST_M);
+    const double horizontal = larger(NEAREST_M, length_of(x, y));
+    const double in_plane = larger(NEAREST_M, length_of(ahead, right));
+    const double slant = larger(NEAREST_M, length_of(in_plane, below));
     const double turn = horizontal / (in_plane * in_plane);
     return (Sight){
         .range_m = slant,
-        .bearing = atan2(right, ahead),
-        .elevation = atan2(-below, in_plane),
+        .bearing = arctangent(right, ahead),
+        .elevation = arctangent(-below, in_plane),
         .horizontal = horizontal,
         .farther = {x / slant, y / slant, z / slant},
         .aside = {turn * (ahead * rotation[0][1] - right * rotation[0][0]),
@@ -54,7 +55,7 @@ static Sight sight(Ned place, const MatrixRow *rotation)
 }
 
 /* Returns a' P b for the P of north, east and down, which is not correlated with them. */
-static double covariance(Ned a, Ned b, Ned variance, double covariance_ne)
+static inline double covariance(Ned a, Ned b, Ned variance, double covariance_ne)
 {
     return a.n * b.n * variance.n + a.e * b.e * variance.e + a.d * b.d * variance.d + (a.n * b.e + a.e * b.n) * covariance_ne;
 }
@@ -86,7 +87,7 @@ static PoseError pose_error(Vehicle vehicle)
 
 /* Sets number k of a prediction to what the sonar measures of object i: eq. 1 solved for the body frame, and the
    covariance. */
-static void predict_one(PredictedMeasurement made, int64_t k, Places places, int64_t i, Vehicle vehicle, PoseError error)
+static inline void predict_one(PredictedMeasurement made, int64_t k, Places places, int64_t i, Vehicle vehicle, PoseError error)
 {
     const int64_t n = places.count;
     const double *position = places.position, *variance = places.variance, *by_height = places.by_height;
@@ -115,6 +116,19 @@ static void predict_one(PredictedMeasurement made, int64_t k, Places places, int
     made.vertical[k] = height + pose.d;
 }
 
+/* Sets the predictions from number `first` on: four objects at once, as none depends on another. */
+static void predict_all(PredictedMeasurement made, int64_t first, Places places, Vehicle vehicle, PoseError error)
+{
+    const double place[3] = {vehicle.position[0], vehicle.position[1], vehicle.position[2]};
+    double rotation[3][3];
+    memcpy(rotation, vehicle.rotation, sizeof rotation);
+    vehicle.position = place;
+    vehicle.rotation = rotation;
+#pragma GCC ivdep
+    for (int64_t i = 0; i < places.count; i++)
+        predict_one(made, first + i, places, i, vehicle, error);
+}
+
 /* The prediction for h hypotheses of n objects. */
 KERNEL(predict_hypotheses,
        "f8[h,3,n] position, f8[h,3,n] variance, f8[h,n] covariance_ne, f8[h,2,n] by_height, " VEHICLE ", out f8[8,h,n] made")
@@ -126,8 +140,7 @@ KERNEL(predict_hypotheses,
     for (int64_t h = 0; h < hypotheses; h++) {
         const Places places = {ARRAY(double, 0) + 3 * h * n, ARRAY(double, 1) + 3 * h * n, ARRAY(double, 2) + h * n,
                                ARRAY(double, 3) + 2 * h * n, n};
-        for (int64_t i = 0; i < n; i++)
-            predict_one(made, h * n + i, places, i, vehicle, error);
+        predict_all(made, h * n, places, vehicle, error);
     }
 }
 
@@ -139,9 +152,7 @@ KERNEL(predict_objects,
     const Places places = {ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3), n};
     const Vehicle vehicle = vehicle_from(arguments, 4);
     const PoseError error = pose_error(vehicle);
-    const PredictedMeasurement made = predicted_rows(ARRAY(double, 8), n);
-    for (int64_t i = 0; i < n; i++)
-        predict_one(made, i, places, i, vehicle, error);
+    predict_all(predicted_rows(ARRAY(double, 8), n), 0, places, vehicle, error);
 }
 
 /* ---------------------------------------------------------------- echoes to places */
@@ -172,7 +183,7 @@ static Curve curve_at(Ned place, Turned bearing, const MatrixRow *rotation)
     const double in_plane = (cosine * rotation[0][0] + sine * rotation[0][1]) * x +
                             (cosine * rotation[1][0] + sine * rotation[1][1]) * y +
                             (cosine * rotation[2][0] + sine * rotation[2][1]) * z;
-    const double slant = larger(sqrt(x * x + y * y + z * z), NEAREST_M);
+    const double slant = larger(NEAREST_M, sqrt(x * x + y * y + z * z));
     const double told = x * n_e - y * n_n;
     const double determinant = copysign(larger(fabs(told), STEEPEST * slant), told);
     const double away[2] = {n_e / determinant, -n_n / determinant};
