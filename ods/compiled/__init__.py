@@ -1,1 +1,1 @@
-"""Kernels: the loops over arrays that numpy would be too slow for, in C; `native` calls them (kernel.h says how)."""
+"""Kernels in C: how they are declared, built into one extension module, and called."""
