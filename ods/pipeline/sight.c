@@ -35,29 +35,41 @@ typedef struct {
     double least_db;   /* stands for the level of no count at all, dB over one count */
 } Scale;
 
+/* Fills values (groups, rings, LOOKED_AT) with samples from column `first` on; NaN where one holds no data. */
+static void look_at_parts(Samples frame, int64_t first, Missing missing, Levels levels, float *values)
+{
+    const int64_t beams = missing.beams, samples = missing.samples - first;
+    for (int64_t g = 0; g < levels.groups; g++) {
+        const int64_t low = g * beams / levels.groups, high = larger_i((g + 1) * beams / levels.groups, low + 1);
+        for (int64_t r = 0; r < levels.rings; r++) {
+            const int64_t begin = first + r * samples / levels.rings, stop = first + (r + 1) * samples / levels.rings;
+            for (int64_t k = 0; k < LOOKED_AT; k++, values++) {
+                const int64_t b = smaller_i(low + k * (high - low) / LOOKED_AT, beams - 1);
+                const int64_t j = smaller_i(begin + (2 * k + 1) * (stop - begin) / (2 * LOOKED_AT), missing.samples - 1);
+                load_samples(frame, b, j, 1, 1, values);
+                if (is_missing(missing, b, j))
+                    *values = NAN;
+            }
+        }
+    }
+}
+
 /* What is looked at of a part. */
 typedef struct {
     double total, least;
-    int64_t count, zeros, saturated;
+    int32_t count, zeros, saturated;
 } Seen;
 
-static Seen look_at_part(Samples frame, Missing missing, Span beams, Span columns, double top)
+static Seen seen_of(const float *values, double top)
 {
     Seen seen = {0.0, INFINITY, 0, 0, 0};
     for (int64_t k = 0; k < LOOKED_AT; k++) {
-        const int64_t b = smaller_i(beams.begin + k * (beams.stop - beams.begin) / LOOKED_AT, missing.beams - 1);
-        const int64_t middle = columns.begin + (2 * k + 1) * (columns.stop - columns.begin) / (2 * LOOKED_AT);
-        const int64_t j = smaller_i(middle, missing.samples - 1);
-        float value;
-        if (is_missing(missing, b, j))
-            continue;
-        load_samples(frame, b, j, 1, 1, &value);
-        seen.total += value;
-        seen.count++;
-        seen.zeros += value == 0.0f;
-        seen.saturated += value >= top;
-        if (value != 0.0f && value < seen.least)
-            seen.least = value;
+        const bool holds = !isnan(values[k]), loud = values[k] != 0.0f;
+        seen.total += holds ? values[k] : 0.0;
+        seen.count += holds;
+        seen.zeros += holds && !loud;
+        seen.saturated += values[k] >= top;
+        seen.least = smaller(holds && loud ? values[k] : INFINITY, seen.least);
     }
     return seen;
 }
@@ -74,15 +86,13 @@ static double level_of(Seen seen, Scale scale)
 /* Fills now_db and saturated of the levels from some samples of each part. */
 static void measure(Samples frame, int64_t first, Missing missing, Scale scale, Levels levels)
 {
-    const int64_t beams = missing.beams, samples = missing.samples - first;
-    for (int64_t g = 0; g < levels.groups; g++) {
-        const int64_t low = g * beams / levels.groups, high = larger_i((g + 1) * beams / levels.groups, low + 1);
-        for (int64_t r = 0; r < levels.rings; r++) {
-            const Span columns = {first + r * samples / levels.rings, first + (r + 1) * samples / levels.rings};
-            const Seen seen = look_at_part(frame, missing, (Span){low, high}, columns, scale.top);
-            levels.saturated[g * levels.rings + r] = (double)seen.saturated / LOOKED_AT;
-            levels.now_db[g * levels.rings + r] = level_of(seen, scale);
-        }
+    const int64_t parts = levels.groups * levels.rings;
+    float *values = SCRATCH(float, parts * LOOKED_AT);
+    look_at_parts(frame, first, missing, levels, values);
+    for (int64_t k = 0; k < parts; k++) {
+        const Seen seen = seen_of(values + k * LOOKED_AT, scale.top);
+        levels.saturated[k] = (double)seen.saturated / LOOKED_AT;
+        levels.now_db[k] = level_of(seen, scale);
     }
 }
 
