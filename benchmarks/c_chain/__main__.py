@@ -2,7 +2,8 @@
 
 Both get the same frames and take turns on one core. Plain C (sonar.c) equalizes by range, filters along the beams and
 detects by two fixed levels, also where ours is the default chain, which does more: beams' gains, levels that follow the
-background, how wide the filter is, circles with uncertainties, faint echoes.
+background, how wide the filter is, circles with uncertainties, faint echoes. Plain C takes counts as they are: of
+logarithmic ones, as the simulator's over a rocky bed are, only its time means anything.
 """
 
 import argparse
