@@ -9,13 +9,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ods.base.arrays import Floats
 from ods.base.geometry import rotation_matrix
+from ods.compiled import native
 from ods.sim_sonar.echo.bodies import Bodies, middles
 from ods.sim_sonar.pose import Times, VehiclePose
-
-LEAST_DISTANCE_M = 1e-9
-"""Keeps the direction to a plane through the sonar finite."""
 
 
 def as_heard(
@@ -30,7 +27,9 @@ def as_heard(
     """
     middle = middles(objects, sent.position_ned)
     there = np.sqrt(np.square(middle - sent.position_ned).sum(axis=1))
-    return _as_heard(objects, middle, sent, pose_at(t_s + there * (2.0 / sound_speed)))
+    heard = np.empty_like(objects)
+    native.as_heard(objects, middle, sent, pose_at(t_s + there * (2.0 / sound_speed)), heard)
+    return heard
 
 
 def turn_per_metre(
@@ -44,17 +43,3 @@ def turn_per_metre(
     before, after = rotation_matrix(sent.attitude), rotation_matrix(heard.attitude)
     turned = math.atan2(after[1, 0], after[0, 0]) - math.atan2(before[1, 0], before[0, 0])
     return math.remainder(turned, 2.0 * math.pi) / farthest_m
-
-
-def _as_heard(objects: Bodies, middle: Floats, sent: VehiclePose, heard: VehiclePose) -> Bodies:
-    """Move and turn each body about its middle; `sent`: one pose, `heard`: (n,) poses, at reception."""
-    turn = rotation_matrix(sent.attitude) @ np.swapaxes(rotation_matrix(heard.attitude), -1, -2)
-    way = middle - heard.position_ned
-    there = np.linalg.norm(middle - sent.position_ned, axis=1)
-    again = np.maximum(np.linalg.norm(way, axis=1), LEAST_DISTANCE_M)
-    stretch = 0.5 * (there + again) / again
-    out = objects.copy()
-    about = stretch[:, None] * way + objects["centre"] - middle
-    out["centre"] = sent.position_ned + (turn @ about[:, :, None])[:, :, 0]
-    out["axes"] = objects["axes"] @ np.swapaxes(turn, -1, -2)
-    return out
