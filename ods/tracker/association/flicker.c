@@ -16,7 +16,7 @@ enum { SPOTS, TRACKS };
 typedef struct {
     float *spots, *tracks;
     int64_t *image, cells, images;
-    double memory; /* what an image leaves of the counts of those before */
+    double memory, log_memory; /* what an image leaves of the counts of those before */
 } World;
 
 /* in a signature: four arguments. */
@@ -28,7 +28,7 @@ static World world_from(const Argument *arguments, int k)
 {
     const int64_t cells = SIZE(k + 1, 0);
     float *counts = ARRAY(float, k);
-    return (World){counts, counts + cells * cells, ARRAY(int64_t, k + 1), cells, INT(k + 2), FLOAT(k + 3)};
+    return (World){counts, counts + cells * cells, ARRAY(int64_t, k + 1), cells, INT(k + 2), FLOAT(k + 3), log(FLOAT(k + 3))};
 }
 
 /* `Places` of flicker.py, and the fan that they are in; */
@@ -82,7 +82,7 @@ static double kept(const World *world, int64_t cell)
     const int64_t since = world->images - world->image[cell];
     if (since == 0 || tracks == 0.0)
         return 1.0;
-    const double before = exp(((double)since - 1.0) * log(world->memory));
+    const double before = exp(((double)since - 1.0) * world->log_memory);
     return before * tracks > LEAST_TRACKS ? before * world->memory : 0.0;
 }
 

@@ -18,22 +18,19 @@ typedef struct {
     int64_t hypotheses, n;
 } Objects;
 
-/* m echoes, false alarms at each of them, and (m,) their order by range. */
+/* m echoes, and false alarms at each of them. */
 typedef struct {
     EchoRows rows;
     const double *per_m2, *of_radius;
-    const int64_t *order;
-    const double *in_order; /* (m,) ranges */
     int64_t m;
+    const int64_t *order;              /* (m,) of the echoes by range, */
+    double *range_m, *bearing;         /* and (m,) in this order */
+    double sigma_range, sigma_bearing; /* the largest of all */
 } Echoes;
 
 typedef struct {
     double sigmas, detection_probability;
 } Gate;
-
-typedef struct {
-    double sigma_range, sigma_bearing;
-} Largest;
 
 /* A squared distance, in standard deviations, and the determinant, m^4, of the covariance that it is told by. */
 typedef struct {
@@ -54,56 +51,85 @@ static Distance distance_of(const PredictedMeasurement *predicted, int64_t k, co
     return (Distance){sum / determinant, determinant};
 }
 
-/* Returns the first place in `sorted` whose number is not below `value`, or with `after` is above it. */
-static int64_t place_in(const double *sorted, int64_t count, double value, bool after)
+/* Puts the echoes in order and finds their largest sigmas. */
+static void put_in_order(Echoes *echoes)
 {
-    int64_t low = 0, high = count;
-    while (low < high) {
-        const int64_t middle = (low + high) / 2;
-        if (after ? sorted[middle] <= value : sorted[middle] < value)
-            low = middle + 1;
-        else
-            high = middle;
+    echoes->range_m = SCRATCH(double, echoes->m), echoes->bearing = SCRATCH(double, echoes->m);
+    echoes->sigma_range = echoes->sigma_bearing = 0.0;
+    for (int64_t place = 0; place < echoes->m; place++) {
+        const int64_t j = echoes->order[place];
+        echoes->range_m[place] = echoes->rows.range_m[j], echoes->bearing[place] = echoes->rows.bearing[j];
+        echoes->sigma_range = larger(echoes->rows.sigma_range[j], echoes->sigma_range);
+        echoes->sigma_bearing = larger(echoes->rows.sigma_bearing[j], echoes->sigma_bearing);
     }
-    return low;
 }
 
-/* Where the echoes are that may be inside the gate of an object. */
+/* Where echoes may be inside the gates of n objects, (n,) each: by range, and by bearing so far to either side of one. */
 typedef struct {
-    int64_t first, last;          /* `order[first:last]` by range, */
-    double middle;                /* and by bearing, rad: from this one */
-    double to_port, to_starboard; /* so far to either side */
-} Window;
+    double *nearest, *farthest, *middle, *to_port, *to_starboard;
+} Windows;
 
-/* Returns the window of object i; `largest`: echo of the largest sigmas of range and bearing.
-
-   The gate is an ellipse: nothing inside it is farther along or across the line of sight than `width`. */
-static Window window_of(const Objects *objects, int64_t i, const Echoes *echoes, Largest largest, double gate)
+/* Returns an angle wrapped to about [-pi, pi]: as `wrapped`, without a branch, for loops over many. */
+static inline double turned(double angle)
 {
-    const PredictedMeasurement *predicted = &objects->predicted;
-    double low = INFINITY, high = -INFINITY;
-    Window window = {0, 0, predicted->bearing[i], 0.0, 0.0};
-    for (int64_t h = 0; h < objects->hypotheses; h++) {
-        const int64_t k = h * objects->n + i;
-        double width = gate * sqrt(predicted->along[k] + square(largest.sigma_range));
-        low = smaller(predicted->range_m[k] - width, low);
-        high = larger(predicted->range_m[k] + width, high);
-        width = gate * sqrt(predicted->across[k] / square(predicted->horizontal[k]) + square(largest.sigma_bearing));
-        const double off_middle = wrapped(predicted->bearing[k] - window.middle);
-        window.to_port = larger(ROUNDED * width - off_middle, window.to_port);
-        window.to_starboard = larger(ROUNDED * width + off_middle, window.to_starboard);
-    }
-    window.first = place_in(echoes->in_order, echoes->m, low, false);
-    window.last = place_in(echoes->in_order, echoes->m, high, true);
-    return window;
+    return angle - TWO_PI * rint(angle / TWO_PI);
 }
 
-/* Tells whether a bearing may be inside the gate. */
-static bool may_be_in(const Window *window, double bearing)
+/* Returns the windows. The gate is an ellipse: nothing inside it is farther along or across the line of sight than the
+   standard deviation there, of prediction and echo, times `gate`. */
+static Windows windows_of(const Objects *objects, const Echoes *echoes, double gate)
 {
-    const double off = wrapped(bearing - window->middle);
-    const bool here = -off <= window->to_port && off <= window->to_starboard;
-    return here || TWO_PI - off <= window->to_port || TWO_PI + off <= window->to_starboard;
+    const int64_t n = objects->n;
+    const Windows windows = {SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n)};
+    double *restrict nearest = windows.nearest, *restrict farthest = windows.farthest, *restrict middle = windows.middle;
+    double *restrict to_port = windows.to_port, *restrict to_starboard = windows.to_starboard;
+    for (int64_t i = 0; i < n; i++) {
+        nearest[i] = INFINITY, farthest[i] = -INFINITY, middle[i] = objects->predicted.bearing[i];
+        to_port[i] = to_starboard[i] = 0.0;
+    }
+    for (int64_t h = 0; h < objects->hypotheses; h++) {
+        const PredictedMeasurement *predicted = &objects->predicted;
+        const double *range_m = predicted->range_m + h * n, *along = predicted->along + h * n;
+        const double *bearing = predicted->bearing + h * n, *across = predicted->across + h * n;
+        const double *horizontal = predicted->horizontal + h * n;
+        for (int64_t i = 0; i < n; i++) {
+            const double far = gate * sqrt(along[i] + square(echoes->sigma_range));
+            const double aside = ROUNDED * gate * sqrt(across[i] / square(horizontal[i]) + square(echoes->sigma_bearing));
+            const double off_middle = turned(bearing[i] - middle[i]);
+            nearest[i] = smaller(range_m[i] - far, nearest[i]), farthest[i] = larger(range_m[i] + far, farthest[i]);
+            to_port[i] = larger(aside - off_middle, to_port[i]), to_starboard[i] = larger(aside + off_middle, to_starboard[i]);
+        }
+    }
+    return windows;
+}
+
+/* Returns the first place in `sorted` whose number is not below `value`; without a branch that cannot be foreseen. */
+static int64_t place_in(const double *sorted, int64_t count, double value)
+{
+    int64_t first = 0;
+    while (count > 1) {
+        const int64_t half = count / 2;
+        first += sorted[first + half - 1] < value ? half : 0;
+        count -= half;
+    }
+    return first + (count == 1 && sorted[first] < value);
+}
+
+/* Fills in the echoes that may be inside the gate of object i, by range; returns how many. */
+static int64_t find_near(const Windows *windows, int64_t i, const Echoes *echoes, int64_t *near)
+{
+    const double farthest = windows->farthest[i], middle = windows->middle[i];
+    const double to_port = windows->to_port[i], to_starboard = windows->to_starboard[i];
+    int64_t count = 0;
+    for (int64_t place = place_in(echoes->range_m, echoes->m, windows->nearest[i]); place < echoes->m; place++) {
+        if (!(echoes->range_m[place] <= farthest))
+            break;
+        const double off = turned(echoes->bearing[place] - middle);
+        const bool here = (-off <= to_port) & (off <= to_starboard);
+        near[count] = echoes->order[place];
+        count += here | (TWO_PI - off <= to_port) | (TWO_PI + off <= to_starboard);
+    }
+    return count;
 }
 
 /* Returns the log-likelihood ratio that echo j is of object i, or a false alarm; NAN where it is outside the gate. */
@@ -146,38 +172,32 @@ KERNEL_INT(gating_pairs,
            "f8[m] of_radius, i8[m] order, f8[n] visibility, b1[n] left_out, float sigmas, float detection_probability, "
            "out i8[room] objects, out i8[room] echoes, out f8[room] llr, out f8[room] score")
 {
-    const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(12, 0), *order = ARRAY(const int64_t, 7);
+    const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(12, 0);
     const Objects objects = {predicted_rows(ARRAY(double, 0), SIZE(0, 1) * n), ARRAY(const double, 1), ARRAY(const double, 2),
                              ARRAY(const double, 3), SIZE(0, 1), n};
-    double *in_order = SCRATCH(double, m);
-    Largest largest = {0.0, 0.0};
-    const Echoes echoes = {echo_rows(ARRAY(double, 4), m), ARRAY(const double, 5), ARRAY(const double, 6), order, in_order, m};
+    Echoes echoes = {.rows = echo_rows(ARRAY(double, 4), m), .per_m2 = ARRAY(const double, 5), .of_radius = ARRAY(const double, 6),
+                     .m = m, .order = ARRAY(const int64_t, 7)};
     const Gate gate = {FLOAT(10), FLOAT(11)};
-    int64_t *of_object = ARRAY(int64_t, 12), *of_echo = ARRAY(int64_t, 13), found = 0;
+    const double *visibility = ARRAY(const double, 8);
+    const bool *left_out = ARRAY(const bool, 9);
+    int64_t *of_object = ARRAY(int64_t, 12), *of_echo = ARRAY(int64_t, 13), found = 0, *near = SCRATCH(int64_t, m + 1);
     double *llr = ARRAY(double, 14), *score = ARRAY(double, 15);
     Distance *distances = SCRATCH(Distance, objects.hypotheses);
-    for (int64_t j = 0; j < m; j++) {
-        in_order[j] = echoes.rows.range_m[order[j]];
-        largest.sigma_range = larger(echoes.rows.sigma_range[j], largest.sigma_range);
-        largest.sigma_bearing = larger(echoes.rows.sigma_bearing[j], largest.sigma_bearing);
-    }
+    put_in_order(&echoes);
+    const Windows windows = windows_of(&objects, &echoes, gate.sigmas);
     for (int64_t i = 0; i < n; i++) {
-        if (ARRAY(const bool, 9)[i])
-            continue;
-        const double over = score_over_llr(ARRAY(const double, 8)[i], gate.detection_probability);
-        const Window window = window_of(&objects, i, &echoes, largest, gate.sigmas);
-        for (int64_t place = window.first; place < window.last; place++) {
-            if (!may_be_in(&window, echoes.rows.bearing[order[place]]))
-                continue;
-            const double ratio = ratio_of(&objects, i, &echoes, order[place], gate, distances);
+        const int64_t before = found, count = left_out[i] ? 0 : find_near(&windows, i, &echoes, near);
+        for (int64_t k = 0; k < count; k++) {
+            const double ratio = ratio_of(&objects, i, &echoes, near[k], gate, distances);
             if (isnan(ratio))
                 continue;
-            if (found < room) {
-                of_object[found] = i, of_echo[found] = order[place];
-                llr[found] = ratio, score[found] = ratio + over;
-            }
+            if (found < room)
+                of_object[found] = i, of_echo[found] = near[k], llr[found] = ratio;
             found++;
         }
+        const double over = found > before ? score_over_llr(visibility[i], gate.detection_probability) : 0.0;
+        for (int64_t k = before; k < smaller_i(found, room); k++)
+            score[k] = llr[k] + over;
     }
     return found;
 }

@@ -1,33 +1,18 @@
 /* Pairs without a rival, and the scores of the others as a matrix (gnn.py). */
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/gnn.h"
 
-/* Marks as chosen and taken the pairs of the objects of `group` that have no rival; fills in those that have, and returns
-   how many these are. Left out are echoes taken and scores not above 0. */
-KERNEL_INT(gnn_undisputed,
-           HYPOTHESES ", b1[n] group, out b1[m] taken, out b1[p] chosen, out i8[p] disputed")
+/* Marks as chosen the pairs of the objects of `group` that have no rival; fills in those that have, and returns how many
+   these are. Left out are echoes taken and scores not above 0. */
+KERNEL_INT(gnn_undisputed, HYPOTHESES ", b1[n] group, b1[m] taken, out b1[p] chosen, out i8[p] disputed")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(4, 0), m = SIZE(5, 0);
-    const bool *group = ARRAY(const bool, 4);
-    bool *taken = ARRAY(bool, 5), *chosen = ARRAY(bool, 6);
-    int64_t *disputed = ARRAY(int64_t, 7), *of_object = ZEROS(int64_t, n), *of_echo = ZEROS(int64_t, m);
-    int64_t possible = 0, left = 0;
-    for (int64_t k = 0; k < pairs.count; k++) {
-        if (!(pairs.score[k] > 0.0) || !is_pair(&pairs, k, n, m) || !group[pairs.objects[k]] || taken[pairs.echoes[k]])
-            continue;
-        of_object[pairs.objects[k]]++;
-        of_echo[pairs.echoes[k]]++;
-        disputed[possible++] = k;
-    }
-    for (int64_t place = 0; place < possible; place++) {
-        const int64_t k = disputed[place];
-        if (of_object[pairs.objects[k]] == 1 && of_echo[pairs.echoes[k]] == 1)
-            chosen[k] = taken[pairs.echoes[k]] = true;
-        else
-            disputed[left++] = k;
-    }
-    return left;
+    const bool *group = ARRAY(const bool, 4), *taken = ARRAY(const bool, 5);
+    bool *possible = SCRATCH(bool, pairs.count);
+    for (int64_t k = 0; k < pairs.count; k++)
+        possible[k] = is_pair(&pairs, k, n, m) && group[pairs.objects[k]] && !taken[pairs.echoes[k]];
+    return choose_undisputed(&pairs, possible, n, m, ARRAY(bool, 6), ARRAY(int64_t, 7));
 }
 
 /* Returns the place that `number` has among those met so far, `count` of them. */

@@ -32,11 +32,15 @@ def best_pairs(hypotheses: Hypotheses, first: Mask, echoes: int) -> Hypotheses:
     for group in (first, ~first):
         count = native.gnn_undisputed(hypotheses, group, taken, chosen, rivals)
         if count:
-            disputed = rivals[:count]
-            matrix, rows, columns = _matrix(hypotheses, disputed, len(first), echoes)
-            chosen[disputed] = best_columns(matrix)[rows] == columns
-            taken[hypotheses.echoes[chosen]] = True
+            settle(hypotheses, rivals[:count], len(first), echoes, chosen)
+        taken[hypotheses.echoes[chosen]] = True
     return hypotheses.take(chosen)
+
+
+def settle(hypotheses: Hypotheses, disputed: Indices, objects: int, echoes: int, chosen: Mask) -> None:
+    """Mark in `chosen` (p,) those of the `disputed` pairs whose sum of scores is the largest possible."""
+    matrix, rows, columns = _matrix(hypotheses, disputed, objects, echoes)
+    chosen[disputed] = best_columns(matrix)[rows] == columns
 
 
 def _matrix(

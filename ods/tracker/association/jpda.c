@@ -1,7 +1,7 @@
 /* Joint probabilistic data association: probabilities of pairs by belief propagation, and one echo for all that an object
    may have (jpda.py has where it is from). */
 
-#include "ods/tracker/association/gating.h"
+#include "ods/tracker/association/gnn.h"
 #include "ods/tracker/measurement/model.h"
 
 /* Largest log-likelihood ratio of a pair: e^25 leaves no doubt, and no rival's share is lost to rounding. */
@@ -229,19 +229,21 @@ static Pairs shared_pairs(const Hypotheses *all, const bool *first, int64_t n, i
 
 /* Shares echoes among the objects that choose `first`: see `jpda.probabilistic`.
 
-   Fills in which echoes these explain, which pairs of the other objects are left, and of k objects seen the most probable
-   pair, its log-likelihood ratio, and what stands for all its echoes, (12, k) from the first number on; returns k. */
-KERNEL_INT(jpda_share_out,
-           HYPOTHESES ", b1[n] first, f8[12,m] echo_table, f8[8,n] predicted, f8[n] radius, f8[n] radius_variance, "
-           "float least_gain, out b1[m] explained, out b1[p] left, out i8[room] best, out f8[room] best_llr, out f8[12,room] made")
+   Fills in which echoes these explain, and of k objects seen the most probable pair, its log-likelihood ratio, and what
+   stands for all its echoes, (12, k) from the first number on. From what is left it marks as chosen the pairs of the other
+   objects that have no rival, and fills in those that have. counts: k, and how many these are. */
+KERNEL(jpda_share_out,
+       HYPOTHESES ", b1[n] first, f8[12,m] echo_table, f8[8,n] predicted, f8[n] radius, f8[n] radius_variance, "
+       "float least_gain, out b1[m] explained, out i8[room] best, out f8[room] best_llr, out f8[12,room] made, "
+       "out b1[p] chosen, out i8[p] disputed, out i8[2] counts")
 {
     const Hypotheses all = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(4, 0), m = SIZE(5, 1);
     const bool *first = ARRAY(const bool, 4);
     const EchoRows echoes = echo_rows(ARRAY(double, 5), m);
     const Objects objects = {predicted_rows(ARRAY(double, 6), n), ARRAY(const double, 7), ARRAY(const double, 8), n};
-    bool *explained = ARRAY(bool, 10), *left = ARRAY(bool, 11);
-    int64_t *numbers, *best = ARRAY(int64_t, 12);
+    bool *explained = ARRAY(bool, 10), *left = SCRATCH(bool, all.count), *chosen = ARRAY(bool, 14);
+    int64_t *numbers, *best = ARRAY(int64_t, 11), *counts = ARRAY(int64_t, 16);
     const Pairs pairs = shared_pairs(&all, first, n, m, &numbers);
     find_shares(&pairs, n, m);
     double *of_echo = ZEROS(double, m);
@@ -251,8 +253,42 @@ KERNEL_INT(jpda_share_out,
         explained[j] = of_echo[j] > MORE_LIKELY;
     for (int64_t k = 0; k < all.count; k++)
         left[k] = is_pair(&all, k, n, m) && !first[all.objects[k]] && !explained[all.echoes[k]];
-    const int64_t count = put_together(&pairs, &objects, &echoes, FLOAT(9), SIZE(12, 0), best, ARRAY(double, 13), ARRAY(double, 14));
-    for (int64_t k = 0; k < count; k++)
+    counts[0] = put_together(&pairs, &objects, &echoes, FLOAT(9), SIZE(11, 0), best, ARRAY(double, 12), ARRAY(double, 13));
+    for (int64_t k = 0; k < counts[0]; k++)
         best[k] = numbers[best[k]];
-    return count;
+    memset(chosen, 0, (size_t)all.count * sizeof *chosen);
+    counts[1] = choose_undisputed(&all, left, n, m, chosen, ARRAY(int64_t, 15));
+}
+
+/* Fills in the assignment: the pairs `best` with their own ratios and echoes `made`, (12, k) from the first number on, and
+   then those `chosen`; and which echoes these explain. k: as many as `total` leaves to the former. */
+KERNEL(jpda_assignment,
+       HYPOTHESES ", f8[12,m] echo_table, i8[room] best, f8[room] best_llr, f8[12,room] made, b1[p] chosen, "
+       "out b1[m] explained, out i8[total] objects, out i8[total] echoes, out f8[total] llr, out f8[total] score, "
+       "out f8[12,total] table")
+{
+    const Hypotheses all = hypotheses_from(arguments, 0);
+    const double *echo_table = ARRAY(const double, 4), *own_llr = ARRAY(const double, 6), *made = ARRAY(const double, 7);
+    const int64_t m = SIZE(4, 1), total = SIZE(10, 0), *best = ARRAY(const int64_t, 5);
+    const bool *chosen = ARRAY(const bool, 8);
+    bool *explained = ARRAY(bool, 9);
+    int64_t *objects = ARRAY(int64_t, 10), *echoes = ARRAY(int64_t, 11), *pairs = SCRATCH(int64_t, total), others = 0;
+    double *llr = ARRAY(double, 12), *score = ARRAY(double, 13), *table = ARRAY(double, 14);
+    for (int64_t k = 0; k < all.count; k++)
+        others += chosen[k];
+    const int64_t seen = total - others;
+    if (seen < 0 || seen > SIZE(5, 0))
+        return;
+    for (int64_t k = 0, place = seen; k < all.count; k++)
+        if (chosen[k])
+            pairs[place++] = k;
+    memcpy(pairs, best, (size_t)seen * sizeof *pairs);
+    for (int64_t place = 0; place < total; place++) {
+        const int64_t k = pairs[place], j = echoes[place] = all.echoes[k];
+        objects[place] = all.objects[k], score[place] = all.score[k];
+        llr[place] = place < seen ? own_llr[place] : all.llr[k];
+        explained[j] |= place >= seen;
+        for (int64_t row = 0; row < SIZE(4, 0); row++)
+            table[row * total + place] = place < seen ? made[row * seen + place] : echo_table[row * m + j];
+    }
 }

@@ -13,7 +13,7 @@ from ods.base.arrays import Floats
 from ods.compiled import native
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.gating import Hypotheses
-from ods.tracker.association.gnn import best_pairs
+from ods.tracker.association.gnn import settle
 from ods.tracker.measurement.scan import Echoes
 
 LEAST_GAIN = 0.05
@@ -27,16 +27,22 @@ def probabilistic(question: Question) -> Assignment:
     one echo each, from what is left.
     """
     hypotheses, first, echoes, predicted, estimate = question
-    pairs, most = len(hypotheses.score), min(len(hypotheses.score), len(first))
-    explained, left = np.empty(len(echoes), np.bool_), np.empty(pairs, np.bool_)
+    hypotheses = hypotheses.plain()
+    n, m, most = len(first), len(echoes), min(len(hypotheses.score), len(first))
+    explained, chosen = np.empty(m, np.bool_), np.empty(len(hypotheses.score), np.bool_)
     best, llr, made = np.empty(most, np.intp), np.empty(most), np.empty((len(echoes.table), most))
+    disputed, counts = np.empty(len(hypotheses.score), np.intp), np.empty(2, np.intp)
     objects = first, echoes.table, predicted.table, estimate.radius, estimate.radius_variance
-    seen = native.jpda_share_out(hypotheses, objects, LEAST_GAIN, explained, left, best, llr, made)
-    others = best_pairs(hypotheses.take(left), first, len(echoes))
-    explained[others.echoes] = True
-    best, together = best[:seen], Echoes(made.ravel()[: len(made) * seen].reshape(len(made), seen))
-    found = Hypotheses(hypotheses.objects[best], hypotheses.echoes[best], llr[:seen], hypotheses.score[best])
-    return Assignment(found.joined(others), together.joined(echoes.take(others.echoes)), explained)
+    seen_by = best, llr, made
+    native.jpda_share_out(hypotheses, objects, LEAST_GAIN, explained, seen_by, chosen, disputed, counts)
+    seen, rivals = counts.tolist()
+    if rivals:
+        settle(hypotheses, disputed[:rivals], n, m, chosen)
+    total = seen + int(np.count_nonzero(chosen))
+    pairs = Hypotheses(*np.empty((2, total), np.intp), *np.empty((2, total)))
+    table = np.empty((len(echoes.table), total))
+    native.jpda_assignment(hypotheses, echoes.table, seen_by, chosen, explained, pairs, table)
+    return Assignment(pairs, Echoes(table), explained)
 
 
 def shares(hypotheses: Hypotheses, objects: int, echoes: int) -> tuple[Floats, Floats]:

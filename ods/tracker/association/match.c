@@ -51,9 +51,10 @@ typedef struct {
    likely parts of these than false alarms: the rest is more likely false alarms inside a silent object's circle. */
 static Parts parts_inside(const Image *image, bool *loose)
 {
+    const Confirmed confirmed = confirmed_of(&image->bodies);
     Parts parts = room_for_parts(image->m);
     for (int64_t j = 0; j < image->m; j++) {
-        const int64_t i = loose[j] ? whole_of(&image->echoes, j, &image->bodies) : -1;
+        const int64_t i = loose[j] ? whole_of(&image->echoes, j, &image->bodies, &confirmed) : -1;
         if (i < 0)
             continue;
         loose[j] = false;

@@ -19,6 +19,20 @@ typedef struct {
     int64_t n;
 } Bodies;
 
+/* The confirmed ones of them, by their numbers. */
+typedef struct {
+    int64_t *numbers, count;
+} Confirmed;
+
+static inline Confirmed confirmed_of(const Bodies *bodies)
+{
+    Confirmed confirmed = {SCRATCH(int64_t, bodies->n), 0};
+    for (int64_t i = 0; i < bodies->n; i++)
+        if (bodies->confirmed[i])
+            confirmed.numbers[confirmed.count++] = i;
+    return confirmed;
+}
+
 /* Some echoes of an image and the objects that they are parts of, and the log-likelihood ratio that they are. */
 typedef struct {
     int64_t *objects, *echoes;
@@ -39,14 +53,15 @@ static inline void add_part(Parts *parts, int64_t object, int64_t echo, double l
 }
 
 /* Returns the confirmed object whose circle echo j is deepest inside of; -1: none. */
-static inline int64_t whole_of(const EchoRows *echoes, int64_t j, const Bodies *bodies)
+static inline int64_t whole_of(const EchoRows *echoes, int64_t j, const Bodies *bodies, const Confirmed *confirmed)
 {
     const PredictedMeasurement *predicted = &bodies->predicted;
     double deepest = 0.0;
     int64_t whole = -1;
-    for (int64_t i = 0; i < bodies->n; i++) {
+    for (int64_t k = 0; k < confirmed->count; k++) {
+        const int64_t i = confirmed->numbers[k];
         const double along = echoes->range_m[j] - predicted->range_m[i];
-        if (!bodies->confirmed[i] || !(fabs(along) < bodies->radius[i]))
+        if (!(fabs(along) < bodies->radius[i]))
             continue;
         const double across = wrapped(echoes->bearing[j] - predicted->bearing[i]) * predicted->horizontal[i];
         const double excess = sqrt(square(along) + square(across)) - bodies->radius[i];

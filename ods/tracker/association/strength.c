@@ -17,11 +17,11 @@ static int64_t ring_of(double range_m, double nearest, double farthest, int64_t 
     return (int64_t)smaller(larger(place, 0.0), (double)rings - 1.0);
 }
 
-/* Takes in the echoes that are `free` and tell a strength. */
-KERNEL(strength_count, "out f8[3,rings] counts, f8[12,m] echoes, b1[m] free, float nearest, float farthest")
+/* Takes in the echoes that are `free` and tell a strength; returns the sum of the counts. */
+KERNEL_FLOAT(strength_count, "out f8[3,rings] counts, f8[12,m] echoes, b1[m] free, float nearest, float farthest")
 {
     const int64_t rings = SIZE(0, 1), m = SIZE(1, 1);
-    double *counts = ARRAY(double, 0);
+    double *counts = ARRAY(double, 0), sum = 0.0;
     const EchoRows echoes = echo_rows(ARRAY(double, 1), m);
     const bool *is_free = ARRAY(const bool, 2);
     for (int64_t j = 0; j < m; j++) {
@@ -33,6 +33,9 @@ KERNEL(strength_count, "out f8[3,rings] counts, f8[12,m] echoes, b1[m] free, flo
             ring[SQUARES * rings] += square(strength);
         }
     }
+    for (int64_t ring = 0; ring < rings; ring++)
+        sum += counts[COUNT * rings + ring];
+    return sum;
 }
 
 /* Fills in the table of `Typical` at n ranges. `pooled`: the strengths in all ranges count for so many echoes in each;

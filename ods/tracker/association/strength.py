@@ -51,12 +51,12 @@ class Strength:
 
     def __init__(self) -> None:
         self._rings = np.zeros((3, RANGES))
-        self._images = 0.0
+        self._images, self._echoes = 0.0, 0.0
 
     @property
     def per_scan(self) -> float:
         """Echoes in an image, as far as it is known."""
-        return float(self._rings[COUNT].sum()) / max(self._images, 1.0)
+        return self._echoes / max(self._images, 1.0)
 
     def state(self) -> StrengthState:
         """Return what was counted."""
@@ -68,13 +68,13 @@ class Strength:
         counts = np.array([*rings[[COUNT, SQUARES]].ravel(), state.images])
         if not (np.isfinite(rings).all() and np.isfinite(counts).all() and (counts >= 0.0).all()):
             raise ValueError("strengths of echoes that are none")
-        self._rings, self._images = rings, state.images
+        self._rings, self._images, self._echoes = rings, state.images, float(rings[COUNT].sum())
 
     def count(self, echoes: Echoes, free: Mask, sector: Sector) -> None:
         """Take in the echoes of an image that no confirmed object explains, (m,) `free`, and that tell a strength."""
         self._rings *= MEMORY
         self._images = MEMORY * self._images + 1.0
-        native.strength_count(self._rings, echoes.table, free, sector.range_min_m, sector.range_max_m)
+        self._echoes = native.strength_count(self._rings, echoes.table, free, sector.range_min_m, sector.range_max_m)
 
     def typical(self, range_m: Floats, sector: Sector) -> Named[Typical]:
         """Return what echoes of nothing are like at (n,) ranges."""

@@ -92,6 +92,8 @@ static inline Chain after_image(Chain chain, bool hit, double llr, double expect
 /* Returns the probabilities given log-likelihood ratios of a body over nothing and over a spot. */
 static inline Chain told_apart(Chain chain, double from_nothing, double from_spot)
 {
+    if (from_nothing == 0.0 && from_spot == 0.0)
+        return chain;
     return normalized(chain.visible, chain.silent, chain.nothing * exp(-from_nothing), chain.spot * exp(-from_spot));
 }
 
