@@ -6,7 +6,8 @@
 
 #define NS_A_SECOND 1e9
 
-/* What is known of n objects: fields of `Estimate`, (3, n) and (n,), and probabilities from which on one does not move. */
+/* What is known of n objects: fields of `Estimate`, (3, n) and (n,), and probabilities from which on one does not move.
+   */
 typedef struct {
     const double *position, *variance, *shared, *radius, *is_static;
     int64_t n;
@@ -28,7 +29,8 @@ static double sigma_of(const Known *known, int64_t i)
 }
 
 /* Finds the confirmed objects that the image does not show, and those at rest that it does. */
-static void find_missed_and_hiding(const History *history, const Known *known, const bool *hit, Some *missed, Some *hiding)
+static void find_missed_and_hiding(const History *history, const Known *known, const bool *hit, Some *missed,
+                                   Some *hiding)
 {
     int64_t *of_missed = SCRATCH(int64_t, known->n), *of_hiding = SCRATCH(int64_t, known->n);
     *missed = (Some){of_missed, 0}, *hiding = (Some){of_hiding, 0};
@@ -50,8 +52,14 @@ KERNEL(next_states,
     const History history = history_rows(ARRAY(int64_t, 0), n);
     const Doubt d = doubt_rows(ARRAY(double, 1), n);
     const Shown shown = {ARRAY(const bool, 2), ARRAY(const bool, 3), ARRAY(const bool, 4)};
-    const Known known = {ARRAY(const double, 5), ARRAY(const double, 6), ARRAY(const double, 7), ARRAY(const double, 8),
-                         ARRAY(const double, 9), n,                      FLOAT(13),              FLOAT(14)};
+    const Known known = {.position = ARRAY(const double, 5),
+                         .variance = ARRAY(const double, 6),
+                         .shared = ARRAY(const double, 7),
+                         .radius = ARRAY(const double, 8),
+                         .is_static = ARRAY(const double, 9),
+                         .n = n,
+                         .at_rest = FLOAT(13),
+                         .surely_at_rest = FLOAT(14)};
     const Circles circles = {known.position, known.position + n, known.radius};
     const LifeLimits limits = limits_from(arguments, 15);
     int64_t *states = ARRAY(int64_t, 22);

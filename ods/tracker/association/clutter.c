@@ -51,9 +51,10 @@ static double sum_of(const double *values, int64_t count)
 /* Moves the running means by `weight` towards the counts of this scan; returns the sum of `by_part`.
 
    processed: share of each class of range that was processed: what was not stays as it is. */
-KERNEL_FLOAT(clutter_count,
-             "f8[12,m] echoes, float nearest, float farthest, float port, float opening, float weight, f8[ranges] processed, "
-             "out f8[ranges,bearings] by_part, out f8[radii] by_radius")
+KERNEL_FLOAT(
+    clutter_count,
+    "f8[12,m] echoes, float nearest, float farthest, float port, float opening, float weight, f8[ranges] processed, "
+    "out f8[ranges,bearings] by_part, out f8[radii] by_radius")
 {
     const int64_t m = SIZE(0, 1), radii = SIZE(8, 0);
     const EchoRows echoes = echo_rows(ARRAY(double, 0), m);

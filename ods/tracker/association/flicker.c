@@ -28,7 +28,13 @@ static World world_from(const Argument *arguments, int k)
 {
     const int64_t cells = SIZE(k + 1, 0);
     float *counts = ARRAY(float, k);
-    return (World){counts, counts + cells * cells, ARRAY(int64_t, k + 1), cells, INT(k + 2), FLOAT(k + 3), log(FLOAT(k + 3))};
+    return (World){.spots = counts,
+                   .tracks = counts + cells * cells,
+                   .image = ARRAY(int64_t, k + 1),
+                   .cells = cells,
+                   .images = INT(k + 2),
+                   .memory = FLOAT(k + 3),
+                   .log_memory = log(FLOAT(k + 3))};
 }
 
 /* `Places` of flicker.py, and the fan that they are in; */
@@ -39,14 +45,22 @@ typedef struct {
 } Places;
 
 /* in a signature: eight arguments. */
-#define PLACES                                                                                                         \
+#define PLACES \
     "f8[n] range_m, f8[n] bearing, f8[n] north, f8[n] east, float nearest, float farthest, float port, float starboard"
 
 /* Returns the places of the eight arguments from number k on. */
 static Places places_from(const Argument *arguments, int k, int64_t ranges, int64_t bearings)
 {
-    return (Places){ARRAY(const double, k), ARRAY(const double, k + 1), ARRAY(const double, k + 2),
-                    ARRAY(const double, k + 3), FLOAT(k + 4), FLOAT(k + 5), FLOAT(k + 6), FLOAT(k + 7), ranges, bearings};
+    return (Places){.range_m = ARRAY(const double, k),
+                    .bearing = ARRAY(const double, k + 1),
+                    .north = ARRAY(const double, k + 2),
+                    .east = ARRAY(const double, k + 3),
+                    .nearest = FLOAT(k + 4),
+                    .farthest = FLOAT(k + 5),
+                    .port = FLOAT(k + 6),
+                    .starboard = FLOAT(k + 7),
+                    .ranges = ranges,
+                    .bearings = bearings};
 }
 
 static int64_t class_of(double value, double first, double last, int64_t classes)
@@ -147,21 +161,23 @@ static double sum_of(const double *values, int64_t count)
    `prior`: share where nothing is known, which counts for `calm_tracks` in the image as a whole; that of a larger part
    counts for `pooled_tracks` in a smaller one. */
 KERNEL(flicker_share,
-       "f8[2,ranges,bearings] fan, " WORLD("") ", " PLACES
-       ", float prior, float calm_tracks, float pooled_tracks, float most, out f8[n] share")
+       "float prior, float calm_tracks, float pooled_tracks, float most, out f8[n] share, "
+       "f8[2,ranges,bearings] fan, " WORLD("") ", " PLACES)
 {
-    const int64_t ranges = SIZE(0, 1), bearings = SIZE(0, 2), parts = ranges * bearings, n = SIZE(5, 0);
-    const double *spots = ARRAY(const double, 0), *tracks = spots + parts;
-    const World world = world_from(arguments, 1);
-    const Places places = places_from(arguments, 5, ranges, bearings);
-    const double weight = FLOAT(15), most = FLOAT(16);
-    double *share = ARRAY(double, 17), *in_ring = SCRATCH(double, ranges);
-    const double whole = pooled(sum_of(spots, parts), sum_of(tracks, parts), FLOAT(13), FLOAT(14));
+    const int64_t ranges = SIZE(5, 1), bearings = SIZE(5, 2), parts = ranges * bearings, n = SIZE(4, 0);
+    const double *spots = ARRAY(const double, 5), *tracks = spots + parts;
+    const World world = world_from(arguments, 6);
+    const Places places = places_from(arguments, 10, ranges, bearings);
+    const double prior = FLOAT(0), weight = FLOAT(2), most = FLOAT(3);
+    double *share = ARRAY(double, 4), *in_ring = SCRATCH(double, ranges);
+    const double whole = pooled(sum_of(spots, parts), sum_of(tracks, parts), prior, FLOAT(1));
     for (int64_t ring = 0; ring < ranges; ring++)
-        in_ring[ring] = pooled(sum_of(spots + ring * bearings, bearings), sum_of(tracks + ring * bearings, bearings), whole, weight);
+        in_ring[ring] = pooled(sum_of(spots + ring * bearings, bearings), sum_of(tracks + ring * bearings, bearings),
+                               whole, weight);
     for (int64_t k = 0; k < n; k++) {
         const int64_t part = part_of(&places, k), cell = cell_of(&places, &world, k);
-        const double in_fan = pooled(spots[part], tracks[part], in_ring[part / bearings], weight), left = kept(&world, cell);
+        const double in_fan = pooled(spots[part], tracks[part], in_ring[part / bearings], weight);
+        const double left = kept(&world, cell);
         share[k] = smaller(most, pooled(left * world.spots[cell], left * world.tracks[cell], in_fan, weight));
     }
 }

@@ -112,8 +112,8 @@ class Flicker:
         """
         prior = CALM + NEW * per_scan**2 / (per_scan**2 + MANY**2)
         world, found = (self._world, self._images, WORLD_MEMORY), np.empty(len(places.range_m))
-        weights = CALM_TRACKS, POOLED_TRACKS
-        native.flicker_share(self._fan, world, places, _span_of(sector), prior, weights, MOST, found)
+        how = prior, CALM_TRACKS, POOLED_TRACKS, MOST
+        native.flicker_share(how, found, self._fan, world, places, _span_of(sector))
         return found
 
 

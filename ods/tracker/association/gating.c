@@ -37,9 +37,10 @@ typedef struct {
     double square, determinant;
 } Distance;
 
-/* Returns the distance of echo j from a hypothesis, k, of an object; `most`: largest variance, m^2, that the echo's place
-   can have. */
-static Distance distance_of(const PredictedMeasurement *predicted, int64_t k, const EchoRows *echoes, int64_t j, double most)
+/* Returns the distance of echo j from a hypothesis, k, of an object; `most`: largest variance, m^2, that the echo's
+   place can have. */
+static Distance distance_of(const PredictedMeasurement *predicted, int64_t k, const EchoRows *echoes, int64_t j,
+                            double most)
 {
     const double horizontal = predicted->horizontal[k], s_mixed = predicted->mixed[k];
     const double along = echoes->range_m[j] - predicted->range_m[k];
@@ -64,7 +65,8 @@ static void put_in_order(Echoes *echoes)
     }
 }
 
-/* Where echoes may be inside the gates of n objects, (n,) each: by range, and by bearing so far to either side of one. */
+/* Where echoes may be inside the gates of n objects, (n,) each: by range, and by bearing so far to either side of one.
+   */
 typedef struct {
     double *nearest, *farthest, *middle, *to_port, *to_starboard;
 } Windows;
@@ -80,9 +82,11 @@ static inline double turned(double angle)
 static Windows windows_of(const Objects *objects, const Echoes *echoes, double gate)
 {
     const int64_t n = objects->n;
-    const Windows windows = {SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n)};
-    double *restrict nearest = windows.nearest, *restrict farthest = windows.farthest, *restrict middle = windows.middle;
+    const Windows windows = {SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n), SCRATCH(double, n),
+                             SCRATCH(double, n)};
+    double *restrict nearest = windows.nearest, *restrict farthest = windows.farthest;
     double *restrict to_port = windows.to_port, *restrict to_starboard = windows.to_starboard;
+    double *restrict middle = windows.middle;
     for (int64_t i = 0; i < n; i++) {
         nearest[i] = INFINITY, farthest[i] = -INFINITY, middle[i] = objects->predicted.bearing[i];
         to_port[i] = to_starboard[i] = 0.0;
@@ -94,10 +98,13 @@ static Windows windows_of(const Objects *objects, const Echoes *echoes, double g
         const double *horizontal = predicted->horizontal + h * n;
         for (int64_t i = 0; i < n; i++) {
             const double far = gate * sqrt(along[i] + square(echoes->sigma_range));
-            const double aside = ROUNDED * gate * sqrt(across[i] / square(horizontal[i]) + square(echoes->sigma_bearing));
+            const double sideways = across[i] / square(horizontal[i]) + square(echoes->sigma_bearing);
+            const double aside = ROUNDED * gate * sqrt(sideways);
             const double off_middle = turned(bearing[i] - middle[i]);
-            nearest[i] = smaller(range_m[i] - far, nearest[i]), farthest[i] = larger(range_m[i] + far, farthest[i]);
-            to_port[i] = larger(aside - off_middle, to_port[i]), to_starboard[i] = larger(aside + off_middle, to_starboard[i]);
+            nearest[i] = smaller(range_m[i] - far, nearest[i]);
+            farthest[i] = larger(range_m[i] + far, farthest[i]);
+            to_port[i] = larger(aside - off_middle, to_port[i]);
+            to_starboard[i] = larger(aside + off_middle, to_starboard[i]);
         }
     }
     return windows;
@@ -133,7 +140,8 @@ static int64_t find_near(const Windows *windows, int64_t i, const Echoes *echoes
 }
 
 /* Returns the log-likelihood ratio that echo j is of object i, or a false alarm; NAN where it is outside the gate. */
-static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, int64_t j, Gate gate, Distance *distances)
+static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, int64_t j, Gate gate,
+                       Distance *distances)
 {
     const double radius = objects->radius[i], radius_variance = objects->radius_variance[i];
     const double most = farthest_off(echoes->rows.cut[j], radius, radius_variance);
@@ -145,7 +153,8 @@ static double ratio_of(const Objects *objects, int64_t i, const Echoes *echoes, 
     if (!(nearest <= square(gate.sigmas)))
         return NAN;
     for (int64_t h = 0; h < objects->hypotheses; h++)
-        density += objects->weight[h * objects->n + i] * exp(-0.5 * distances[h].square) / sqrt(distances[h].determinant);
+        density += objects->weight[h * objects->n + i] * exp(-0.5 * distances[h].square) /
+                   sqrt(distances[h].determinant);
     const double chance = density / TWO_PI * gate.detection_probability / echoes->per_m2[j];
     const double difference = echoes->rows.radius[j] - radius;
     const double variance = radius_variance + square(echoes->rows.sigma_radius[j]);
@@ -167,16 +176,24 @@ KERNEL(gating_score, "i8[p] objects, f8[p] llr, f8[n] visibility, float detectio
 
 /* Fills in the pairs of objects that are not `left_out` and echoes inside their gates, as far as there is room; returns
    how many there are. `order`: of the echoes by range. */
-KERNEL_INT(gating_pairs,
-           "f8[8,h,n] predicted, f8[h,n] weight, f8[n] radius, f8[n] radius_variance, f8[12,m] echo_table, f8[m] per_m2, "
-           "f8[m] of_radius, i8[m] order, f8[n] visibility, b1[n] left_out, float sigmas, float detection_probability, "
-           "out i8[room] objects, out i8[room] echoes, out f8[room] llr, out f8[room] score")
+KERNEL_INT(
+    gating_pairs,
+    "f8[8,h,n] predicted, f8[h,n] weight, f8[n] radius, f8[n] radius_variance, f8[12,m] echo_table, f8[m] per_m2, "
+    "f8[m] of_radius, i8[m] order, f8[n] visibility, b1[n] left_out, float sigmas, float detection_probability, "
+    "out i8[room] objects, out i8[room] echoes, out f8[room] llr, out f8[room] score")
 {
     const int64_t n = SIZE(0, 2), m = SIZE(4, 1), room = SIZE(12, 0);
-    const Objects objects = {predicted_rows(ARRAY(double, 0), SIZE(0, 1) * n), ARRAY(const double, 1), ARRAY(const double, 2),
-                             ARRAY(const double, 3), SIZE(0, 1), n};
-    Echoes echoes = {.rows = echo_rows(ARRAY(double, 4), m), .per_m2 = ARRAY(const double, 5), .of_radius = ARRAY(const double, 6),
-                     .m = m, .order = ARRAY(const int64_t, 7)};
+    const Objects objects = {.predicted = predicted_rows(ARRAY(double, 0), SIZE(0, 1) * n),
+                             .weight = ARRAY(const double, 1),
+                             .radius = ARRAY(const double, 2),
+                             .radius_variance = ARRAY(const double, 3),
+                             .hypotheses = SIZE(0, 1),
+                             .n = n};
+    Echoes echoes = {.rows = echo_rows(ARRAY(double, 4), m),
+                     .per_m2 = ARRAY(const double, 5),
+                     .of_radius = ARRAY(const double, 6),
+                     .m = m,
+                     .order = ARRAY(const int64_t, 7)};
     const Gate gate = {FLOAT(10), FLOAT(11)};
     const double *visibility = ARRAY(const double, 8);
     const bool *left_out = ARRAY(const bool, 9);

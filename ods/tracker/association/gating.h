@@ -31,8 +31,9 @@ static inline bool is_pair(const Hypotheses *pairs, int64_t k, int64_t n, int64_
     return pairs->objects[k] >= 0 && pairs->objects[k] < n && pairs->echoes[k] >= 0 && pairs->echoes[k] < m;
 }
 
-/* Returns by how much the log-likelihood ratio of a pair, or a missed object and a false alarm, is above that of the echo
-   being of this object, or a false alarm. `visibility`: that the object is in view and gives echoes at all just now. */
+/* Returns by how much the log-likelihood ratio of a pair, or a missed object and a false alarm, is above that of the
+   echo being of this object, or a false alarm. `visibility`: that the object is in view and gives echoes at all just
+   now. */
 static inline double score_over_llr(double visibility, double detection_probability)
 {
     const double visible = larger(IMPOSSIBLE, visibility);

@@ -2,8 +2,8 @@
 
 #include "ods/tracker/association/gnn.h"
 
-/* Marks as chosen the pairs of the objects of `group` that have no rival; fills in those that have, and returns how many
-   these are. Left out are echoes taken and scores not above 0. */
+/* Marks as chosen the pairs of the objects of `group` that have no rival; fills in those that have, and returns how
+   many these are. Left out are echoes taken and scores not above 0. */
 KERNEL_INT(gnn_undisputed, HYPOTHESES ", b1[n] group, b1[m] taken, out b1[p] chosen, out i8[p] disputed")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
@@ -23,10 +23,9 @@ static int64_t place_of(int64_t number, int64_t *places, int64_t *count)
     return places[number];
 }
 
-/* Sets in which row and column of a matrix each of d pairs is, numbered as they are met; `size`: rows and columns. Pairs
-   must be of n objects and m echoes, as those of `gnn_undisputed` are. */
-KERNEL(gnn_places,
-       HYPOTHESES ", i8[d] disputed, int n, int m, out i8[d] rows, out i8[d] columns, out i8[2] size")
+/* Sets in which row and column of a matrix each of d pairs is, numbered as they are met; `size`: rows and columns.
+   Pairs must be of n objects and m echoes, as those of `gnn_undisputed` are. */
+KERNEL(gnn_places, HYPOTHESES ", i8[d] disputed, int n, int m, out i8[d] rows, out i8[d] columns, out i8[2] size")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t *disputed = ARRAY(const int64_t, 4), n = larger_i(INT(5), 0), m = larger_i(INT(6), 0);

@@ -7,7 +7,8 @@
 
 /* Marks as chosen those of the pairs that are `possible`, with a score above 0, and have no rival among these; fills in
    those that have one, and returns how many these are. n objects, m echoes. */
-static inline int64_t choose_undisputed(const Hypotheses *pairs, const bool *possible, int64_t n, int64_t m, bool *chosen, int64_t *disputed)
+static inline int64_t choose_undisputed(const Hypotheses *pairs, const bool *possible, int64_t n, int64_t m,
+                                        bool *chosen, int64_t *disputed)
 {
     int64_t *of_object = ZEROS(int64_t, n), *of_echo = ZEROS(int64_t, m), count = 0, left = 0;
     for (int64_t k = 0; k < pairs->count; k++) {

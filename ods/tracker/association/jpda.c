@@ -1,5 +1,5 @@
-/* Joint probabilistic data association: probabilities of pairs by belief propagation, and one echo for all that an object
-   may have (jpda.py has where it is from). */
+/* Joint probabilistic data association: probabilities of pairs by belief propagation, and one echo for all that an
+   object may have (jpda.py has where it is from). */
 
 #include "ods/tracker/association/gnn.h"
 #include "ods/tracker/measurement/model.h"
@@ -40,7 +40,8 @@ static void add_up_worth(const Pairs *pairs, const double *ratio, double *of_obj
 
 /* Sends the messages once; returns the largest change of one. Of an object to an echo: the odds that it takes it; of an
    echo to an object: that no other takes it. */
-static double send_messages(const Pairs *pairs, const double *ratio, double *odds, double *of_object, double *of_echo, int64_t n, int64_t m)
+static double send_messages(const Pairs *pairs, const double *ratio, double *odds, double *of_object, double *of_echo,
+                            int64_t n, int64_t m)
 {
     double change = 0.0;
     add_up_worth(pairs, ratio, of_object, n);
@@ -77,7 +78,8 @@ KERNEL(jpda_shares, HYPOTHESES ", int n, int m, out f8[p] share, out f8[p] free"
 {
     const Hypotheses given = hypotheses_from(arguments, 0);
     const int64_t n = INT(4), m = INT(5);
-    const Pairs pairs = {given.objects, given.echoes, given.llr, given.score, ARRAY(double, 6), ARRAY(double, 7), given.count};
+    const Pairs pairs = {given.objects,    given.echoes,     given.llr,  given.score,
+                         ARRAY(double, 6), ARRAY(double, 7), given.count};
     fill(pairs.share, given.count, 0.0);
     fill(pairs.free, given.count, 0.0);
     for (int64_t k = 0; k < given.count; k++)
@@ -88,13 +90,14 @@ KERNEL(jpda_shares, HYPOTHESES ", int n, int m, out f8[p] share, out f8[p] free"
 
 /* Returns the noise variance of the middle of several measurements with which an update ends where all of them do.
 
-   `seen`: sum of the probabilities of the measurements; `mean`, `square_sum`: sums of their innovations and of the squares
-   by these weights; `variance`: of the prediction; `noise`: of a measurement. With S = variance + noise, probabilistic
-   data association takes (variance / S)^2 (seen S - square_sum + mean^2) off the variance; so does an update with the
-   noise returned. Its step is that of probabilistic data association, too, but smaller where innovations are spread: no
-   single measurement at the middle gives both; where they would make the variance grow, the gain is the share
-   `least_gain` of that of a sure echo. */
-static double noise_of_all(double seen, double mean, double square_sum, double variance, double noise, double least_gain)
+   `seen`: sum of the probabilities of the measurements; `mean`, `square_sum`: sums of their innovations and of the
+   squares by these weights; `variance`: of the prediction; `noise`: of a measurement. With S = variance + noise,
+   probabilistic data association takes (variance / S)^2 (seen S - square_sum + mean^2) off the variance; so does an
+   update with the noise returned. Its step is that of probabilistic data association, too, but smaller where
+   innovations are spread: no single measurement at the middle gives both; where they would make the variance grow, the
+   gain is the share `least_gain` of that of a sure echo. */
+static double noise_of_all(double seen, double mean, double square_sum, double variance, double noise,
+                           double least_gain)
 {
     const double total = variance + noise;
     const double lowered = larger(least_gain * total, seen * total - larger(0.0, square_sum - square(mean)));
@@ -106,8 +109,8 @@ KERNEL_FLOAT(noise_together, "float seen, float mean, float square, float varian
     return noise_of_all(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), FLOAT(4), FLOAT(5));
 }
 
-/* What is summed up for an object over its pairs: probabilities and likelihood ratios, and by probability the innovations
-   of range, bearing and radius, their squares, and the variances of the noise. */
+/* What is summed up for an object over its pairs: probabilities and likelihood ratios, and by probability the
+   innovations of range, bearing and radius, their squares, and the variances of the noise. */
 typedef struct {
     int64_t strongest; /* pair; -1: none */
     double seen, chance;
@@ -148,7 +151,8 @@ static Sums *added_up(const Pairs *pairs, const Objects *objects, const EchoRows
 }
 
 /* Sets range, bearing and radius of echo k `made` for object i, and how sure they are. */
-static void set_middle(const EchoRows *made, int64_t k, const Objects *objects, int64_t i, const Sums *sum, double least_gain)
+static void set_middle(const EchoRows *made, int64_t k, const Objects *objects, int64_t i, const Sums *sum,
+                       double least_gain)
 {
     const PredictedMeasurement *predicted = &objects->predicted;
     const double middle[] = {predicted->range_m[i], predicted->bearing[i], objects->radius[i]};
@@ -159,7 +163,8 @@ static void set_middle(const EchoRows *made, int64_t k, const Objects *objects, 
     for (int axis = 0; axis < 3; axis++) {
         const double own = sum->noise[axis] / sum->seen;
         measured[axis][k] = middle[axis] + sum->mean[axis] / sum->seen;
-        sigmas[axis][k] = sqrt(noise_of_all(sum->seen, sum->mean[axis], sum->square[axis], variance[axis], own, least_gain));
+        sigmas[axis][k] = sqrt(
+            noise_of_all(sum->seen, sum->mean[axis], sum->square[axis], variance[axis], own, least_gain));
     }
 }
 
@@ -167,9 +172,10 @@ static void set_middle(const EchoRows *made, int64_t k, const Objects *objects, 
    ruled out.
 
    One cut off that may be the object's own moves the middle by an error that stays, so the middle counts as cut off: to
-   take a whole echo for one loses one image, to take a slide for noise makes a motion of it. Heights are from the lowest
-   to the highest that any of the planes leaves open, where planes are told apart. */
-static void tell_what_holds_for_any(const EchoRows *made, const int64_t *place, const Pairs *pairs, const Sums *sums, const EchoRows *echoes)
+   take a whole echo for one loses one image, to take a slide for noise makes a motion of it. Heights are from the
+   lowest to the highest that any of the planes leaves open, where planes are told apart. */
+static void tell_what_holds_for_any(const EchoRows *made, const int64_t *place, const Pairs *pairs, const Sums *sums,
+                                    const EchoRows *echoes)
 {
     for (int64_t pair = 0; pair < pairs->count; pair++) {
         const int64_t i = pairs->objects[pair], j = pairs->echoes[pair], k = place[i];
@@ -186,10 +192,10 @@ static void tell_what_holds_for_any(const EchoRows *made, const int64_t *place, 
     }
 }
 
-/* Sets of k objects seen the most probable pair, its log-likelihood ratio and one echo each, (12, k) from `table` on, as
-   far as there is room; returns k. */
-static int64_t put_together(const Pairs *pairs, const Objects *objects, const EchoRows *echoes, double least_gain, int64_t room,
-                            int64_t *best, double *llr, double *table)
+/* Sets of k objects seen the most probable pair, its log-likelihood ratio and one echo each, (12, k) from `table` on,
+   as far as there is room; returns k. */
+static int64_t put_together(const Pairs *pairs, const Objects *objects, const EchoRows *echoes, double least_gain,
+                            int64_t room, int64_t *best, double *llr, double *table)
 {
     const Sums *sums = added_up(pairs, objects, echoes);
     int64_t *place = SCRATCH(int64_t, objects->n), *seen = SCRATCH(int64_t, objects->n), count = 0;
@@ -230,10 +236,10 @@ static Pairs shared_pairs(const Hypotheses *all, const bool *first, int64_t n, i
 /* Shares echoes among the objects that choose `first`: see `jpda.probabilistic`.
 
    Fills in which echoes these explain, and of k objects seen the most probable pair, its log-likelihood ratio, and what
-   stands for all its echoes, (12, k) from the first number on. From what is left it marks as chosen the pairs of the other
-   objects that have no rival, and fills in those that have. counts: k, and how many these are. */
-KERNEL(jpda_share_out,
-       HYPOTHESES ", b1[n] first, f8[12,m] echo_table, f8[8,n] predicted, f8[n] radius, f8[n] radius_variance, "
+   stands for all its echoes, (12, k) from the first number on. From what is left it marks as chosen the pairs of the
+   other objects that have no rival, and fills in those that have. counts: k, and how many these are. */
+KERNEL(jpda_share_out, HYPOTHESES
+       ", b1[n] first, f8[12,m] echo_table, f8[8,n] predicted, f8[n] radius, f8[n] radius_variance, "
        "float least_gain, out b1[m] explained, out i8[room] best, out f8[room] best_llr, out f8[12,room] made, "
        "out b1[p] chosen, out i8[p] disputed, out i8[2] counts")
 {
@@ -253,22 +259,24 @@ KERNEL(jpda_share_out,
         explained[j] = of_echo[j] > MORE_LIKELY;
     for (int64_t k = 0; k < all.count; k++)
         left[k] = is_pair(&all, k, n, m) && !first[all.objects[k]] && !explained[all.echoes[k]];
-    counts[0] = put_together(&pairs, &objects, &echoes, FLOAT(9), SIZE(11, 0), best, ARRAY(double, 12), ARRAY(double, 13));
+    counts[0] = put_together(&pairs, &objects, &echoes, FLOAT(9), SIZE(11, 0), best, ARRAY(double, 12),
+                             ARRAY(double, 13));
     for (int64_t k = 0; k < counts[0]; k++)
         best[k] = numbers[best[k]];
     memset(chosen, 0, (size_t)all.count * sizeof *chosen);
     counts[1] = choose_undisputed(&all, left, n, m, chosen, ARRAY(int64_t, 15));
 }
 
-/* Fills in the assignment: the pairs `best` with their own ratios and echoes `made`, (12, k) from the first number on, and
-   then those `chosen`; and which echoes these explain. k: as many as `total` leaves to the former. */
-KERNEL(jpda_assignment,
-       HYPOTHESES ", f8[12,m] echo_table, i8[room] best, f8[room] best_llr, f8[12,room] made, b1[p] chosen, "
+/* Fills in the assignment: the pairs `best` with their own ratios and echoes `made`, (12, k) from the first number on,
+   and then those `chosen`; and which echoes these explain. k: as many as `total` leaves to the former. */
+KERNEL(jpda_assignment, HYPOTHESES
+       ", f8[12,m] echo_table, i8[room] best, f8[room] best_llr, f8[12,room] made, b1[p] chosen, "
        "out b1[m] explained, out i8[total] objects, out i8[total] echoes, out f8[total] llr, out f8[total] score, "
        "out f8[12,total] table")
 {
     const Hypotheses all = hypotheses_from(arguments, 0);
-    const double *echo_table = ARRAY(const double, 4), *own_llr = ARRAY(const double, 6), *made = ARRAY(const double, 7);
+    const double *echo_table = ARRAY(const double, 4), *own_llr = ARRAY(const double, 6),
+                 *made = ARRAY(const double, 7);
     const int64_t m = SIZE(4, 1), total = SIZE(10, 0), *best = ARRAY(const int64_t, 5);
     const bool *chosen = ARRAY(const bool, 8);
     bool *explained = ARRAY(bool, 9);

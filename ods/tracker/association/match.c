@@ -9,8 +9,8 @@
 #define DROP_OUT_EXPECTED 3.0
 /* and no more than this share of them seen: a drop-out of the image, which counts against nobody. */
 #define DROP_OUT_SHARE 0.25
-/* An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours': it
-   sets in as the first of these does. */
+/* An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
+   it sets in as the first of these does. */
 #define JOINED 1.6
 #define LEAST_JOINED_M 1.5
 /* An echo is smaller than its object, and so may be a part of it, if it is by so many of its standard deviations. */
@@ -47,8 +47,9 @@ typedef struct {
     double detection_probability; /* and that it then has one in this image */
 } Image;
 
-/* Finds the `loose` echoes inside the circles of confirmed objects, which are loose no longer; returns those that are more
-   likely parts of these than false alarms: the rest is more likely false alarms inside a silent object's circle. */
+/* Finds the `loose` echoes inside the circles of confirmed objects, which are loose no longer; returns those that are
+   more likely parts of these than false alarms: the rest is more likely false alarms inside a silent object's circle.
+   */
 static Parts parts_inside(const Image *image, bool *loose)
 {
     const Confirmed confirmed = confirmed_of(&image->bodies);
@@ -99,9 +100,10 @@ typedef struct {
     int64_t count;
 } Shown;
 
-/* Fills in the pairs that are not `also_part`, each with its column of `assigned`, (12, pairs), and then what is seen in
-   parts. */
-static void fill_shown(Shown *shown, const Image *image, const Hypotheses *pairs, const double *assigned, const bool *also_part, const Together *parts)
+/* Fills in the pairs that are not `also_part`, each with its column of `assigned`, (12, pairs), and then what is seen
+   in parts. */
+static void fill_shown(Shown *shown, const Image *image, const Hypotheses *pairs, const double *assigned,
+                       const bool *also_part, const Together *parts)
 {
     const int64_t wholes = shown->count - parts->count;
     int64_t *kept = SCRATCH(int64_t, wholes);
@@ -147,7 +149,8 @@ static void look_at_echo(const Look *look, int64_t i, const EchoRows *echoes, in
 
 /* Fills in the look at n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
    `expected`: probability that one that is watched has an echo. */
-static void fill_look(const Look *look, const Shown *shown, const Bodies *bodies, View view, const bool *hit, const double *merged, double expected)
+static void fill_look(const Look *look, const Shown *shown, const Bodies *bodies, View view, const bool *hit,
+                      const double *merged, double expected)
 {
     const EchoRows echoes = echo_rows(shown->table, shown->count);
     memset(look->llr, 0, sizeof(double) * LOOK_ROWS * (size_t)bodies->n);
@@ -178,19 +181,22 @@ static void fill_free(bool *is_free, int64_t m, const Hypotheses *pairs, const b
 /* Says what is seen of n objects, as wholes or only in parts, and which of m echoes nobody explains: see `match.shown`.
 
    assigned, explained: of the `Assignment` of these pairs; per_m2: of `ClutterDensity`; expected: probability that an
-   object that is watched has an echo. Fills in the fields of `Shown`, as many numbers as `counts` says: of objects shown,
-   the table (12, k) from its first number on, and of unexplained echoes. Returns false for pairs of no objects or echoes. */
-KERNEL_BOOL(match_shown,
-            HYPOTHESES ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "
-            "f8[3,n] position, f8[n] radius, b1[n] confirmed, f8[n] visibility, f8[n] watched, b1[n] inside, b1[n] skipped, "
-            "float detection_probability, float expected, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
-            "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[7,n] look, out b1[m] free, out i8[2] counts")
+   object that is watched has an echo. Fills in the fields of `Shown`, as many numbers as `counts` says: of objects
+   shown, the table (12, k) from its first number on, and of unexplained echoes. Returns false for pairs of no objects
+   or echoes. */
+KERNEL_BOOL(
+    match_shown, HYPOTHESES
+    ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "
+    "f8[3,n] position, f8[n] radius, b1[n] confirmed, f8[n] visibility, f8[n] watched, b1[n] inside, b1[n] skipped, "
+    "float detection_probability, float expected, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
+    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[7,n] look, out b1[m] free, out i8[2] counts")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(10, 0), m = SIZE(5, 0);
     double *table = ARRAY(double, 6), *merged = SCRATCH(double, n);
     const Bodies bodies = {predicted_rows(ARRAY(double, 8), n), ARRAY(const double, 10), ARRAY(const bool, 11), n};
-    const Image image = {table, echo_rows(table, m), m, ARRAY(const double, 7), bodies, ARRAY(const double, 12), FLOAT(16)};
+    const Image image = {table,  echo_rows(table, m),     m,        ARRAY(const double, 7),
+                         bodies, ARRAY(const double, 12), FLOAT(16)};
     const View view = {ARRAY(const double, 13), ARRAY(const bool, 14), ARRAY(const bool, 15)};
     bool *also_part = SCRATCH(bool, pairs.count), *loose = SCRATCH(bool, m), *hit = ARRAY(bool, 23);
     int64_t *unexplained = ARRAY(int64_t, 22), *counts = ARRAY(int64_t, 26), left = 0;

@@ -19,7 +19,8 @@ static inline double log_beta(double a, double b)
 static inline double evidence_of_onset(double sharp, double echoes, double of_spots, const OnsetLaw *law)
 {
     const double slow = echoes - sharp;
-    const double body = log_beta(law->body_sharp + sharp, law->body_slow + slow) - log_beta(law->body_sharp, law->body_slow);
+    const double body = log_beta(law->body_sharp + sharp, law->body_slow + slow) -
+                        log_beta(law->body_sharp, law->body_slow);
     const double often = law->spot_looks * of_spots, seldom = law->spot_looks * (1.0 - of_spots);
     const double spot = log_beta(often + sharp, seldom + slow) - log_beta(often, seldom);
     const double least = echoes >= law->enough ? -law->most_against : 0.0;

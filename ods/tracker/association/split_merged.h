@@ -71,8 +71,8 @@ static inline int64_t whole_of(const EchoRows *echoes, int64_t j, const Bodies *
     return whole;
 }
 
-/* What one echo stands for that is of several: (most,) objects, each once, the best log-likelihood ratio of each, and the
-   first of its echoes; its range and bearing are the means of all. */
+/* What one echo stands for that is of several: (most,) objects, each once, the best log-likelihood ratio of each, and
+   the first of its echoes; its range and bearing are the means of all. */
 typedef struct {
     int64_t *objects, *first;
     double *llr, *range_m, *bearing, *echoes;
@@ -83,8 +83,13 @@ typedef struct {
 static inline Together put_together(const Parts *parts, const EchoRows *echoes, int64_t n)
 {
     const int64_t most = parts->count;
-    Together made = {SCRATCH(int64_t, most), SCRATCH(int64_t, most), SCRATCH(double, most), ZEROS(double, most),
-                     ZEROS(double, most),    ZEROS(double, most),    0};
+    Together made = {SCRATCH(int64_t, most),
+                     SCRATCH(int64_t, most),
+                     SCRATCH(double, most),
+                     ZEROS(double, most),
+                     ZEROS(double, most),
+                     ZEROS(double, most),
+                     0};
     int64_t *place = SCRATCH(int64_t, n);
     memset(place, -1, (size_t)n * sizeof *place);
     for (int64_t part = 0; part < parts->count; part++) {
@@ -110,7 +115,8 @@ static inline Together put_together(const Parts *parts, const EchoRows *echoes, 
 
    Where the circles of two objects touch and only one of them is `hit`, its echo may be the echo of both; both are
    confirmed, and the sonar looks at them with a probability `watched`. 0: no such neighbour. position: (3, n). */
-static inline void find_merged(const Bodies *bodies, const double *position, const bool *hit, const double *watched, double *variance)
+static inline void find_merged(const Bodies *bodies, const double *position, const bool *hit, const double *watched,
+                               double *variance)
 {
     const double *north = position, *east = north + bodies->n, *radius = bodies->radius;
     int64_t *unseen = SCRATCH(int64_t, bodies->n), count = 0;
@@ -124,7 +130,8 @@ static inline void find_merged(const Bodies *bodies, const double *position, con
             continue;
         for (int64_t k = 0; k < count; k++) {
             const int64_t j = unseen[k];
-            const double apart_2 = square(north[i] - north[j]) + square(east[i] - east[j]), reach = radius[i] + radius[j];
+            const double apart_2 = square(north[i] - north[j]) + square(east[i] - east[j]),
+                         reach = radius[i] + radius[j];
             if (!(reach > 0.0 && apart_2 < square(reach)))
                 continue;
             const double half = square(larger(0.5 * sqrt(apart_2), SMALLEST_OFFSET_M));

@@ -23,10 +23,11 @@ typedef struct {
 
 /* Returns the log-likelihood ratio of a body over nothing that the mean strength of its echoes gives.
 
-   excess: mean of (strength - mean) / sigma of so many `echoes`; `sigma_db`, `known`: as in `Typical`. Highlights follow
-   the logistic law, whose tail falls as slowly as an exponential; what is no stronger than they are on average is taken
-   to be at their mean. */
-static inline double evidence_of_strength(double excess, double echoes, double sigma_db, double known, const StrengthLaw *law)
+   excess: mean of (strength - mean) / sigma of so many `echoes`; `sigma_db`, `known`: as in `Typical`. Highlights
+   follow the logistic law, whose tail falls as slowly as an exponential; what is no stronger than they are on average
+   is taken to be at their mean. */
+static inline double evidence_of_strength(double excess, double echoes, double sigma_db, double known,
+                                          const StrengthLaw *law)
 {
     if (echoes == 0.0)
         return 0.0;

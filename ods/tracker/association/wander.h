@@ -13,7 +13,8 @@ typedef struct {
 /* Returns the log-likelihood ratio of a body over a spot by the sum of squares, m2, of so many echoes.
 
    Ranges are normal about the place; their variance is inverse gamma distributed, of `sure` degrees of freedom. */
-static inline double evidence_of_wander(double squares, double echoes, double of_spots_m2, double crowd, const WanderLaw *law)
+static inline double evidence_of_wander(double squares, double echoes, double of_spots_m2, double crowd,
+                                        const WanderLaw *law)
 {
     const double body = square(law->body_share) * of_spots_m2, spot = of_spots_m2;
     const double more = log((law->sure * spot + squares) / (law->sure * body + squares));

@@ -43,7 +43,8 @@ static void keep(const Doubt *d, int64_t i, Chain chain)
 }
 
 /* Judges by how far the echoes wander. */
-static Chain by_wander(const Doubt *d, int64_t i, Chain chain, double off_range, int64_t echoes, Spots spots, const WanderLaw *law)
+static Chain by_wander(const Doubt *d, int64_t i, Chain chain, double off_range, int64_t echoes, Spots spots,
+                       const WanderLaw *law)
 {
     if (isnan(off_range))
         return chain;
@@ -68,7 +69,8 @@ static Chain by_new_ratio(Chain chain, double ratio, double *taken, bool confirm
 }
 
 /* Judges by how sharply the echoes set in. */
-static Chain by_onset(const Doubt *d, int64_t i, Chain chain, double of_echo, double of_spots, bool confirmed, const OnsetLaw *law)
+static Chain by_onset(const Doubt *d, int64_t i, Chain chain, double of_echo, double of_spots, bool confirmed,
+                      const OnsetLaw *law)
 {
     if (!(of_echo > 0.0))
         return chain;
@@ -78,17 +80,20 @@ static Chain by_onset(const Doubt *d, int64_t i, Chain chain, double of_echo, do
 }
 
 /* Judges by how the last echoes set in. */
-static Chain by_front(const Doubt *d, int64_t i, Chain chain, double of_echo, double of_spots, bool confirmed, const FrontLaw *law)
+static Chain by_front(const Doubt *d, int64_t i, Chain chain, double of_echo, double of_spots, bool confirmed,
+                      const FrontLaw *law)
 {
     if (!(of_echo > 0.0))
         return chain;
     d->fronts[i] = FRONT_FADE * d->fronts[i] + log_odds_of_front(of_echo, law);
     d->judged[i] = FRONT_FADE * d->judged[i] + 1.0;
-    return by_new_ratio(chain, evidence_of_front(d->fronts[i], d->judged[i], of_spots, law), &d->by_front[i], confirmed);
+    return by_new_ratio(chain, evidence_of_front(d->fronts[i], d->judged[i], of_spots, law), &d->by_front[i],
+                        confirmed);
 }
 
 /* Judges by how strong the echoes are; k: the object's place in `typical`. */
-static Chain by_strength(const Doubt *d, int64_t i, Chain chain, double echo_db, const Typical *typical, int64_t k, const StrengthLaw *law)
+static Chain by_strength(const Doubt *d, int64_t i, Chain chain, double echo_db, const Typical *typical, int64_t k,
+                         const StrengthLaw *law)
 {
     if (!(echo_db > 0.0))
         return chain;
@@ -117,8 +122,8 @@ static Chain by_motion(const Doubt *d, int64_t i, Chain chain, double ratio, dou
 
 /* Sets objects from `first` on, one an unexplained echo, given births a scan: see `Unexplained` of doubt.py. */
 KERNEL(doubt_begin,
-       "out f8[22,n] doubt, int first, float births, f8[k] clutter, f8[k] strength, f8[k] onset, f8[k] front, f8[k] spots, "
-       "f8[3,k] typical, float spots_sharp, float spots_front, " LAWS)
+       "out f8[22,n] doubt, int first, float births, f8[k] clutter, f8[k] strength, f8[k] onset, f8[k] front, "
+       "f8[k] spots, f8[3,k] typical, float spots_sharp, float spots_front, " LAWS)
 {
     const int64_t first = INT(1), count = SIZE(3, 0);
     const Doubt d = doubt_rows(ARRAY(double, 0), SIZE(0, 1));
@@ -154,7 +159,8 @@ typedef struct {
     double spots, is_static, radius;
 } OfObject;
 
-static void judge_one(const Doubt *d, int64_t i, const Look *look, const Typical *typical, OfObject of, const Assumed *known)
+static void judge_one(const Doubt *d, int64_t i, const Look *look, const Typical *typical, OfObject of,
+                      const Assumed *known)
 {
     const Laws *laws = &known->laws;
     const Spots spots = known->spots;

@@ -14,7 +14,8 @@ static void put(double *out, Chain chain)
 KERNEL(existence_carried_on,
        CHAIN ", int echoes, float watched, float dt, float silence, float recovery, float loss, out f8[4] chain")
 {
-    put(ARRAY(double, 10), carried_on(CHAIN_FROM(0), INT(4), FLOAT(5), FLOAT(6), (Rates){FLOAT(7), FLOAT(8), FLOAT(9)}));
+    put(ARRAY(double, 10),
+        carried_on(CHAIN_FROM(0), INT(4), FLOAT(5), FLOAT(6), (Rates){FLOAT(7), FLOAT(8), FLOAT(9)}));
 }
 
 KERNEL(existence_how_often,

@@ -80,8 +80,8 @@ static inline double likelihood(double often, double expected, double weight)
 /* Returns the probabilities after an image.
 
    `llr`: logarithm of the likelihood of an echo from the object over that of a false alarm, used where `hit`;
-   `expected`: probability that a visible object would have given an echo. To a silent object, and where there is nothing,
-   an echo is a false alarm; it may be one beside a visible object and a spot, too, that were missed. */
+   `expected`: probability that a visible object would have given an echo. To a silent object, and where there is
+   nothing, an echo is a false alarm; it may be one beside a visible object and a spot, too, that were missed. */
 static inline Chain after_image(Chain chain, bool hit, double llr, double expected, Often often)
 {
     const double weight = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
@@ -106,7 +106,8 @@ static inline double evidence_of_motion(double is_static, double static_prior, d
     return smaller(most, larger(0.0, log(static_prior / larger(SMALLEST, is_static))));
 }
 
-/* Returns the log-likelihood ratio of a body over a spot by its radius, m; no patch is larger than `largest_patch_m`. */
+/* Returns the log-likelihood ratio of a body over a spot by its radius, m; no patch is larger than `largest_patch_m`.
+   */
 static inline double evidence_of_size(double radius, double largest_patch_m)
 {
     return radius > largest_patch_m ? LARGE : 0.0;

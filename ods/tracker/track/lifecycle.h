@@ -28,15 +28,14 @@ typedef struct {
 } LifeLimits;
 
 /* in a signature: seven arguments. */
-#define LIFE_LIMITS                                                                                                    \
-    "int confirm_echoes, float confirm_existence, float drop_existence, float edge_sigmas, float silent_s, "           \
+#define LIFE_LIMITS                                                                                          \
+    "int confirm_echoes, float confirm_existence, float drop_existence, float edge_sigmas, float silent_s, " \
     "float stand_by_s, float lost_sigma_m"
 
 /* Returns the limits of the seven arguments from number k on. */
 static inline LifeLimits limits_from(const Argument *arguments, int k)
 {
-    return (LifeLimits){INT(k),       FLOAT(k + 1), FLOAT(k + 2), FLOAT(k + 3),
-                        FLOAT(k + 4), FLOAT(k + 5), FLOAT(k + 6)};
+    return (LifeLimits){INT(k), FLOAT(k + 1), FLOAT(k + 2), FLOAT(k + 3), FLOAT(k + 4), FLOAT(k + 5), FLOAT(k + 6)};
 }
 
 /* Returns the next state of a tentative object. */
