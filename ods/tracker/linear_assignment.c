@@ -103,8 +103,15 @@ static void augment(int64_t start, int64_t column, State state, Paths paths)
 KERNEL_BOOL(assign_columns, "f8[rows,columns] cost, out i8[rows] column_of")
 {
     const int64_t rows = SIZE(0, 0), columns = SIZE(0, 1);
-    const State state = {ARRAY(double, 0),         rows, columns, ARRAY(int64_t, 1), SCRATCH(int64_t, columns), ZEROS(double, rows),
-                         ZEROS(double, columns)};
+    const State state = {
+        .cost = ARRAY(double, 0),
+        .rows = rows,
+        .columns = columns,
+        .column_of = ARRAY(int64_t, 1),
+        .row_of = SCRATCH(int64_t, columns),
+        .row_dual = ZEROS(double, rows),
+        .column_dual = ZEROS(double, columns),
+    };
     const Paths paths = {SCRATCH(double, columns), SCRATCH(int64_t, columns), SCRATCH(int64_t, columns)};
     for (int64_t row = 0; row < rows; row++)
         state.column_of[row] = NONE;

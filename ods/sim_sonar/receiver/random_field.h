@@ -19,7 +19,8 @@ static inline uint32_t hash32(uint32_t key)
 #define NORMAL_TABLE "f4[65536] normal"
 
 /* Sets `out` to the normal numbers of hashes: each makes two look-ups of 16 bits. */
-static inline void normals_of(const uint32_t *restrict bits, const float *restrict table, int64_t count, float *restrict out)
+static inline void normals_of(const uint32_t *restrict bits, const float *restrict table, int64_t count,
+                              float *restrict out)
 {
     for (int64_t j = 0; j < count; j++)
         out[j] = table[bits[j] & 0xFFFFu] + table[bits[j] >> 16];

@@ -49,7 +49,8 @@ static void apply_law(float *restrict row, const float *restrict amplitude, Law 
     }
 }
 
-static void amplify(float *restrict row, const float *restrict over_range, float over_beam, float saturation, int64_t count)
+static void amplify(float *restrict row, const float *restrict over_range, float over_beam, float saturation,
+                    int64_t count)
 {
     for (int64_t j = 0; j < count; j++)
         row[j] = smaller_f(saturation, row[j] * over_range[j] * over_beam);

@@ -40,7 +40,8 @@ static BedColumns columns_of(const FlatSurface *bed, const Grid *grid, double le
 }
 
 /* Sets `bins` of `out` to the echo of one plane at one bearing. */
-static void blend(const BedColumns *columns, const Grid *grid, double bearing_rad, int64_t plane, Bins bins, double *restrict out)
+static void blend(const BedColumns *columns, const Grid *grid, double bearing_rad, int64_t plane, Bins bins,
+                  double *restrict out)
 {
     const double first = grid->bearing_rad[0], span = larger(grid->bearing_rad[grid->beams - 1] - first, 1e-9);
     const double place = smaller(larger((bearing_rad - first) / span, 0.0), 1.0) * (double)columns->parts;

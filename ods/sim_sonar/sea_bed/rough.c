@@ -1,9 +1,9 @@
 /* A rough sea-bed's echo: columns of steps over its facets, marched outwards from the sonar.
 
-   A column is a thin slice of the fan at one bearing. Going out, each step is a short piece of sea-bed of which the sonar
-   sees what rises above all before it (the horizon). The piece returns gamma S^2 R^2 over the elevations that it fills
-   (eq. 5; R^2 turns solid angle into area), spread over the ranges that it spans. gamma is that of the facet's own slope.
-   Far away, where a column grows wider than the sea-bed's structure, it is split in two, which both inherit its
+   A column is a thin slice of the fan at one bearing. Going out, each step is a short piece of sea-bed of which the
+   sonar sees what rises above all before it (the horizon). The piece returns gamma S^2 R^2 over the elevations that it
+   fills (eq. 5; R^2 turns solid angle into area), spread over the ranges that it spans. gamma is that of the facet's own
+   slope. Far away, where a column grows wider than the sea-bed's structure, it is split in two, which both inherit its
    horizon. */
 
 #include "ods/sim_sonar/sea_bed/rough.h"
@@ -37,7 +37,8 @@ static void reflect(const RoughBed *bed, const Trace *trace, Land land, LandEcho
     const double upright = 1.0 / trace->stretch, lean_x = bed->turn[0][2], lean_y = bed->turn[1][2];
     const double *restrict all_ahead = land.ahead, *restrict all_up = land.up;
     const double *restrict slope_x = land.slope_x, *restrict slope_y = land.slope_y;
-    double *restrict reach = echo.reach, *restrict sine = echo.sine, *restrict gamma = echo.gamma, *restrict density = echo.density;
+    double *restrict reach = echo.reach, *restrict sine = echo.sine;
+    double *restrict gamma = echo.gamma, *restrict density = echo.density;
     for (int64_t k = 0; k < land.steps; k++) {
         const double x = slope_x[k], y = slope_y[k], ahead = all_ahead[k], up = all_up[k];
         const double distance = larger(sqrt(ahead * ahead + up * up), 1e-9);
@@ -91,7 +92,8 @@ static int64_t see(LandEcho echo, int64_t steps, double *horizon, Piece *pieces)
 
 /* Spreads `power` over the bins of `row` from place `one` to place `other`, in a density that changes linearly as the
    two given do. */
-static void ramp(double *restrict row, int64_t samples, double power, double one, double other, double at_one, double at_other)
+static void ramp(double *restrict row, int64_t samples, double power, double one, double other, double at_one,
+                 double at_other)
 {
     const bool is_back = other < one;
     const double begin = is_back ? other : one, finish = larger(is_back ? one : other, begin + 1e-6);
@@ -129,8 +131,8 @@ static void fill(double *row, const Piece *pieces, int64_t count, int64_t plane,
         double power = 0.5 * (first + second) * middle * middle * (high - low);
         power += (second - first) * (other - one) * (far - near) / 12.0;
         if (power > 0.0)
-            ramp(row, grid->samples, piece->seen * power, (near - grid->edge_m) * per_bin, (far - grid->edge_m) * per_bin,
-                 first * one, second * other);
+            ramp(row, grid->samples, piece->seen * power, (near - grid->edge_m) * per_bin,
+                 (far - grid->edge_m) * per_bin, first * one, second * other);
     }
 }
 
@@ -163,7 +165,8 @@ static Bins draw_column(const March *march, double west, double east, double *ho
     for (int64_t k = 0; k < count; k++) {
         Piece *piece = &march->pieces[k];
         if (hiding > 0)
-            piece->seen = visible_share(march->on_column, hiding, piece->low, piece->high, 0.5 * (piece->near + piece->far));
+            piece->seen = visible_share(march->on_column, hiding, piece->low, piece->high,
+                                        0.5 * (piece->near + piece->far));
         nearest = smaller(nearest, smaller(piece->near, piece->far));
         farthest = larger(farthest, larger(piece->near, piece->far));
     }
@@ -318,8 +321,8 @@ LONG_KERNEL(add_rough_bed, "out f8[:,:] image, " ROUGH_BED ", " GRID ", float sc
     add_zones(&march, image, FLOAT(20), ahead, steps);
 }
 
-/* Sets `out` (cells,) to the ranges at which rays of rising sines of elevation, `aim`, meet the land; FAR beyond its last
-   step. */
+/* Sets `out` (cells,) to the ranges at which rays of rising sines of elevation, `aim`, meet the land; FAR beyond its
+   last step. */
 static void meet(Land land, const double *aim, int64_t cells, double *out)
 {
     double past = 0.0, before = -1.0;
@@ -340,7 +343,8 @@ static void meet(Land land, const double *aim, int64_t cells, double *out)
 
 /* The ranges, FAR where there is none, at which rays meet the sea-bed nearer than `farthest_m`. Cells so close in
    bearing that the sea-bed is the same share one trace. */
-LONG_KERNEL(rough_ranges, ROUGH_BED ", " RAY_FAN ", float scale_m, float within_m, " DETAIL ", out f8[fan_columns,:] ranges")
+LONG_KERNEL(rough_ranges,
+            ROUGH_BED ", " RAY_FAN ", float scale_m, float within_m, " DETAIL ", out f8[fan_columns,:] ranges")
 {
     const RoughBed bed = rough_bed_from(arguments, 0);
     const RayFan rays = ray_fan_from(arguments, 9);

@@ -100,16 +100,21 @@ static inline Land land_of(const double *ahead, int64_t steps)
                   SCRATCH(double, steps), SCRATCH(double, steps)};
 }
 
+/* Returns the cosine of what a sonar turns meanwhile: at 60 deg/s and 100 m it is right to 2e-4 of the range. */
+static inline double cosine_of(double turned)
+{
+    return 1.0 - 0.5 * turned * turned;
+}
+
 /* Sets the places under the sonar's line of sight. A sonar that turns while it listens looks at each place along the
-   bearing that it has at reception; the sea-bed is turned back by that about the sonar, slopes and all, so that the trace
-   is straight. */
+   bearing that it has at reception; the sea-bed is turned back by that about the sonar, slopes and all, so that the
+   trace is straight. */
 static inline void find_places(const RoughBed *bed, const Trace *trace, Land land)
 {
     const double *restrict ahead = land.ahead, *restrict up = land.up;
     double *restrict place_x = land.place_x, *restrict place_y = land.place_y;
     for (int64_t k = 0; k < land.steps; k++) {
-        const double aside = bed->turning * ahead[k];
-        const double onward = 1.0 - 0.5 * aside * aside; /* a cosine: at 60 deg/s and 100 m it is right to 2e-4 of the range */
+        const double aside = bed->turning * ahead[k], onward = cosine_of(aside);
         const double x = ahead[k] * trace->ahead.x + up[k] * trace->upward.x;
         const double y = ahead[k] * trace->ahead.y + up[k] * trace->upward.y;
         place_x[k] = trace->start.x + onward * x - aside * y;
@@ -140,8 +145,8 @@ static inline void look(const RoughBed *bed, const Trace *trace, Land land)
     const double *restrict ahead = land.ahead;
     find_places(bed, trace, land);
     for (int64_t k = 0; k < land.steps; k++) {
-        const double x = land.place_x[k], y = land.place_y[k], aside = bed->turning * ahead[k];
-        const double onward = 1.0 - 0.5 * aside * aside;
+        const double x = land.place_x[k], y = land.place_y[k];
+        const double aside = bed->turning * ahead[k], onward = cosine_of(aside);
         const double p = smaller(larger(x, 0.0), south), q = smaller(larger(y, 0.0), east);
         const int32_t i = (int32_t)smaller(p, south - 1.0), j = (int32_t)smaller(q, east - 1.0);
         const float *facet = bed->nodes + i * line + 3 * (int64_t)j;

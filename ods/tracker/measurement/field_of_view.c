@@ -18,7 +18,7 @@ typedef struct {
     double range_min_m, range_max_m;
     double bearing_min, bearing_max; /* rad, to starboard */
     double half_vertical;            /* rad */
-    double turn;                     /* by how much it turns to starboard while an echo comes from a metre farther, rad/m */
+    double turn;                     /* to starboard while an echo comes from a metre farther, rad/m */
 } Coverage;
 
 #define COVERAGE                                                                                                        \

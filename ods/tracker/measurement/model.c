@@ -57,7 +57,8 @@ static inline Sight sight(Ned place, const MatrixRow *rotation)
 /* Returns a' P b for the P of north, east and down, which is not correlated with them. */
 static inline double covariance(Ned a, Ned b, Ned variance, double covariance_ne)
 {
-    return a.n * b.n * variance.n + a.e * b.e * variance.e + a.d * b.d * variance.d + (a.n * b.e + a.e * b.n) * covariance_ne;
+    const double diagonal = a.n * b.n * variance.n + a.e * b.e * variance.e + a.d * b.d * variance.d;
+    return diagonal + (a.n * b.e + a.e * b.n) * covariance_ne;
 }
 
 /* Where n objects are believed to be, under one hypothesis. */
@@ -65,7 +66,7 @@ typedef struct {
     const double *position;      /* (3, n) NED */
     const double *variance;      /* (3, n): of north and east at a given height, and of the height */
     const double *covariance_ne; /* (n,) of north and east at a given height */
-    const double *by_height;     /* (2, n) by how much north and east are larger for each metre that the object is lower */
+    const double *by_height;     /* (2, n) by how much north and east are larger for each metre that it is lower */
     int64_t count;
 } Places;
 
@@ -87,7 +88,8 @@ static PoseError pose_error(Vehicle vehicle)
 
 /* Sets number k of a prediction to what the sonar measures of object i: eq. 1 solved for the body frame, and the
    covariance. */
-static inline void predict_one(PredictedMeasurement made, int64_t k, Places places, int64_t i, Vehicle vehicle, PoseError error)
+static inline void predict_one(PredictedMeasurement made, int64_t k, Places places, int64_t i, Vehicle vehicle,
+                               PoseError error)
 {
     const int64_t n = places.count;
     const double *position = places.position, *variance = places.variance, *by_height = places.by_height;
@@ -131,7 +133,8 @@ static void predict_all(PredictedMeasurement made, int64_t first, Places places,
 
 /* The prediction for h hypotheses of n objects. */
 KERNEL(predict_hypotheses,
-       "f8[h,3,n] position, f8[h,3,n] variance, f8[h,n] covariance_ne, f8[h,2,n] by_height, " VEHICLE ", out f8[8,h,n] made")
+       "f8[h,3,n] position, f8[h,3,n] variance, f8[h,n] covariance_ne, f8[h,2,n] by_height, " VEHICLE
+       ", out f8[8,h,n] made")
 {
     const int64_t hypotheses = SIZE(0, 0), n = SIZE(0, 2);
     const Vehicle vehicle = vehicle_from(arguments, 4);
@@ -254,7 +257,8 @@ static void set_sensitivity(Measured made, int64_t j, Curve curve, Ned place, do
 
 /* Sets place and covariance of echo j, which is taken in at `place` from the sonar; `longer`: what the range is longer
    than the distance to the middle of where the object is. */
-static void set_place(Measured made, EchoRows echoes, int64_t j, Aim aim, Ned place, Curve curve, double longer, Vehicle vehicle)
+static void set_place(Measured made, EchoRows echoes, int64_t j, Aim aim, Ned place, Curve curve, double longer,
+                      Vehicle vehicle)
 {
     const double *own = vehicle.sigma_position, *along = curve.per_range, *across = curve.per_bearing;
     const double yaw_2 = square(vehicle.sigma_attitude[2]);
@@ -314,8 +318,19 @@ KERNEL(measure_positions,
     const PredictedMeasurement predicted = predicted_rows(ARRAY(double, 1), SIZE(1, 1));
     const Vehicle vehicle = vehicle_from(arguments, 2);
     double *rest = ARRAY(double, 8);
-    const Measured made = {ARRAY(double, 7), rest,         rest + m,     rest + 2 * m,      rest + 3 * m,       rest + 4 * m,
-                           rest + 5 * m,     rest + 6 * m, ARRAY(double, 9), ARRAY(double, 10), m};
+    const Measured made = {
+        .position = ARRAY(double, 7),
+        .variance_north = rest,
+        .variance_east = rest + m,
+        .covariance_ne = rest + 2 * m,
+        .half_height = rest + 3 * m,
+        .radius = rest + 4 * m,
+        .radius_variance = rest + 5 * m,
+        .height = rest + 6 * m,
+        .azimuth = ARRAY(double, 9),
+        .sensitivity = ARRAY(double, 10),
+        .count = m,
+    };
     for (int64_t j = 0; j < m; j++)
         measure_one(made, echoes, predicted, j, is_new, vehicle, FLOAT(6));
 }

@@ -1,4 +1,4 @@
-/* Predictions and measurements as kernels take them, and what the horizontal place of an object depends on (model.py). */
+/* Predictions and measurements as kernels take them, and what the place of an object depends on (model.py). */
 
 #ifndef ODS_MODEL_H
 #define ODS_MODEL_H

@@ -65,7 +65,8 @@ static Vector turned(Quaternion q, Vector v)
 static void see_from_transmission(EchoRows echoes, EchoRows seen, int64_t j, const Poses *poses, double farthest)
 {
     const double share = smaller(echoes.range_m[j] / farthest, 1.0);
-    const double weight[3] = {(1.0 - share) * (1.0 - 2.0 * share), 4.0 * share * (1.0 - share), share * (2.0 * share - 1.0)};
+    const double rest_share = 1.0 - share;
+    const double weight[3] = {rest_share * (1.0 - 2.0 * share), 4.0 * share * rest_share, share * (2.0 * share - 1.0)};
     const double level = cos(echoes.elevation[j]), bearing = echoes.bearing[j];
     const Vector body = {level * cos(bearing), level * sin(bearing), -sin(echoes.elevation[j])};
     const Vector u = turned(blend(poses->attitude, weight), body);

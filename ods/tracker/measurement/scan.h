@@ -37,7 +37,12 @@ typedef struct {
 /* Returns the vehicle of the four arguments from number k on. */
 static inline Vehicle vehicle_from(const Argument *arguments, int k)
 {
-    return (Vehicle){ARRAY(const double, k), ARRAY(const MatrixRow, k + 1), ARRAY(const double, k + 2), ARRAY(const double, k + 3)};
+    return (Vehicle){
+        .position = ARRAY(const double, k),
+        .rotation = ARRAY(const MatrixRow, k + 1),
+        .sigma_position = ARRAY(const double, k + 2),
+        .sigma_attitude = ARRAY(const double, k + 3),
+    };
 }
 
 #endif
