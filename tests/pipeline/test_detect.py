@@ -51,7 +51,7 @@ def test_regions_agree_with_labelling_by_scipy(
     image = np.random.default_rng(seed).random((beams, samples)).astype(np.float32)
     level, high = np.float32(low), np.float32(0.97)
     work, visited = room_for_runs(image.shape), np.zeros(image.shape, np.bool_)
-    rule = GrowingRule(level, high, int(connectivity == 8), smallest, largest)
+    rule = GrowingRule(float(level), float(high), int(connectivity == 8), smallest, largest)
     runs, count = find_regions(image, rule, work, visited)
     assert not visited.any()
     labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
