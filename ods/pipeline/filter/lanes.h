@@ -1,5 +1,5 @@
-/* Blocks of samples that are summed up in registers: written out, since compilers keep sums over a window of any length in
-   memory. */
+/* Blocks of samples that are summed up in registers: written out, since compilers keep sums over a window of any length
+   in memory. */
 
 #ifndef ODS_LANES_H
 #define ODS_LANES_H

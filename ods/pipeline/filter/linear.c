@@ -6,7 +6,8 @@
 #include "ods/pipeline/image/gained_image.h"
 
 /* Fills target (samples,) with a mirrored row convolved: padded (samples + 2 half,), weights (half + 1,). */
-static void convolve_row(const float *padded, const float *weights, int64_t half, int64_t samples, float *restrict target)
+static void convolve_row(const float *padded, const float *weights, int64_t half, int64_t samples,
+                         float *restrict target)
 {
     for (int64_t j = 0; j < samples; j += BLOCK) {
         const float *row = padded + half + j;

@@ -24,7 +24,8 @@ static inline void keep(bool highest, const float *restrict source, int64_t coun
 }
 
 /* Fills target (samples,) with the maximum or minimum over `half` samples to either side, cut at the ends. */
-static void extreme_along(const float *restrict source, int64_t samples, int64_t half, bool highest, float *restrict target)
+static void extreme_along(const float *restrict source, int64_t samples, int64_t half, bool highest,
+                          float *restrict target)
 {
     memcpy(target, source, (size_t)samples * sizeof(float));
     for (int64_t k = 1; k <= smaller_i(half, samples - 1); k++) {
@@ -34,8 +35,8 @@ static void extreme_along(const float *restrict source, int64_t samples, int64_t
 }
 
 /* Fills out with the maximum or minimum over k beams to either side, up to column stops[k - 1]. */
-static void extreme_across(const float *restrict image, int64_t beams, int64_t samples, const int64_t *stops, int64_t reach,
-                           bool highest, float *restrict out)
+static void extreme_across(const float *restrict image, int64_t beams, int64_t samples, const int64_t *stops,
+                           int64_t reach, bool highest, float *restrict out)
 {
     for (int64_t b = 0; b < beams; b++) {
         float *target = out + b * samples;
@@ -52,7 +53,8 @@ static void extreme_across(const float *restrict image, int64_t beams, int64_t s
 /* Fills out with source opened by a window of `half` samples to either side, and of k beams up to column stops[k - 1].
 
    work: as large as the image. */
-KERNEL(open_image, "f4[beams,samples] source, int half, i8[:] stops, out f4[beams,samples] work, out f4[beams,samples] out")
+KERNEL(open_image, "f4[beams,samples] source, int half, i8[:] stops, out f4[beams,samples] work, "
+                   "out f4[beams,samples] out")
 {
     const float *source = ARRAY(const float, 0);
     const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), half = INT(1), reach = SIZE(2, 0);
