@@ -19,9 +19,9 @@ static void update_background(const float *restrict source, float weight, int64_
         level[j] /= (float)beams;
 }
 
-/* Divides each cell by its mean over pings, state, which weight moves towards the newest image before.
+/* Fills out with the image over its mean over pings, state, which weight moves towards the image before.
 
-   The mean counts as within a factor of guard of the mean of its range, which itself is limited by the ranges around. */
+   The mean counts as within a factor of guard of that of its range, which itself is limited by the ranges around. */
 KERNEL(equalize_by_background, "f4[beams,samples] source, float weight, float guard, int window, "
                                "out f4[beams,samples] state, out f4[beams,samples] out")
 {

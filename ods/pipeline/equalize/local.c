@@ -81,8 +81,8 @@ static void block_gains(const float *means, Blocks blocks, float guard, float *g
         keep_shadows_dark(gain + q, blocks.in_beams, count, before);
 }
 
-/* Fills rows (beam blocks, samples) with gain (beam blocks, range blocks) interpolated along the range, times that which
-   the samples have already.
+/* Fills rows (beam blocks, samples) with gain (beam blocks, range blocks) interpolated along the range, times the one
+   that the samples have already.
 
    before (samples,): the last block whose middle is not behind the column; share: how far it is to the next one's. */
 static void interpolate_columns(const float *gain, Blocks blocks, const int64_t *before, const float *restrict share,
