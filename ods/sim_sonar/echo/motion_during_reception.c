@@ -22,8 +22,8 @@ static double distance_between(const double *a, const double *b)
     return sqrt(square(a[0] - b[0]) + square(a[1] - b[1]) + square(a[2] - b[2]));
 }
 
-/* Moves and turns each body, NED, about its middle; `heard`: as a sonar at rest in the pose at transmission, `sent`, has
-   the same echoes of it as one that has the pose `heard` at reception. */
+/* Moves and turns each body, NED, about its middle: a sonar at rest in its pose at transmission, `sent`, has the same
+   echoes of it as one that moves, whose pose at reception, of each body, is `heard`. */
 KERNEL(as_heard, BODIES ", f8[bodies,3] middle, f8[3] sent_ned, f8[4] sent_attitude, f8[bodies,3] heard_ned, "
                         "f8[bodies,4] heard_attitude, out r152[bodies] heard")
 {

@@ -8,7 +8,8 @@
 /* Returns gamma, reflected over incident intensity at incidence angle alpha (eqs. 3 and 4).
 
    gamma = Cd cos(alpha) + Cs G exp(-alpha^2 / (2 sigma^2)) / cos(alpha) with G = min(1, 2 cos^2(alpha)). The ratio
-   G / cos(alpha) is taken as min(1 / cos, 2 cos), which stays finite at grazing incidence. Behind the surface it is 0. */
+   G / cos(alpha) is taken as min(1 / cos, 2 cos), which stays finite at grazing incidence. Behind the surface it is
+   0. */
 static inline double reflectivity_at(double cos_alpha, double cd, double cs, double sigma_rad)
 {
     if (cos_alpha <= 0.0)

@@ -49,7 +49,8 @@ static inline int64_t shades_on(const Shade *shades, int64_t count, double west,
 
 /* Returns how much of the elevations with sines `low` to `high`, `distance` m away, a column of the fan sees.
 
-   What two objects hide is taken as the product of what each hides, which is exact but where the edges of both cross. */
+   What two objects hide is taken as the product of what each hides, which is exact but where the edges of both
+   cross. */
 static inline double visible_share(const MeanShade *shades, int64_t count, double low, double high, double distance)
 {
     double seen = 1.0;
