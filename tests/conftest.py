@@ -1,6 +1,5 @@
 """For all tests: kernels as `ods compile` left them, hypothesis the same in CI as here, unknown counters refused."""
 
-import logging
 import os
 from collections.abc import Iterator
 from typing import Any

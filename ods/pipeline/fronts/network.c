@@ -2,10 +2,11 @@
 
 #include "ods/pipeline/filter/lanes.h"
 
-/* What a layer made of a window: values (beams, cells, channels), and the places of those that are above 0. */
+/* What a layer made of a window, (beams, cells, channels). */
 typedef struct {
     float *values;
-    int32_t *active;
+    uint8_t *counts; /* whether each value counts: is above 0, */
+    int32_t *active; /* and the places of those that do */
     int32_t *begins; /* (beams * cells + 1,) which of `active` is the first of each cell */
     int64_t beams, cells, channels;
 } Made;
@@ -69,23 +70,28 @@ static Made new_made(int64_t beams, int64_t cells, int64_t channels)
 {
     const int64_t size = beams * cells * channels;
     float *values = SCRATCH(float, size + PLACES * channels);
-    int32_t *begins = SCRATCH(int32_t, beams * cells + 1);
-    begins[0] = 0;
-    return (Made){values, SCRATCH(int32_t, size + 1), begins, beams, cells, channels};
+    return (Made){values, SCRATCH(uint8_t, size), SCRATCH(int32_t, size + 1), SCRATCH(int32_t, beams * cells + 1), beams,
+                  cells, channels};
 }
 
-/* Notes which values of a cell are above 0; the others count as 0. */
-static void note(Made *made, int64_t cell)
+/* Notes which values are above 0; the others count as 0. */
+static void note(Made *made)
 {
-    const int32_t place = (int32_t)(cell * made->channels);
-    const float *restrict values = made->values + place;
+    const int64_t cells = made->beams * made->cells, size = cells * made->channels;
+    const float *restrict values = made->values;
     int32_t *restrict active = made->active;
-    int32_t count = made->begins[cell];
-    for (int32_t k = 0; k < made->channels; k++) {
-        active[count] = place + k;
-        count += !(values[k] <= 0.0f); /* NaN is noted */
+    uint8_t *restrict counts = made->counts;
+    int32_t count = 0, place = 0;
+    for (int64_t k = 0; k < size; k++)
+        counts[k] = !(values[k] <= 0.0f); /* NaN, too */
+    for (int64_t cell = 0; cell < cells; cell++) {
+        made->begins[cell] = count;
+        for (int64_t k = 0; k < made->channels; k++, place++) {
+            active[count] = place;
+            count += counts[place];
+        }
     }
-    made->begins[cell + 1] = count;
+    made->begins[cells] = count;
 }
 
 /* Places that follow one another, and the row of weights that belongs to place 0. */
@@ -209,30 +215,36 @@ static void convolve_window(Window window, const Convolution *layer, Made *out)
             for (; first < out->channels; first++)
                 weigh_levels_once(levels, window.width, layer, first, values);
         }
-        for (int64_t c = 0; c < out->cells; c++)
-            note(out, b * out->cells + c);
     }
+    note(out);
 }
 
-/* Fills out with what a convolution makes of a layer. Beyond the cells that it has there are zeros. */
-static void convolve(const Made *seen, Convolution layer, Made *out)
+/* Fills parts with what a place of a convolution sees of a layer, from beam and cell on; returns how many. Beyond the
+   cells that it has there are zeros. */
+static int64_t parts_of(const Made *seen, const Convolution *layer, int64_t beam, int64_t cell, Part *parts)
 {
-    Part *parts = SCRATCH(Part, layer.beams);
-    for (int64_t cell = 0; cell < out->beams * out->cells; cell++) {
-        const int64_t first = cell % out->cells * layer.step_cells - layer.cells / 2;
-        const int64_t begin = larger_i(first, 0), end = larger_i(smaller_i(first + layer.cells, seen->cells), begin);
-        int64_t count = 0;
-        for (int64_t k = 0; k < layer.beams; k++) {
-            const int64_t beam = cell / out->cells * layer.step_beams - layer.beams / 2 + k;
-            const int64_t row = beam * seen->cells;
-            if (beam < 0 || beam >= seen->beams)
-                continue;
-            parts[count++] = (Part){seen->active + seen->begins[row + begin], seen->active + seen->begins[row + end],
-                                    (k * layer.cells - row - first) * seen->channels};
-        }
-        weigh(seen->values, parts, count, layer.dense, out->values + cell * out->channels);
-        note(out, cell);
+    const int64_t begin = larger_i(cell, 0), end = larger_i(smaller_i(cell + layer->cells, seen->cells), begin);
+    int64_t count = 0;
+    for (int64_t k = larger_i(-beam, 0); k < layer->beams && beam + k < seen->beams; k++) {
+        const int64_t row = (beam + k) * seen->cells;
+        parts[count++] = (Part){seen->active + seen->begins[row + begin], seen->active + seen->begins[row + end],
+                                (k * layer->cells - row - cell) * seen->channels};
     }
+    return count;
+}
+
+/* Fills out with what a convolution makes of a layer. */
+static void convolve(const Made *seen, const Convolution *layer, Made *out)
+{
+    Part *parts = SCRATCH(Part, layer->beams);
+    float *values = out->values;
+    for (int64_t b = 0; b < out->beams; b++)
+        for (int64_t c = 0; c < out->cells; c++, values += out->channels) {
+            const int64_t beam = b * layer->step_beams - layer->beams / 2;
+            const int64_t cell = c * layer->step_cells - layer->cells / 2;
+            weigh(seen->values, parts, parts_of(seen, layer, beam, cell, parts), layer->dense, values);
+        }
+    note(out);
 }
 
 /* Fills out with what a layer of all values makes of all that the one before made. */
@@ -240,7 +252,7 @@ static void weigh_all(const Made *seen, Dense layer, Made *out)
 {
     const Part all = {seen->active, seen->active + seen->begins[seen->beams * seen->cells], 0};
     weigh(seen->values, &all, 1, layer, out->values);
-    note(out, 0);
+    note(out);
 }
 
 /* Returns how many places there are of `size` cells, zeros around them included, `around` of which are seen of each. */
@@ -274,7 +286,7 @@ static float score(const Network *network, Window window, Made *made)
     float score = network->last.bias[0];
     convolve_window(window, &network->convolutions[0], &made[0]);
     for (int k = 1; k < CONVOLUTIONS; k++)
-        convolve(&made[k - 1], network->convolutions[k], &made[k]);
+        convolve(&made[k - 1], &network->convolutions[k], &made[k]);
     weigh_all(seen, network->hidden, hidden);
     for (int64_t k = 0; k < hidden->begins[1]; k++)
         score += hidden->values[hidden->active[k]] * network->last.weights[hidden->active[k]];

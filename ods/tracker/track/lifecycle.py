@@ -63,7 +63,7 @@ class Evidence(NamedTuple):
 
 
 class LifeLimits(NamedTuple):
-    """`LifeSettings`, for compiled code."""
+    """`LifeSettings`, for the kernel."""
 
     confirm_echoes: int
     confirm_existence: float

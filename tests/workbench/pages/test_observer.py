@@ -37,7 +37,7 @@ async def user(session: Session) -> AsyncIterator[User]:
 
 
 async def until(met: Callable[[], Any]) -> None:
-    for _ in range(25_000):  # a machine without the kernels compiles them first
+    for _ in range(25_000):
         if met():
             return
         await asyncio.sleep(0.01)
