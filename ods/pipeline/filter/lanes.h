@@ -19,13 +19,23 @@ static inline Lanes load(const float *from)
     return *(const Lanes *)from;
 }
 
+static inline void store(Lanes lanes, float *to)
+{
+    *(Lanes *)to = lanes;
+}
+
 /* Stores a block, or what of it belongs to the row, which ends after `left` samples. */
 static inline void store_block(const Lanes *block, int64_t left, float *restrict target)
 {
-    if (left >= BLOCK)
-        memcpy(target, block, BLOCK * sizeof(float));
-    else
-        memcpy(target, block, (size_t)left * sizeof(float));
+    if (left >= BLOCK) {
+        for (int64_t i = 0; i < LANES_OF_BLOCK; i++)
+            store(block[i], target + i * LANES);
+        return;
+    }
+    float whole[BLOCK]; /* a copy, so that the block itself may stay in registers */
+    for (int64_t i = 0; i < LANES_OF_BLOCK; i++)
+        store(block[i], whole + i * LANES);
+    memcpy(target, whole, (size_t)left * sizeof(float));
 }
 
 #endif
