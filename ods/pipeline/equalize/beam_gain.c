@@ -54,18 +54,21 @@ static float median_of(const float *values, int64_t count)
     return 0.5f * (low + high);
 }
 
-/* Sorts part (beams,) into `kept` rows of the lowest values, rising, and of the highest ones, falling. */
-static void keep_extremes(const float *part, int64_t beams, int64_t kept, float *lowest, float *highest)
+/* Sorts part (beams,) into `kept` rows of the lowest values, rising, and of the highest ones, falling; part is lost.
+
+   falling (beams,): work space. */
+static void keep_extremes(float *restrict part, int64_t beams, int64_t kept, float *restrict falling, float *lowest,
+                          float *highest)
 {
-    for (int64_t b = 0; b < beams; b++) {
-        float rising = part[b], falling = part[b];
-        for (int64_t i = 0; i < kept; i++) {
-            float *low = &lowest[i * beams + b], *high = &highest[i * beams + b];
-            const float lower = smaller_f(rising, *low), higher = larger_f(falling, *high);
-            rising = rising < *low ? *low : rising;
-            falling = falling > *high ? *high : falling;
-            *low = lower;
-            *high = higher;
+    memcpy(falling, part, (size_t)beams * sizeof(float));
+    for (int64_t i = 0; i < kept; i++) {
+        float *restrict low = lowest + i * beams, *restrict high = highest + i * beams;
+        for (int64_t b = 0; b < beams; b++) {
+            const float lower = smaller_f(part[b], low[b]), higher = larger_f(falling[b], high[b]);
+            part[b] = part[b] < low[b] ? low[b] : part[b];
+            falling[b] = falling[b] > high[b] ? high[b] : falling[b];
+            low[b] = lower;
+            high[b] = higher;
         }
     }
 }
@@ -76,7 +79,8 @@ static void keep_extremes(const float *part, int64_t beams, int64_t kept, float 
 static void bounds_of_levels(float *means, int64_t parts, int64_t beams, float *low, float *high)
 {
     const int64_t left_out = smaller_i(LEFT_OUT, (parts - 1) / 2), kept = left_out + 1;
-    float *lowest = SCRATCH(float, kept * beams), *highest = ZEROS(float, kept * beams), *nearest = ZEROS(float, beams);
+    float *lowest = SCRATCH(float, kept * beams), *highest = ZEROS(float, kept * beams);
+    float *nearest = ZEROS(float, beams), *falling = SCRATCH(float, beams);
     for (int64_t k = 0; k < kept * beams; k++)
         lowest[k] = INFINITY;
     for (int64_t k = 0; k < parts; k++) {
@@ -89,7 +93,7 @@ static void bounds_of_levels(float *means, int64_t parts, int64_t beams, float *
         if (k < NEAR)
             for (int64_t b = 0; b < beams; b++)
                 nearest[b] = larger_f(part[b], nearest[b]);
-        keep_extremes(part, beams, kept, lowest, highest);
+        keep_extremes(part, beams, kept, falling, lowest, highest);
     }
     for (int64_t b = 0; b < beams; b++) {
         low[b] = lowest[left_out * beams + b] < INFINITY ? lowest[left_out * beams + b] : 0.0f;
