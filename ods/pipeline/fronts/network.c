@@ -2,11 +2,14 @@
 
 #include "ods/pipeline/filter/lanes.h"
 
+typedef int32_t EightPlaces __attribute__((vector_size(32), aligned(4), may_alias));
+
 /* What a layer made of a window, (beams, cells, channels). */
 typedef struct {
     float *values;
-    uint8_t *counts; /* whether each value counts: is above 0, */
-    int32_t *active; /* and the places of those that do */
+    uint8_t *marks;  /* which values are above 0, */
+    int32_t *active; /* and their places */
+    const EightPlaces *lists; /* as `list_bits` makes them */
     int32_t *begins; /* (beams * cells + 1,) which of `active` is the first of each cell */
     int64_t beams, cells, channels;
 } Made;
@@ -66,12 +69,31 @@ static Network network_at(const Argument *arguments)
 }
 
 /* Returns room for what a layer makes, and for as many channels of PLACES more. */
-static Made new_made(int64_t beams, int64_t cells, int64_t channels)
+static Made new_made(int64_t beams, int64_t cells, int64_t channels, const EightPlaces *lists)
 {
     const int64_t size = beams * cells * channels;
-    float *values = SCRATCH(float, size + PLACES * channels);
-    return (Made){values, SCRATCH(uint8_t, size), SCRATCH(int32_t, size + 1), SCRATCH(int32_t, beams * cells + 1), beams,
-                  cells, channels};
+    return (Made){.values = SCRATCH(float, size + PLACES * channels), .marks = SCRATCH(uint8_t, size), .lists = lists,
+                  .active = SCRATCH(int32_t, size + 8), .begins = SCRATCH(int32_t, beams * cells + 1),
+                  .beams = beams, .cells = cells, .channels = channels};
+}
+
+/* Fills lists, all 0 before, with the bits of each byte that are set, lowest first. */
+static void list_bits(EightPlaces *lists)
+{
+    for (int byte = 0; byte < 256; byte++)
+        for (int bit = 0, count = 0; bit < 8; bit++)
+            if (byte >> bit & 1)
+                lists[byte][count++] = bit;
+}
+
+/* Adds the places from `place` on of eight marks, 1 or 0, to a list that has room for eight; returns how many. */
+static inline int32_t add_places(const uint8_t *marks, const EightPlaces *lists, int32_t place, int32_t *list)
+{
+    uint64_t set;
+    memcpy(&set, marks, sizeof set);
+    set = set * 0x0102040810204080 >> 56; /* gathers the lowest bits of eight bytes in one, the first one lowest */
+    *(EightPlaces *)list = lists[set] + place;
+    return __builtin_popcountll(set);
 }
 
 /* Notes which values are above 0; the others count as 0. */
@@ -79,16 +101,18 @@ static void note(Made *made)
 {
     const int64_t cells = made->beams * made->cells, size = cells * made->channels;
     const float *restrict values = made->values;
-    int32_t *restrict active = made->active;
-    uint8_t *restrict counts = made->counts;
+    uint8_t *restrict marks = made->marks;
     int32_t count = 0, place = 0;
     for (int64_t k = 0; k < size; k++)
-        counts[k] = !(values[k] <= 0.0f); /* NaN, too */
+        marks[k] = !(values[k] <= 0.0f); /* NaN, too */
     for (int64_t cell = 0; cell < cells; cell++) {
+        const int32_t end = place + (int32_t)made->channels;
         made->begins[cell] = count;
-        for (int64_t k = 0; k < made->channels; k++, place++) {
-            active[count] = place;
-            count += counts[place];
+        for (; place + 8 <= end; place += 8)
+            count += add_places(marks + place, made->lists, place, made->active + count);
+        for (; place < end; place++) {
+            made->active[count] = place;
+            count += marks[place];
         }
     }
     made->begins[cells] = count;
@@ -266,6 +290,8 @@ static int64_t places_of(int64_t size, int64_t around, int64_t step)
 static bool prepare(const Network *network, int64_t beams, int64_t cells, Made *made)
 {
     int64_t channels = 1;
+    EightPlaces *lists = ZEROS(EightPlaces, 256);
+    list_bits(lists);
     for (int k = 0; k < CONVOLUTIONS; k++) {
         const Convolution layer = network->convolutions[k];
         if (layer.dense.inputs != layer.beams * layer.cells * channels)
@@ -273,9 +299,9 @@ static bool prepare(const Network *network, int64_t beams, int64_t cells, Made *
         beams = places_of(beams, layer.beams, layer.step_beams);
         cells = places_of(cells, layer.cells, layer.step_cells);
         channels = layer.dense.outputs;
-        made[k] = new_made(beams, cells, channels);
+        made[k] = new_made(beams, cells, channels, lists);
     }
-    made[CONVOLUTIONS] = new_made(1, 1, network->hidden.outputs);
+    made[CONVOLUTIONS] = new_made(1, 1, network->hidden.outputs, lists);
     return network->hidden.inputs == beams * cells * channels && network->last.inputs == network->hidden.outputs;
 }
 
