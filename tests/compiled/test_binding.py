@@ -65,7 +65,7 @@ def test_every_kernel_declared_in_c_can_be_called_and_is() -> None:
     """A kernel that no Python calls is to be deleted; one that is misspelt is found before its first call."""
     declared, called = set[str](), set[str]()
     for source in SOURCES.rglob("*.c"):
-        declared |= set(re.findall(r"^(?:LONG_)?KERNEL(?:_\w+)?\((\w+),", source.read_text(), re.M))
+        declared |= set(re.findall(r"^(?:LONG_)?KERNEL(?:_\w+)?\(\s*(\w+),", source.read_text(), re.M))
     for source in SOURCES.rglob("*.py"):
         called |= set(re.findall(r"\bnative\.(\w+)", source.read_text()))
     assert declared == {name for name in dir(native) if not name.startswith("_")}
