@@ -1,4 +1,5 @@
-# `make bench` and `make test` set up their own virtual environment; nothing else is needed but python3 >= 3.11, venv and make.
+# `make bench` and `make test` set up their own virtual environment; nothing else is needed but python3 >= 3.11 with its venv and
+# headers, a C compiler and make.
 
 PYTHON ?= python3
 VENV := .venv
@@ -6,39 +7,30 @@ BIN := $(VENV)/bin
 
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
-SLOW = tests/assess tests/calibrate tests/install tests/workbench/browser tests/workbench/engine/test_macro.py \
-  tests/tracker/test_consistency.py tests/pipeline/test_failures.py tests/docs/test_site.py tests/docs/test_planner_types.py \
-  tests/docs/test_how_to.py tests/in_vcan tests/pipeline/test_warm_up.py tests/pipeline/test_no_data.py tests/tracker/test_stalled_disk.py \
-  tests/pipeline/test_false_alarm.py tests/sim_sonar/test_speckle.py tests/sonar_link/test_faults.py tests/commands/test_detect.py \
-  tests/workbench/pages/test_simulator.py tests/recording/test_recorder_process.py tests/tracker/test_service.py tests/tracker/test_floods.py \
-  tests/sonar_link/test_remote.py tests/runtime/test_supervisor.py tests/nav_bridge/test_nmea_live.py tests/nav_bridge/test_service.py \
-  tests/compiled tests/commands/test_ending.py tests/workbench/pages/test_frame.py tests/workbench/pages/test_observer.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark compile wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark kernels wheel install install-program uninstall clean
 
-bench: compile
+bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
 
 # the bench over a rough sea-bed
-bench-rough: compile
+bench-rough: kernels
 	$(BIN)/ods bench --config config/bench-rough.toml
 
-# the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md. One second of it out here first: a guest
-# needs minutes to compile, but loads what is compiled already
-bench-vcan: compile
-	$(BIN)/ods bench --config config/bench.toml --seconds 1 --out out/compiled >/dev/null 2>&1 || true
+# the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md
+bench-vcan: kernels
 	$(BIN)/python -m in_vcan --timeout 1800 $(BIN)/ods bench --config config/bench-vcan.toml
 
-QUICK = $(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain $(addprefix --ignore=,$(SLOW))
+QUICK = $(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m "not slow"
 
 test: $(VENV)/.ready
-	$(MAKE) -j 2 compile lint
+	$(MAKE) -j 2 kernels lint
 	$(QUICK)
 	$(BIN)/pytest tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan
 
-# which lines no test ran, processes started by tests included; kernels are left out: compiled code is not seen
-coverage: compile
+# which lines no test ran, processes started by tests included
+coverage: $(VENV)/.ready kernels
 	$(QUICK) --cov --cov-report=
 	$(BIN)/coverage report
 
@@ -47,8 +39,8 @@ test-vcan: $(VENV)/.ready
 	$(BIN)/python -m in_vcan --timeout 900 $(BIN)/pytest $(VCAN) || { [ $$? -eq 125 ] && $(BIN)/pytest $(VCAN); }
 
 # what takes too long for every change: CI runs it after `make test`
-test-missions: compile
-	$(BIN)/pytest -n 2 --dist loadfile $(SLOW)
+test-missions: $(VENV)/.ready kernels
+	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m slow
 	$(BIN)/pytest tests/whole_chain --ignore=tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan VCAN=tests/vcan/test_integrator.py
 
@@ -62,9 +54,20 @@ lint: $(VENV)/.ready
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-$(VENV)/.ready: pyproject.toml constraints.txt
+# what `make bench` needs, and what all else does; without build isolation numpy is not fetched twice
+PIP = $(BIN)/python -m pip --quiet --disable-pip-version-check install --no-compile -c constraints.txt
+KERNELS = ods/compiled/native.abi3.so
+
+$(VENV)/.bench: pyproject.toml setup.py constraints.txt
+	@echo "making a virtual environment in $(VENV), with all that the bench needs"
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-compile -c constraints.txt -e .[dev]
+	$(PIP) setuptools numpy
+	@echo "installing ODS: its kernels are compiled"
+	$(PIP) --no-build-isolation -e .[bench]
+	touch $@
+
+$(VENV)/.ready: $(VENV)/.bench
+	$(PIP) --no-build-isolation -e .[dev]
 	touch $@
 
 # the readers of Foxglove and Lichtblick, for tests/export/test_by_node.py
@@ -80,10 +83,12 @@ chromium:
 hooks: $(VENV)/.ready
 	$(BIN)/pre-commit install
 
-# machine code of the kernels, so that no process waits for a compiler; at once where nothing has changed. Where it
-# cannot be had, processes compile by themselves
-compile: $(VENV)/.ready
-	-$(BIN)/ods compile --config $(CONFIG)
+# the C kernels, anew where one has changed
+kernels: $(VENV)/.bench $(KERNELS)
+
+$(KERNELS): $(shell find ods -name '*.[ch]') setup.py | $(VENV)/.bench
+	$(BIN)/python setup.py --quiet build_ext --inplace
+	touch $@
 
 # dist/*.whl, for `pip install` on board; build/ would bring in what was deleted since
 wheel: $(VENV)/.ready
@@ -93,7 +98,7 @@ wheel: $(VENV)/.ready
 
 # on board, as root: docs/installation.md
 PREFIX := /opt/ods
-INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) deploy/install.sh
+INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) WHEEL=$(WHEEL) deploy/install.sh
 
 install:
 	$(INSTALL)

@@ -1,14 +1,11 @@
 """CPU time of the tracker's whole scan step, this checkout against another commit: `benchmarks.tracker --against`.
 
-The other commit is checked out in a temporary folder. Each has a process of its own and machine code by its own
-`ods compile`; both get the same scenario files, by turns and on one processor, so that a machine that slows down
-slows both.
+The other commit is checked out in a temporary folder. Each has a process and kernels of its own; both get the same
+scenario files, by turns and on one processor, so that a machine that slows down slows both.
 """
 
 import json
-import os
 import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -16,9 +13,9 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.checkout import HERE, Ready, checked_out, made_ready
 from ods.assess.track.case import Case, save_case
 
-HERE = Path(__file__).resolve().parent.parent
 STEPS = Path(__file__).with_name("scan_steps.py")
 
 
@@ -29,26 +26,13 @@ def scan_steps(commit: str, cases: Mapping[int, Case], settling: int) -> dict[in
         for size, case in cases.items():
             files.append(Path(folder) / f"{size}.npz")
             save_case(case, files[-1])
-        for checkout in (HERE, other):
-            print(f"{checkout}: compiling", file=sys.stderr)
-            subprocess.run(_python("-m", "ods", "compile"), cwd=checkout, env=_env(checkout), check=True)
-        both = [ends.enter_context(_process(checkout, files)) for checkout in (HERE, other)]
+        ready = [made_ready(HERE, Path(folder)), made_ready(other, Path(folder) / "venv")]
+        both = [ends.enter_context(_process(checkout, files)) for checkout in ready]
         found = {}
         for number, size in enumerate(cases):
             ours, theirs = _in_turns(both, number)
             found[size] = float(np.median(ours[settling:])), float(np.median(theirs[settling:]))
         return found
-
-
-@contextmanager
-def checked_out(commit: str, folder: Path) -> Iterator[Path]:
-    """Have a work tree of the commit in `folder` for a while."""
-    git = ["git", "-C", str(HERE), "worktree"]
-    subprocess.run([*git, "add", "--quiet", "--detach", str(folder), commit], check=True)
-    try:
-        yield folder
-    finally:
-        subprocess.run([*git, "remove", "--force", str(folder)], check=True)
 
 
 def _in_turns(both: list["subprocess.Popen[str]"], number: int) -> tuple[list[float], list[float]]:
@@ -74,22 +58,11 @@ def _turn(process: "subprocess.Popen[str]", number: int) -> list[float]:
 
 
 @contextmanager
-def _process(checkout: Path, files: list[Path]) -> Iterator["subprocess.Popen[str]"]:
+def _process(ready: Ready, files: list[Path]) -> Iterator["subprocess.Popen[str]"]:
     """Run `scan_steps.py` with the `ods` of a checkout."""
-    words = _python(str(STEPS), *map(str, files))
+    words, environment = ready.command(str(STEPS), *map(str, files)), ready.environment()
     pipe = subprocess.PIPE
-    with subprocess.Popen(words, cwd=checkout, env=_env(checkout), stdin=pipe, stdout=pipe, text=True) as process:
+    with subprocess.Popen(words, cwd=ready.folder, env=environment, stdin=pipe, stdout=pipe, text=True) as process:
         yield process
         assert process.stdin is not None
         process.stdin.close()
-
-
-def _python(*words: str) -> list[str]:
-    """Return a command; -P: modules of this folder do not hide others."""
-    return [sys.executable, "-P", *words]
-
-
-def _env(checkout: Path) -> dict[str, str]:
-    """Return the environment of a checkout: its own modules, and machine code beside them, not in a shared folder."""
-    kept = {name: value for name, value in os.environ.items() if name != "ODS_CACHE_DIR"}
-    return {**kept, "PYTHONPATH": str(checkout)}

@@ -4,7 +4,6 @@ Each cell of a grid is a filter with its own noise ratio and interval: measureme
 in random order, after a time update of `dt` each. Worst case over all updates.
 """
 
-import inspect
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -15,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Mask
-from ods.tracker.observer import axis_kalman
 
 Numbers = NDArray[Any]
 """float32 or float64."""
@@ -109,37 +107,35 @@ class Joseph(Standard):
         self.vv = vv - k2 * vp + k2 * k2 * noise
 
 
-_AXIS_STATE: Callable[..., Any] = axis_kalman.AxisState
-_predict: Callable[..., Any] = inspect.unwrap(axis_kalman.predict)
-_update: Callable[..., Any] = inspect.unwrap(axis_kalman.update)
-"""The formulas uncompiled: they work on arrays of either precision too."""
-
-
 class Factors:
-    """P = L D L', the tracker's own code (`ods.tracker.observer.axis_kalman`)."""
+    """P = L D L', as in the tracker (`ods/tracker/observer/axis_kalman.h`), here for numbers of either precision."""
 
     def __init__(self, count: int, dtype: type[np.floating[Any]]) -> None:
-        nothing, one = np.zeros(count, dtype), np.ones(count, dtype)
-        self._state: Any = _AXIS_STATE(nothing, nothing, one, nothing, one)
+        self.variance, self.slope, self.residual = np.ones(count, dtype), np.zeros(count, dtype), np.ones(count, dtype)
 
     def predict(self, dt: Any) -> None:
         """Time update."""
-        self._state = _predict(self._state, dt, ACCELERATION_NOISE)
+        variance, residual, q = self.variance, self.residual, ACCELERATION_NOISE
+        turn = self.slope * dt
+        self.variance = variance * (1.0 + turn) ** 2 + residual * dt**2 + q * dt**3 / 3.0
+        covariance = variance * self.slope * (1.0 + turn) + residual * dt + q * dt**2 / 2.0
+        mixed = variance * ((1.0 + turn / 2.0) ** 2 + turn**2 / 12.0) + residual * (dt**2 / 3.0)
+        determinant = variance * residual + q * dt * mixed + q**2 * dt**4 / 12.0
+        self.slope, self.residual = covariance / self.variance, determinant / self.variance
 
     def update(self, noise: Numbers) -> None:
-        """Measurement update."""
-        self._state = _update(self._state, self._state.position, noise)
+        """Measurement update: slope and residual stay."""
+        self.variance = self.variance / (self.variance + noise) * noise
 
     def matrix(self) -> tuple[Numbers, Numbers, Numbers, Numbers]:
         """See `Form`; multiplied out in extended precision: only the filter's own rounding is judged."""
-        factors = self._state.variance, self._state.slope, self._state.residual
+        factors = self.variance, self.slope, self.residual
         variance, slope, residual = (x.astype(np.longdouble) for x in factors)
         return variance, slope * variance, slope * variance, residual + slope**2 * variance
 
     def positive(self) -> Mask:
         """See `Form`."""
-        state = self._state
-        return np.asarray((state.variance > 0) & (state.residual > 0) & np.isfinite(state.slope))
+        return np.asarray((self.variance > 0) & (self.residual > 0) & np.isfinite(self.slope))
 
 
 FORMS: dict[str, type[Form]] = {"standard": Standard, "Joseph": Joseph, "L D L'": Factors}

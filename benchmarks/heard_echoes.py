@@ -5,8 +5,6 @@ from contextlib import contextmanager
 from typing import NamedTuple
 from unittest.mock import patch
 
-import numpy as np
-
 from benchmarks.circles import Look
 from ods.base.arrays import Image
 from ods.messages import Detection
@@ -14,9 +12,8 @@ from ods.pipeline import prepared_chain
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
-from ods.pipeline.measure.echoes import ECHO, EchoTable, measure_at, measure_echoes
+from ods.pipeline.measure.echoes import EchoTable, measure
 from ods.pipeline.measure.features import Features
-from ods.pipeline.measure.response import point_width
 
 
 class Seen(NamedTuple):
@@ -44,12 +41,11 @@ class Heard:
 
     def listen(self, image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
         """Measure as the chain does, and keep the features."""
-        point = point_width(image, regions.background)
-        for k in range(regions.total):
-            runs, echo = regions.runs[regions.runs["region"] == k + 1], np.zeros(1, ECHO)[0]
-            told = Features(*measure_at(image, runs, (regions.background, point), fan.table, echo)[0])
-            self._features[float(echo["near_m"]), float(echo["bearing_rad"])] = point * fan.dr_m, told
-        return measure_echoes(image, regions, recorded, fan)
+        told = measure(image, regions, recorded, fan)
+        point_m = told.point * fan.dr_m
+        for echo, features in zip(told.echoes, told.features.tolist(), strict=True):
+            self._features[float(echo["near_m"]), float(echo["bearing_rad"])] = point_m, Features(*features)
+        return told.echoes
 
 
 @contextmanager

@@ -186,7 +186,7 @@ def _tracker(config: Path) -> Iterator[Callable[[], list[tuple[int, int]]]]:
 
 
 def _wait_for_tracker(run_dir: Path) -> None:
-    """Wait until it works; it compiles at its first start."""
+    """Wait until it works."""
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     with bus.Subscriber(context, run_dir, [], ["tracker"]) as subscriber:
         deadline_s = time.monotonic() + START_S

@@ -1,8 +1,7 @@
 """`python -m benchmarks.onboard`: what the program takes on board: disk, memory, and seconds to the first list.
 
 A wheel is built and installed into a clean virtual environment, as on a vehicle; its `ods run` is measured against the
-bench's simulator, which runs from here. Three starts: with nothing compiled, with what the first start left in numba's
-cache, and after `ods compile`.
+bench's simulator, which runs from here.
 """
 
 import argparse
@@ -26,10 +25,9 @@ from ods.bench.run_files import write_configs
 from ods.bench.settings import BenchConfig
 from ods.runtime.processes import on_board
 
-STARTS = "nothing compiled", "numba's cache", "ods compile"
-LONGEST_S = 400.0
-SIMULATOR_S = 60.0
-"""The simulator compiles its kernels, or loads them, and waits for somebody to listen."""
+LONGEST_S = 60.0
+SIMULATOR_S = 5.0
+"""The simulator starts, and waits for somebody to listen."""
 _BARE = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"} | {"PYTHONSAFEPATH": "1"}
 """Nothing of the source tree is imported."""
 
@@ -38,20 +36,18 @@ def main() -> None:
     """Print the table of docs/installation.md."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--seconds", type=float, default=10.0, help="of work, before memory is read")
-    parser.add_argument("--compiled", action="store_true", help="only the last of the three")
+    parser.add_argument("--starts", type=int, default=3, help="of `ods run`; memory is that of the last")
     args = parser.parse_args()
     with tempfile.TemporaryDirectory(prefix="ods-onboard-") as name:
         folder = Path(name)
         python = _installed(folder)
-        print(f"disk: {_size_mb(folder / 'venv'):.0f} MB, without pip")
-        ods = [str(python), "-m", "ods"]
-        for what in STARTS[2:] if args.compiled else STARTS:
-            if what == STARTS[2]:
-                subprocess.run([*ods, "compile", "--config", "config/onboard.toml"], check=True, env=_BARE)
-            first_s, memory = _start(ods, folder, args.seconds)
-            print(f"{what}: first valid list after {first_s:.1f} s")
-            for process, (rss, pss, own) in memory.items():
-                print(f"    {process:9} {rss:4.0f} MB resident, {pss:4.0f} with a share of shared, {own:4.0f} its own")
+        _print_disk(folder / "venv")
+        for start in range(args.starts):
+            seconds = args.seconds if start == args.starts - 1 else 0.0
+            first_s, memory = _start([str(python), "-m", "ods"], folder, seconds)
+            print(f"first valid list {first_s:.1f} s after `ods run`")
+        for process, (rss, pss, own) in memory.items():
+            print(f"    {process:9} {rss:4.0f} MB resident, {pss:4.0f} with a share of shared, {own:4.0f} its own")
 
 
 def _installed(folder: Path) -> Path:
@@ -64,6 +60,15 @@ def _installed(folder: Path) -> Path:
         [*pip, "--python", str(python), "install", "-c", "constraints.txt", str(wheel)], check=True, env=_BARE
     )
     return python
+
+
+def _print_disk(venv: Path) -> None:
+    parts = {
+        part.name: _size_mb(part) for part in next(venv.glob("lib/python*/site-packages")).iterdir() if part.is_dir()
+    }
+    largest = sorted(parts.items(), key=lambda item: -item[1])[:6]
+    named = ", ".join(f"{name} {size:.0f}" for name, size in largest)
+    print(f"disk: {_size_mb(venv):.0f} MB, without pip; of that {named}")
 
 
 def _size_mb(folder: Path) -> float:

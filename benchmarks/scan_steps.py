@@ -9,10 +9,10 @@ import json
 import os
 import sys
 import time
+from importlib import import_module
+from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
-
-from ods.compiled.kernel import do_without_numba
 
 TURN = 10
 """Scans of one turn: as on board, where one tracker has the caches."""
@@ -22,7 +22,7 @@ def main() -> None:
     """Answer until standard input ends."""
     # one processor for all checkouts: another one may have busier neighbours
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-    do_without_numba()
+    _link_kernels_of_numba()
     from ods.tracker import scenario
     from ods.tracker.settings import TrackerSettings
 
@@ -36,6 +36,12 @@ def main() -> None:
             trackers[int(line)].step(scan)
             spent_ms.append(1e3 * (time.process_time() - began))
         print(json.dumps(spent_ms), flush=True)
+
+
+def _link_kernels_of_numba() -> None:
+    """Let a checkout from before 0.5 take the machine code of its `ods compile`, as its processes do."""
+    if find_spec("ods.compiled.kernel"):
+        import_module("ods.compiled.kernel").do_without_numba()
 
 
 if __name__ == "__main__":

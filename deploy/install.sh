@@ -1,5 +1,6 @@
 #!/bin/sh
-# `make install`: the program, its user, configuration, compiled kernels and units. Again with a newer version: an upgrade.
+# `make install`: the program, its user, configuration and units. Again with a newer version: an upgrade.
+# WHEEL=FILE installs a wheel that `make wheel` made elsewhere, where this computer has no C compiler.
 # `install.sh program` leaves out what needs systemd: for a container.
 set -eu
 umask 022
@@ -19,7 +20,6 @@ main() {
     install_program
     make_user
     install_configuration
-    compile_kernels
     [ "${1:-}" = program ] || install_units
 }
 
@@ -42,6 +42,12 @@ check() {
     "$PYTHON" -c 'import ensurepip, venv' 2>/dev/null || fail "$PYTHON makes no virtual environments: apt-get install python3-venv"
     as 65534 "$("$PYTHON" -c 'import os, sys; print(os.path.realpath(sys.executable))')" -c '' 2>/dev/null ||
         fail "other users cannot run $PYTHON, as it lies in a folder of root's: PYTHON=/usr/bin/python3"
+    if [ -n "${WHEEL:-}" ]; then
+        [ -f "$WHEEL" ] || fail "WHEEL=$WHEEL: there is no such file"
+    elif ! include=$("$PYTHON" -c 'import sysconfig; print(sysconfig.get_path("include"))') || [ ! -e "$include/Python.h" ] ||
+        ! command -v cc >/dev/null; then
+        fail "no C compiler for the kernels: apt-get install gcc libc6-dev python3-dev, or give WHEEL=FILE (make wheel elsewhere)"
+    fi
     if [ -d "$PREFIX" ] && [ -n "$(ls -A "$PREFIX")" ] && [ ! -e "$PREFIX/pyvenv.cfg" ]; then
         fail "PREFIX=$PREFIX holds something else: name a folder of its own"
     fi
@@ -66,11 +72,16 @@ install_program() { # the wheel is built of a copy, so that nothing of root's is
         "$PYTHON" -m venv "$PREFIX"
     fi
     say "installing ODS and what it needs"
-    cp -r pyproject.toml README.md LICENSE config ods "$scratch"
     pip="$PREFIX/bin/python -m pip --quiet --disable-pip-version-check"
-    $pip wheel --no-deps --wheel-dir "$scratch/wheel" "$scratch"
-    $pip install -c constraints.txt "$scratch"/wheel/*.whl
-    $pip install --no-deps --force-reinstall "$scratch"/wheel/*.whl # also when the version is the same
+    wheel=${WHEEL:-}
+    if [ -z "$wheel" ]; then
+        cp -r pyproject.toml setup.py README.md LICENSE config ods "$scratch"
+        $pip wheel --no-deps --wheel-dir "$scratch/wheel" "$scratch"
+        wheel=$(ls "$scratch"/wheel/*.whl)
+    fi
+    $pip install -c constraints.txt "$wheel"
+    $pip install --no-deps --force-reinstall "$wheel" # also when the version is the same
+    "$PREFIX/bin/python" -P -c 'from ods.compiled import native' || fail "the kernels cannot be loaded: see above"
 }
 
 make_user() {
@@ -90,14 +101,6 @@ install_configuration() {
             say "kept as it is: $target (this version brings another; to compare: $PREFIX/lib/python*/site-packages/ods/config_files)"
         fi
     done
-}
-
-compile_kernels() { # into the package's own folder, which nobody but root can write
-    say "kernels to machine code"
-    env -u HOME -u XDG_CACHE_HOME -u ODS_CACHE_DIR -u CACHE_DIRECTORY -u PYTHONPATH \
-        "$PREFIX/bin/ods" compile --config $ETC/onboard.toml || fail "not finished: mend that, then make install again"
-    as ods "$PREFIX/bin/ods" compile --check --config $ETC/onboard.toml >"$scratch/check" 2>&1 ||
-        fail "user ods cannot use what was compiled: $(tail -n 1 "$scratch/check")"
 }
 
 install_units() {

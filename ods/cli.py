@@ -28,13 +28,8 @@ BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
-MACHINE_CODE = frozenset({
-    "ods.assess.detection.command", "ods.assess.sea.command", "ods.assess.track.command", "ods.bench.command",
-    "ods.calibrate.command", "ods.commands.detect", "ods.simulate.command", "ods.track.command",
-})  # fmt: skip
-"""Modules of commands that import kernels at once, and take them from `ods compile`."""
 QUIETED = {
-    "can": logging.WARNING, "canopen": logging.WARNING, "numba": logging.WARNING,
+    "can": logging.WARNING, "canopen": logging.WARNING,
     "matplotlib": logging.ERROR,  # warns of each home folder that it cannot write, and draws all the same
 }  # fmt: skip
 """The least that is told of what other people's libraries log."""
@@ -80,7 +75,6 @@ COMMANDS = (
     Command("export", "ods.export.command", "a recording for Lichtblick, ROS 2, pandas, 7k or map software", RECORDED),
     Command("replay", "ods.replay.command", "a recording played again: live, or checked", RECORDED),
     Command("set-sonar", "ods.commands.set_sonar", "set range, power or gain, or show them", ONBOARD),
-    Command("compile", "ods.commands.compile", "kernels of pipeline and tracker to machine code", ONBOARD),
     Command("simulate", "ods.simulate.command", "sonar images of a scene, with the truth behind them", NO_CONFIG),
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
     Command("calibrate", "ods.calibrate.command", "the sonar's mounting, from a recording of one object", ONBOARD),
@@ -182,19 +176,6 @@ def _extra_missing(error: ModuleNotFoundError) -> str:
     raise error
 
 
-def _link_kernels(*, quietly: bool) -> None:
-    """Let commands give the same digits as the processes on board and the workbench, and wait for no compiler.
-
-    quietly: only help is asked for, which need not say that there are none.
-    """
-    from ods.compiled.kernel import do_without_numba
-
-    do_without_numba()
-    if quietly:
-        logging.getLogger("ods.compiled.kernel").setLevel(logging.ERROR)
-    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # stages of all kinds are tried out here
-
-
 class _Parser(argparse.ArgumentParser):
     """Gets the arguments of its command's module when that command is chosen."""
 
@@ -202,8 +183,6 @@ class _Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         if self.module:
-            if self.module in MACHINE_CODE:
-                _link_kernels(quietly=not {"-h", "--help"}.isdisjoint(args))
             try:
                 chosen = importlib.import_module(self.module)
             except ModuleNotFoundError as error:

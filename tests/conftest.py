@@ -1,6 +1,5 @@
 """For all tests: kernels as `ods compile` left them, hypothesis the same in CI as here, unknown counters refused."""
 
-import logging
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -8,13 +7,9 @@ from typing import Any
 import pytest
 from hypothesis import settings
 
-from ods.compiled.kernel import do_without_numba
 from ods.runtime import counters
 from ods.sonar_link.files.decoder import PLUGGED_IN
 from ods.sonar_link.registry import PROTOCOLS
-
-do_without_numba()
-logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # other types than on board are compiled
 
 os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 

@@ -55,7 +55,7 @@ class Law(ABC):
         sums = self._around(self._by_tile(self.functions(image, measured)), self._free(image, background))
         factor = self.level(sums, measured, level) / level
         factor[~(factor >= BY_CHANCE)] = 1.0  # nan, too
-        shrink(image, np.float32(background), (1.0 / factor).astype(np.float32), self._region, self._scaled)
+        shrink(image, background, (1.0 / factor).astype(np.float32), self._region, self._scaled)
         return self._scaled
 
     @abstractmethod

@@ -74,7 +74,7 @@ class Method:
     pings: int = 1
     """That it needs."""
     plain: bool = False
-    """Of numpy, not of compiled kernels: its time is no measure of the method."""
+    """Of numpy, not of kernels: its time is no measure of the method."""
 
 
 def methods(weights: Weights) -> list[Method]:

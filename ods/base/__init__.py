@@ -1,1 +1,1 @@
-"""What everything rests on: units, frames, clocks, settings, compilation. Imports nothing else of `ods`."""
+"""What everything rests on: units, frames, clocks, settings. Imports nothing else of `ods`."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
 from ods.messages import Health, ObstacleList
 from ods.offline.run_record import RunRecord
@@ -49,12 +50,25 @@ class Summary(msgspec.Struct, frozen=True):
     """Seconds from the kill of a process to its next sign of life."""
     counters: dict[str, dict[str, int]]
     """The processes' own counters, those that are not zero."""
+    machine: MachineLoad
+    """How busy the computer was."""
     broken: list[str]
     """Limits that were broken, in plain words."""
+    not_judged: list[str]
+    """Limits on times and losses that were not reached while the computer was busy."""
 
 
-def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summary:
-    """Return the figures of a run and the limits it broke."""
+TIMES = frozenset({"latency_p50_ms", "latency_p99_ms", "longest_gap_s"})
+"""Figures that say as much of a busy computer as of the program."""
+SKIPPED = "skipped_pings"
+"""Counter of the pings that a process left out as it had too little of a processor for all of them."""
+
+
+def summarize(record: RunRecord, limits: BenchLimits, settle_s: float, machine: MachineLoad | None = None) -> Summary:
+    """Return the figures of a run and the limits it broke.
+
+    machine: how busy the computer was; by default idle.
+    """
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
     answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
     latencies_ms = _latencies_ms(record, answered)
@@ -79,9 +93,27 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float) -> Summar
         processes=[_process_score(name, reports) for name, reports in record.health.items() if reports],
         back_s={name: _back_after(record, name, at_ns) for name, at_ns in record.kills},
         counters={name: _not_zero(reports[-1].counters) for name, reports in record.health.items() if reports},
+        machine=machine or MachineLoad(),
         broken=[],
+        not_judged=[],
     )
-    return msgspec.structs.replace(summary, broken=_broken(summary, limits))
+    missed = _missed(summary, limits)
+    excused = {name for name in missed if _is_the_machines(name, summary, limits)}
+    return msgspec.structs.replace(
+        summary,
+        broken=[text for name, text in missed.items() if name not in excused],
+        not_judged=[text for name, text in missed.items() if name in excused],
+    )
+
+
+def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
+    """Tell whether a busy computer explains a missed limit: one on times, or pings left out for lack of time."""
+    if not summary.machine.busy:
+        return False
+    if name == "pings_lost":
+        skipped = sum(counters.get(SKIPPED, 0) for counters in summary.counters.values())
+        return summary.pings_lost - skipped <= limits.pings_lost
+    return name in TIMES or name in summary.back_s
 
 
 def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList]]) -> Floats:
@@ -120,7 +152,8 @@ def _back_after(record: RunRecord, name: str, at_ns: int) -> float:
     return (min(back) - at_ns) / NS if back else math.inf
 
 
-def _broken(summary: Summary, limits: BenchLimits) -> list[str]:
+def _missed(summary: Summary, limits: BenchLimits) -> dict[str, str]:
+    """Return the limits that were not reached, by name (a killed process: its name), in plain words."""
     most = {
         "position_rms_m": limits.position_rms_m,
         "radius_error": limits.radius_error,
@@ -130,16 +163,15 @@ def _broken(summary: Summary, limits: BenchLimits) -> list[str]:
         "latency_p99_ms": limits.latency_p99_ms,
         "longest_gap_s": limits.longest_gap_s,
     }
-    found = [
-        f"{name} is {getattr(summary, name):.3g}, the limit is {limit:g}"
+    found = {
+        name: f"{name} is {getattr(summary, name):.3g}, the limit is {limit:g}"
         for name, limit in most.items()
         if not getattr(summary, name) <= limit
-    ]
+    }
     if not summary.tracked_share >= limits.tracked_share:
-        found.append(f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}")
-    found += [
-        f"{name} was back after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
+        found["tracked_share"] = f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}"
+    return found | {
+        name: f"{name} was back after {seconds:.1f} s, the limit is {limits.back_within_s:g}"
         for name, seconds in summary.back_s.items()
         if not seconds <= limits.back_within_s
-    ]
-    return found
+    }

@@ -55,10 +55,15 @@ def show(summary: Summary, settings: BenchConfig) -> None:
     for name, seconds in summary.back_s.items():
         console.print(f"{name} was killed and back after {seconds:.1f} s")
     console.print(f"results: {settings.out}", highlight=False)
+    if summary.not_judged:
+        told = f"not judged: the machine was busy ({summary.machine}): {'; '.join(summary.not_judged)}"
+        console.print(f"[bold yellow]{told}")
     if summary.broken:
         console.print("[bold red]BROKEN: " + "; ".join(summary.broken))
-    else:
+    elif not summary.not_judged:
         console.print("[bold green]all limits hold")
+    else:
+        console.print("[bold green]all other limits hold")
 
 
 def _figures(summary: Summary, settings: BenchConfig) -> Table:
@@ -77,6 +82,7 @@ def _figures(summary: Summary, settings: BenchConfig) -> Table:
         ("radius error, largest", f"{summary.radius_error:.0%}", f"<= {limits.radius_error:.0%}"),
         ("false tracks", str(summary.false_tracks), f"<= {limits.false_tracks}"),
         ("identity switches", str(summary.identity_switches), ""),
+        ("computer", f"{summary.machine}, {summary.machine.wake_p95_ms:.1f} ms late (p95)", ""),
     ]
     for row in rows:
         table.add_row(*row)

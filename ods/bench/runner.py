@@ -12,8 +12,8 @@ from ods.bench.run_files import write_configs
 from ods.bench.settings import BenchConfig
 from ods.offline.run_record import RunRecord
 
-START_S = 180.0
-"""For the next sign of progress: the first start compiles the pipeline's and the simulator's kernels."""
+START_S = 60.0
+"""For the next sign of progress."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
@@ -42,7 +42,7 @@ def _wait_ready(collector: Collector, names: list[str], program: Program, line: 
     deadline_s, was_busy = time.monotonic() + START_S, [""]
     while waiting := [name for name in names if not collector.ready(name)]:
         busy = [collector.busy(name) for name in waiting]
-        if busy != was_busy:  # it compiles
+        if busy != was_busy:
             deadline_s, was_busy = time.monotonic() + START_S, busy
         line.show(f"waiting for {', '.join(waiting)}: {', '.join(filter(None, busy))}".removesuffix(": "))
         collector.listen(0.1)

@@ -57,7 +57,7 @@ def _of_utc(recording: Recording) -> str:
 
 
 def _machine(facts: dict[str, str]) -> Iterator[str]:
-    libraries = ("python", "numba", "llvmlite", "numpy", "msgspec", "pyzmq")
+    libraries = ("python", "libc", "numpy", "msgspec", "pyzmq")
     yield f"ods {facts.get('version', '?')}; " + ", ".join(f"{name} {facts.get(name) or '?'}" for name in libraries)
     told = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
     yield one_line(", ".join(told)) or "on a computer that is not told"

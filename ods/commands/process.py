@@ -5,10 +5,9 @@ from argparse import ArgumentParser, Namespace
 from typing import Any
 
 from ods.base.settings_file import load
-from ods.compiled import kernel
 from ods.config import part_of
 from ods.runtime.processes import PROCESSES
-from ods.runtime.service import run_worker, tell_compiling, words_at_the_end
+from ods.runtime.service import run_worker, words_at_the_end
 
 
 def add_arguments(_parser: ArgumentParser) -> None:
@@ -18,8 +17,6 @@ def add_arguments(_parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Run the process that the command is named after until SIGTERM or SIGINT. Raises OdsError."""
     process = PROCESSES[args.command]
-    kernel.do_without_numba()
-    kernel.tell_compiling(tell_compiling)
     with words_at_the_end(process.name) as home:
         config = load(args.config, _named(process.config))
         home.run_dir = config.bus.run_dir

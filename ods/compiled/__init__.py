@@ -1,1 +1,1 @@
-"""Kernels: compiled by numba, kept as machine code, and called on board without numba."""
+"""Kernels in C: how they are declared, built into one extension module, and called."""

@@ -14,7 +14,7 @@ AT_REST = Pose(0, 0, 0, ZEROS, (1.0, *ZEROS), ZEROS, ZEROS, ZEROS)
 
 def examine(settings: PipelineSettings) -> Iterator[Finding]:
     """Build the chain and let it process one small made-up image."""
-    from ods.pipeline.chain import Chain  # slow to import: compiled code
+    from ods.pipeline.chain import Chain  # slow to import
     from ods.pipeline.warm_up import made_up_ping
 
     try:

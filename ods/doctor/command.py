@@ -5,7 +5,6 @@ from pathlib import Path
 
 from ods.base.arguments import duration_s
 from ods.base.terminal import coloured
-from ods.compiled.kernel import do_without_numba
 from ods.doctor.report import findings
 
 LEVEL_COLOURS = {"good": "green", "note": "yellow", "wrong": "red"}
@@ -18,7 +17,6 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> int:
     """Examine this machine and a configuration; return 1 when something is wrong."""
-    do_without_numba()
     return print_report(args.config, args.listen)
 
 

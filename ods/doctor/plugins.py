@@ -32,7 +32,7 @@ def _tracker(settings: TrackerSettings) -> Iterator[Finding]:
     own = settings.observer in OWN_OBSERVERS and settings.association in OWN_ASSOCIATIONS
     if own and not TRACKER.may_add(settings.plugins):
         return
-    from ods.tracker.warm_up import warm_up  # slow to import: compiled code
+    from ods.tracker.warm_up import warm_up  # slow to import
 
     try:
         warm_up(settings)

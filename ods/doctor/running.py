@@ -7,6 +7,7 @@ from pathlib import Path
 import zmq
 
 from ods.base import clock
+from ods.base.overload import OverloadMonitor
 from ods.doctor.finding import Finding
 from ods.messages import Health
 from ods.runtime import bus
@@ -25,6 +26,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
     if not running:
         yield Finding("note", "processes", f"none runs on {run_dir}")
         return
+    overload = OverloadMonitor()
+    overload.look(clock.monotonic_ns())
     health = _listen(run_dir, running)
     for process in may_be_on_board():
         report = health.get(process.name)
@@ -34,8 +37,8 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
             told = "; ".join(report.problems) if report else ""
             yield Finding("wrong", process.name, told or "does not run, though others do")
         elif report is None:
-            told = f"runs, but gave no sign of life within {LISTEN_S} s: it hangs, or compiles at its first start"
-            yield Finding("wrong", process.name, told)
+            why = overload.problem(clock.monotonic_ns()) or "it hangs, or is starting"
+            yield Finding("wrong", process.name, f"runs, but gave no sign of life within {LISTEN_S} s: {why}")
         elif report.problems:
             yield Finding("wrong", process.name, "; ".join(report.problems))
         else:

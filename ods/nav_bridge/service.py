@@ -72,7 +72,7 @@ class NavWorker(Worker[NavConfig]):
 
     def problems(self) -> list[str]:
         """Say what is wrong with line, INS and pose."""
-        return self._link.problems() + self._source.problems(clock.monotonic_ns())
+        return self._link.problems() + self._source.problems(clock.monotonic_ns(), self.service.overload())
 
     def stop(self) -> None:
         """Give the line back."""

@@ -67,12 +67,15 @@ class PoseSource(ABC, Generic[ItemT]):
         self._pose_ns = item.t_ns
         return self._lever_arm.at_origin(pose)
 
-    def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what is wrong with pose and source."""
+    def problems(self, now_ns: int, overload: str = "") -> list[str]:
+        """Say in plain words what is wrong with pose and source.
+
+        overload: that the computer is overloaded, which makes all that comes late; or "".
+        """
         stale_ns = self.stale_ns(now_ns)
         stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
         if stale and self.late_ns:
-            stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {HELD_BACK}")
+            stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {overload or HELD_BACK}")
         return stale + self._complaints(now_ns)
 
     def stale_ns(self, now_ns: int) -> int:

@@ -6,12 +6,11 @@ from typing import Any
 import numpy as np
 
 from ods.base.arrays import AnyArray, Mask
-from ods.compiled.kernel import kernel
 from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.bottom_echo import EVERY, BottomEchoFinder
 from ods.pipeline.image.amplitude import SampleScale
-from ods.pipeline.image.no_data import NoDataError, samples_without_data
+from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers
 from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
@@ -82,13 +81,13 @@ class Chain:
         frame = _checked_frame(ping)
         self._prepare(ping)
         first = self._plan.first
-        usable = _shows_something(frame[:, first:])
+        usable = shows_something(frame, first)
         found, faint = list[Detection](), list[Detection]()
         unseen, bottom_echo, heard_from = ALL_SEEN, None, 0.0
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
-            whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq)
+            whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq % 2**32)
             unseen = self._sight.judge(ping, frame, first, whole.missing)
             if self._bottom_echo is not None and ping.seq % EVERY == 0:
                 bottom_echo = self._bottom_echo.find(frame, whole.missing, self._scale)
@@ -175,14 +174,3 @@ def _missing(ping: Ping, frame: AnyArray, first: int) -> Mask:
         return samples_without_data(ping, frame, first)
     except NoDataError as error:
         raise PingError(str(error)) from error
-
-
-@kernel
-def _shows_something(frame: AnyArray) -> bool:
-    """Tell an image from a drop-out, in which all samples are alike."""
-    for b in range(frame.shape[0]):
-        row = frame[b]
-        for j in range(row.size):
-            if row[j] != frame[0, 0]:
-                return True
-    return False

@@ -17,8 +17,7 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.gained_image import GainedImage
-from ods.pipeline.image.no_data import ALL_DATA
-from ods.pipeline.image.recorded import Recorded, RegionNumbers, lend_samples, paint
+from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
 from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
@@ -39,7 +38,7 @@ class Frame(NamedTuple):
     missing: Mask
     """(all beams, all samples) those that hold no data; `ALL_DATA` if all do."""
     number: int
-    """Of the ping."""
+    """Of the ping, less than 2**32."""
 
 
 class Found(NamedTuple):
@@ -88,11 +87,11 @@ class PreparedChain:
         mask: (all beams, all samples); faint echoes have no numbers. Raises StageError.
         """
         layout = self._layout
-        recorded = _with_samples_lent(Recorded(
+        recorded = with_samples_lent(Recorded(
             frame.samples[layout.rows], layout.origin, layout.stride,
             frame.missing[layout.rows] if frame.missing.size else frame.missing,
         ))  # fmt: skip
-        gaps = _cells_without_data(recorded)
+        gaps = cells_without_data(recorded)
         image = self._filters.run(self._read(recorded, frame, gaps), ping)
         if gaps.size:
             blank_gaps(image, gaps)
@@ -157,25 +156,6 @@ class PreparedChain:
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())
-
-
-def _cells_without_data(recorded: Recorded) -> Mask:
-    """Return the cells of the image, (beams, columns), whose samples all have no data; `ALL_DATA` if there are none."""
-    if not recorded.missing.size:
-        return ALL_DATA
-    cells: Mask = recorded.missing[:, recorded.origin]
-    for k in range(1, recorded.stride):
-        cells &= recorded.missing[:, recorded.origin + k]
-    return cells if cells.any() else ALL_DATA
-
-
-def _with_samples_lent(recorded: Recorded) -> Recorded:
-    """Return the same with no sample without data in a cell that has some, as a cell is its samples' mean."""
-    if not recorded.missing.size or recorded.stride == 1:
-        return recorded
-    samples = recorded.samples.copy()
-    lend_samples(recorded, samples)
-    return recorded._replace(samples=samples)
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

@@ -39,7 +39,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._prepared_anew = False
 
     def start(self) -> None:
-        """Build the chain and compile it."""
+        """Build the chain and try it."""
         try:
             self._processor = PingProcessor(self.settings, self.service.counters, tell_alive)
             warm_up(self.settings.pipeline)
@@ -57,7 +57,8 @@ class PipelineWorker(Worker[PipelineConfig]):
         """Process the pings that came, or the newest if that is all there is time for."""
         pings, skipped = self._backlog.take()
         for _ in range(skipped):
-            self.service.complain_once("skipped_pings", f"{self._backlog.slowness()}: not all are processed")
+            why = self.service.overload() or self._backlog.slowness()
+            self.service.complain_once("skipped_pings", f"{why}: not all are processed")
         for ping in pings:
             self._process(ping)
 

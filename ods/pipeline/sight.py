@@ -13,23 +13,14 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Ping, SampleType, UnseenPart, UnseenWhy
 from ods.pipeline.image.fan import beam_borders
-from ods.pipeline.image.fill import LONGEST_BRIDGED
 
 GROUPS, RINGS = 8, 16
 """Parts of the beams and of the range whose levels are compared with what they were."""
-LOOKED_AT = 4
-"""Samples of each that are looked at."""
-FALLEN_DB, RISEN_DB = 12.0, 9.0
-"""A level is fallen when it is so far below what it was, until it is less than so far below it,"""
 HEADROOM_DB = 15.0
-"""Over the lowest level that counts can tell: what is nearer to it cannot fall far enough."""
-FALLEN_SHARE = 0.75
-"""and a group of beams is blind when so many of its ranges are fallen."""
-LEARNING_S, FORGETTING_S = 10.0, 600.0
-"""Time constants of what the level was: while the beams see, and while they are blind."""
+"""Over the lowest level that counts can tell: what is nearer to it cannot fall far enough to be missed."""
 GAP_RINGS = 64
 """Rings that are told as unseen for want of data."""
 GAP_SHARE = 0.2
@@ -38,9 +29,6 @@ SATURATED_SHARE = 0.5
 WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen")
 """Codes 1, 2, 3 of a cell; 0 is seen."""
 _FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
-_STEP, _STEP_DB = 2.0, 18.0
-"""A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
-the sonar tells only what passes a threshold."""
 _LEAST_DB = -26.0
 """Stands for the level of no count at all, dB over one count."""
 
@@ -83,8 +71,11 @@ class Sight:
         self._keep_reference(ping, first)
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
         top = _FULL_SCALE[ping.dtype]
-        _measure(frame, first, missing, top, _db_a_count(ping), self._levels)
-        blind = _follow(self._levels, _lowest_db(ping) + HEADROOM_DB, since_s, self._fallen)
+        least_judged_db = _lowest_db(ping) + HEADROOM_DB
+        blind = native.judge_levels(
+            frame, first, missing, top, _db_a_count(ping), _LEAST_DB, self._levels,
+            least_judged_db, SATURATED_SHARE, since_s, self._fallen,
+        )  # fmt: skip
         if not blind and not missing.size:
             return ALL_SEEN
         codes = self._codes(ping, first, missing)
@@ -114,8 +105,8 @@ class Sight:
         codes[self._fallen[group]] = 3
         codes[(self._levels.saturated > SATURATED_SHARE)[np.ix_(group, ring)]] = 2
         if missing.size:
-            shares = np.zeros(codes.shape)
-            _shares_of_gaps(missing, first, shares)
+            shares = np.empty(codes.shape)
+            native.shares_of_gaps(missing, first, shares)
             codes[shares > GAP_SHARE] = 1
         planes: Ints = codes.reshape(ping.planes, -1, GAP_RINGS)
         return np.where(planes.all(axis=0), planes.max(axis=0), 0)
@@ -171,81 +162,3 @@ def _parts(codes: Ints, ping: Ping, first: int) -> list[UnseenPart]:
                 why = WHYS[row[start] - 1]
                 parts.append(UnseenPart(float(borders[low]), float(borders[high]), near_m, far_m, why))
     return parts
-
-
-@kernel
-def _measure(frame: AnyArray, first: int, missing: Mask, top: float, db_a_count: float, levels: _Levels) -> None:
-    """Fill now_db and saturated of the levels from some samples of each part."""
-    beams, samples = frame.shape[0], frame.shape[1] - first
-    for g in range(GROUPS):
-        low, high = g * beams // GROUPS, max((g + 1) * beams // GROUPS, g * beams // GROUPS + 1)
-        for r in range(RINGS):
-            begin, stop = first + r * samples // RINGS, first + (r + 1) * samples // RINGS
-            total, count, saturated = 0.0, 0, 0
-            zeros, least = 0, np.inf
-            for k in range(LOOKED_AT):
-                b = min(low + k * (high - low) // LOOKED_AT, beams - 1)
-                j = min(begin + (2 * k + 1) * (stop - begin) // (2 * LOOKED_AT), frame.shape[1] - 1)
-                if missing.size > 0 and missing[b, j]:
-                    continue
-                value = float(frame[b, j])
-                total += value
-                zeros += 1 if value == 0.0 else 0
-                least = least if value == 0.0 else min(least, value)
-                count += 1
-                saturated += 1 if value >= top else 0
-            levels.saturated[g, r] = saturated / LOOKED_AT
-            step = _STEP_DB / db_a_count if db_a_count > 0.0 else _STEP
-            if count == 0 or (0 < zeros < count and least >= step):
-                levels.now_db[g, r] = np.nan
-            elif db_a_count > 0.0:
-                levels.now_db[g, r] = total / count * db_a_count
-            else:
-                levels.now_db[g, r] = 20.0 * np.log10(max(total / count, 10.0 ** (_LEAST_DB / 20.0)))
-
-
-@kernel
-def _follow(levels: _Levels, least_db: float, since_s: float, fallen: Mask) -> bool:
-    """Judge the groups' levels, fallen (GROUPS,), and let what they were follow; tell whether anything is unseen.
-
-    least_db: levels that were lower are not judged.
-    """
-    blind = False
-    for g in range(GROUPS):
-        limit = RISEN_DB if fallen[g] else FALLEN_DB
-        known, low = 0, 0
-        for r in range(RINGS):
-            if np.isfinite(levels.now_db[g, r]) and levels.was_db[g, r] >= least_db:
-                known += 1
-                low += 1 if levels.was_db[g, r] - levels.now_db[g, r] >= limit else 0
-            blind = blind or levels.saturated[g, r] > SATURATED_SHARE
-        if known >= RINGS // 4:
-            fallen[g] = low >= FALLEN_SHARE * known
-        blind = blind or fallen[g]
-        weight = -np.expm1(-since_s / (FORGETTING_S if fallen[g] else LEARNING_S))
-        for r in range(RINGS):
-            now, was = levels.now_db[g, r], levels.was_db[g, r]
-            if np.isfinite(now):
-                levels.was_db[g, r] = was + weight * (now - was) if np.isfinite(was) else now
-    return blind
-
-
-@kernel
-def _shares_of_gaps(missing: Mask, first: int, shares: Floats) -> None:
-    """Fill shares (beams, rings) with what is missing of each, but for gaps that are bridged."""
-    rings, samples = shares.shape[1], missing.shape[1] - first
-    for b in range(missing.shape[0]):
-        row = missing[b]
-        j = first
-        while j < row.size:
-            stop = j
-            while stop < row.size and row[stop]:
-                stop += 1
-            if stop - j > LONGEST_BRIDGED:
-                for i in range(j, stop):
-                    ring = (i - first) * rings // samples
-                    shares[b, ring] += 1.0
-            j = stop + 1
-        for r in range(rings):
-            size = (r + 1) * samples // rings - r * samples // rings
-            shares[b, r] /= max(size, 1)

@@ -8,7 +8,7 @@ from pathlib import Path
 from ods import __version__
 from ods.base import clock
 
-LIBRARIES = ("numba", "llvmlite", "numpy", "msgspec", "pyzmq", "mcap", "zstandard")
+LIBRARIES = ("numpy", "msgspec", "pyzmq", "mcap", "zstandard")
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 CPU = Path("/proc/cpuinfo")
 
@@ -27,6 +27,7 @@ def facts(config_text: str) -> dict[str, str]:
         "cpu_flags": cpu.get("flags", cpu.get("Features", "")),
         "config_sha256": hashlib.sha256(config_text.encode()).hexdigest(),
         "python": platform.python_version(),
+        "libc": " ".join(platform.libc_ver()),
         **{name: _version(name) for name in LIBRARIES},
     }
 

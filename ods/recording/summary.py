@@ -101,7 +101,7 @@ def _hear(found: Summary, message: Recorded) -> None:
     if health.rss_mb > 0.0:  # not told by `ods run` in its place
         found.started.setdefault((health.process, health.pid), message.log_ns)
     for problem in health.problems:
-        text = NUMBER.sub("#", problem).partition(" so far: ")[0]  # what compiles names each kernel
+        text = NUMBER.sub("#", problem)
         fault = found.faults.setdefault((health.process, text), Fault(message.log_ns, message.log_ns))
         fault.last_ns = message.log_ns
         fault.reports += 1

@@ -7,7 +7,6 @@ from pathlib import Path
 from ods.base.arguments import number
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
-from ods.compiled.kernel import do_without_numba
 from ods.config import OnboardConfig
 from ods.recording.mcap.reader import Recording, open_recording
 from ods.replay.live import Wanted, play
@@ -52,7 +51,6 @@ def run(args: Namespace) -> int:
 
 
 def _check(args: Namespace, recording: Recording) -> int:
-    do_without_numba()  # as on board: what numba compiles here may add up in another order
     if args.config:
         from ods.replay.what_if import compare_runs, tell_differences
 

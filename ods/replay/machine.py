@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-COUNTS = ("version", "cpu_flags", "numba", "llvmlite", "numpy")
+COUNTS = ("version", "cpu_flags", "libc", "numpy")
 """What has to be the same, of the facts that a recording tells of itself."""
 _WORDS = {"cpu_flags": "type of CPU", "version": "version of ods"}
 

@@ -3,7 +3,6 @@
 import ctypes
 import os
 import signal
-import threading
 from typing import Any
 
 from ods.base.errors import OdsError
@@ -23,27 +22,11 @@ class Stop:
 
     def __init__(self) -> None:
         self.asked = False
-        self.listen()
-
-    def listen(self) -> None:
-        """Hear them from now on, also after `end_at_once`."""
-        if signal.getsignal(signal.SIGTERM) != self._hear:
-            for number in _SIGNALS:
-                signal.signal(number, self._hear)
+        for number in _SIGNALS:
+            signal.signal(number, self._hear)
 
     def _hear(self, _number: int, _frame: Any) -> None:
         self.asked = True
-
-
-def end_at_once() -> None:
-    """Let SIGTERM and SIGINT end the process by themselves: a compiler is deaf for minutes, and nothing is at stake."""
-    if threading.current_thread() is not threading.main_thread():  # only that one may
-        return
-    listener = getattr(signal.getsignal(signal.SIGTERM), "__self__", None)
-    for number in _SIGNALS:
-        signal.signal(number, signal.SIG_DFL)
-    if isinstance(listener, Stop) and listener.asked:
-        signal.raise_signal(signal.SIGTERM)
 
 
 def end_with(parent: int) -> bool:

@@ -3,6 +3,7 @@
 import queue
 import threading
 
+from ods.base.overload import OVERLOADED, waits_for_processor
 from ods.runtime.kept_file import KeptFile
 
 WITHIN_S = 0.1
@@ -10,7 +11,7 @@ WITHIN_S = 0.1
 
 
 class StalledError(OSError):
-    """The disk of the run folder does not answer."""
+    """The disk of the run folder does not answer, or the thread that writes to it gets no processor."""
 
 
 class _Job:
@@ -26,19 +27,26 @@ class KeptWriter:
     def __init__(self) -> None:
         self._jobs: queue.SimpleQueue[_Job] = queue.SimpleQueue()
         self._newest: _Job | None = None
+        self._thread: threading.Thread | None = None
 
     def write(self, file: KeptFile, content: bytes) -> None:
         """Replace a file's content. Raises OSError; StalledError also at once, while an earlier write is under way."""
-        if self._newest is None:
-            threading.Thread(target=self._work, name="kept files", daemon=True).start()
-        elif not self._newest.done.is_set():
-            raise StalledError("the disk of the run folder does not answer")
+        if self._thread is None:
+            self._thread = threading.Thread(target=self._work, name="kept files", daemon=True)
+            self._thread.start()
+        elif self._newest is not None and not self._newest.done.is_set():
+            raise self._stalled(self._thread)
         self._newest = job = _Job(file, content)
         self._jobs.put(job)
         if not job.done.wait(WITHIN_S):
-            raise StalledError("the disk of the run folder does not answer")
+            raise self._stalled(self._thread)
         if job.error is not None:
             raise job.error
+
+    @staticmethod
+    def _stalled(thread: threading.Thread) -> StalledError:
+        waits = thread.native_id is None or waits_for_processor(thread.native_id)
+        return StalledError(OVERLOADED if waits else "the disk of the run folder does not answer")
 
     def _work(self) -> None:
         while True:

@@ -23,6 +23,7 @@ import zmq
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.base.memory import TOO_LITTLE, is_too_little
+from ods.base.overload import OverloadMonitor
 from ods.base.settings import Settings
 from ods.messages import Health
 from ods.runtime import bus, counters, ending, last_words
@@ -36,10 +37,6 @@ SettingsT = TypeVar("SettingsT", bound=Settings)
 
 TICK_S = 0.05
 """Longest the work loop sleeps, so that a stop is quick and time-outs are seen."""
-
-
-COMPILING_S = 120.0
-"""Time for one kernel to be compiled, at most."""
 
 
 class StartError(OdsError):
@@ -67,6 +64,8 @@ class Service:
         self._health_ns = clock.monotonic_ns()
         self._usage = psutil.Process()
         self._usage.cpu_percent()
+        self._overload = OverloadMonitor()
+        self._overload.look(self._health_ns)
 
     def publish(self, topic: str, message: msgspec.Struct) -> None:
         """Publish on one of this process's topics."""
@@ -101,6 +100,13 @@ class Service:
             self._complained.add(key)
             log.warning("%s (said once, then counted as %s)", text, key)
 
+    def overload(self) -> str:
+        """Return "the computer is overloaded: ..." if that is why things take long, or "".
+
+        What would otherwise blame a disk, a device or another process asks this first.
+        """
+        return self._overload.problem(clock.monotonic_ns())
+
     def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
         """Wait for messages or watched descriptors, and keep the books for the health report."""
         received, fds = self.subscriber.receive(timeout_s)
@@ -113,6 +119,7 @@ class Service:
     def report_health(self, ready: bool, problems: list[str]) -> None:
         """Publish the health message and start a new period."""
         now = clock.monotonic_ns()
+        self._overload.look(now)
         period_s = max(1e-9, (now - self._health_ns) / clock.NS)
         lags: dict[str, int] = {}
         for subscription in self.subscriber.subscriptions:
@@ -224,15 +231,6 @@ def tell_alive() -> None:
     notify("WATCHDOG=1")
 
 
-def tell_compiling(count: int, name: str) -> None:
-    """Tell the supervisor or systemd that the process lives and compiles, so that it is not taken for hung.
-
-    Until the work loop goes on a signal ends it at once.
-    """
-    ending.end_at_once()
-    notify(f"EXTEND_TIMEOUT_USEC={round(COMPILING_S * 1e6)}\nSTATUS=compiling its kernels, {count} so far: {name}")
-
-
 class Home:
     """Where a process leaves its last words: the default run folder until the configuration has been read."""
 
@@ -281,7 +279,6 @@ def _loop(service: Service, worker: Worker[Any], stop: Stop) -> None:
     was_ready = False
     to_tell = ""  # what a supervisor did not hear when it was due
     while not stop.asked:
-        stop.listen()  # a kernel may have been compiled
         received, fds = service.receive(worker.wait_s())
         for topic, message in received:
             worker.handle(topic, message)

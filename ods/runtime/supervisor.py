@@ -6,7 +6,6 @@ started again with a growing delay, without end: what is wrong may be mended mea
 is down its health is told here, so that the obstacle list can say why.
 """
 
-import contextlib
 import logging
 import os
 import signal
@@ -23,6 +22,7 @@ import zmq
 from ods.base import clock
 from ods.base.backoff import Backoff
 from ods.base.errors import reason_of
+from ods.base.overload import OVERLOADED, ProcessorTime, is_starved, processor_time
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
@@ -37,6 +37,11 @@ POLL_S = 0.05
 GONE_S = 0.5
 """A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
 HELD = "killed, but it waits for a disk or a device that does not answer"
+STARVED = f"{OVERLOADED}: it waits for a processor"
+AT_WORK = 0.05
+"""Share of the time: a process that runs or waits for a processor for longer while it starts is at work."""
+MOST_WATCHDOGS = 10
+"""A work loop that gets no processor is killed all the same after this many times `watchdog_s`."""
 
 
 class SuperviseSettings(Settings, frozen=True):
@@ -47,10 +52,10 @@ class SuperviseSettings(Settings, frozen=True):
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
     """Time up after which a process counts as working: its next restart waits `first_delay_s` again."""
-    start_s: Positive = 120.0
-    """Time for a first sign of life. A process that compiles says so at each kernel, and gets 120 s more."""
+    start_s: Positive = 30.0
+    """Time for a first sign of life. A process that uses a processor or waits for one meanwhile gets as long again."""
     watchdog_s: Positive = 3.0
-    """Silence of a work loop that counts as hung."""
+    """Silence of a work loop that counts as hung, unless it waits for a processor: then up to ten times as long."""
     stop_s: Positive = 1.5
     """Time to stop by SIGTERM before SIGKILL."""
 
@@ -64,7 +69,7 @@ class Child:
         self.down = ""
         """Why its work loop does not run, once it has ended; '' while it does."""
         self.busy = ""
-        """What it does before its work loop runs, when that takes long."""
+        """Why it gives no sign of life, when it is not for a fault of its own."""
         self._command = list(command)
         self._settings = settings
         self._backoff = Backoff(settings.first_delay_s, settings.longest_delay_s)
@@ -73,6 +78,14 @@ class Child:
         self._popen: subprocess.Popen[bytes] | None = None
         self._start_at = self._started_at = 0.0
         self._alive_until = 0.0
+        self._sign_at = 0.0
+        """When it gave its last sign of life, or was started,"""
+        self._looked_at = 0.0
+        """and when its processor time was looked at last,"""
+        self._spent = ProcessorTime(0, 0)
+        """which was this."""
+        self._has_lived = False
+        """It has given a sign of life since it was started."""
         self._address = run_dir / f"{process.name}.notify"
         self._bind()
 
@@ -97,10 +110,28 @@ class Child:
         code = self._popen.poll()
         if code is not None:
             self._ended(code, now_s)
-        elif now_s > self._alive_until and not self._killed:
+        elif now_s > self._alive_until and not self._killed and not self._may_go_on(self._popen.pid, now_s):
             log.error("%s shows no sign of life: killed", self.name)
             self._last_words = "it showed no sign of life"
             self._kill(self._popen, now_s)
+
+    def _may_go_on(self, pid: int, now_s: float) -> bool:
+        """Tell whether a silent process is at work or starved rather than hung; then wait longer for it."""
+        settings, now = self._settings, processor_time(pid)
+        spent, within_ns = now.since(self._spent), round((now_s - self._looked_at) * clock.NS)
+        starved = is_starved(spent, within_ns)
+        if self._has_lived:
+            goes_on = starved and now_s - self._sign_at < MOST_WATCHDOGS * settings.watchdog_s
+            more_s = settings.watchdog_s
+        else:
+            goes_on = spent.total_ns > AT_WORK * within_ns
+            more_s = settings.start_s
+        if goes_on:
+            self._spent, self._looked_at, self._alive_until = now, now_s, now_s + more_s
+            if not self.busy:
+                log.warning("%s gives no sign of life yet, %s", self.name, STARVED if starved else "but it is at work")
+            self.busy = STARVED if starved else f"is starting, for {now_s - self._started_at:.0f} s"
+        return goes_on
 
     def _kill(self, popen: "subprocess.Popen[bytes]", now_s: float) -> None:
         """Kill it; one that is not gone at once is not waited for: the others are looked after meanwhile."""
@@ -109,8 +140,8 @@ class Child:
         try:
             self._ended(popen.wait(GONE_S), now_s)
         except subprocess.TimeoutExpired:
-            self.ready, self.busy, self.down = False, "", HELD
-            log.error("%s %s: it is started again when it is gone", self.name, HELD)
+            self.ready, self.busy, self.down = False, "", HELD if _waits_for_device(popen.pid) else f"killed; {STARVED}"
+            log.error("%s %s: it is started again when it is gone", self.name, self.down)
 
     def _start(self, now_s: float) -> None:
         environment = os.environ | {"NOTIFY_SOCKET": str(self._address), SUPERVISOR_PID: str(os.getpid())}
@@ -121,8 +152,10 @@ class Child:
             self.down = f"cannot be started: {reason_of(error)}"
             log.error("%s %s: trying again in %.1f s", self.name, self.down, self._start_at - now_s)
             return
-        self._started_at = now_s
+        self._started_at = self._sign_at = self._looked_at = now_s
         self._alive_until = now_s + self._settings.start_s
+        self._spent = ProcessorTime(0, 0)
+        self._has_lived = False
         self._last_words = ""
         self._killed = False
         log.info("%s started (pid %d)", self.name, self._popen.pid)
@@ -139,22 +172,18 @@ class Child:
                 return
             if "READY=1" in text:
                 self.ready = True
-            if "EXTEND_TIMEOUT_USEC=" in text:
-                self._extend(text, now_s)
             if "WATCHDOG=1" in text:
-                self._alive_until = now_s + self._settings.watchdog_s
-                self.down = self.busy = ""
+                self._lives(now_s)
             if "STOPPING=1" in text:
                 self._last_words = text.partition("STATUS=")[2]
 
-    def _extend(self, text: str, now_s: float) -> None:
-        """Wait longer for the next sign of life, as it asks."""
-        with contextlib.suppress(ValueError):
-            more_s = int(text.partition("EXTEND_TIMEOUT_USEC=")[2].partition("\n")[0]) / 1e6
-            self._alive_until = max(self._alive_until, now_s + more_s)
-        if not self.busy:
-            log.info("%s compiles its kernels, which takes a while; `ods compile` does it beforehand", self.name)
-        self.busy = text.partition("STATUS=")[2] or "busy"
+    def _lives(self, now_s: float) -> None:
+        """Take note of a sign of life."""
+        self._sign_at = self._looked_at = now_s
+        self._alive_until = now_s + self._settings.watchdog_s
+        self._spent = processor_time(self.pid)
+        self._has_lived = True
+        self.down = self.busy = ""
 
     @property
     def pid(self) -> int:
@@ -197,6 +226,14 @@ class Child:
             popen.wait(GONE_S)
         except subprocess.TimeoutExpired:
             log.error("%s %s: pid %d is left behind", self.name, HELD, popen.pid)
+
+
+def _waits_for_device(pid: int) -> bool:
+    """Tell whether the kernel waits in a process for a disk or a device, rather than the process for a processor."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "R"
+    except (OSError, IndexError):
+        return True
 
 
 class _Reporter:

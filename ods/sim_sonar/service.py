@@ -44,7 +44,7 @@ class SimWorker(Worker[SimConfig]):
         self._closing: list[Callable[[], object]] = []
 
     def start(self) -> None:
-        """Load the scene, compile, make both lines appear, start the devices."""
+        """Load the scene, make both lines appear, start the devices."""
         sys.setswitchinterval(THREAD_SWITCH_S)
         sim, run_dir = self.settings.sim, self.settings.bus.run_dir
         scene = load_scene(sim.scene, mounting_in(self.settings.onboard))

@@ -132,7 +132,7 @@ def relative_error(area: Floats, reference: Floats) -> float:
 
 
 def cpu_ms(effort: Effort, job: Callable[[], object]) -> float:
-    """Return the median CPU time of a job, ms, once it is compiled."""
+    """Return the median CPU time of a job, ms."""
     return interleaved_ms([job], effort)[0]
 
 

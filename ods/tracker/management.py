@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ods.base.arrays import Indices, Ints, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.hibernated import HibernatedObjects
 from ods.tracker.map.map_object import MapObject
@@ -132,12 +132,9 @@ class TrackManager:
         return outcome
 
 
-@kernel
-def _events(before: Ints, states: Ints, inside: Mask) -> tuple[bool, bool, bool]:
+def _events(before: Ints, states: Ints, inside: Mask) -> list[bool]:
     """Tell whether any object is lost out of view, is confirmed, and ends or rests once confirmed."""
-    lost = confirmed = for_the_map = False
-    for i in range(len(states)):
-        lost |= states[i] == STAND_BY and not inside[i]
-        confirmed |= before[i] == TENTATIVE and states[i] == ACTIVE
-        for_the_map |= states[i] == HIBERNATED or (states[i] == TERMINATED and before[i] != TENTATIVE)
-    return lost, confirmed, for_the_map
+    events = np.empty(3, np.bool_)
+    native.management_events(before, states, inside, events)
+    found: list[bool] = events.tolist()
+    return found

@@ -23,8 +23,9 @@ from ods.tracker.warm_up import warm_up
 
 log = logging.getLogger(__name__)
 
-MAP_WAIT_S = 1.0
-"""The first list waits so long for the map to be read; a disk that takes longer costs its objects until it is there."""
+MAP_WAIT_S, OVERLOADED_MAP_WAIT_S = 1.0, 20.0
+"""The first list waits so long for the map to be read, or, where the computer is overloaded, up to the latter; a disk
+that takes longer costs its objects, and their ids, until it is there."""
 
 
 class TrackerWorker(Worker[TrackerConfig]):
@@ -42,14 +43,21 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._mission: MissionTracker
 
     def start(self) -> None:
-        """Go on where a tracker that was killed left off, and compile while the map is read."""
+        """Go on where a tracker that was killed left off, and warm up while the map is read."""
         self._take_over()
         self._look_after_map(clock.monotonic_ns())
         warm_up(self.settings.tracker)
-        deadline_ns = clock.monotonic_ns() + round(MAP_WAIT_S * clock.NS)
-        while self._map.to_be_read and (now_ns := clock.monotonic_ns()) < deadline_ns and not self._map.problem(now_ns):
+        begun_ns = clock.monotonic_ns()
+        while self._map.to_be_read and self._may_wait_for_map(begun_ns):
             time.sleep(0.001)
-            self._look_after_map(now_ns)
+            self._look_after_map(clock.monotonic_ns())
+
+    def _may_wait_for_map(self, begun_ns: int) -> bool:
+        now_ns = clock.monotonic_ns()
+        waited_s = (now_ns - begun_ns) / clock.NS
+        if waited_s < MAP_WAIT_S:
+            return not self._map.problem(now_ns)
+        return waited_s < OVERLOADED_MAP_WAIT_S and bool(self.service.overload())
 
     def _take_over(self) -> None:
         """Make the tracker of what a former one left."""
@@ -77,7 +85,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         why_ended = partial(last_words.left, service.run_dir)
         return MissionTracker(
             self.settings,
-            InputMonitor(now_ns, service.process.watches, why_ended),
+            InputMonitor(now_ns, service.process.watches, why_ended, service.overload),
             VehicleUtc(now_ns, clock.utc_offset_ns(), "clock" if clock.synchronized() else "unsure"),
             first_id=first_id,
             counters=service.counters,
@@ -137,7 +145,8 @@ class TrackerWorker(Worker[TrackerConfig]):
     def _work_off(self) -> None:
         scans, skipped = self._backlog.take()
         for _ in range(skipped):
-            self.service.complain_once("skipped_pings", f"{self._backlog.slowness()}: not all are tracked")
+            why = self.service.overload() or self._backlog.slowness()
+            self.service.complain_once("skipped_pings", f"{why}: not all are tracked")
         for scan in scans:
             began = clock.monotonic_ns()
             self._track(scan)

@@ -1,4 +1,4 @@
-"""Compilation before the first ping: numba compiles, or loads from its cache, all that a scan may need."""
+"""Before the first ping: a plug-in that fails does so at the start, and the first scan is as quick as the others."""
 
 import numpy as np
 
@@ -20,8 +20,7 @@ from ods.tracker.tracker import Tracker
 def warm_up(settings: TrackerSettings) -> None:
     """Track a made-up mission: two objects that contend for their echoes, a large one and one of the map; then none.
 
-    `settings`: of plug-ins, observer and association; the others make no difference to what is compiled. Raises
-    PluginError.
+    `settings`: of plug-ins, observer and association; the others make no difference. Raises PluginError.
     """
     chosen = TrackerSettings(plugins=settings.plugins, observer=settings.observer, association=settings.association)
     rock = MapObject(1, (60.0, 20.0, 0.0), (0.1, 0.1, 0.1), 1.0, 0.1, 0.99, 9, 0, 0, 0)

@@ -1,6 +1,5 @@
 """`ods workbench`: the interactive environment, served to browsers on this machine."""
 
-import logging
 import os
 import sys
 import threading
@@ -11,8 +10,7 @@ from types import ModuleType
 from typing import cast
 
 from ods.base.arguments import port_number
-from ods.base.resident import give_back, share_one_pool
-from ods.compiled.kernel import do_without_numba
+from ods.base.resident import share_one_pool
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""
@@ -39,21 +37,16 @@ def run(args: Namespace) -> None:
     """Serve until interrupted. Raises OdsError."""
     os.environ["NICEGUI_STORAGE_PATH"] = str(NO_STORAGE)  # read when NiceGUI is imported
     share_one_pool()
-    do_without_numba()  # where `ods compile` has been: pages wait for no compiler
-    logging.getLogger("ods.compiled.machine_code").setLevel(logging.ERROR)  # pages say it
-    from ods.workbench.engine.compiling import COMPILING
     from ods.workbench.engine.config_file import load_config
     from ods.workbench.session import Session
     from ods.workbench.start import first_state, folders_of
 
-    COMPILING.hear()
     loaded, folders = load_config(args.config), folders_of(args)
     state = first_state(args, loaded)
     cast("dict[str, ModuleType | None]", sys.modules).setdefault("aiohttp", None)  # 9 MB, for clients of Engine.IO only
     from ods.workbench.pages import frame  # takes a second: after what may be wrong
     from ods.workbench.web import server
 
-    give_back("llvmlite")  # 40 MB, and kernels are linked by now
     bound = server.listening(args.port)
     told: list[str] = []
 

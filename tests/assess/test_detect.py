@@ -16,6 +16,8 @@ from ods.messages import frame_of
 from ods.pipeline.chain import Chain
 from tests.assess.real_frames import REAL
 
+pytestmark = pytest.mark.slow
+
 TINY = Effort(sea=2, tank=2, checked=1, filtered=1, rounds=1, settings=2)
 
 

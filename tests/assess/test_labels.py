@@ -15,6 +15,8 @@ from ods.pipeline.settings import PipelineSettings
 from ods.sonar_link.files.opening import open_pings
 from tests.assess.real_frames import REAL
 
+pytestmark = pytest.mark.slow
+
 
 def contrasts(images: list[LabelledImage]) -> list[float]:
     """Counts by which the brighter part of each label's box is above the middle of its own ranges."""

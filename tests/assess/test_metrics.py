@@ -17,6 +17,8 @@ from ods.assess.images.labelled import Target, circle_target
 from ods.assess.track.measure import ratio_interval
 from ods.messages import Detection, Detections, Sector
 
+pytestmark = pytest.mark.slow
+
 
 def detection(range_m: float, bearing_rad: float, radius_m: float = 1.0) -> Detection:
     return Detection(range_m, bearing_rad, radius_m, 5.0, 3.0, 14.0, 9, 1.0, 0.1, 0.1, 0.01, 0.1)

@@ -12,6 +12,8 @@ from ods.sim_sonar.scene.timeline import load_scene
 from ods.sonar_link.files.npz_writer import write_ping_file
 from tests.pipeline.pings import make_ping
 
+pytestmark = pytest.mark.slow
+
 SCENES = Path(__file__).parents[2] / "config" / "scenes"
 CHAIN = '[[pipeline.stage]]\nuse = "filter.box"\n[[pipeline.stage]]\nuse = "detect.one_level"\nlevel = 20.0\n'
 

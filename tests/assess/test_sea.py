@@ -19,6 +19,8 @@ from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.track import lifecycle
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).parents[2] / "config"
 HERE = VehiclePath(position_ned=(0.0, 0.0, 20.0))
 Told = list[tuple[int, int, float, float, float]]

@@ -16,6 +16,8 @@ from ods.assess.track.scores import score
 from ods.tracker import scenario
 from ods.tracker.track import lifecycle
 
+pytestmark = pytest.mark.slow
+
 SMALL = ("paper", "static 10", "crossing, unresolved", "occlusion", "pose bias", "manoeuvres", "away 130 s and back")
 
 

@@ -13,6 +13,8 @@ from ods.assess.track.gospa import CUTOFF_M, gospa, pair
 from ods.assess.track.scores import partial_gospa
 from ods.base.arrays import Floats
 
+pytestmark = pytest.mark.slow
+
 NOW = datetime(2000, 1, 1)
 Places = list[tuple[float, float]]
 places = st.lists(st.tuples(st.floats(-20.0, 20.0), st.floats(-20.0, 20.0)), max_size=4)

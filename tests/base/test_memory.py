@@ -18,7 +18,7 @@ def caused(error: Exception, cause: Exception) -> Exception:
         (MemoryError(), True),
         (OSError(errno.ENOMEM, "Cannot allocate memory"), True),
         (ImportError("libscipy_openblas64_.so: failed to map segment from shared object"), True),
-        (OSError("libllvmlite.so: cannot allocate memory in static TLS block"), True),
+        (OSError("libgomp.so: cannot allocate memory in static TLS block"), True),
         (caused(RuntimeError("could not be imported"), MemoryError()), True),
         (OSError(errno.ENOSPC, "No space left on device"), False),
         (ImportError("libfoo.so: cannot open shared object file: No such file or directory"), False),

@@ -1,9 +1,12 @@
 """The bench's judgement against runs made by hand, whose figures are known."""
 
 import math
+import os
+import time
 
 import pytest
 
+from ods.bench.machine import MachineLoad, MachineProbe
 from ods.bench.metrics import summarize
 from ods.bench.settings import BenchLimits
 from ods.messages import Health, Obstacle, ObstacleList, TrackState, Truth, TruthObject
@@ -102,3 +105,41 @@ def test_time_until_a_killed_process_is_back() -> None:
     summary = summarize(record, LIMITS, settle_s=0.0)
     assert summary.back_s == {"nav": 2.5}
     assert summary.processes[0].starts == 2
+
+
+BUSY = MachineLoad(load=10.0, processors=2, pressure=0.95, wake_p95_ms=12.0, slowdown_p75=4.0)
+
+
+def test_times_are_not_judged_on_a_busy_machine() -> None:
+    record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)], latency_ms=60.0)
+    idle, busy = (summarize(record, LIMITS, 1.0, machine) for machine in (None, BUSY))
+    assert len(idle.broken) == 2
+    assert idle.not_judged == []
+    assert busy.broken == []
+    assert busy.not_judged == idle.broken
+
+
+def test_accuracy_is_judged_on_a_busy_machine() -> None:
+    record = run_of([[obstacle(1, 33.0, 0.0, 4.0)]] * 9, [target("a", 30.0, 0.0)])
+    assert [text.split()[0] for text in summarize(record, LIMITS, 0.0, BUSY).broken] == [
+        "position_rms_m",
+        "radius_error",
+    ]
+
+
+@pytest.mark.parametrize(("skipped", "broken"), [(1, []), (0, ["pings_lost is 1, the limit is 0"])])
+def test_only_pings_left_out_for_lack_of_time_are_the_machines(skipped: int, broken: list[str]) -> None:
+    record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)])
+    del record.lists[20]
+    report = Health("pipeline", 1, 0, 0, 0, True, [], {"skipped_pings": skipped}, {}, {}, {}, 0.0, 0.0)
+    record.health["pipeline"].append(report)
+    assert summarize(record, LIMITS, 1.0, BUSY).broken == broken
+
+
+def test_the_probe_measures_this_machine() -> None:
+    with MachineProbe() as probe:
+        time.sleep(0.5)
+        load = probe.result()
+    assert load.processors == len(os.sched_getaffinity(0))
+    assert load.wake_p95_ms > 0.0
+    assert load.slowdown_p75 >= 1.0

@@ -29,6 +29,8 @@ from ods.sonar_link.files.s7k.writer import S7kWriter
 from tests.calibrate.fixed_object import NEARER_M, OBJECT, Sonar, around, detections, level_around, past, poses
 from tests.recording.mcap_samples import write_segment
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).parents[2] / "config"
 SONAR = CONFIG / "sonars" / "seabat6012.toml"
 LEVER = (3.0, 0.2, 0.5)

@@ -16,6 +16,8 @@ from ods.pipeline.stage.watch import RECORDED, StageImage
 from ods.sonar_link.files.npz_writer import write_ping_file
 from tests.pipeline.pings import make_ping
 
+pytestmark = pytest.mark.slow
+
 PNG = b"\x89PNG"
 COUNT = 12
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"

@@ -9,6 +9,8 @@ import pytest
 
 from tests.install.clean_venv import ROOT, build_wheel, install
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
 SETTINGS = "[mypy]\nstrict = true\n[mypy-msgpack.*]\nignore_missing_imports = true\n"
 

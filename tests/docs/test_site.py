@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 PROJECT = Path(__file__).parents[2]
 LOADED = {"script": "src", "img": "src", "source": "src", "iframe": "src", "link": "href"}
 UNLOADED_LINKS = {"canonical", "prev", "next", "alternate"}

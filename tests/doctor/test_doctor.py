@@ -168,7 +168,7 @@ def test_running_processes_are_asked_how_they_are(tmp_path: Path) -> None:
     nothing = {item.subject: (item.level, item.text) for item in sockets(tmp_path)}
     assert nothing["nav"] == (
         "wrong",
-        "runs, but gave no sign of life within 1.5 s: it hangs, or compiles at its first start",
+        "runs, but gave no sign of life within 1.5 s: it hangs, or is starting",
     )
     assert nothing["sonar"] == ("wrong", "does not run, though others do")
     publisher.close()

@@ -14,6 +14,8 @@ import pytest
 from in_vcan import keeper, modules, uml
 from in_vcan.job import NO_WAY, OUT_OF_TIME
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parents[2]
 IN_VCAN = [sys.executable, "-m", "in_vcan"]
 

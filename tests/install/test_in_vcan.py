@@ -3,7 +3,11 @@
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.install.clean_venv import ROOT, bare, build_wheel, install
+
+pytestmark = pytest.mark.slow
 
 
 def test_it_builds_and_runs_without_this_project(tmp_path: Path) -> None:

@@ -22,6 +22,8 @@ from ods.nav_bridge.settings import CanSettings, HeldSettings, NmeaSettings
 from tests.nav_bridge.nav_chain import SITE, nav_process
 from tests.nav_bridge.test_nmea import SPEED, USUAL, Ins
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).parents[2] / "config"
 PERIOD_S = 0.02
 Write = Callable[[bytes], object]

@@ -24,6 +24,8 @@ from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from tests.nav_bridge.nav_chain import CONFIG, MS, SITE, STEP_M, Client, Vehicle, nav_process, wired_up
 
+pytestmark = pytest.mark.slow
+
 ROUNDED = math.cos(1.5e-4 / 2.0)
 """Cosine of half of the largest turn that rounding three angles to 1e-4 rad makes."""
 

@@ -83,7 +83,7 @@ def test_shrinking_keeps_the_background_and_scales_what_is_over_it() -> None:
     image, out = rayleigh(5), np.empty(SHAPE, np.float32)
     factors = np.random.default_rng(2).uniform(0.4, 1.0, (4, 8)).astype(np.float32)
     factors[1, 2] = 1.0
-    shrink(image, np.float32(1.2), factors, (16, 64), out)
+    shrink(image, 1.2, factors, (16, 64), out)
     each = np.repeat(np.repeat(factors, 16, 0), 64, 1)
     np.testing.assert_allclose(out, 1.2 + (image - 1.2) * each, rtol=1e-5, atol=1e-6)
     np.testing.assert_array_equal(out[16:32, 128:192], image[16:32, 128:192])

@@ -4,11 +4,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from ods.base.arrays import Image, Ints32
+from ods.base.arrays import AnyArray, Image, Ints32
+from ods.compiled import native
 from ods.pipeline.detect.levels import two_level
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.strongest import level_of_strongest
 from ods.pipeline.image.fan import Fan
+from ods.pipeline.image.no_data import ALL_DATA
 from ods.pipeline.image.recorded import Recorded, paint
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.stage.params import NotANumberError, TwoLevelParams
@@ -51,7 +54,7 @@ def test_regions_agree_with_labelling_by_scipy(
     image = np.random.default_rng(seed).random((beams, samples)).astype(np.float32)
     level, high = np.float32(low), np.float32(0.97)
     work, visited = room_for_runs(image.shape), np.zeros(image.shape, np.bool_)
-    rule = GrowingRule(level, high, int(connectivity == 8), smallest, largest)
+    rule = GrowingRule(float(level), float(high), int(connectivity == 8), smallest, largest)
     runs, count = find_regions(image, rule, work, visited)
     assert not visited.any()
     labels, number = ndimage.label(image > level, ndimage.generate_binary_structure(2, 1 + (connectivity == 8)))
@@ -117,3 +120,29 @@ def test_images_with_cells_that_are_no_numbers_are_refused(value: float) -> None
 def test_low_above_high_is_refused() -> None:
     with pytest.raises(ValueError, match="low"):
         TwoLevelParams(low=7.0, high=6.0)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+@pytest.mark.parametrize("share", [0.0, 0.003, 0.12, 1.0])
+def test_level_of_the_strongest_is_a_sample_that_so_many_reach(dtype: type, share: float) -> None:
+    rng = np.random.default_rng(2)
+    samples: AnyArray = (
+        (100.0 * rng.normal(size=(30, 130)) + (0 if dtype == np.float32 else 300)).clip(-250, 255).astype(dtype)
+    )
+    lost = rng.random(samples.shape) < 0.3
+    for missing in (ALL_DATA, lost):
+        held = np.sort(samples[~missing] if missing.size else samples.ravel())
+        recorded = Recorded(samples, np.arange(130), 1, missing)
+        assert level_of_strongest(recorded, share) == held[min(int((1.0 - share) * held.size), held.size - 1)]
+    assert level_of_strongest(Recorded(samples, np.arange(130), 1, np.ones_like(lost)), share) == 0.0
+
+
+def test_counts_of_few_bits_stand_for_all_levels_halfway_to_the_next_ones() -> None:
+    image = np.repeat(np.array([10.5, 20.5, 40.5], np.float32), [64, 128, 32])[None]
+    counted = np.zeros((2, 100))
+    assert native.count_cells(image, (0, 1), 30.0, 1.0, counted) == 160  # two blocks are near the loud one
+    assert counted.sum() == pytest.approx(224.0)
+    assert counted[0, 10:15] == pytest.approx(np.full(5, 64.0 / 5.5))
+    assert counted[0, 15] == pytest.approx(0.5 * (64.0 / 5.5 + 96.0 / 15.0))
+    assert counted[0, 16:30] == pytest.approx(np.full(14, 96.0 / 15.0))
+    assert counted[1, 31:41] == pytest.approx(np.full(10, 32.0 / 10.5))

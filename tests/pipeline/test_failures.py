@@ -15,6 +15,8 @@ from ods.pipeline.stage.params import BUILT_IN
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping, speckle
 from tests.pipeline.steps import stage_on_images
 
+pytestmark = pytest.mark.slow
+
 BEARINGS = fan_bearings(60)
 GATE = 4.0
 """Standard deviations: the tracker's `gate_sigmas`."""

@@ -16,6 +16,8 @@ from benchmarks.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_
 from ods.pipeline.speckle import KINDS as LEARNT
 from ods.pipeline.speckle import Speckle, drawn
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_rate_is_kept_on_all_kinds_of_samples(kind: str) -> None:

@@ -88,7 +88,7 @@ def test_counts_and_their_amplitudes_are_judged_alike() -> None:
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
-    """In steps of 0.5 dB; a kernel would have to be compiled for it before the first rough bed."""
+    """In steps of 0.5 dB."""
     amplitude = 40.0 * speckled(np.ones((60, SAMPLES)), 1)
     counts = np.clip(np.round(40.0 * np.log10(amplitude + 1e-3)), 0, 255).astype(dtype)
     windows, echoes = layout_of(fan_of()), [echo_at(30, 25.0, fan_of())]

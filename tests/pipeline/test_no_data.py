@@ -18,6 +18,8 @@ from ods.pipeline.stage.params import BUILT_IN
 from ods.sonar_link.ping_builder import runs_where
 from tests.pipeline.pings import body_echo, fan_bearings, make_ping
 
+pytestmark = pytest.mark.slow
+
 SHAPE = BEAMS, SAMPLES = 60, 2000
 BEARINGS = fan_bearings(BEAMS)
 COLUMN = np.arange(SAMPLES)

@@ -17,9 +17,14 @@ from pathlib import Path
 import pytest
 import zmq
 
+from ods.base.clock import NS
+from ods.base.overload import ProcessorTime
 from ods.runtime import bus, service
+from ods.runtime import supervisor as supervisor_module
 from ods.runtime.processes import PROCESSES, SUPERVISOR
-from ods.runtime.supervisor import HELD, Child, SuperviseSettings
+from ods.runtime.supervisor import HELD, STARVED, Child, SuperviseSettings
+
+pytestmark = pytest.mark.slow
 
 DEPLOY = Path(__file__).parents[2] / "deploy"
 STARTED: list["subprocess.Popen[str]"] = []
@@ -103,23 +108,45 @@ def test_a_hung_child_is_killed_and_started_again(tmp_path: Path) -> None:
     assert "nav shows no sign of life: killed" in supervisor.stderr.read()
 
 
-def test_a_child_that_compiles_is_waited_for_as_long_as_it_says_so(
+def test_a_child_that_is_at_work_while_it_starts_is_not_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    caplog.set_level("INFO")
+    """A slow computer was restarted into being slower."""
     child = Child(PROCESSES["nav"], ["sleep", "1000"], tmp_path, SuperviseSettings(start_s=10.0))
-    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nav.notify"))
+    spent = [ProcessorTime(0, 0)]
+    monkeypatch.setattr(supervisor_module, "processor_time", lambda _: spent[0])
     child.step(0.0)
     first = child.pid
-    for number in range(1, 5):
-        service.tell_compiling(number, "kernel")
-        child.step(100.0 * number - 91.0)  # 9, 109, 209, 309: each within 120 s of the one before
-        assert child.busy == f"compiling its kernels, {number} so far: kernel"
-    assert child.pid == first
-    assert caplog.text.count("nav compiles its kernels") == 1
-    child.step(309.0 + 121.0)
+    spent[0] = ProcessorTime(ran_ns=8 * NS, waited_ns=0)
+    child.step(11.0)
+    assert (child.pid, child.busy) == (first, "is starting, for 11 s")
+    spent[0] = ProcessorTime(ran_ns=9 * NS, waited_ns=8 * NS)
+    child.step(22.0)
+    assert (child.pid, child.busy) == (first, STARVED)
+    child.step(33.0)  # neither ran nor waited for a processor since
     assert child.pid == 0
-    assert "nav shows no sign of life" in caplog.text
+    assert caplog.text.count("nav gives no sign of life yet") == 1
+    assert "nav shows no sign of life: killed" in caplog.text
+    child.reap(0.0)
+
+
+def test_a_starved_child_is_waited_for_longer_than_one_that_hangs_but_not_for_ever(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    child = Child(PROCESSES["nav"], ["sleep", "1000"], tmp_path, SuperviseSettings(watchdog_s=3.0))
+    waited_s = 0.0
+    monkeypatch.setattr(supervisor_module, "processor_time", lambda _: ProcessorTime(0, round(waited_s * NS)))
+    monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "nav.notify"))
+    child.step(0.0)
+    service.notify("WATCHDOG=1")
+    child.step(1.0)
+    first = child.pid
+    for waited_s in range(4, 28, 3):
+        child.step(1.0 + waited_s)
+        assert (child.pid, child.busy) == (first, STARVED)
+    waited_s = 31
+    child.step(32.0)
+    assert child.pid == 0
     child.reap(0.0)
 
 

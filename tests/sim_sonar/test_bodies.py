@@ -24,7 +24,7 @@ def local(body: Body, point: Floats) -> Floats:
     return np.asarray((point - body["centre"]) @ body["axes"].T)
 
 
-@settings(deadline=None)  # the first call compiles
+@settings(deadline=None)  # on a busy machine
 @given(
     st.sampled_from([bodies.SPHERE, bodies.CYLINDER, bodies.PLANE]),
     st.tuples(angle, angle, angle),

@@ -24,7 +24,7 @@ def test_eq_3_and_4_at_tabulated_angles(alpha_deg: float, expected: float) -> No
     assert reflectivity(math.cos(math.radians(alpha_deg)), 0.3, 0.5, 0.4) == pytest.approx(expected, abs=2e-5)
 
 
-@settings(deadline=None)  # the first call compiles
+@settings(deadline=None)  # on a busy machine
 @given(st.floats(-1.1, 1.1), st.floats(0, 2), st.floats(0, 2), st.floats(1e-3, 1.5))
 def test_reflectivity_is_finite_and_never_negative(cosine: float, cd: float, cs: float, sigma: float) -> None:
     gamma = reflectivity(cosine, cd, cs, sigma)

@@ -18,6 +18,8 @@ from ods.sim_sonar.receiver.speckle_law import beam_overlap_correlation, taps
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 
+pytestmark = pytest.mark.slow
+
 SEABAT_FILE = Path(__file__).parents[2] / "config/sonars/seabat6012.toml"
 SEABAT = load_sonar(SEABAT_FILE)
 EVEN = np.ones((60, 2000))

@@ -23,6 +23,8 @@ from ods.sonar_link.settings import SonarSettings
 from tests.sonar_link.sonar_process import Process, Sonar, running
 from tests.sonar_link.sonar_samples import UTC_NS, Device, make_ping
 
+pytestmark = pytest.mark.slow
+
 RECOVERY_S = 2.0
 FULL = {"beams": 60, "samples": 2000, "dr_m": 0.05}
 RATE_HZ = 6.7

@@ -29,6 +29,8 @@ from ods.sonar_link.orders import Controls
 from ods.sonar_link.s7k import records
 from tests.sonar_link.sonar_samples import make_ping
 
+pytestmark = pytest.mark.slow
+
 CONFIG = Path(__file__).parents[2] / "config"
 DR_M = 0.25
 PERIOD_S = 0.05

@@ -49,7 +49,10 @@ def kernel() -> uml.Kernel:
 
 @pytest.fixture(scope="session")
 def root(folder: Path, kernel: uml.Kernel) -> Path:
-    """Return the root of a Debian with the project's sources in /src, and what pip needs in /wheels."""
+    """Return the root of a Debian with the project's sources in /src, and what pip needs in /wheels.
+
+    As it has no compiler, the wheels of the project are there, too: of this version, and in /newer of a later one.
+    """
     try:
         base = debian_root.base()
         wheels = debian_root.wheels(base)
@@ -59,6 +62,9 @@ def root(folder: Path, kernel: uml.Kernel) -> Path:
     subprocess.run(["cp", "-a", base, root], check=True)
     shutil.copytree(wheels, root / "wheels")
     debian_root.put_sources(root / "src")
+    for place, version in (("wheels", None), ("newer", "99.0")):
+        (root / place).mkdir(exist_ok=True)
+        shutil.copy(debian_root.project_wheel(folder / f"wheel-{place}", version), root / place)
     for user in ("planner", "stranger"):
         inside(root, "useradd", user)
     return root
@@ -66,7 +72,8 @@ def root(folder: Path, kernel: uml.Kernel) -> Path:
 
 def inside(root: Path, *command: str) -> str:
     """Run a command in the root that must not fail, pip without a network; return what it printed."""
-    done = debian_root.inside(root, *command, PIP_NO_INDEX="1", PIP_FIND_LINKS="/wheels")
+    (wheel,) = (root / "wheels").glob("ods-*.whl")
+    done = debian_root.inside(root, *command, PIP_NO_INDEX="1", PIP_FIND_LINKS="/wheels", WHEEL=f"/wheels/{wheel.name}")
     assert done.returncode == 0, done.stdout
     return done.stdout
 

@@ -4,6 +4,7 @@ import fcntl
 import hashlib
 import os
 import platform
+import re
 import shutil
 import subprocess
 import sys
@@ -84,6 +85,18 @@ def put_sources(folder: Path) -> None:
     packed = ["tar", f"--directory={PROJECT}", "--create", "--files-from=-"]
     archive = subprocess.run(packed, input=present.encode(), capture_output=True, check=True).stdout
     subprocess.run(["tar", "--extract", "--no-same-owner", f"--directory={folder}"], input=archive, check=True)
+
+
+def project_wheel(folder: Path, version: str | None) -> Path:
+    """Return a wheel of the project, of another version if one is given, made in `folder`."""
+    source = folder / "source"
+    put_sources(source)
+    if version:
+        init = source / "ods" / "__init__.py"
+        init.write_text(re.sub("__version__ = .*", f'__version__ = "{version}"', init.read_text()))
+    pip = [sys.executable, "-m", "pip", "--quiet", "--disable-pip-version-check", "wheel", "--no-build-isolation"]
+    subprocess.run([*pip, "--no-deps", "--no-index", "--wheel-dir", str(folder), str(source)], check=True)
+    return next(folder.glob("*.whl"))
 
 
 def inside(root: Path, *command: str, **environment: str) -> "subprocess.CompletedProcess[str]":

@@ -12,11 +12,10 @@ CONFIG = "/etc/ods/onboard.toml"
 
 
 def test_the_containerfiles_line_installs_without_systemd(containers_lines: str) -> None:
-    assert "variants of kernels" in containers_lines
+    assert "installing ODS" in containers_lines
 
 
 def test_install_makes_everything_and_says_what_is_next(installed: str) -> None:
-    assert "all kernels are compiled" in installed  # by the line before
     assert "starts with the computer" in installed
 
 
@@ -45,12 +44,9 @@ def test_a_user_outside_the_group_is_refused_and_told_so(life: Life) -> None:
     assert "no right to open" in picture.reasons[0]
 
 
-def test_the_processes_run_as_ods_and_without_the_compiler(life: Life) -> None:
+def test_the_processes_run_as_ods(life: Life) -> None:
     for unit in UNITS:
-        pid = life.pid_of(unit)
-        assert life.guest.run("stat", "-c", "%U", f"/proc/{pid}") == "ods"
-        assert "_typeconv" not in life.guest.run("cat", f"/proc/{pid}/maps")  # of numba
-    assert "compiled" not in life.journal()
+        assert life.guest.run("stat", "-c", "%U", f"/proc/{life.pid_of(unit)}") == "ods"
 
 
 @pytest.mark.parametrize("process", ["pipeline", "tracker"])
@@ -64,7 +60,6 @@ def test_a_user_without_a_home_can_start_a_process_by_hand(life: Life, process: 
     life.wait_for(lambda: f"{process}: ready" in life.guest.run("cat", "/tmp/nobody/said"))
     said = life.guest.run("sh", "-c", f"kill {pid}; cat /tmp/nobody/said; rm -rf /tmp/nobody; true")
     assert "Traceback" not in said
-    assert "compiled" not in said
 
 
 def test_only_root_can_change_the_program(life: Life) -> None:
@@ -125,10 +120,10 @@ def test_a_map_made_by_root_is_told_with_what_mends_it_and_is_then_used(life: Li
 
 def test_an_upgrade_keeps_the_configuration_and_restarts_what_runs(life: Life) -> None:
     life.guest.run("sh", "-c", f"echo '# of the user' >>{CONFIG}")
-    life.guest.run("sed", "-i", 's/^__version__ = .*/__version__ = "99.0"/', "/src/ods/__init__.py")
+    newer = life.guest.run("sh", "-c", "echo /newer/ods-*.whl")
     life.guest.run("systemctl", "stop", "ods@pipeline")
     pids = {unit: life.pid_of(unit) for unit in UNITS}
-    install = ("env", "PIP_NO_INDEX=1", "PIP_FIND_LINKS=/wheels", "make", "-C", "/src", "install")
+    install = ("env", "PIP_NO_INDEX=1", "PIP_FIND_LINKS=/wheels", "make", "-C", "/src", "install", f"WHEEL={newer}")
     said = life.guest.run(*install, timeout_s=800.0)
     assert f"kept as it is: {CONFIG}" in said
     assert "ods 99.0" in said
@@ -144,7 +139,6 @@ def test_after_a_reboot_it_comes_up_by_itself(life: Life, figure: Callable[[str]
     picture = life.planner()
     assert (picture.valid, picture.reasons) == (True, [])
     figure(f"first valid list {picture.up_s:.1f} s after power-on")
-    assert "compiled" not in life.journal()
 
 
 def test_uninstall_leaves_what_it_says_and_nothing_else(life: Life) -> None:

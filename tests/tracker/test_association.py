@@ -11,13 +11,15 @@ from scipy.stats import multivariate_normal, norm
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import quat_from_euler
+from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import ClutterDensity
 from ods.tracker.association.gating import Detectability, Hypotheses, hypotheses, scored
 from ods.tracker.association.gnn import best_pairs
-from ods.tracker.association.split_merged import parts_inside, put_together
+from ods.tracker.association.match import shown
+from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import predicted_measurement
 from ods.tracker.measurement.scan import vehicle_at
-from ods.tracker.observer.belief import Belief
+from ods.tracker.observer.belief import Belief, Estimate
 from ods.tracker.settings import EchoSettings
 from tests.tracker.samples import NO_SIGMA, echoes
 
@@ -145,12 +147,19 @@ def test_parts_are_found_inside_the_circle_only() -> None:
     """An object of 6 m radius at 50 m: echoes 4 m right and 5 m beyond are its parts, one 7 m to the left is not."""
     assert VEHICLE is not None
     seen = echoes([(50.0, 4.0 / 50.0, 2.0), (55.0, 0.0, 2.0), (50.0, -7.0 / 50.0, 2.0)])
-    predicted = predicted_measurement(np.array([[50.0], [0.0], [0.0]]), np.ones((3, 1)), np.zeros(1), VEHICLE)
-    wholes, parts = parts_inside(predicted, np.array([6.0]), seen, np.array([0]), np.arange(3))
-    assert wholes.tolist() == [0, 0]
-    assert parts.tolist() == [0, 1]
-    together = put_together(Hypotheses(wholes, parts, np.array([1.0, 3.0]), np.zeros(2)), seen, np.array([6.0]))
-    assert together.llr.tolist() == [3.0]
+    position, one, none = np.array([[50.0], [0.0], [0.0]]), np.ones(1), np.zeros(1)
+    estimate = Estimate(position, np.ones((3, 1)), none, np.zeros((2, 1)), np.zeros((3, 1)), 6.0 * one, one, one)
+    predicted = predicted_measurement(position, np.ones((3, 1)), none, VEHICLE)
+    yes = np.ones(1, bool)
+    nobody = Hypotheses(np.zeros(0, np.intp), np.zeros(0, np.intp), np.zeros(0), np.zeros(0))
+    asked = Question(nobody, yes, seen, predicted, estimate)
+    answer = Assignment(nobody, seen.take(nobody.echoes), np.zeros(3, bool))
+    by_chance = np.array([math.exp(-1.0), math.exp(-3.0), 0.5])
+    clutter = ClutterDensity(by_chance / (math.pi * 6.0**2), np.ones(3), np.ones(3))
+    view = FieldOfView(yes, one, ~yes, ~yes, one)
+    together = shown(asked, answer, view, clutter, Detectability(one, 0.9))
+    assert together.unexplained.tolist() == [2]
     assert together.objects.tolist() == [0]
+    assert together.look.rows.llr.tolist() == [pytest.approx(3.0)]
     assert together.echoes.rows.range_m.tolist() == [52.5]
     assert together.echoes.rows.bearing[0] == pytest.approx(0.04)

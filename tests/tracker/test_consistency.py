@@ -11,6 +11,8 @@ import pytest
 from benchmarks.consistency import Case, one_run
 from ods.tracker.observer.registry import OBSERVERS
 
+pytestmark = pytest.mark.slow
+
 RUNS = 6
 UNSEEN = (
     Case("level", 50.0),

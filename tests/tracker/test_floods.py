@@ -5,7 +5,11 @@ import subprocess
 import sys
 import time
 
+import pytest
+
 from tests.tracker.played import played
+
+pytestmark = pytest.mark.slow
 
 FLOOD = """
 import sys

@@ -7,8 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from benchmarks.covariance_forms import ACCELERATION_NOISE, Factors
+from ods.compiled import native
 from ods.tracker.observer import axis_kalman
 from ods.tracker.observer.axis_kalman import AxisState
 
@@ -138,15 +138,6 @@ def test_two_steps_equal_a_long_one(dt: float, share: float, noise: float) -> No
         np.testing.assert_allclose(a, b, rtol=1e-9)
 
 
-@kernel
-def predict_and_update(lines: Floats, dt: float, noise: float, measured: Floats, noise_variance: Floats) -> None:
-    """Compiled loop over the (5, n) columns of axis states, as observers have one."""
-    for i in range(lines.shape[1]):
-        state = AxisState(lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i])
-        state = axis_kalman.update(axis_kalman.predict(state, dt, noise), measured[i], noise_variance[i])
-        lines[0, i], lines[1, i], lines[2, i], lines[3, i], lines[4, i] = state
-
-
 def test_it_stays_positive_definite_whatever_the_noise() -> None:
     """A million updates of all kinds: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2, places at 1e6 m."""
     rng = np.random.default_rng(1)
@@ -155,9 +146,22 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
         noise_variance = 10.0 ** rng.uniform(-12, 12, 1000)
         measured = 1e6 + rng.normal(0.0, 1.0, 1000)
         dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
-        predict_and_update(lines, dt, noise, measured, noise_variance)
+        native.axis_predict(lines, dt, noise)
+        native.axis_update(lines, measured, noise_variance)
         assert (lines[[2, 4]] > 0.0).all()
     assert np.isfinite(lines).all()
+
+
+def test_the_forms_compared_are_those_of_the_tracker() -> None:
+    """What the benchmark of forms measures in either precision is what the tracker computes."""
+    forms, lines = Factors(3, np.float64), np.repeat(np.array([[0.0], [0.0], [1.0], [0.0], [1.0]]), 3, axis=1)
+    for k in range(5):
+        noise = np.array([0.01, 1.0, 100.0]) * (1.0 + k)
+        forms.predict(0.3 + k)
+        forms.update(noise)
+        native.axis_predict(lines, 0.3 + k, ACCELERATION_NOISE)
+        native.axis_update(lines, np.zeros(3), noise)
+    np.testing.assert_allclose(lines[2:], [forms.variance, forms.slope, forms.residual], rtol=1e-12)
 
 
 def test_everything_known_exactly_stays_so() -> None:

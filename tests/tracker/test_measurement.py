@@ -219,7 +219,9 @@ def test_an_object_at_the_vehicles_own_place_is_no_trouble() -> None:
 
 def seen_at(place: list[float], sigma: float, sigma_down: float = 0.01) -> tuple[bool, float]:
     variance = np.array([[sigma**2], [sigma**2], [sigma_down**2]])
-    predicted = predicted_measurement(np.array([place]).T, variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0]))
+    predicted = predicted_measurement(
+        np.array([place], float).T.copy(), variance, np.zeros(1), vehicle([0, 0, 0], [0, 0, 0])
+    )
     result = field_of_view(predicted, np.zeros(predicted.table.shape[-1]), coverage_of(SECTOR), (), 2.0)
     return bool(result.inside[0]), float(result.watched[0])
 

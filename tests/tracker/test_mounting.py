@@ -68,6 +68,7 @@ class Desk:
             run_dir=run_dir,
             publish=self.publish,
             complain_once=print,
+            overload=str,
         )
         site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
         config = TrackerConfig(site=site, pose=PoseSettings(), tracker=TrackerSettings(), mounting=mounting)

@@ -9,19 +9,20 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
-from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
-from ods.tracker.observer import ud_filter
+from ods.tracker.measurement.model import ATTITUDE, UNSEEN, PositionMeasurement
+from ods.tracker.named import Named
 from ods.tracker.observer.belief import moment_match
-from ods.tracker.observer.imm import InteractingModels, Model, interact, scratch_for
+from ods.tracker.observer.horizontal import NewPlaces
+from ods.tracker.observer.imm import FACTORS, InteractingModels, Model
 from ods.tracker.observer.motion_hypotheses import StaticOrMovingObserver
 from ods.tracker.observer.registry import OBSERVERS, Observer, make_observer
-from ods.tracker.observer.sensitivity import STATE, Place
-from ods.tracker.observer.ud_filter import DIAGONAL, FACTORS, LOWER, STATE_ROWS
+from ods.tracker.observer.sensitivity import STATE, Heights
 from ods.tracker.settings import REST, MotionSettings
 
 Long = NDArray[np.longdouble]
 BOTH = np.array([0, 1])
+DIAGONAL, LOWER = STATE, 2 * STATE
+"""First of the rows of D, and of those of L below its diagonal, of a filter's factors."""
 
 
 class MatrixFilter:
@@ -62,11 +63,6 @@ def noise_of(along: float, across: float, angle: float) -> Floats:
     return matrix
 
 
-def place(position: Floats, noise: Floats) -> Place:
-    """Return a (2,) position with its (2, 2) covariance."""
-    return Place(float(position[0]), float(position[1]), float(noise[0, 0]), float(noise[1, 1]), float(noise[0, 1]))
-
-
 def covariance_of(s: Floats, i: int = 0) -> Floats:
     """Return P = L D L' of column i."""
     lower = np.eye(4)
@@ -81,53 +77,72 @@ fixes = st.tuples(
 steps = st.lists(st.tuples(st.floats(0.0, 30.0), st.one_of(st.none(), fixes)), min_size=1, max_size=30)
 
 
+def fixes_of(places: Floats, noise: Floats) -> PositionMeasurement:
+    """Return measurements of k objects: (2, k) and (3, k), variances and covariance; nothing is known of heights."""
+    zeros = np.zeros(places.shape[1])
+    level = zeros, zeros, zeros + 1.0, zeros, np.zeros((2, len(zeros))), np.zeros((UNSEEN, 2, len(zeros))), np.zeros(2)
+    nn, ee, ne = noise
+    return PositionMeasurement(np.vstack([places, zeros]), nn, ee, ne, *level)
+
+
+def begun(filters: InteractingModels, places: Floats, noise: Floats) -> Floats:
+    """Append objects; return (hypotheses, FACTORS, k) states and factors: a view until more are appended."""
+    told = fixes_of(places, noise)
+    filters.append(NewPlaces(places, noise[:2], noise[2], told.sensitivity))
+    table: Floats = filters.tables()[0].table
+    return table
+
+
+def correct(filters: InteractingModels, told: PositionMeasurement, since_s: float = 0.0) -> None:
+    """Take one measurement of each object, whose heights are known."""
+    count = len(told.height)
+    heights = Named(Heights, np.zeros((5, 2, count)))
+    filters.update(np.arange(count), told, np.full(count, since_s), heights)
+
+
 @settings(max_examples=100, deadline=None)
 @given(steps, st.floats(0.0, 10.0))
 def test_the_factored_form_equals_the_matrix_form(
     sequence: list[tuple[float, tuple[float, float, float, float, float] | None]], noise: float
 ) -> None:
     first = noise_of(0.01, 0.8, 0.6)
-    begin = np.array([3.0, -2.0])
-    s, textbook = np.zeros((FACTORS, 1)), MatrixFilter(begin, first, 0.5)
-    ud_filter.start(s, 0, place(begin, first), 0.5)
+    begin = np.array([[3.0], [-2.0]])
+    filters = InteractingModels(MotionSettings(velocity_sigma=math.sqrt(0.5)), [Model(noise, 1.0)])
+    s = begun(filters, begin, first[[0, 1, 0], [0, 1, 1], None])[1]
+    textbook = MatrixFilter(begin[:, 0], first, 0.5)
+    leaning = filters.tables()[2].table[1, ATTITUDE]
     for dt, fix in sequence:
-        ud_filter.predict(s, 0, dt, noise)
+        filters.predict(dt)
         textbook.predict(dt, noise)
         if fix:
             where, r = np.array(fix[:2]), noise_of(*fix[2:])
-            before = s[:STATE_ROWS, 0].copy()
-            away = float(where[0] - before[0]), float(where[1] - before[1])
-            gain = ud_filter.update(s, 0, away, place(where, r))
+            told = fixes_of(where[:, None], r[[0, 1, 0], [0, 1, 1], None])
+            # A derivative that is the state, and is told the place, follows with the same gain.
+            leaning[:], told.sensitivity[ATTITUDE, :, 0] = s[:STATE], where
+            correct(filters, told)
             textbook.update(where, r)
-            moved = np.array(gain.north) * away[0] + np.array(gain.east) * away[1]
-            np.testing.assert_allclose(s[:STATE_ROWS, 0], before + moved, rtol=1e-12, atol=1e-12)
+            np.testing.assert_allclose(leaning, s[:STATE], rtol=1e-12, atol=1e-12)
     truth = textbook.p.astype(np.float64)
     scale = np.sqrt(np.outer(np.diag(truth), np.diag(truth)))
     assert (np.abs(covariance_of(s) - truth) <= 1e-8 * scale).all()
-    np.testing.assert_allclose(s[:STATE_ROWS, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
+    np.testing.assert_allclose(s[:STATE, 0], textbook.x.astype(np.float64), rtol=1e-7, atol=1e-6)
     # What is told of parts of the state is that of the whole.
-    np.testing.assert_allclose(ud_filter.place_of(s, 0)[2:], truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
-    np.testing.assert_allclose(ud_filter.velocity_variances(s, 0), truth[[2, 3], [2, 3]], rtol=1e-6)
-
-
-@kernel
-def predict_and_update(s: Floats, dt: float, noise: float, places: Floats, r: Floats) -> None:
-    """Compiled loop over all objects; `r`: (3, n) variances and covariances."""
-    for i in range(places.shape[1]):
-        ud_filter.predict(s, i, dt, noise)
-        away = places[0, i] - s[0, i], places[1, i] - s[1, i]
-        ud_filter.update(s, i, away, Place(places[0, i], places[1, i], r[0, i], r[1, i], r[2, i]))
+    state, (velocity, velocity_variance) = filters.state(), filters.velocity()
+    np.testing.assert_array_equal([*state.position[1, :, 0], *velocity[:, 0]], s[:STATE, 0])
+    told_variances = *state.variance[1, :, 0], state.covariance_ne[1, 0]
+    np.testing.assert_allclose(told_variances, truth[[0, 1, 0], [0, 1, 1]], rtol=1e-6, atol=1e-9)
+    np.testing.assert_allclose(velocity_variance[:, 0], truth[[2, 3], [2, 3]], rtol=1e-6)
 
 
 def test_it_stays_positive_definite_whatever_the_noise() -> None:
-    """A million updates: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2 in any direction, at 1e6 m."""
-    rng = np.random.default_rng(1)
-    s = np.zeros((FACTORS, 1000))
-    for i in range(1000):
-        ud_filter.start(s, i, Place(1e6, 1e6, 1e-12, 1e-12, 0.0), 1e6)
+    """Millions of updates: intervals from 1e-9 to 1e5 s, noise from 1e-12 to 1e12 m^2 in any direction, at 1e6 m."""
+    rng, count = np.random.default_rng(1), 1000
+    models = [Model(10.0**exponent, 0.2) for exponent in (-6, -4, -2, 0, 2)]
+    filters = InteractingModels(MotionSettings(velocity_sigma=1e3), models)
+    s = begun(filters, np.full((2, count), 1e6), np.repeat([[1e-12], [1e-12], [0.0]], count, axis=1))
     for _ in range(1000):
-        along, across = 10.0 ** rng.uniform(-12, 12, (2, 1000))
-        angle = rng.uniform(-np.pi, np.pi, 1000)
+        along, across = 10.0 ** rng.uniform(-12, 12, (2, count))
+        angle = rng.uniform(-np.pi, np.pi, count)
         north, east = np.cos(angle), np.sin(angle)
         r = np.stack(
             [
@@ -136,11 +151,23 @@ def test_it_stays_positive_definite_whatever_the_noise() -> None:
                 north * east * (along - across),
             ]
         )
-        places = 1e6 + rng.normal(0.0, 1.0, (2, 1000))
-        dt, noise = float(10.0 ** rng.uniform(-9, 5)), float(10.0 ** rng.uniform(-6, 2))
-        predict_and_update(s, dt, noise, places, r)
-        assert (s[DIAGONAL:LOWER] > 0.0).all()
+        filters.predict(float(10.0 ** rng.uniform(-9, 5)))
+        correct(filters, fixes_of(1e6 + rng.normal(0.0, 1.0, (2, count)), r))
+        assert (s[1:, DIAGONAL:LOWER] > 0.0).all()
     assert np.isfinite(s).all()
+
+
+def exchanged(shares: Floats, usual: Floats, stay: float, s: Floats, unseen: Floats) -> Floats:
+    """Let two models of one object, at rest in `s` and `unseen`, exchange their states; return their shares then."""
+    models = [Model(1.0, share) for share in usual.tolist()]
+    filters = InteractingModels(MotionSettings(), models, -math.log(stay))
+    begun(filters, np.zeros((2, 1)), np.array([[1.0], [1.0], [0.0]]))
+    tables = [table.table for table in filters.tables()]
+    for table, given_numbers in zip(tables, (s, shares, unseen), strict=False):
+        table[:] = given_numbers
+    correct(filters, fixes_of(np.zeros((2, 1)), np.array([[1e30], [1e30], [0.0]])), since_s=1.0)  # which tells nothing
+    s[:], unseen[:] = tables[0], tables[2]
+    return np.asarray(tables[1][:, 0])
 
 
 def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
@@ -149,16 +176,16 @@ def test_mixing_gives_mean_and_covariance_of_the_moment_match() -> None:
     shares, usual, stay = np.array([[0.3], [0.7]]), np.array([0.9, 0.1]), 0.8
     unseen = rng.uniform(-1.0, 1.0, (3, UNSEEN, STATE, 1))
     leaning = unseen[1:, :, :, 0].copy()
-    before = [(s[1 + m, :STATE_ROWS, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
-    interact(s, shares, unseen, 0, usual, stay, scratch_for(2))
+    before = [(s[1 + m, :STATE, 0].copy(), covariance_of(s[1 + m])) for m in range(2)]
+    after = exchanged(shares, usual, stay, s, unseen)
     into = stay * np.eye(2) + (1.0 - stay) * usual[None, :]
     share = np.array([0.3, 0.7]) @ into
-    np.testing.assert_allclose(shares[:, 0], share)
+    np.testing.assert_allclose(after, share)
     for to in range(2):
         came = np.array([0.3, 0.7]) * into[:, to] / share[to]
         mean = sum(w * x for w, (x, _) in zip(came, before, strict=True))
         spread = sum(w * (p + np.outer(x - mean, x - mean)) for w, (x, p) in zip(came, before, strict=True))
-        np.testing.assert_allclose(s[1 + to, :STATE_ROWS, 0], mean)
+        np.testing.assert_allclose(s[1 + to, :STATE, 0], mean)
         np.testing.assert_allclose(covariance_of(s[1 + to]), spread)
         np.testing.assert_allclose(unseen[1 + to, :, :, 0], np.tensordot(came, leaning, 1))
 
@@ -168,14 +195,22 @@ def test_what_is_of_next_to_no_weight_does_not_widen_a_model() -> None:
     s = rng.uniform(0.2, 2.0, (3, FACTORS, 1))
     unseen = rng.uniform(-1.0, 1.0, (3, UNSEEN, STATE, 1))
     shares, usual, stay = np.array([[0.95], [0.05]]), np.array([0.9, 0.1]), 0.97
-    state, covariance, leaning = s[1, :STATE_ROWS, 0].copy(), covariance_of(s[1]), unseen[1].copy()
-    other = s[2, :STATE_ROWS, 0].copy()
-    interact(s, shares, unseen, 0, usual, stay, scratch_for(2))
-    np.testing.assert_allclose(shares[:, 0], [0.97 * 0.95 + 0.03 * 0.9, 0.97 * 0.05 + 0.03 * 0.1])
-    np.testing.assert_allclose(s[1, :STATE_ROWS, 0], state)
+    state, covariance, leaning = s[1, :STATE, 0].copy(), covariance_of(s[1]), unseen[1].copy()
+    other = s[2, :STATE, 0].copy()
+    after = exchanged(shares, usual, stay, s, unseen)
+    np.testing.assert_allclose(after, [0.97 * 0.95 + 0.03 * 0.9, 0.97 * 0.05 + 0.03 * 0.1])
+    np.testing.assert_allclose(s[1, :STATE, 0], state)
     np.testing.assert_allclose(covariance_of(s[1]), covariance)
     np.testing.assert_allclose(unseen[1], leaning)
-    assert (s[2, :STATE_ROWS, 0] != other).all(), "the other way the share is large"
+    assert (s[2, :STATE, 0] != other).all(), "the other way the share is large"
+
+
+def test_no_time_changes_nothing() -> None:
+    observer = track(make_observer("manoeuvring", MotionSettings()), angle=0.7)
+    before = [table.table.copy() for table in observer.tables()]
+    observer.predict(0.0)
+    for table, was in zip(observer.tables(), before, strict=True):
+        np.testing.assert_array_equal(table.table, was)
 
 
 def measured_at(places: Floats, along: float, across: float, angle: float) -> PositionMeasurement:

@@ -22,7 +22,7 @@ from ods.tracker.association.onset import (
 )
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import OnsetState, TrackerState
-from ods.tracker.track.doubt import Doubt, doubt_rows, proof
+from ods.tracker.track.doubt import Doubt, proof
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RATE_HZ, scan
 from tests.tracker.spots import told_after
@@ -86,8 +86,9 @@ def test_an_echo_that_is_joined_with_neighbours_tells_nothing_of_its_onset() -> 
 
 
 def test_what_is_new_needs_higher_odds_where_its_echoes_tell_their_onset() -> None:
-    d = doubt_rows(np.zeros((len(Doubt._fields), 2)))
+    table = np.zeros((len(Doubt._fields), 2))
+    d = Doubt(*table)
     d.visible[:], d.silent[:], d.nothing[:], d.spot[:] = 0.97, 0.02, 0.006, 0.004
     d.set_in[1] = 3.0
-    assert proof(d, 0) == pytest.approx(0.99)
-    assert proof(d, 1) / (1.0 - proof(d, 1)) == pytest.approx(99.0 / DEARER)
+    assert proof(table, 0) == pytest.approx(0.99)
+    assert proof(table, 1) / (1.0 - proof(table, 1)) == pytest.approx(99.0 / DEARER)

@@ -14,6 +14,8 @@ from ods.tracker.map.store import open_map
 from ods.tracker.output.validity import AWAY_S
 from tests.tracker.played import LISTENING_NS, Chain, good, played, says
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def chain() -> Iterator[Chain]:

@@ -16,6 +16,8 @@ from ods.messages import ObstacleList
 from ods.tracker.map.store import copy_of_map
 from tests.tracker.played import ECHOES, Chain, good, played
 
+pytestmark = pytest.mark.slow
+
 STALL_S = float(os.environ.get("ODS_TEST_STALL_S", "5"))
 
 SHIM = r"""

@@ -118,7 +118,7 @@ def milliseconds(settings: Sequence[PipelineSettings], ping: Ping, rounds: int) 
     """Return the median time of each chain for one ping, measured in turns, so that a busy moment harms them alike."""
     chains = [(Chain(each, learnt_cells=SWEEP_CELLS), turns_of(each)) for each in settings]
     spent = np.empty((rounds, len(chains)))
-    for turn in range(-1, rounds):  # the first time compiles and fills buffers, the next one takes its place
+    for turn in range(-1, rounds):  # the first time fills buffers, the next one takes its place
         for index, (chain, turns) in enumerate(chains):
             began = time.perf_counter_ns()
             for number in range(turns):

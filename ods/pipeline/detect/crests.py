@@ -10,8 +10,8 @@ from itertools import islice
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32, Image, Ints32, Mask
-from ods.compiled.kernel import kernel
+from ods.base.arrays import Floats, Image, Ints32, Mask
+from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.regions import Regions, Runs
 
@@ -21,14 +21,8 @@ _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
 """Tiles along each side of a region; it is judged with the eight around it."""
-_LEAST_TILES = 32
-"""Fewer, in a region and those around it, tell nothing."""
-_BINS, _BIN = 320, 0.1
-"""Of the histograms of maxima, in multiples of the noise."""
-_MIDDLE, _UPPER = 0.5, 0.9
-"""The two quantiles. An object fills few tiles and cannot move them far."""
-_TOO_HIGH = 2.5
-"""Maxima more than so many times as far over the background as the middle one are objects: a wall fills a tenth."""
+_BINS = 320
+"""Of the histograms of maxima."""
 _BY_CHANCE = 1.12
 """Regions of speckle itself differ by so much: 19 of 20 by less."""
 _LEARNT_IMAGES = 8
@@ -65,12 +59,11 @@ class CrestMeter:
         region as seldom as `level` is by speckle; 1 where crests are no higher than those of speckle.
         """
         background, noise = measured
-        middle, upper = self.of_speckle
+        middle, upper = self.of_speckle.tolist()
         if not upper > middle or noise <= 0.0:
             return np.ones((1, 1))
-        crests = self._measure(image, background, noise)
-        reached = crests[..., 0] + (crests[..., 1] - crests[..., 0]) * (level - middle) / (upper - middle)
-        factors = reached / level
+        share = (level - middle) / (upper - middle)  # of the way from the one to the other quantile
+        factors: Floats = self._measure(image, background, noise) @ ((1.0 - share) / level, share / level)
         factors[factors < _BY_CHANCE] = 1.0
         return factors
 
@@ -81,7 +74,7 @@ class CrestMeter:
         """
         if (factors == 1.0).all():
             return image
-        shrink(image, np.float32(background), (1.0 / factors).astype(np.float32), self._region, self._scaled)
+        shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
         return self._scaled
 
     def faint(self, image: Image, regions: Regions, levels: Image) -> Mask | None:
@@ -104,91 +97,28 @@ class CrestMeter:
         return quantiles_around(self._histograms)
 
 
-@kernel
 def count_maxima(image: Image, tile: tuple[int, int], background: float, noise: float, histograms: Ints32) -> None:
     """Fill histograms (rows, columns, bins) with the tiles' maxima of each region, as `CrestMeter._measure` says.
 
     Tiles whose cells are all 0 hold no data and do not count.
     """
-    beams, samples = image.shape
-    highest = np.empty(samples, np.float32)
-    histograms[:] = 0
-    most = histograms.shape[2] - 1
-    for first in range(0, beams, tile[0]):
-        row = histograms[first // (tile[0] * _REGION)]
-        highest[:] = np.float32(0.0)
-        for beam in range(first, min(first + tile[0], beams)):  # whole rows, beam by beam: that vectorises
-            cells = image[beam]
-            for j in range(samples):
-                highest[j] = cells[j] if cells[j] > highest[j] else highest[j]
-        for begin in range(0, samples, tile[1]):
-            crest = np.float32(0.0)
-            for j in range(begin, min(begin + tile[1], samples)):
-                crest = highest[j] if highest[j] > crest else crest
-            if crest > np.float32(0.0):
-                place = (float(crest) - background) / (noise * _BIN)
-                row[begin // (tile[1] * _REGION), int(min(max(place, 0.0), most))] += 1
+    native.count_maxima(image, tile, _REGION, background, noise, histograms)
 
 
-@kernel
 def quantiles_around(histograms: Ints32) -> Floats:
     """Return (rows, columns, 2): the two quantiles of each region and those around it; (0, 0) where tiles are few."""
-    rows, columns, bins = histograms.shape
-    out = np.zeros((rows, columns, 2))
-    total = np.empty(bins, np.int32)
-    for i in range(rows):
-        for j in range(columns):
-            total[:] = 0
-            for near in range(max(0, i - 1), min(rows, i + 2)):
-                for beside in range(max(0, j - 1), min(columns, j + 2)):
-                    for k in range(bins):
-                        total[k] += histograms[near, beside, k]
-            if total.sum() >= _LEAST_TILES:
-                middle = _quantile(total, _MIDDLE, bins)
-                out[i, j, 0] = _BIN * middle
-                out[i, j, 1] = _BIN * _quantile(total, _UPPER, min(bins, int(_TOO_HIGH * middle) + 1))
-    return out
+    quantiles = np.empty((*histograms.shape[:2], 2))
+    native.quantiles_around(histograms, quantiles)
+    return quantiles
 
 
-@kernel
-def _quantile(histogram: Ints32, share: float, bins: int) -> float:
-    """Return the quantile of what is in the first bins, in bins, interpolated."""
-    rank, below = share * histogram[:bins].sum(), 0
-    for k in range(bins):
-        if below + histogram[k] >= rank:
-            return float(k + (rank - below) / max(1, histogram[k]))
-        below += histogram[k]
-    return float(bins)
-
-
-@kernel
-def shrink(image: Image, background: np.float32, factors: Image, region: tuple[int, int], out: Image) -> None:
+def shrink(image: Image, background: float, factors: Image, region: tuple[int, int], out: Image) -> None:
     """Fill out with background + (image - background) * the factor (rows, columns) of the region."""
-    beams, samples = image.shape
-    along = np.empty(samples, np.float32)
-    for first in range(0, beams, region[0]):
-        row = factors[first // region[0]]
-        for j in range(samples):
-            along[j] = row[j // region[1]]
-        for beam in range(first, min(first + region[0], beams)):
-            _shrink_cells(image[beam], background, along, out[beam])
+    native.shrink(image, background, factors, region, out)
 
 
-@kernel
-def _shrink_cells(cells: Floats32, background: np.float32, factors: Floats32, out: Floats32) -> None:
-    for j in range(cells.size):
-        shrunk = background + (cells[j] - background) * factors[j]
-        out[j] = cells[j] if factors[j] == np.float32(1.0) else shrunk
-
-
-@kernel
 def reaching(image: Image, runs: Runs, total: int, levels: Image, region: tuple[int, int]) -> Mask:
     """Tell (total,) which regions of runs have a cell above the level (rows, columns) of its region of the image."""
-    found = np.zeros(total, np.bool_)
-    for i in range(runs.shape[0]):
-        beam, row = runs[i].beam, levels[runs[i].beam // region[0]]
-        for column in range(runs[i].first, runs[i].stop):
-            if image[beam, column] > row[column // region[1]]:
-                found[runs[i].region - 1] = True
-                break
+    found = np.empty(total, np.bool_)
+    native.reaching(image, runs, levels, region, found)
     return found

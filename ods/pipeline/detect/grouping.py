@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Image
-from ods.pipeline.detect.edge_of_image import without_weak_at_border
-from ods.pipeline.detect.region_growing import NOT_A_NUMBER, GrowingRule, find_regions, room_for_runs
+from ods.base.arrays import Image, Mask
+from ods.pipeline.detect.edge_of_image import strong_at_border
+from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.split import split_regions
-from ods.pipeline.detect.strongest import level_of_strongest, without_weak
+from ods.pipeline.detect.strongest import level_of_strongest, strong_as_recorded
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Judged, Regions, Runs
+from ods.pipeline.image.regions import Judged, Regions, Runs, chosen
 from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 
@@ -44,20 +44,27 @@ class Grouping:
         """Return the regions of image (beams, samples) between the levels. Raises NotANumberError."""
         params, (low, high, background) = self._params, levels
         corner, largest = int(params.connectivity == 8), params.max_cells or image.size
-        rule = GrowingRule(np.float32(low), np.float32(high), corner, params.min_cells, largest)
+        rule = GrowingRule(low, high, corner, params.min_cells, largest)
         runs, count = find_regions(image, rule, self._runs, self._visited)
-        if count == NOT_A_NUMBER:
-            raise NotANumberError
         if params.split_db > 0.0 and count:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = of_size(runs, self._wanted)
-        if params.border > 1.0 and count:
-            raised = np.float32(background + params.border * (high - background))
-            runs, count = without_weak_at_border(image, runs, count, rule.high, raised)
-        if params.strongest < 1.0 and count:
-            runs, count = without_weak(recorded, runs, count, level_of_strongest(recorded, params.strongest))
-        return Regions(runs, count, background, Judged(image, low, high))
+        regions = Regions(runs, count, background)
+        if count and (params.border > 1.0 or params.strongest < 1.0):
+            regions = chosen(regions, self._strong(image, recorded, regions, levels))
+        return regions._replace(judged=Judged(image, low, high))
+
+    def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
+        """Tell (total,) which regions are as strong as has to be at the border, and as recorded."""
+        params, (_, high, background) = self._params, levels
+        strong = np.ones(regions.total, np.bool_)
+        if params.border > 1.0:
+            raised = background + params.border * (high - background)
+            strong &= strong_at_border(image, regions, high, raised)
+        if params.strongest < 1.0:
+            strong &= strong_as_recorded(recorded, regions, level_of_strongest(recorded, params.strongest))
+        return strong
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from ods.base.arrays import Image
+from ods.base.arrays import Floats, Image
 from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
@@ -17,7 +17,6 @@ from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector
 
-_NO_FACTORS = np.ones((1, 1))
 _LEAST_NOISE = 0.02
 """Of the background: keeps the rounding of a noiseless image from becoming echoes."""
 
@@ -59,20 +58,27 @@ def level_detector(
         background, noise = meter.background_and_noise(image)
         if background <= 0.0:
             return group.nothing(image)
-        measured = background, max(noise, _LEAST_NOISE * background)
-        factors = crests.factors(image, measured, high) if follow else _NO_FACTORS
-        judged = crests.levelled(image, background, factors**raised)
         below, above = levels_between(params.levels, low, high, background, noise)
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        regions = group.regions(judged, recorded, DetectionLevels(below, above, background))
-        heard_from = 1.0 + (above / background - 1.0) * float(np.median(factors)) ** faint
-        regions = regions._replace(heard_from=heard_from)
+        wanted = DetectionLevels(below, above, background)
+        if follow:
+            return following(image, recorded, wanted, noise)
+        return group.regions(image, recorded, wanted)._replace(heard_from=above / background)
+
+    def following(image: Image, recorded: Recorded, wanted: DetectionLevels, noise: float) -> Regions:
+        """Return the regions where levels follow the crests."""
+        _, above, background = wanted
+        factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
+        judged = crests.levelled(image, background, factors**raised) if raised else image
+        regions = group.regions(judged, recorded, wanted)
+        heard_from = 1.0 + (above / background - 1.0) * _middle(factors) ** faint
         if raised >= follow:
-            return regions
-        wanted = above + (above - background) * (factors ** (follow - raised) - 1.0)
-        return regions._replace(faint=crests.faint(judged, regions, wanted.astype(np.float32)), fronts=fronts)
+            return regions._replace(heard_from=heard_from)
+        levels = above + (above - background) * (factors ** (follow - raised) - 1.0)
+        weak = crests.faint(judged, regions, levels.astype(np.float32))
+        return regions._replace(heard_from=heard_from, faint=weak, fronts=fronts)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind
@@ -89,3 +95,9 @@ def levels_between(unit: str, low: float, high: float, background: float, noise:
         return low * background, high * background
     spread = max(noise, _LEAST_NOISE * background)
     return background + low * spread, background + high * spread
+
+
+def _middle(values: Floats) -> float:
+    """Return the median."""
+    ordered = sorted(values.ravel().tolist())
+    return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

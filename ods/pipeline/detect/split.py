@@ -35,10 +35,8 @@ def _cores(image: Image, runs: Runs, level: float, smallest: int) -> list[tuple[
     crop = np.zeros((int(runs["beam"].max()) + 1 - beam, int(runs["stop"].max()) - column), np.float32)
     for b, first, stop, _ in runs.tolist():
         crop[b - beam, first - column : stop - column] = image[b, first:stop]
-    limit = np.float32(level)
-    work = room_for_runs(crop.shape)
-    rule = GrowingRule(limit, limit, 1, smallest, crop.size)
-    found, count = find_regions(crop, rule, work, np.zeros(crop.shape, np.bool_))
+    rule = GrowingRule(level, level, 1, smallest, crop.size)
+    found, count = find_regions(crop, rule, room_for_runs(crop.shape), np.zeros(crop.shape, np.bool_))
     cores = []
     for k in range(1, count + 1):
         piece = found[found["region"] == k]

@@ -5,9 +5,11 @@ from collections.abc import Iterable
 import numpy as np
 
 from ods.base.arrays import Floats, Image
-from ods.pipeline.detect.loud_blocks import QUIET, count_cells
+from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
 
+_QUIET = 0
+"""Row of the histograms; the other one is of cells that may be an echo's."""
 _BINS = 16384
 _SPAN = 32.0
 """The histogram reaches to this multiple of the background; all that is higher goes into its last bin."""
@@ -23,8 +25,6 @@ _WHOLE = 16
 """but all of the first so many images."""
 _REMEMBERED = 1_500_000
 """Cells that are remembered, to twice as many."""
-_FEW = 1024
-"""An image whose cells fill fewer bins was recorded in counts of few bits."""
 _RENEWED = 16
 """The level is worked out anew when so small a part of what is remembered has been added; pings over which the spread,
 which tells echoes from noise, is averaged."""
@@ -43,7 +43,8 @@ class TailMeter:
         self._noise = NoiseMeter()
         self._counted = np.zeros((2, _BINS))
         self._former = np.zeros(_BINS)
-        self._renewed_at = 0.0
+        self._quiet, self._quiet_before, self._renewed_at = 0, 0, 0
+        """Cells that `_counted` and `_former` have where no echo is; of both, when the level was last worked out."""
         self._spread, self._images = 0.0, 0
         self._over = 0.5 * np.log(np.log(rate) / np.log(0.5))
         """Logarithm of level / background: of Rayleigh distributed amplitudes, until more is known."""
@@ -58,11 +59,11 @@ class TailMeter:
                 background, noise = self._noise.background_and_noise(image)
                 if background > 0.0:
                     crest = background * crest_over(float(np.log1p(noise / background)))
-                    counted += _counted(image, (0, len(image)), crest, background)
-            if counted[QUIET].any():
+                    _count(image, (0, len(image)), crest, background, counted)
+            if counted[_QUIET].any():
                 at = _log_quantiles(counted.sum(axis=0), _TAIL)
                 tail = np.polyfit(_log_log(_TAIL), at, 2, w=_TAIL**_WEIGHT)
-                bulks.append([1.0, *_log_quantiles(counted[QUIET], _BULK)])
+                bulks.append([1.0, *_log_quantiles(counted[_QUIET], _BULK)])
                 levels.append(np.polyval(tail, _log_log(np.array(self._rate))))
                 steepness.append(1.0 / max(at[4] - at[0], 1e-6))  # from a share of 1e-2 to 1e-4
         if bulks:  # of a level's error counts by what factor the rate is then wrong
@@ -77,23 +78,22 @@ class TailMeter:
         beams, part = len(image), self._images % _PARTS
         rows = (part * beams // _PARTS, (part + 1) * beams // _PARTS) if self._images > _WHOLE else (0, beams)
         crest = background * crest_over(self._spread)
-        self._counted += _counted(image, rows, crest, background)
+        self._quiet += _count(image, rows, crest, background, self._counted)
         self._renew()
         return background * float(np.exp(self._over))
 
     def _renew(self) -> None:
-        quiet = self._former + self._counted[QUIET]
-        count = float(quiet.sum())
+        count = self._quiet_before + self._quiet
         if count - self._renewed_at <= count / _RENEWED:
             return
-        bulk = _log_quantiles(quiet, _BULK)
+        bulk = _log_quantiles(self._former + self._counted[_QUIET], _BULK)
         self._over = max(self._level_of @ (1.0, *bulk), bulk[-1])
         self._renewed_at = count
-        recent = float(self._counted[QUIET].sum())
-        if recent > _REMEMBERED:
-            self._former[:] = self._counted[QUIET]
+        if self._quiet > _REMEMBERED:
+            self._former[:] = self._counted[_QUIET]
             self._counted[:] = 0
-            self._renewed_at = recent
+            self._renewed_at = self._quiet_before = self._quiet
+            self._quiet = 0
 
 
 def crest_over(spread: float) -> float:
@@ -105,21 +105,13 @@ def crest_over(spread: float) -> float:
     return float(np.exp(4.2 * spread / (1.0 + 0.15 * spread)))
 
 
-def _counted(image: Image, rows: tuple[int, int], crest: float, background: float) -> Floats:
-    """Return the (2, bins) histograms of some beams of image, as `count_cells` does.
+def _count(image: Image, rows: tuple[int, int], crest: float, background: float, counted: Floats) -> int:
+    """Add the cells of some beams of image to the (2, bins) histograms; return how many are where no echo is.
 
-    Counts of few bits stand for all levels halfway to the next ones, and are counted as such: else a level could lie
-    only at a count, and be wrong by as much as lies between two of them.
+    Those in blocks that are, or touch, one with a cell above `crest` may be an echo's.
     """
-    counted = np.zeros((2, _BINS), np.int64)
-    count_cells(image, rows, crest, _BINS / (_SPAN * background), counted)
-    filled = np.flatnonzero(counted.any(axis=0))
-    if not 1 < filled.size < _FEW:
-        return counted.astype(np.float64)
-    halfway = 0.5 * (filled[1:] + filled[:-1] + 1.0)
-    ends = [filled[0], *halfway, filled[-1] + 1.0]
-    up_to = [np.interp(np.arange(_BINS + 1), ends, [0, *np.cumsum(kind[filled])]) for kind in counted]
-    return np.asarray(np.diff(up_to, axis=1))
+    count: int = native.count_cells(image, rows, crest, _BINS / (_SPAN * background), counted)
+    return count
 
 
 def _log_log(shares: Floats) -> Floats:

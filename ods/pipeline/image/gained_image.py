@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Floats32, Image, Ints
-from ods.compiled.kernel import kernel
-from ods.pipeline.image.padding import mirror_ends
+from ods.compiled import native
 
 
 class GainedImage(NamedTuple):
@@ -72,30 +71,6 @@ def applied(image: GainedImage) -> Image:
     return out
 
 
-@kernel
 def write_image(image: GainedImage, out: Image) -> None:
     """Fill out (beams, samples) with the amplitudes."""
-    for b in range(out.shape[0]):
-        load_row(image, b, out[b])
-
-
-@kernel
-def load_row(image: GainedImage, beam: int, out: Floats32) -> None:
-    """Fill out (samples,) with one beam's amplitudes."""
-    source, offset = image.cells[beam, image.first :], image.offset
-    near, weight, factor = image.gain[image.above[beam]], image.share[beam], image.of_beam[beam]
-    if weight == np.float32(0.0):
-        for j in range(out.size):
-            out[j] = (np.float32(source[j]) + offset) * factor * near[j]
-    else:
-        far = image.gain[image.above[beam] + 1]
-        for j in range(out.size):
-            out[j] = (np.float32(source[j]) + offset) * factor * (near[j] + weight * (far[j] - near[j]))
-
-
-@kernel
-def load_mirrored(image: GainedImage, beam: int, half: int, padded: Floats32) -> None:
-    """Fill padded (at least samples + 2 half,) with one beam's amplitudes and `half` mirrored ones at both ends."""
-    samples = image.gain.shape[1]
-    load_row(image, beam, padded[half : half + samples])
-    mirror_ends(padded, half, samples)
+    native.write_image(image, out)

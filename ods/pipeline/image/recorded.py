@@ -2,16 +2,15 @@
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ods.base.arrays import AnyArray, Ints, Ints32, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.pipeline.image.no_data import ALL_DATA
-from ods.pipeline.image.regions import Regions, Run
+from ods.pipeline.image.regions import Regions
 
 RegionNumbers = Ints32
 """(beams, samples) number of the detection that a recorded sample belongs to, from 1; 0 for the background."""
-
-_CELLS = 4
-"""To either side; fewer would make cells that lack a sample noisier than the others."""
 
 
 class Recorded(NamedTuple):
@@ -26,41 +25,24 @@ class Recorded(NamedTuple):
     """(beams, samples) those that hold no data; `ALL_DATA` if all do."""
 
 
-@kernel
-def samples_of(recorded: Recorded, run: Run) -> AnyArray:
-    """Return the samples that the cells of a run were made of."""
-    begin, stop = recorded.origin[run.first], recorded.origin[run.stop - 1] + recorded.stride
-    return recorded.samples[run.beam, begin:stop]
+def with_samples_lent(recorded: Recorded) -> Recorded:
+    """Return the same with no sample without data in a cell that has some, as a cell is its samples' mean.
 
-
-@kernel
-def lend_samples(recorded: Recorded, out: AnyArray) -> None:
-    """Give samples without data, in cells that have some, the mean of those within _CELLS that hold data.
-
-    out: a copy of `recorded.samples`.
+    Such samples get the mean of those around that hold data.
     """
-    stride = recorded.stride
-    reach = _CELLS * stride
-    for b in range(out.shape[0]):
-        row, gaps = recorded.samples[b], recorded.missing[b]
-        for first in recorded.origin:
-            lost = 0
-            for j in range(first, first + stride):
-                lost += gaps[j]
-            if 0 < lost < stride:
-                for j in range(first, first + stride):
-                    if gaps[j]:
-                        out[b, j] = _mean_of_data(row, gaps, max(0, j - reach), min(row.size, j + reach + 1))
+    if not recorded.missing.size or recorded.stride == 1:
+        return recorded
+    samples = recorded.samples.copy()
+    native.lend_samples(recorded, samples)
+    return recorded._replace(samples=samples)
 
 
-@kernel
-def _mean_of_data(row: AnyArray, gaps: Mask, begin: int, stop: int) -> float:
-    total, count = 0.0, 0
-    for k in range(begin, stop):
-        if not gaps[k]:
-            total += row[k]
-            count += 1
-    return total / count
+def cells_without_data(recorded: Recorded) -> Mask:
+    """Return the cells of the image, (beams, columns), whose samples all have no data; `ALL_DATA` if there are none."""
+    if not recorded.missing.size:
+        return ALL_DATA
+    cells = np.empty((len(recorded.samples), len(recorded.origin)), np.bool_)
+    return cells if native.cells_without_data(recorded, cells) else ALL_DATA
 
 
 def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumbers) -> None:

@@ -1,17 +1,15 @@
 """Connected regions of an image, as runs of cells along the beams: what a detect stage hands on."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Image, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 
 RUN = np.dtype([("beam", np.int32), ("first", np.int32), ("stop", np.int32), ("region", np.int32)], align=True)
 """Neighbouring cells of one beam: columns `first` to `stop` - 1. Regions are numbered from 1."""
-Run = Any
-"""One of them, as kernels get it: numba reads and writes its fields as attributes."""
 Runs = NDArray[np.void]
 """(runs,) of RUN; sorted by region, then beam, then column."""
 
@@ -54,8 +52,9 @@ def parted(regions: Regions) -> tuple[Regions, Regions]:
 
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
     """Return the regions that lie before a column that none reaches across, and the others."""
-    before, count, beyond, rest = shared_runs(regions.runs, regions.total, column)
-    return Regions(before, count, regions.background), Regions(beyond, rest, regions.background)
+    beyond = np.zeros(regions.total, np.bool_)
+    beyond[regions.runs["region"] - 1] = regions.runs["first"] >= column
+    return chosen(regions, ~beyond), chosen(regions, beyond)
 
 
 def chosen(regions: Regions, wanted: Mask) -> Regions:
@@ -64,46 +63,14 @@ def chosen(regions: Regions, wanted: Mask) -> Regions:
     return Regions(runs, total, regions.background)
 
 
-@kernel
 def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:
     """Return the runs of the wanted regions, numbered anew without a gap, and the number of regions."""
-    number = np.cumsum(wanted)
     out = np.empty_like(runs)
-    count = 0
-    for i in range(runs.shape[0]):
-        region = runs[i].region - 1
-        if wanted[region]:
-            out[count] = runs[i]
-            out[count].region = number[region]
-            count += 1
-    return out[:count], number[-1] if number.size else 0
+    count = native.choose_runs(runs, wanted, out)
+    return out[:count], int(np.count_nonzero(wanted))
 
 
-@kernel
-def shared_runs(runs: Runs, total: int, column: int) -> tuple[Runs, int, Runs, int]:
-    """Return runs and number of the regions before a column that none reaches across, and of the others."""
-    beyond = np.zeros(total, np.bool_)
-    for i in range(runs.shape[0]):
-        beyond[runs[i].region - 1] = runs[i].first >= column
-    near, count = chosen_runs(runs, ~beyond)
-    far, rest = chosen_runs(runs, beyond)
-    return near, count, far, rest
-
-
-@kernel
 def sorted_runs(runs: Runs) -> Runs:
     """Return the runs of numbered regions, by region, beam and column."""
-    key = np.empty(runs.shape[0], np.int64)
-    place = np.empty(runs.shape[0], np.int64)
-    count = 0
-    for i in range(runs.shape[0]):
-        run = runs[i]
-        if run.region > 0:  # of 4096 beams, 65536 samples
-            key[count] = (np.int64(run.region) << 32) + (np.int64(run.beam) << 17) + run.first
-            place[count] = i
-            count += 1
-    order = np.argsort(key[:count])
-    out = np.empty(count, runs.dtype)
-    for k in range(count):
-        out[k] = runs[place[order[k]]]
-    return out
+    out = np.empty_like(runs)
+    return out[: native.sort_runs(runs, out)]

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image
+from ods.base.arrays import Image
 from ods.base.geometry import rotation_matrix
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Pose
 from ods.pipeline.image.fan import Fan
 from ods.runtime.pose_buffer import PoseEstimate
@@ -45,27 +45,4 @@ class MotionCompensator:
         half = 0.5 * float(fan.beam_width_rad[0])
         beam = np.interp(bearing, fan.bearing_rad, self._number)
         beam[(bearing < fan.bearing_rad[0] - half) | (bearing > fan.bearing_rad[-1] + half)] = -1e6
-        resample(image, column, beam, out)
-
-
-@kernel
-def resample(image: Image, column: Floats, beam: Floats, out: Image) -> None:
-    """Fill out with image at (beam, column), given at every 32nd column: nearest beam, interpolated in range."""
-    beams, samples = image.shape
-    for b in range(beams):
-        for k in range(column.shape[1] - 1):
-            begin, stop = k * _KNOT, min((k + 1) * _KNOT, samples)
-            if k == column.shape[1] - 2:
-                stop = samples
-            length = max(1, min((k + 1) * _KNOT, samples - 1) - begin)
-            for j in range(begin, stop):
-                share = (j - begin) / length
-                row = int(np.floor(beam[b, k] + share * (beam[b, k + 1] - beam[b, k]) + 0.5))
-                place = column[b, k] + share * (column[b, k + 1] - column[b, k])
-                left = int(np.floor(place))
-                if row < 0 or row >= beams or left < 0 or left >= samples:
-                    out[b, j] = Unknown
-                    continue
-                right = min(left + 1, samples - 1)
-                weight = np.float32(place - left)
-                out[b, j] = image[row, left] + weight * (image[row, right] - image[row, left])
+        native.resample(image, column, beam, _KNOT, Unknown, out)

@@ -1,4 +1,4 @@
-"""Parameters of the stages that come with ODS: what a `[[pipeline.stage]]` table may say. No numba here."""
+"""Parameters of the stages that come with ODS: what a `[[pipeline.stage]]` table may say. Quick to import."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal

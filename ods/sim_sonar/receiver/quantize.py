@@ -1,11 +1,10 @@
 """Amplitudes to the samples that a sonar sends: 8-bit logarithmic, 8 and 16 bits linear; and pings of them."""
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ods.base.arrays import AnyArray, Bytes, Image
+from ods.compiled import native
 from ods.messages import Ping
-from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sonar.model import SonarModel
 
@@ -42,18 +41,8 @@ class LogQuantizer:
         """Return the uint8 samples of amplitudes, float32 of any shape, 0 or more."""
         samples = np.empty(amplitude.size, np.uint8)
         flat = np.ascontiguousarray(amplitude, np.float32).reshape(-1)
-        _look_up(flat, flat.view(np.uint32), self._table, self._thresholds, samples)
+        native.look_up_levels(flat, self._table, self._thresholds, SHIFT, samples)
         return samples.reshape(amplitude.shape)
-
-
-@compiled
-def _look_up(amplitude: Image, bits: NDArray[np.uint32], table: Bytes, above: Image, samples: Bytes) -> None:
-    """A float's upper bits tell its level or the one below; the next threshold tells which."""
-    for j in range(len(samples)):
-        level = table[bits[j] >> np.uint32(SHIFT)]
-        while amplitude[j] >= above[level]:
-            level += 1
-        samples[j] = level
 
 
 class PingMaker:

@@ -1,6 +1,6 @@
 """Random numbers as functions of what they are for: the same seed and place give the same number in any order of calls.
 
-A 32-bit integer hash turns a key into bits, two table look-ups turn them into a normal number.
+A 32-bit integer hash turns a key into bits, two table look-ups turn them into a normal number (random_field.h).
 """
 
 from functools import cache
@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from ods.base.arrays import Floats32
-from ods.sim_sonar.kernel import compiled
 
 Keys = NDArray[np.uint32]
 Normals = Floats32
@@ -31,24 +30,6 @@ def normal_table() -> Normals:
     density = np.concatenate([[0.0], edges, [0.0]])
     means = (density[:-1] - density[1:]) * count  # the mean of the normal variable between two quantiles
     return np.asarray(means / (means.std() * np.sqrt(2.0)), np.float32)
-
-
-@compiled
-def hash32(key: np.uint32) -> np.uint32:
-    """Return 32 well mixed bits of a 32-bit key (a bijection: xor-shifts and odd multipliers)."""
-    bits = key ^ (key >> np.uint32(16))
-    bits = np.uint32(bits * np.uint32(0x21F0AAAD))
-    bits = bits ^ (bits >> np.uint32(15))
-    bits = np.uint32(bits * np.uint32(0x735A2D97))
-    return bits ^ (bits >> np.uint32(15))
-
-
-@compiled
-def normals_of(bits: Keys, table: Normals, out: Normals) -> None:
-    """Set `out` to the normal numbers of hashes, from `normal_table`; all (n,)."""
-    low = np.uint32(2**BITS - 1)
-    for j in range(len(out)):
-        out[j] = table[bits[j] & low] + table[bits[j] >> np.uint32(BITS)]
 
 
 def bits64(seed: int, *place: int) -> int:

@@ -5,15 +5,14 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Image
-from ods.sim_sonar.kernel import compiled
+from ods.compiled import native
 from ods.sim_sonar.pose import Transmission
 from ods.sim_sonar.receiver import gain
 from ods.sim_sonar.receiver.interference import arrivals, beam_weights
-from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, hash32, make_keys, normal_table, normals_of
+from ods.sim_sonar.receiver.random_field import Keys, Normals, bits64, make_keys, normal_table
 from ods.sim_sonar.receiver.settings import DropIn, Dropout, ImageLevels
 from ods.sim_sonar.receiver.speckle import SpeckleField
 from ods.sim_sonar.receiver.speckle_law import (
-    TABLE_NODES,
     TABLE_REACH,
     beam_overlap_correlation,
     frozen_correlation,
@@ -57,6 +56,8 @@ class Chance(NamedTuple):
     """`speckle_amplitudes`."""
     frozen: Normals
     """`frozen_correlation`."""
+    reach: float
+    """`TABLE_REACH`."""
 
 
 class Receiver:
@@ -129,8 +130,8 @@ class Receiver:
         if area.any():
             field = self._field.at(sent)
         salt = np.uint32(bits64(self._seed, PING_STREAM, sent.ping_number) & 0xFFFFFFFF)
-        chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen)
-        _receive(area, levels, chance, field)
+        chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen, TABLE_REACH)
+        native.receive(area, levels, chance, field)
         return field
 
 
@@ -141,63 +142,3 @@ def _power(level_db: Floats, amplitude: float) -> Normals:
 
 def _amplitude(level_db: Floats) -> Normals:
     return np.asarray(10.0 ** (0.05 * level_db), np.float32)
-
-
-@compiled
-def _receive(area: Floats, levels: Levels, chance: Chance, image: Image) -> None:
-    """Turn `image`, the normal numbers of the echoes' speckle, (beams, samples), into amplitude."""
-    samples = len(levels.noise)
-    floor, fresh = np.empty(samples, np.float32), np.empty(samples, np.float32)
-    bits = np.empty(samples, np.uint32)
-    for beam in range(len(image)):
-        floor[:] = levels.noise
-        for source in range(len(levels.heard)):
-            _add(floor, levels.heard[source, beam], levels.arriving[source])
-        _refresh(chance.keys[beam], chance.salt, bits)
-        normals_of(bits, chance.normal, fresh)
-        _combine(image[beam], fresh, area[beam], levels.echo, floor, chance.frozen)
-        _apply_law(image[beam], floor, chance.amplitude)
-        _amplify(image[beam], levels.over_range, levels.over_beams[beam], levels.saturation)
-
-
-@compiled
-def _add(target: Normals, factor: np.float32, source: Normals) -> None:
-    for j in range(len(target)):
-        target[j] += factor * source[j]
-
-
-@compiled
-def _refresh(keys: Keys, salt: np.uint32, bits: Keys) -> None:
-    for j in range(len(bits)):
-        bits[j] = hash32(np.uint32(hash32(keys[j]) + salt))
-
-
-@compiled
-def _combine(row: Normals, fresh: Normals, area: Floats, echo: Normals, floor: Normals, frozen: Normals) -> None:
-    """Turn `row`, the echoes' normal numbers, into those of echo and noise together; `floor` into the amplitude."""
-    one, a, b, c = np.float32(1.0), frozen[0], frozen[1], frozen[2]
-    for j in range(len(row)):
-        signal = np.float32(area[j]) * echo[j]
-        power = max(signal + floor[j], np.float32(1e-30))
-        share = signal / power
-        stays = share * share * (one + (one - share) * (a + share * (b + share * c)))
-        row[j] = np.float32(np.sqrt(stays)) * row[j] + np.float32(np.sqrt(one - stays)) * fresh[j]
-        floor[j] = np.float32(np.sqrt(power))
-
-
-@compiled
-def _apply_law(row: Normals, amplitude: Normals, law: Image) -> None:
-    """Turn the normal numbers in `row` into those of the speckle's law, times `amplitude`."""
-    scale = np.float32((TABLE_NODES - 1) / (2.0 * TABLE_REACH))
-    middle, last = np.float32(0.5 * (TABLE_NODES - 1)), np.float32(TABLE_NODES - 1.001)
-    for j in range(len(row)):
-        place = min(max(row[j] * scale + middle, np.float32(0.0)), last)
-        node = np.uint32(np.int32(place))
-        share = place - np.float32(np.int32(node))
-        row[j] = amplitude[j] * (law[node] + share * (law[node + np.uint32(1)] - law[node]))
-
-
-@compiled
-def _amplify(row: Normals, over_range: Normals, over_beam: np.float32, saturation: np.float32) -> None:
-    for j in range(len(row)):
-        row[j] = min(row[j] * over_range[j] * over_beam, saturation)

@@ -11,10 +11,9 @@ from ods.sim_sonar.echo.detail import Detail
 from ods.sim_sonar.echo.flat_surface import FlatSurface, flat_surface
 from ods.sim_sonar.echo.ray_budget import RayFan
 from ods.sim_sonar.echo.shadow import Shades
-from ods.sim_sonar.sea_bed.flat import add_bed, bed_columns, flat_ranges, hide_bed
+from ods.sim_sonar.sea_bed.flat import add_flat_bed, flat_ranges
 from ods.sim_sonar.sea_bed.model import SeaBedModel
-from ods.sim_sonar.sea_bed.rough import RoughBed, meet_ranges
-from ods.sim_sonar.sea_bed.rough_steps import add_rough_bed, steps_ahead
+from ods.sim_sonar.sea_bed.rough import RoughBed, add_rough_bed, rough_ranges
 from ods.sim_sonar.sonar.grid import Grid
 
 MIN_UPRIGHT = 0.15
@@ -50,9 +49,7 @@ class FlatView(OpenWater):
 
     def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
         """See OpenWater."""
-        columns = bed_columns(self.bed, grid, self.detail.lean)
-        add_bed(image, columns, grid)
-        hide_bed(image, self.bed, columns, grid, shades, self.detail.reach)
+        add_flat_bed(image, self.bed, grid, shades, self.detail)
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +64,7 @@ class RoughView(OpenWater):
     def hides_beyond(self, rays: RayFan, grid: Grid) -> Floats:
         """See OpenWater."""
         far = min(rays.farthest_m, grid.edge_m + grid.samples * grid.dr_m)
-        ahead = steps_ahead(-float(self.bed.sonar_m[2]), self.scale_m, far, self.detail)
-        coarse = self.detail.spacing * self.scale_m / far
-        return meet_ranges(self.bed, rays, ahead, coarse)
+        return rough_ranges(self.bed, rays, self.scale_m, far, self.detail)
 
     def add_to(self, image: Floats, grid: Grid, shades: Shades) -> None:
         """See OpenWater."""
@@ -98,11 +93,8 @@ def view_of(
         surface = bed.surface
         reflects = (surface.cd, surface.cs, math.radians(surface.sigma_deg))
         return FlatView(flat_surface(grid, np.ascontiguousarray(turn[2]), height, reflects), detail)
-    rows, columns = field.nodes.shape[0] - 1, field.nodes.shape[1] - 1
     rough = RoughBed(
-        nodes=field.nodes.ravel(),
-        rows=rows,
-        columns=columns,
+        nodes=field.nodes,
         facet_m=field.facet_m,
         corner_m=field.corner_m,
         repeats=field.repeats,

@@ -5,16 +5,13 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.sim_sonar.kernel import compiled
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.sonar.patterns import ELEVATION_NODES, NODES_PER_WIDTH
 
-STEPS_PER_SINE = 128
-"""Points over which the vertical pattern is averaged, for one unit of sin(elevation)."""
 SUM_NODES = 4 * (ELEVATION_NODES - 1) + 1
 """Nodes of the vertical pattern's running integral, even in sin(elevation)."""
 LIT_BEYOND_WIDTHS = 3.0
-"""Fine columns reach this many beam widths beyond the outer beams: there only side lobes hear what is further aside."""
+"""Beam widths of `Grid.lit_beyond_rad`."""
 
 
 class Grid(NamedTuple):
@@ -33,6 +30,10 @@ class Grid(NamedTuple):
     """(planes, SUM_NODES) its running integral from sin(elevation) = -1 on."""
     horizontal: Floats
     """Running integral of the horizontal pattern over beam widths."""
+    nodes_per_width: int
+    """Nodes of `horizontal` in one beam width."""
+    lit_beyond_rad: float
+    """Fine columns reach so far beyond the outer beams: there only side lobes hear what is further aside."""
 
 
 def grid_of(sonar: SonarModel) -> Grid:
@@ -46,6 +47,8 @@ def grid_of(sonar: SonarModel) -> Grid:
         sonar.vertical_two_way,
         _running_sum(sonar.vertical_two_way),
         sonar.horizontal_cumulative,
+        NODES_PER_WIDTH,
+        LIT_BEYOND_WIDTHS * sonar.beam_width_rad,
     )
 
 
@@ -54,31 +57,3 @@ def _running_sum(vertical: Floats) -> Floats:
     values = np.stack([np.interp(nodes, np.linspace(-1.0, 1.0, ELEVATION_NODES), row) for row in vertical])
     steps = 0.5 * (values[:, 1:] + values[:, :-1]) * (nodes[1] - nodes[0])
     return np.concatenate([np.zeros((len(vertical), 1)), np.cumsum(steps, axis=1)], axis=1)
-
-
-@compiled
-def mean_two_way(table: Floats, low: float, high: float) -> float:
-    """Return the mean of S^2 between two values of sin(elevation), from one plane's table."""
-    steps = 1 + int(abs(high - low) * STEPS_PER_SINE)
-    total = 0.0
-    for k in range(steps):
-        sine = low + (high - low) * (k + 0.5) / steps
-        place = (sine + 1.0) * (0.5 * (ELEVATION_NODES - 1))
-        node = min(max(int(place), 0), ELEVATION_NODES - 2)
-        share = place - node
-        total += table[node] + share * (table[node + 1] - table[node])
-    return total / steps
-
-
-@compiled
-def beam_share(table: Floats, first: float, last: float) -> float:
-    """Return the horizontal pattern's integral from `first` to `last`, offsets and result in beam widths."""
-    return _running(table, last) - _running(table, first)
-
-
-@compiled
-def _running(table: Floats, offset: float) -> float:
-    place = offset * NODES_PER_WIDTH + 0.5 * (len(table) - 1)
-    node = min(max(int(place), 0), len(table) - 2)
-    share = min(max(place - node, 0.0), 1.0)
-    return float(table[node] + share * (table[node + 1] - table[node]))

@@ -6,30 +6,20 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Sector
-from ods.tracker.measurement.scan import Echoes, echo_rows
+from ods.tracker.measurement.scan import Echoes
 from ods.tracker.state import ClutterState
 
 RANGES, BEARINGS = 10, 6
 """Parts of the fan that are counted apart."""
 RADII = 16
-"""Classes of radius,"""
-RADIUS_STEP_M = 0.5
-"""and their width; the last one has all that is larger."""
+"""Classes of radius."""
 SLOWEST = 0.03
 """Weight of the newest scan in the long run."""
 FEWEST = 0.1
 """False alarms a scan are never taken to be rarer than this."""
-PRIOR_SHARE = 0.25
-"""Share of an even distribution in what was counted, so that nothing is impossible,"""
-RING_SHARE = 0.25
-"""and of one that is even over the bearings of a range."""
-LEAST_MEAN = 1e-9
-"""Keeps shares of a sum that has fallen to nothing finite."""
 ALL_PROCESSED = np.ones(RANGES)
-CLOSEST_M = 0.1
-"""Keeps the area of a class of range from vanishing."""
 
 
 class ClutterDensity(NamedTuple):
@@ -96,63 +86,14 @@ class Clutter:
         self._scans += 1
         weight = max(1.0 / self._scans, SLOWEST)
         share = _share_processed(sector, processed_ranges_m)
-        self._mean = _count(unexplained.table, _span_of(sector), weight, share, self._by_part, self._by_radius)
+        span = _span_of(sector)
+        self._mean = native.clutter_count(unexplained.table, span, weight, share, self._by_part, self._by_radius)
 
     def density(self, echoes: Echoes, sector: Sector) -> ClutterDensity:
         """Return false alarms at each echo; within a part of the fan all samples are as likely to give one."""
-        table = _density(echoes.table, _span_of(sector), self._by_part, self._by_radius)
+        table = np.empty((len(ClutterDensity._fields), len(echoes)))
+        native.clutter_density(echoes.table, _span_of(sector), self._by_part, self._by_radius, FEWEST, table)
         return ClutterDensity(*table)
-
-
-@kernel
-def _count(table: Floats, span: _Span, weight: float, processed: Floats, by_part: Floats, by_radius: Floats) -> float:
-    """Move the running means by `weight` towards the counts of this scan, in place; return the sum of `by_part`.
-
-    processed: (RANGES,) share of each class of range that was processed: what was not stays as it is.
-    """
-    echoes = echo_rows(table)
-    for i in range(RANGES):
-        by_part[i] *= 1.0 - weight * processed[i]
-    by_radius *= 1.0 - weight
-    for j in range(table.shape[1]):
-        by_part[_part(echoes.range_m[j], echoes.bearing[j], span)] += weight
-        by_radius[_radius_class(echoes.radius[j])] += weight
-    total: float = by_part.sum()
-    return total
-
-
-@kernel
-def _density(table: Floats, span: _Span, by_part: Floats, by_radius: Floats) -> Floats:
-    """Return the (3, m) fields of `ClutterDensity`."""
-    echoes = echo_rows(table)
-    radii = max(by_radius.sum(), LEAST_MEAN)
-    parts = RANGES * BEARINGS
-    even = PRIOR_SHARE * max(by_part.sum(), FEWEST) / parts
-    area = (span.farthest - span.nearest) * span.opening / parts
-    density = np.empty((3, table.shape[1]))
-    per_m2, per_scan, of_radius = density
-    for j in range(table.shape[1]):
-        ring, column = _part(echoes.range_m[j], echoes.bearing[j], span)
-        in_ring = RING_SHARE * by_part[ring].mean()
-        counted = even + in_ring + (1.0 - PRIOR_SHARE - RING_SHARE) * by_part[ring, column]
-        here = max(counted, FEWEST / parts)
-        per_m2[j] = here / (area * max(echoes.range_m[j], CLOSEST_M))
-        per_scan[j] = here * parts
-        share = by_radius[_radius_class(echoes.radius[j])] / radii
-        of_radius[j] = (PRIOR_SHARE / RADII + (1.0 - PRIOR_SHARE) * share) / RADIUS_STEP_M
-    return density
-
-
-@kernel
-def _part(distance: float, bearing: float, span: _Span) -> tuple[int, int]:
-    ring = (distance - span.nearest) / (span.farthest - span.nearest) * RANGES
-    column = (bearing - span.port) / span.opening * BEARINGS
-    return int(min(max(ring, 0.0), RANGES - 1.0)), int(min(max(column, 0.0), BEARINGS - 1.0))
-
-
-@kernel
-def _radius_class(radius: float) -> int:
-    return int(min(radius / RADIUS_STEP_M, RADII - 1.0)) if radius > 0.0 else 0
 
 
 def _share_processed(sector: Sector, ranges_m: Sequence[tuple[float, float]]) -> Floats:

@@ -7,21 +7,19 @@ objects: what came of them tells how likely each was one (`existence`). An objec
 track does not end.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32, Ints, Ints32
-from ods.compiled.kernel import kernel
+from ods.base.arrays import Floats, Floats32, Ints
+from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.state import FlickerState
 
 RANGES, BEARINGS = 10, 9
 """Parts of the fan that are counted apart."""
-CELL_M = 2.0
 CELLS = 128
-"""The world's cells: so large, and so many to the north and to the east; after these they are used anew."""
+"""The world's cells: so many to the north and to the east."""
 FAN_MEMORY, WORLD_MEMORY = 0.99, 0.997
 """What an image leaves of the counts of those before: they are of the last 15 and 50 s at 6.7 images a second."""
 CALM = 1e-4
@@ -38,8 +36,6 @@ MOST = 0.8
 """Some echoes are of noise everywhere."""
 SPOTS, TRACKS = 0, 1
 ROUNDING = 1e-3
-LEAST_TRACKS = 0.01
-"""A cell of the world with fewer is forgotten."""
 
 
 class Places(NamedTuple):
@@ -79,8 +75,9 @@ class Flicker:
 
     def state(self) -> FlickerState:
         """Return what was counted."""
-        cells, counts = _left(self._world, self._images)
-        return FlickerState(self._fan.tobytes(), cells.tobytes(), counts.tobytes())
+        cells, counts = np.empty(CELLS**2, np.int32), np.empty((2, CELLS**2), np.float32)
+        found = native.flicker_left(self._world, self._images, WORLD_MEMORY, cells, counts)
+        return FlickerState(self._fan.tobytes(), cells[:found].tobytes(), counts[:, :found].tobytes())
 
     def restore(self, state: FlickerState) -> None:
         """Go on with what another one counted. Raises ValueError."""
@@ -105,7 +102,8 @@ class Flicker:
         """
         self._fan *= FAN_MEMORY
         self._images += 1
-        _learn(self._fan, self._world, self._images, places, counts, _span_of(sector))
+        world = self._world, self._images, WORLD_MEMORY
+        native.flicker_learn(self._fan, world, places, _span_of(sector), counts)
 
     def share(self, places: Places, sector: Sector, per_scan: float) -> Floats:
         """Return (n,) the share of spots among echoes of nothing at each place.
@@ -113,84 +111,11 @@ class Flicker:
         per_scan: echoes of nothing in an image that tell their strength.
         """
         prior = CALM + NEW * per_scan**2 / (per_scan**2 + MANY**2)
-        return _share(self._fan, self._world, self._images, places, _span_of(sector), prior)
+        world, found = (self._world, self._images, WORLD_MEMORY), np.empty(len(places.range_m))
+        how = prior, CALM_TRACKS, POOLED_TRACKS, MOST
+        native.flicker_share(how, found, self._fan, world, places, _span_of(sector))
+        return found
 
 
 def _span_of(sector: Sector) -> _Span:
     return _Span(sector.range_min_m, sector.range_max_m, sector.bearing_min_rad, sector.bearing_max_rad)
-
-
-@kernel
-def _part(value: float, first: float, last: float, parts: int) -> int:
-    share = (value - first) / (last - first)
-    return int(min(share * parts, parts - 1.0)) if share > 0.0 else 0
-
-
-@kernel
-def _cell(metres: float) -> int:
-    return int(np.floor(metres / CELL_M)) % CELLS
-
-
-@kernel
-def _kept(world: World, i: int, j: int, images: int) -> float:
-    """Return the share of its counts that is left of a cell's after so many images."""
-    tracks, since = world.counts[TRACKS, i, j], images - world.image[i, j]
-    if since == 0 or tracks == 0.0:
-        return 1.0
-    before = math.exp((since - 1.0) * math.log(WORLD_MEMORY))
-    return before * WORLD_MEMORY if before * tracks > LEAST_TRACKS else 0.0
-
-
-@kernel
-def _left(world: World, images: int) -> tuple[Ints32, Floats32]:
-    """Return (k,) numbers of the cells that have counts, and (2, k) these."""
-    cells, counts, found = np.empty(CELLS**2, np.int32), np.empty((2, CELLS**2), np.float32), 0
-    for i in range(CELLS):
-        for j in range(CELLS):
-            if world.counts[TRACKS, i, j] > 0.0:
-                kept = _kept(world, i, j, images)
-                cells[found] = CELLS * i + j
-                counts[SPOTS, found] = world.counts[SPOTS, i, j] * kept
-                counts[TRACKS, found] = world.counts[TRACKS, i, j] * kept
-                found += kept > 0.0
-    return cells[:found].copy(), counts[:, :found].copy()
-
-
-@kernel
-def _learn(fan: Floats, world: World, images: int, places: Places, counts: Floats, span: _Span) -> None:
-    for k in range(counts.shape[1]):
-        if counts[TRACKS, k] == 0.0:
-            continue
-        ring = _part(places.range_m[k], span.nearest, span.farthest, RANGES)
-        column = _part(places.bearing[k], span.port, span.starboard, BEARINGS)
-        i, j = _cell(places.north[k]), _cell(places.east[k])
-        kept, world.image[i, j] = _kept(world, i, j, images), images
-        for row in range(2):
-            count = min(counts[row, k], counts[TRACKS, k])
-            fan[row, ring, column] += count
-            world.counts[row, i, j] = kept * world.counts[row, i, j] + count
-
-
-@kernel
-def _pooled(spots: float, tracks: float, larger: float, weight: float) -> float:
-    """Return the share in a part, of its own counts and of that in the larger part."""
-    return (spots + weight * larger) / (tracks + weight)
-
-
-@kernel
-def _share(fan: Floats, world: World, images: int, places: Places, span: _Span, prior: float) -> Floats:
-    spots, tracks = fan[SPOTS], fan[TRACKS]
-    whole = _pooled(spots.sum(), tracks.sum(), prior, CALM_TRACKS)
-    rings = np.empty(RANGES)
-    for r in range(RANGES):
-        rings[r] = _pooled(spots[r].sum(), tracks[r].sum(), whole, POOLED_TRACKS)
-    share = np.empty(len(places.range_m))
-    for k in range(len(share)):
-        r = _part(places.range_m[k], span.nearest, span.farthest, RANGES)
-        c = _part(places.bearing[k], span.port, span.starboard, BEARINGS)
-        i, j = _cell(places.north[k]), _cell(places.east[k])
-        in_fan = _pooled(spots[r, c], tracks[r, c], rings[r], POOLED_TRACKS)
-        kept = _kept(world, i, j, images)
-        here, all_here = kept * world.counts[SPOTS, i, j], kept * world.counts[TRACKS, i, j]
-        share[k] = min(_pooled(here, all_here, in_fan, POOLED_TRACKS), MOST)
-    return share

@@ -9,13 +9,13 @@ counted from the tracks that ended as spots, as real beds need not be like those
 
 import math
 
-from ods.compiled.kernel import kernel
+import numpy as np
+
+from ods.compiled import native
 from ods.tracker.state import FrontState
 
 SURE = 1e-4
 """No front is more likely a body's than 1 less this, or less likely than this."""
-FADE = 0.85
-"""What an echo leaves of those before: it is judged by the last seven."""
 BODY = 5.2
 """Mean of the log-odds of bodies' fronts: lower than of most, as those among crests count."""
 FIRST, FIRST_ECHOES = -2.2, 200.0
@@ -28,6 +28,8 @@ MOST_FOR, MOST_AGAINST = 9.0, 3.0
 """Largest logarithm of a likelihood ratio that this alone gives for a body, and against one."""
 MEMORY = 0.997
 """What an image leaves of the counts of those before: they are of the last 50 s at 6.7 images a second."""
+LAW = np.array([SURE, BODY, VARIANCE, FEW, MOST_FOR, MOST_AGAINST])
+"""For C: `FrontLaw`."""
 
 
 class Front:
@@ -57,15 +59,13 @@ class Front:
         return min((self._total + FIRST_ECHOES * FIRST) / (self._echoes + FIRST_ECHOES), MOST)
 
 
-@kernel
 def log_odds(front: float) -> float:
     """Return the logarithm of the odds of a front as `Detection` tells it."""
-    share = min(max(front, SURE), 1.0 - SURE)
-    return math.log(share / (1.0 - share))
+    odds: float = native.front_log_odds(front, LAW)
+    return odds
 
 
-@kernel
 def evidence(total: float, echoes: float, of_spots: float) -> float:
     """Return the log-likelihood ratio of a body over a spot by the sum of the log-odds of so many echoes: normal."""
-    over = total - 0.5 * (BODY + of_spots) * echoes
-    return min(max((BODY - of_spots) * over / (VARIANCE * (echoes + FEW)), -MOST_AGAINST), MOST_FOR)
+    ratio: float = native.front_evidence(total, echoes, of_spots, LAW)
+    return ratio

@@ -6,36 +6,31 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.messages import Sector
-from ods.tracker.association import gating, split_merged
+from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.crowd import crowding
 from ods.tracker.association.flicker import Flicker, Places
 from ods.tracker.association.front import Front
-from ods.tracker.association.gating import Detectability, Hypotheses
+from ods.tracker.association.gating import Detectability
 from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength
 from ods.tracker.association.wander import Wander
 from ods.tracker.measurement.cut_off import nothing_twice
-from ods.tracker.measurement.model import PositionMeasurement, position_measurement, predicted_rows
-from ods.tracker.measurement.scan import Echoes, Scan, echo_rows
+from ods.tracker.measurement.field_of_view import FieldOfView
+from ods.tracker.measurement.model import PositionMeasurement, position_measurement
+from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained, look_rows
+from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained
 
-DROP_OUT_EXPECTED = 3.0
-"""So many confirmed objects expected,"""
-DROP_OUT_SHARE = 0.25
-"""and no more than this share of them seen: a drop-out of the image, which counts against nobody,"""
 DROP_OUT_DETECTION = 0.005
-"""and in which an object has an echo with this probability: what is found is more likely a false alarm."""
-JOINED, LEAST_JOINED_M = 1.6, 1.5
-"""An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
-it sets in as the first of these does."""
+"""In a drop-out of the image an object has an echo with this probability: what is found is more likely a false
+alarm."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -80,60 +75,96 @@ class ScanMatch(NamedTuple):
     """and what is known of them."""
 
 
+class Shown(NamedTuple):
+    """What of n objects an image of m echoes shows: k of them are seen, as a whole or only in parts."""
+
+    objects: Indices
+    """(k,) each once,"""
+    echoes: Echoes
+    """and the echo of each, (k,): its own, or what stands for several."""
+    off_centre: Floats
+    """(k,) variance by which the echo may lie off the object's centre, m^2."""
+    unexplained: Indices
+    """Echoes that nobody explains."""
+    hit: Mask
+    """(n,) seen."""
+    look: Named[Look]
+    free: Mask
+    """(m,) echoes that no confirmed object explains."""
+
+
 def match_scan(
     scan: Scan, prediction: ScanPrediction, alarms: FalseAlarms, associate: Association, settings: EchoSettings
 ) -> ScanMatch:
     """Compare an image with what was predicted of n objects; `alarms` learn from the echoes that none explains."""
-    clutter, echoes = alarms.clutter, scan.echoes
+    clutter, echoes, view = alarms.clutter, scan.echoes, prediction.field_of_view
     density = clutter.density(echoes, scan.sector)
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
-    found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas)
-    if prediction.vague.any():
-        found = found.take(~prediction.vague[found.objects])
+    found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas, prediction.vague)
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
-    assignment = associate(ask)
-    drop_out = _is_drop_out(prediction, assignment.pairs)
+    assignment = _plain(associate(ask))
+    drop_out = native.match_is_drop_out(assignment.pairs.objects, view.watched, prediction.reported)
     if drop_out:
         chance = chance._replace(detection_probability=DROP_OUT_DETECTION)
         less = math.log(DROP_OUT_DETECTION / settings.detection_probability)
         found = gating.scored(found.objects, found.echoes, found.llr + less, chance)
-        assignment = associate(ask._replace(hypotheses=found))
-    shown, unexplained = _with_parts(assignment, echoes, prediction, density, chance)
-    hit = np.zeros(len(prediction.reported), bool)
-    hit[shown.objects] = True
-    seen, reported = prediction.field_of_view, prediction.reported
-    merged = split_merged.merged_variance(prediction.estimate, hit, reported, seen.watched)
-    rest, half_vertical = echoes.take(unexplained), scan.sector.half_vertical_rad
-    measurement = _measured(shown, merged, prediction, half_vertical)
+        assignment = _plain(associate(ask._replace(hypotheses=found)))
+    seen = shown(ask, assignment, view, density, chance, drop_out)
+    rest, half_vertical = echoes.take(seen.unexplained), scan.sector.half_vertical_rad
+    measurement = _measured(seen, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    told = shown.objects, shown.echoes.table, shown.llr, shown.off_centre
-    watched = seen.watched, reported, hit, seen.inside & ~seen.skipped
-    expected = prediction.measurement.table, prediction.estimate.radius
-    look = _look(told, merged, watched, expected, 0.0 if drop_out else chance.detection_probability)
-    free = _not_of_confirmed(assignment.pairs.objects, assignment.pairs.echoes, reported, len(echoes))
-    alarms.strength.count(echoes, free, scan.sector)
+    alarms.strength.count(echoes, seen.free, scan.sector)
     nothing = alarms.at(prediction.places, scan.sector)
-    if len(hit):
+    if len(seen.hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
-        objects=shown.objects,
+        objects=seen.objects,
         measurement=measurement,
-        hit=hit,
-        look=Named(Look, look),
+        hit=seen.hit,
+        look=seen.look,
         nothing=nothing,
         unexplained=elsewhere,
         unknown=_unknown(rest, elsewhere, alarms, scan.sector),
     )
 
 
-@kernel
-def _not_of_confirmed(objects: Indices, echoes: Indices, reported: Mask, m: int) -> Mask:
-    """Tell (m,) which echoes no confirmed object explains, by pairs of object and echo."""
-    free = np.ones(m, np.bool_)
-    for i, j in zip(objects, echoes):  # noqa: B905  numba knows no `strict`
-        free[j] &= not reported[i]
-    return free
+def _plain(assignment: Assignment) -> Assignment:
+    """Return an assignment as kernels take it, whoever made it."""
+    table, explained = assignment.echoes.table, np.ascontiguousarray(assignment.explained, np.bool_)
+    echoes = assignment.echoes if table.flags.c_contiguous else Echoes(np.ascontiguousarray(table))
+    return Assignment(assignment.pairs.plain(), echoes, explained)
+
+
+def shown(
+    question: Question,
+    assignment: Assignment,
+    view: FieldOfView,
+    density: ClutterDensity,
+    chance: Detectability,
+    drop_out: bool = False,
+) -> Shown:
+    """Return what is seen of the objects; in a `drop_out` no echo is expected of any. Raises IndexError.
+
+    Echoes that are left and lie inside the circle of a confirmed object are parts of it. Their middle is what such an
+    object is seen by, unless it has an echo of its own that is as large as it is.
+    """
+    pairs, n, m = assignment.pairs, len(question.first), len(question.echoes)
+    room = len(pairs.objects) + m
+    objects, table = np.empty(room, np.intp), np.empty((len(question.echoes.table), room))
+    llr, off_centre = np.empty((2, room))
+    unexplained, hit, free = np.empty(m, np.intp), np.empty(n, np.bool_), np.empty(m, np.bool_)
+    look, counts = np.empty((len(Look._fields), n)), np.empty(2, np.intp)
+    asked = assignment.echoes.table, assignment.explained, question.echoes.table, density.per_m2
+    expected = question.predicted.table, question.estimate.position, question.estimate.radius, question.first
+    seen = chance.visibility, view.watched, view.inside, view.skipped
+    probability = chance.detection_probability, 0.0 if drop_out else chance.detection_probability
+    answer = objects, table, llr, off_centre, unexplained, hit, look, free, counts
+    if not native.match_shown(pairs, asked, expected, seen, probability, answer):
+        raise IndexError("an association's pairs are of the question's objects and echoes")
+    k, left = counts.tolist()
+    echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
+    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(Look, look), free)
 
 
 def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
@@ -146,105 +177,14 @@ def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlar
     return Unexplained(density, *told, nothing, alarms.onset.of_spots, alarms.front.of_spots)
 
 
-def _is_drop_out(prediction: ScanPrediction, pairs: Hypotheses) -> bool:
-    """Tell whether far fewer of the confirmed objects have an echo than are in view."""
-    watched = prediction.field_of_view.watched * prediction.reported
-    expected = float(watched.sum())
-    if expected < DROP_OUT_EXPECTED:
-        return False
-    return int(np.count_nonzero(watched.take(pairs.objects))) <= DROP_OUT_SHARE * expected
-
-
-class _Shown(NamedTuple):
-    """Objects and their echoes, (k,) each."""
-
-    objects: Indices
-    echoes: Echoes
-    llr: Floats
-    off_centre: Floats
-    """Variance by which an echo may lie off its object's centre, m^2."""
-
-
-def _with_parts(
-    assignment: Assignment, echoes: Echoes, prediction: ScanPrediction, density: ClutterDensity, chance: Detectability
-) -> tuple[_Shown, Indices]:
-    """Return the objects seen, as a whole or only in parts, and the echoes that nobody explains."""
-    pairs, radius, loose = assignment.pairs, prediction.estimate.radius, ~assignment.explained
-    whole, unexplained = prediction.reported.nonzero()[0], loose.nonzero()[0]
-    objects, parts = split_merged.parts_inside(prediction.measurement, radius, echoes, whole, unexplained)
-    if len(parts):
-        loose[parts] = False
-        unexplained = loose.nonzero()[0]
-        by_chance = np.minimum(density.per_m2[parts] * np.pi * radius[objects] ** 2, 1.0)
-        split = gating.scored(objects, parts, -np.log(by_chance), chance)
-        split = split.take(split.score > 0.0)  # the rest is more likely false alarms inside a silent object's circle
-        if len(split.objects):
-            return _put_together(assignment, split, echoes, radius), unexplained
-    return _Shown(pairs.objects, assignment.echoes, pairs.llr, np.zeros(len(pairs.objects))), unexplained
-
-
-def _put_together(assignment: Assignment, split: Hypotheses, echoes: Echoes, radius: Floats) -> _Shown:
-    """Return the pairs, and besides them the objects of which only the parts `split` are seen."""
-    pairs = assignment.pairs
-    in_parts = np.zeros(len(radius), bool)
-    in_parts[split.objects] = True
-    smaller = echoes.rows.radius[pairs.echoes] + 3.0 * echoes.rows.sigma_radius[pairs.echoes] < radius[pairs.objects]
-    also_part = in_parts[pairs.objects] & smaller
-    whole = pairs.take(~also_part)
-    in_parts[whole.objects] = False
-    split = split.take(in_parts[split.objects])
-    parts = split_merged.put_together(pairs.take(also_part).joined(split), echoes, radius)
-    return _Shown(
-        np.concatenate([whole.objects, parts.objects]),
-        assignment.echoes.take((~also_part).nonzero()[0]).joined(parts.echoes),
-        np.concatenate([whole.llr, parts.llr]),
-        np.concatenate([np.zeros(len(whole.objects)), parts.variance]),
-    )
-
-
-@kernel
-def _look(
-    told: tuple[Indices, Floats, Floats, Floats],
-    merged: Floats,
-    seen: tuple[Floats, Mask, Mask, Mask],
-    expected: tuple[Floats, Floats],
-    detection_probability: float,
-) -> Floats:
-    """Return the (7, n) table of `Look`.
-
-    `told`: of `_Shown`, the table of its echoes; `merged`: (n,) of `merged_variance`: above 0, a missing echo may be in
-    that of a neighbour; `seen`: (n,) `watched` of the field of view, confirmed, hit, inside and not skipped;
-    `expected`: table of the predicted measurements, and (n,) radii.
-    """
-    objects, echo_table, llr, off_centre = told
-    watched, reported, hit, in_view = seen
-    predicted_table, radius = expected
-    echoes, predicted, table = echo_rows(echo_table), predicted_rows(predicted_table), np.zeros((7, len(hit)))
-    look = look_rows(table)
-    look.off_range[:] = math.nan
-    for i in range(len(hit)):
-        if hit[i] or merged[i] == 0.0:
-            look.watched[i] = watched[i] if reported[i] else 1.0 * in_view[i]
-        look.expected[i] = look.watched[i] * detection_probability
-    for k, i in enumerate(objects):
-        look.llr[i], look.strength[i] = llr[k], echoes.strength[k]
-        whole = off_centre[k] == 0.0 and merged[i] == 0.0 and echoes.cut[k] == 0.0
-        if whole and echoes.strength[k] > 0.0:
-            look.off_range[i] = echoes.range_m[k] - predicted.range_m[i]
-            joined = echoes.radius[k] > JOINED * max(radius[i], LEAST_JOINED_M)
-            look.onset[i] = 0.0 if joined else echoes.onset[k]
-            look.front[i] = 0.0 if joined else echoes.front[k]
-    return table
-
-
-def _measured(shown: _Shown, merged: Floats, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
-    """Return where the objects were seen; `merged`: (n,) variance by which an echo may lie off the centre."""
+def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:
+    """Return where the objects were seen."""
     predicted = prediction.measurement.table.take(shown.objects, axis=1)
     echoes, seen, estimate = shown.echoes, shown.objects, prediction.estimate
     if echoes.rows.cut.any():
         echoes = nothing_twice(echoes, predicted, estimate.radius[seen], estimate.radius_variance[seen])
     found = position_measurement(echoes, prediction.vehicle, half_vertical, predicted)
-    off_centre = shown.off_centre + merged[shown.objects]
+    off_centre = shown.off_centre
     if not off_centre.any():
         return found
     return found._replace(

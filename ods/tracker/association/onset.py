@@ -9,7 +9,9 @@ as bodies' are.
 
 import math
 
-from ods.compiled.kernel import kernel
+import numpy as np
+
+from ods.compiled import native
 from ods.tracker.state import OnsetState
 
 SHARP = 1.06
@@ -33,6 +35,8 @@ ENOUGH = 8.0
 """which takes so many echoes."""
 DEARER = 3.3
 """So many times the odds a new object needs where echoes tell their onset: sharp ones bring more than that."""
+LAW = np.array([SHARP, BODY_SHARP, BODY_SLOW, SPOT_LOOKS, MOST_FOR, MOST_AGAINST, ENOUGH])
+"""For C: `OnsetLaw`."""
 
 
 class Onset:
@@ -63,16 +67,7 @@ class Onset:
         return min(share, MOST)
 
 
-@kernel
 def evidence(sharp: float, echoes: float, of_spots: float) -> float:
     """Return the log-likelihood ratio of a body over a spot by how many of so many echoes are sharp: beta-binomial."""
-    slow = echoes - sharp
-    body = _log_beta(BODY_SHARP + sharp, BODY_SLOW + slow) - _log_beta(BODY_SHARP, BODY_SLOW)
-    often, seldom = SPOT_LOOKS * of_spots, SPOT_LOOKS * (1.0 - of_spots)
-    spot = _log_beta(often + sharp, seldom + slow) - _log_beta(often, seldom)
-    return min(max(body - spot, -MOST_AGAINST if echoes >= ENOUGH else 0.0), MOST_FOR)
-
-
-@kernel
-def _log_beta(a: float, b: float) -> float:
-    return math.lgamma(a) + math.lgamma(b) - math.lgamma(a + b)
+    ratio: float = native.onset_evidence(sharp, echoes, of_spots, LAW)
+    return ratio

@@ -6,7 +6,9 @@ is counted from the tracks that ended as spots, as it depends on bottom and sona
 
 import math
 
-from ods.compiled.kernel import kernel
+import numpy as np
+
+from ods.compiled import native
 from ods.tracker.state import WanderState
 
 FIRST_M = 0.85
@@ -22,6 +24,8 @@ SURE = 12.0
 MOST_FOR, MOST_IN_CROWD, MOST_AGAINST = 8.0, 2.0, 1.0
 """Largest logarithm of a likelihood ratio that this alone gives for a body, for one in a crowd (see `crowd`), and
 against one: those of large bodies wander, too."""
+LAW = np.array([BODY_SHARE, SURE, MOST_FOR, MOST_IN_CROWD, MOST_AGAINST])
+"""For C: `WanderLaw`."""
 
 
 class Wander:
@@ -51,14 +55,10 @@ class Wander:
         return (self._squares + FIRST_ECHOES * FIRST_M**2) / (self._echoes + FIRST_ECHOES)
 
 
-@kernel
 def evidence(squares: float, echoes: float, of_spots_m2: float, crowd: float) -> float:
     """Return the log-likelihood ratio of a body over a spot by the sum of squares, m2, of so many echoes.
 
-    Ranges are normal about the place; their variance is inverse gamma distributed, of `SURE` degrees of freedom.
     `crowd`: of `Spots`.
     """
-    body, spot = BODY_SHARE**2 * of_spots_m2, of_spots_m2
-    more = math.log((SURE * spot + squares) / (SURE * body + squares))
-    most = MOST_FOR + crowd * (MOST_IN_CROWD - MOST_FOR)
-    return min(max(0.5 * (SURE * math.log(body / spot) + (SURE + echoes) * more), -MOST_AGAINST), most)
+    ratio: float = native.wander_evidence(squares, echoes, of_spots_m2, crowd, LAW)
+    return ratio

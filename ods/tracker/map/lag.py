@@ -24,6 +24,7 @@ class Lag:
         self._since_ns: int | None = None
         self._failure = ""
         self._stalled = False
+        self._overload = ""
 
     def begin(self, now_ns: int) -> None:
         """Something is wanted of the file from now on."""
@@ -40,8 +41,9 @@ class Lag:
             log.warning("%s: %s again, after %.0f s", self._name, self.wanted, self._lasted_s(now_ns))
         self._since_ns, self._failure, self._stalled = None, "", False
 
-    def look(self, now_ns: int) -> None:
-        """Say so, once, when it takes too long."""
+    def look(self, now_ns: int, overload: str) -> None:
+        """Say so, once, when it takes too long. overload: that the computer is overloaded, or ""."""
+        self._overload = overload
         if not self._failure and not self._stalled and self._lasted_s(now_ns) * NS > STALLED_NS:
             self._stalled = True
             self._complain("map_stalled", self.problem(now_ns))
@@ -55,7 +57,7 @@ class Lag:
             if self.wanted == WRITTEN
             else "its process is not up yet, or the disk does not answer"
         )
-        told = self._failure or f"{self._name}: {silent}"
+        told = self._failure or f"{self._name}: {self._overload or silent}"
         return f"{told}; not {self.wanted} for {self._lasted_s(now_ns):.0f} s"
 
     def _lasted_s(self, now_ns: int) -> float:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from ods.base.backoff import Backoff
 from ods.base.clock import NS
+from ods.base.overload import OverloadMonitor
 from ods.tracker.map.link import Change, Link, LinkEndedError, Message
 
 FIRST_DELAY_S, LONGEST_DELAY_S = 1.0, 30.0
@@ -26,6 +27,8 @@ class WriterProcess:
         self._process: subprocess.Popen[bytes] | None = None
         self._link: Link | None = None
         self._start_ns = 0
+        self._overload: OverloadMonitor | None = None
+        self._looked_ns = 0
 
     @property
     def running(self) -> bool:
@@ -44,7 +47,18 @@ class WriterProcess:
                 self._process = subprocess.Popen(self._command, stdin=theirs.fileno())
         except OSError as error:
             raise LinkEndedError(error.strerror) from error
+        self._overload, self._looked_ns = OverloadMonitor(self._process.pid), now_ns
+        self._overload.look(now_ns)
         return True
+
+    def starved(self, now_ns: int) -> str:
+        """Return one line if it gets too little of a processor, "" if not; asked often, it looks once a second."""
+        if self._overload is None:
+            return ""
+        if now_ns - self._looked_ns > NS:
+            self._looked_ns = now_ns
+            self._overload.look(now_ns)
+        return self._overload.starved(now_ns)
 
     def works(self) -> None:
         """It has opened the file: when it ends now, it is started again soon."""

@@ -8,7 +8,6 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
-from ods.compiled.kernel import kernel
 from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.named import Named
 
@@ -60,13 +59,6 @@ class EchoRows(NamedTuple):
     """How slowly it sets in, see `Detection`; 0: not told."""
     front: Floats
     """How likely it sets in as a body does, see `Detection`; 0: not told."""
-
-
-@kernel
-def echo_rows(table: Floats) -> EchoRows:
-    """Name the rows of the table of `Echoes`."""
-    r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset, front = table
-    return EchoRows(r, b, e, radius, sr, sb, s_radius, strength, cut, half, onset, front)
 
 
 class Echoes(Named[EchoRows]):

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 
 
 class Belief(NamedTuple):
@@ -56,31 +56,8 @@ class Estimate(NamedTuple):
 
 def moment_match(belief: Belief) -> Estimate:
     """Return mean and covariance of the hypotheses taken together: the first two moments of their mixture."""
-    moments, mixed, by_height, shared = _moments(belief[:6])
-    mean, variance = moments
+    n = len(belief.static)
+    mean, variance, mixed = np.empty((3, n)), np.empty((3, n)), np.empty(n)
+    by_height, shared = np.empty((2, n)), np.empty((3, n))
+    native.moment_match(belief[:6], mean, variance, mixed, by_height, shared)
     return Estimate(mean, variance, mixed, by_height, shared, belief.radius, belief.radius_variance, belief.static)
-
-
-@kernel
-def _moments(belief: tuple[Floats, Floats, Floats, Floats, Floats, Floats]) -> tuple[Floats, Floats, Floats, Floats]:
-    """Return (2, 3, n) mean and variance, (n,) the covariance, (2, n) and (3, n) of the first fields of `Belief`."""
-    share, position, variance, covariance_ne, of_height, of_all = belief
-    hypotheses, _, n = position.shape
-    moments, mixed, by_height, shared = np.zeros((2, 3, n)), np.zeros(n), np.zeros((2, n)), np.zeros((3, n))
-    mean, spread = moments[0], moments[1]
-    for i in range(n):
-        for h in range(hypotheses):
-            weight = share[h, i]
-            for axis in range(3):
-                mean[axis, i] += weight * position[h, axis, i]
-                shared[axis, i] += weight * of_all[h, axis, i]
-            for axis in range(2):
-                by_height[axis, i] += weight * of_height[h, axis, i]
-        for h in range(hypotheses):
-            weight = share[h, i]
-            for axis in range(3):
-                offset = position[h, axis, i] - mean[axis, i]
-                spread[axis, i] += weight * (variance[h, axis, i] + offset**2)
-            north, east = position[h, 0, i] - mean[0, i], position[h, 1, i] - mean[1, i]
-            mixed[i] += weight * (covariance_ne[h, i] + north * east)
-    return moments, mixed, by_height, shared

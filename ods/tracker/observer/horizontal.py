@@ -3,7 +3,6 @@
 from typing import Any, NamedTuple, Protocol
 
 from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.sensitivity import Heights
@@ -62,12 +61,6 @@ class Learned(NamedTuple):
     square: Floats
     """and the same of the height's square, as in `Heights`."""
     square_variance: Floats
-
-
-@kernel
-def learned_rows(table: Floats) -> Learned:
-    """Name the rows of a (5, 2, k) table."""
-    return Learned(table[0], table[1], table[2], table[3], table[4])
 
 
 class HorizontalFilter(Protocol):

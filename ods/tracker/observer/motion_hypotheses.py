@@ -15,7 +15,7 @@ from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer import common
 from ods.tracker.observer.belief import Belief
-from ods.tracker.observer.common import DISPROVED, LEAST_VARIANCE, PROVED, CommonState, NewCommon
+from ods.tracker.observer.common import DISPROVED, LEAST_VARIANCE, PROVED, CommonState, NewCommon, Velocities
 from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMotion, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
@@ -82,13 +82,12 @@ class StaticOrMovingObserver:
         At rest the mean is 0, but what echoes cannot tell from that yet is part of the variance, whatever the odds are:
         they weigh rest against velocities of `velocity_sigma`, among which slow ones are few.
         """
-        table, horizontal, moving = self._table.table, self._horizontal.state(), self._horizontal.velocity()
-        mean, variance = common.velocity(table, *moving, horizontal.share, horizontal.unseen)
-        if self._kinds is not None:
-            crept = common.crept(table, *self._kinds.steady(), horizontal.unseen)
-        else:  # a velocity that may change at any time never becomes sure: only if the place speaks for it
-            crept = common.creeping(table, horizontal) * common.crept(table, *moving, horizontal.unseen)
-        variance[:2] += self.static() * crept
+        moving = self._horizontal.velocity()
+        # A velocity that may change at any time never becomes sure: what rests creeps only if its place speaks for it.
+        steady, by_place = (moving, True) if self._kinds is None else (self._kinds.steady(), False)
+        mean, variance = common.velocity(
+            self._table.table, self._horizontal.state(), Velocities(*moving, *steady), by_place
+        )
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:

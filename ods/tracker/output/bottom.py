@@ -1,29 +1,14 @@
-"""What of the objects is the bottom, as far as heights tell.
+"""What of the objects is the bottom, as far as heights tell."""
 
-The bottom right below the vehicle is known from its altitude. Farther away it lies as deep but for slope and roughness,
-whose standard deviations are settings. An object's height over it is known as well as its depth, which a sonar of one
-plane hardly sees: then nothing is said of it that is not so.
-"""
-
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import BottomSettings
-
-BELOW_SIGMAS = 3.0
-"""An object farther below the bottom is none of it: the bottom falls off there, and how deep it is, is not known."""
-HIGHER = 2.0
-"""What stands on the bottom reaches so many times as high as the middle of what is seen of it."""
-
-
-LEAST = 1e-3
-"""No probability is divided by less."""
 
 
 class Bottom(NamedTuple):
@@ -59,19 +44,9 @@ def stand_of(snapshot: Snapshot, bottom: Bottom, settings: BottomSettings) -> St
     height = bottom.place[2] - snapshot.position[2]
     slope = np.tan(np.radians(settings.slope_deg)) * away
     sigma = np.sqrt(snapshot.sigma_position[2] ** 2 + bottom.sigma_m**2 + slope**2 + settings.roughness_m**2)
-    lower = _normal(-height / sigma)
-    above = np.maximum(_normal(height / sigma), LEAST)
-    probability = (_normal((settings.clearance_m / HIGHER - height) / sigma) - lower) / above
-    return Stand(height, sigma, np.where(height > -BELOW_SIGMAS * sigma, np.clip(probability, 0.0, 1.0), 0.0))
-
-
-@kernel
-def _normal(x: Floats) -> Floats:
-    """Return the distribution function of the normal law, (n,)."""
-    result = np.empty(len(x))
-    for i in range(len(x)):
-        result[i] = 0.5 * math.erfc(-x[i] / math.sqrt(2.0))
-    return result
+    probability = np.empty(len(snapshot))
+    native.reach_no_higher(height, sigma, settings.clearance_m, probability)
+    return Stand(height, sigma, probability)
 
 
 def may_be_hit(snapshot: Snapshot, bottom: Bottom | None, settings: BottomSettings) -> Mask:

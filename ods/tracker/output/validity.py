@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from ods.base.clock import NS
+from ods.base.overload import OVERLOADED
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.ping_pace import PingPace
@@ -15,6 +16,7 @@ MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
+NO_SIGN = "no sign of life"
 AWAY_S = 3.0
 """After so long without sight (no ping, most of the image unseen, no pose) there may be other objects in view."""
 
@@ -27,9 +29,14 @@ class InputMonitor:
         started_ns: int,
         processes: Iterable[str],
         why_ended: Callable[[str], str],
+        overload: Callable[[], str] = str,
     ) -> None:
-        """`why_ended`: what a process that is gone said last, "" for nothing."""
+        """`why_ended`: what a process that is gone said last, "" for nothing.
+
+        overload: says that the computer is overloaded, "" while it is not.
+        """
         self._why_ended = why_ended
+        self._overload = overload
         self._started_ns = started_ns
         self.first_ping_ns: int | None = None
         """Transmission of the first ping, that of the tracker that this one goes on for, if it does, or of the first
@@ -106,7 +113,17 @@ class InputMonitor:
             found.append("no pose for the time of the ping")
         for process, report in self._health.items():
             found += self._of_process(process, report, now_ns)
-        return found
+        return self._causes(found)
+
+    def _causes(self, found: list[str]) -> list[str]:
+        """Return the reasons, that the computer is overloaded before them if it is, and not what that alone explains.
+
+        That no ping or pose came stays: it is so, whatever the cause.
+        """
+        overload = self._overload() if found else ""
+        if not overload:
+            return found
+        return [overload, *(reason for reason in found if OVERLOADED not in reason and NO_SIGN not in reason)]
 
     def _blind_s(self) -> float:
         """Return how long most of the image has been unseen, from ping to ping."""
@@ -122,7 +139,7 @@ class InputMonitor:
         age_s = (now_ns - newest_ns) / NS
         if age_s > bus.HEALTH_STALE_S:
             why = self._why_ended(process)
-            return [f"{process}: no sign of life for {age_s:.1f} s" + (f"; it ended: {why}" if why else "")]
+            return [f"{process}: {NO_SIGN} for {age_s:.1f} s" + (f"; it ended: {why}" if why else "")]
         if report is None:
             return []
         if not report.ready and not report.problems:

@@ -1,20 +1,19 @@
 """What speaks for and against the existence of each live object, and what an image adds to that."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
-from ods.compiled.kernel import inlined, kernel
+from ods.compiled import native
 from ods.tracker.association import front, onset, strength, wander
-from ods.tracker.association.strength import Typical, typical_rows
+from ods.tracker.measurement.scan import LARGEST_PATCH_M
 from ods.tracker.settings import EchoSettings, MotionSettings
 from ods.tracker.track import existence
-from ods.tracker.track.existence import Chain, Rates
+from ods.tracker.track.existence import Rates
 
-FLICKERING = 0.03
-"""A place flickers when its chance to show an echo without an object is above this."""
+LAWS = wander.LAW, onset.LAW, front.LAW, strength.LAW, existence.SEEN, LARGEST_PATCH_M
+"""By which bodies, spots and nothing are told apart, for C: `Laws`."""
 
 
 class Doubt(NamedTuple):
@@ -155,214 +154,46 @@ def assumed(echo: EchoSettings, motion: MotionSettings, spots: Spots) -> Assumed
     return Assumed(rates, echo.detection_probability, motion.static_prior, spots)
 
 
-@kernel
-def doubt_rows(table: Floats) -> Doubt:
-    """Name the rows of a (22, n) table."""
-    return Doubt(
-        table[0],
-        table[1],
-        table[2],
-        table[3],
-        table[4],
-        table[5],
-        table[6],
-        table[7],
-        table[8],
-        table[9],
-        table[10],
-        table[11],
-        table[12],
-        table[13],
-        table[14],
-        table[15],
-        table[16],
-        table[17],
-        table[18],
-        table[19],
-        table[20],
-        table[21],
-    )
-
-
-@kernel
-def look_rows(table: Floats) -> Look:
-    """Name the rows of a (7, n) table."""
-    return Look(table[0], table[1], table[2], table[3], table[4], table[5], table[6])
-
-
-@kernel
 def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> None:
-    """Set objects from `first` on, one an unexplained echo, given births a scan."""
-    d, typical = doubt_rows(table), typical_rows(unknown.nothing.typical)
-    for k in range(len(unknown.clutter)):
-        i, spots = first + k, unknown.nothing.spots[k]
-        none = unknown.clutter[k] / (births + unknown.clutter[k])
-        chain = Chain(1.0 - none, 0.0, (1.0 - spots) * none, spots * none)
-        d.spots[i] = spots
-        chain = _by_strength(d, i, chain, unknown.strength[k], typical, k)
-        chain = _by_front(d, i, chain, unknown.front[k], unknown.spots_front, False)
-        _keep(d, i, _by_onset(d, i, chain, unknown.onset[k], unknown.spots_sharp, False))
-        d.first_visible[i] = d.visible[i]
+    """Set objects from `first` on in a table of `Doubt`, one an unexplained echo, given births a scan."""
+    native.doubt_begin(table, first, births, unknown, LAWS)
 
 
-@kernel
 def take_image(
     table: Floats,
     seen: tuple[Ints, Mask, Mask],
-    look_table: Floats,
+    look: Floats,
     nothing: AtPlaces,
     shape: tuple[Floats, Floats],
     dt: float,
     known: Assumed,
 ) -> None:
-    """Judge by an image, `dt` seconds after the one before.
+    """Judge by an image, `dt` seconds after the one before; tables of `Doubt` and `Look`.
 
     `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo; `shape`: (n,)
     probability that they do not move, and radius, m.
     """
-    echoes, confirmed, hit = seen
-    static, radius = shape
-    d, look, typical = doubt_rows(table), look_rows(look_table), typical_rows(nothing.typical)
-    for i in range(len(hit)):
-        watched, spots = look.watched[i], nothing.spots[i]
-        chain = _by_wander(d, i, _chain(d, i), look.off_range[i], echoes[i], known.spots)
-        chain = _by_onset(d, i, chain, look.onset[i], known.spots.sharp, confirmed[i])
-        chain = _by_front(d, i, chain, look.front[i], known.spots.front, confirmed[i])
-        chain = existence.carried_on(chain, echoes[i], watched, dt, known.rates)
-        often = existence.how_often(d.hits[i], d.looks[i], known.detection_probability, known.spots.crowd)
-        chain = existence.after_image(chain, hit[i], look.llr[i], look.expected[i], often)
-        chain = _by_strength(d, i, chain, look.strength[i], typical, i)
-        # confirmed objects are judged by what is known of their places by now
-        place = spots if confirmed[i] else d.spots[i]
-        moves = existence.evidence_of_motion(static[i], known.static_prior, known.spots.crowd)
-        _keep(d, i, _by_motion(d, i, chain, max(moves, existence.evidence_of_size(radius[i])), place))
-        looked = 1.0 if hit[i] else watched
-        d.hits[i] += hit[i]
-        d.looks[i] += looked
-        d.flickers[i] += existence.SPOT_SEEN * spots * looked
+    native.doubt_take_image(table, seen, look, nothing, shape, dt, known, LAWS)
 
 
-@inlined
-def _chain(d: Doubt, i: int) -> Chain:
-    return Chain(d.visible[i], d.silent[i], d.nothing[i], d.spot[i])
+def proof(table: Floats, i: int) -> float:
+    """Return the probability of existence that new object i is confirmed by: see `onset.DEARER`."""
+    probability: float = native.doubt_proof(table, i, onset.DEARER)
+    return probability
 
 
-@inlined
-def _keep(d: Doubt, i: int, chain: Chain) -> None:
-    d.visible[i], d.silent[i], d.nothing[i], d.spot[i] = chain
-
-
-@inlined
-def _by_wander(d: Doubt, i: int, chain: Chain, off_range: float, echoes: int, spots: Spots) -> Chain:
-    """Judge by how far the echoes wander: see `wander`."""
-    if math.isnan(off_range):
-        return chain
-    # the place is the mean of the echoes before, so the newest is off it by its own error and by that of the mean
-    before = max(echoes - 1.0, 1.0)
-    d.off_squares[i] += off_range**2 * before / (before + 1.0)
-    d.placed[i] += 1.0
-    ratio = wander.evidence(d.off_squares[i], d.placed[i], spots.wander_m2, spots.crowd)
-    change, d.by_wander[i] = ratio - d.by_wander[i], ratio
-    return existence.told_apart(chain, 0.0, change)
-
-
-@inlined
-def _by_onset(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float, confirmed: bool) -> Chain:
-    """Judge by how sharply the echoes set in: see `onset`. Against a confirmed object it says nothing."""
-    if not of_echo > 0.0:
-        return chain
-    d.sharp[i] += of_echo < onset.SHARP
-    d.set_in[i] += 1.0
-    ratio = onset.evidence(d.sharp[i], d.set_in[i], of_spots)
-    change = ratio - d.by_onset[i]
-    if confirmed and change < 0.0:
-        return chain
-    d.by_onset[i] = ratio
-    return existence.told_apart(chain, 0.0, change)
-
-
-@inlined
-def _by_front(d: Doubt, i: int, chain: Chain, of_echo: float, of_spots: float, confirmed: bool) -> Chain:
-    """Judge by how the last echoes set in: see `front`. Against a confirmed object it says nothing."""
-    if not of_echo > 0.0:
-        return chain
-    d.fronts[i] = front.FADE * d.fronts[i] + front.log_odds(of_echo)
-    d.judged[i] = front.FADE * d.judged[i] + 1.0
-    ratio = front.evidence(d.fronts[i], d.judged[i], of_spots)
-    change = ratio - d.by_front[i]
-    if confirmed and change < 0.0:
-        return chain
-    d.by_front[i] = ratio
-    return existence.told_apart(chain, 0.0, change)
-
-
-@inlined
-def _by_strength(d: Doubt, i: int, chain: Chain, echo_db: float, typical: Typical, k: int) -> Chain:
-    """Judge by how strong the echoes are: see `strength`; k: the object's place in `typical`."""
-    if not echo_db > 0.0:
-        return chain
-    d.strength[i] += (echo_db - typical.mean_db[k]) / typical.sigma_db[k]
-    d.told[i] += 1.0
-    ratio = strength.evidence(d.strength[i] / d.told[i], d.told[i], typical.sigma_db[k], typical.known[k])
-    change, d.by_strength[i] = ratio - d.by_strength[i], ratio
-    return existence.told_apart(chain, change, change)
-
-
-@inlined
-def _by_motion(d: Doubt, i: int, chain: Chain, ratio: float, spots: float) -> Chain:
-    """Judge by motion or size, and by the share of spots at the place, if that is another than before."""
-    change = ratio - d.by_motion[i] - (_logit(spots) - _logit(d.spots[i]))
-    d.by_motion[i], d.spots[i] = ratio, spots
-    return existence.told_apart(chain, 0.0, change)
-
-
-@inlined
-def _logit(share: float) -> float:
-    """Return the logarithm of the odds."""
-    return math.log(share / (1.0 - share))
-
-
-@kernel
-def intermittent(d: Doubt, i: int, detection_probability: float) -> bool:
-    """Tell whether an object is seen as places are where echoes come and go, and not as objects are there."""
-    half_way = 0.5 * (detection_probability * d.looks[i] + d.flickers[i])
-    return bool(d.flickers[i] > FLICKERING * d.looks[i] and d.hits[i] < half_way)
-
-
-@kernel
-def proof(d: Doubt, i: int) -> float:
-    """Return the probability of existence that a new object is confirmed by: see `onset.DEARER`."""
-    exists = float(d.visible[i] + d.silent[i])
-    if d.set_in[i] == 0.0:
-        return exists
-    return exists / (exists + onset.DEARER * float(d.nothing[i] + d.spot[i]))
-
-
-@kernel
 def visibilities(table: Floats, returned: float) -> Floats:
     """Return (n,) the probability that an object, if it exists, gives echoes; `returned`: that a silent one does."""
-    d, found = doubt_rows(table), np.empty(table.shape[1])
-    for i in range(len(found)):
-        visible, silent = d.visible[i], d.silent[i]
-        found[i] = (visible + silent * returned) / max(visible + silent, existence.SMALLEST)
+    found = np.empty(table.shape[1])
+    native.doubt_visibilities(table, returned, found)
     return found
 
 
-@kernel
 def as_nothing(table: Floats, ended: Mask) -> tuple[Floats, Counted]:
     """Return what the (n,) `ended` tell as no objects: (2, n) probabilities of a spot, and of none; 0 for the others.
 
     And what the echoes of spots were like.
     """
-    d, chances = doubt_rows(table), np.zeros((2, len(ended)))
-    squares, echoes, sharp, set_in, fronts, judged = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(ended)):
-        if ended[i]:
-            chances[0, i], chances[1, i] = d.spot[i], d.spot[i] + d.nothing[i]
-            squares += d.spot[i] * d.off_squares[i]
-            echoes += d.spot[i] * d.placed[i]
-            sharp += d.spot[i] * d.sharp[i]
-            set_in += d.spot[i] * d.set_in[i]
-            fronts += d.spot[i] * d.fronts[i]
-            judged += d.spot[i] * d.judged[i]
-    return chances, Counted(squares, echoes, sharp, set_in, fronts, judged)
+    chances, counted = np.empty((2, len(ended))), np.empty(len(Counted._fields))
+    native.doubt_as_nothing(table, ended, chances, counted)
+    return chances, Counted(*counted.tolist())

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.tracker.settings import LifeSettings
 
 TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED = range(5)
@@ -28,11 +28,6 @@ TRANSITIONS: dict[int, tuple[int, ...]] = {
     TERMINATED: (),
 }
 """The only changes there are."""
-
-TENTATIVE_SILENT_S = 1.0
-"""An object not proved is given up after so long without an echo."""
-TENTATIVE_DOUBT = 0.03
-"""An object not proved is given up when its probability falls to this share of what it began with: two misses."""
 
 
 class Evidence(NamedTuple):
@@ -68,7 +63,7 @@ class Evidence(NamedTuple):
 
 
 class LifeLimits(NamedTuple):
-    """`LifeSettings`, for compiled code."""
+    """`LifeSettings`, for the kernel."""
 
     confirm_echoes: int
     confirm_existence: float
@@ -84,41 +79,7 @@ def limits_of(settings: LifeSettings) -> LifeLimits:
     return LifeLimits(*msgspec.structs.astuple(settings))
 
 
-@kernel
 def next_state(state: int, e: Evidence, limits: LifeLimits) -> int:
     """Return an object's state after an image, reached by one of `TRANSITIONS` or unchanged."""
-    if state == TENTATIVE:
-        return _proved_or_not(e, limits)
-    doubted = e.existence < limits.drop_existence
-    if state == ACTIVE:
-        missed = e.missed_s > limits.silent_s and not e.skipped
-        lost = e.skipped and e.sigma > limits.lost_sigma_m
-        unsure = not e.inside or doubted or missed or lost
-        return STAND_BY if unsure and not e.hit else ACTIVE
-    if state in (STAND_BY, HIBERNATED):
-        return _found_again_or_not(state, e, doubted, limits)
-    return state
-
-
-@kernel
-def _proved_or_not(e: Evidence, limits: LifeLimits) -> int:
-    """Return the next state of a tentative object."""
-    if e.hit:
-        proved = e.echoes >= limits.confirm_echoes and e.existence >= limits.confirm_existence
-        return ACTIVE if proved and not e.duplicate else TENTATIVE
-    if e.skipped:
-        return TENTATIVE
-    unproved = e.visible < TENTATIVE_DOUBT * e.first_visible or e.missed_s > TENTATIVE_SILENT_S
-    return TERMINATED if unproved else TENTATIVE
-
-
-@kernel
-def _found_again_or_not(state: int, e: Evidence, doubted: bool, limits: LifeLimits) -> int:
-    """Return the next state of an object in stand-by or hibernated."""
-    if e.hit:
-        return ACTIVE
-    lasting = e.static and not e.intermittent
-    overdue = (not e.inside and e.unseen_s > limits.stand_by_s) or e.sigma > limits.lost_sigma_m
-    if doubted or (state == STAND_BY and (e.covered or (overdue and not lasting))):
-        return TERMINATED
-    return HIBERNATED if overdue else state
+    after: int = native.next_state(state, e, limits)
+    return after

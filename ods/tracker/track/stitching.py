@@ -1,11 +1,8 @@
 """Two tracks of one object: a young one continues a silent old one, or a silent one is part of a larger object."""
 
-import math
-
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
-from ods.compiled.kernel import kernel
+from ods.base.arrays import Indices
 from ods.tracker.linear_assignment import best_columns
 from ods.tracker.observer.belief import Estimate
 from ods.tracker.track.tracks import History
@@ -37,32 +34,3 @@ def stitch(
     columns = best_columns(gain)
     real = (columns >= 0) & (gain[np.arange(len(gain)), columns] > 0.0)
     return young[real], old[columns[real]]
-
-
-@kernel
-def is_duplicate(i: int, missed: Mask, history: History, position: Floats, radius: Floats) -> bool:
-    """Tell whether young object i may be stray echoes of one of the `missed`, (n,) objects not seen in this image.
-
-    Their circles touch, and the old one was seen since the young one began, so that the young one does not continue it:
-    until an image shows both, they are one.
-    """
-    found = False
-    for j in range(len(missed)):
-        if missed[j] and history.last[j] >= history.born[i]:
-            found |= _apart(position, i, j) < radius[i] + radius[j]
-    return found
-
-
-@kernel
-def is_covered(i: int, others: Mask, position: Floats, radius: Floats) -> bool:
-    """Tell whether object i lies inside the circle of one of the `others`, (n,)."""
-    found = False
-    for j in range(len(others)):
-        found |= others[j] and _apart(position, i, j) < radius[j]
-    return found
-
-
-@kernel
-def _apart(position: Floats, i: int, j: int) -> float:
-    """Return the horizontal distance of two objects."""
-    return math.hypot(position[0, i] - position[0, j], position[1, i] - position[1, j])

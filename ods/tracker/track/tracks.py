@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
-from ods.compiled.kernel import kernel
+from ods.compiled import native
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
@@ -41,12 +41,6 @@ class History(NamedTuple):
     """Ping time of the last echo (of waking, for objects of the map), ns."""
     unwatched: Ints
     """Time since then in which no image was looked at where it is, ns."""
-
-
-@kernel
-def history_rows(table: Ints) -> History:
-    """Name the rows of an (8, n) table."""
-    return History(table[0], table[1], table[2], table[3], table[4], table[5], table[6], table[7])
 
 
 class Tracks:
@@ -115,7 +109,7 @@ class Tracks:
         history = self._history.rows
         self._observer.reopen(rows[history.state[rows] >= lifecycle.STAND_BY])
         self._observer.update(rows, measured, (t_ns - history.last[rows]) / NS)
-        _seen(self._history.table, rows, t_ns, utc_ns)
+        native.tracks_seen(self._history.table, rows, t_ns, utc_ns)
         self._told = None
 
     def visibility(self, return_rate: float) -> Floats:
@@ -137,7 +131,7 @@ class Tracks:
         first, count = len(self), len(measured.radius)
         self._history.extend(count)
         self._doubt.extend(count)
-        _begin(self._history.table, first, t_ns, utc_ns)
+        native.tracks_begin(self._history.table, first, t_ns, utc_ns)
         doubt.begin(self._doubt.table, first, births, unknown)
         self._observer.start(measured)
         self._told = None
@@ -208,22 +202,3 @@ class Tracks:
         self._doubt.keep(mask)
         self._observer.keep(mask)
         self._told = None
-
-
-@kernel
-def _seen(table: Ints, rows: Indices, t_ns: int, utc_ns: int) -> None:
-    """Take note that the objects `rows` were seen."""
-    history = history_rows(table)
-    for i in rows:
-        history.echoes[i] += 1
-        history.last[i], history.last_utc[i], history.unwatched[i] = t_ns, utc_ns, 0
-
-
-@kernel
-def _begin(table: Ints, first: int, t_ns: int, utc_ns: int) -> None:
-    """Set tentative objects from `first` on, seen once."""
-    history = history_rows(table)
-    for i in range(first, table.shape[1]):
-        history.state[i], history.echoes[i] = lifecycle.TENTATIVE, 1
-        history.first_utc[i] = history.last_utc[i] = utc_ns
-        history.born[i] = history.last[i] = t_ns

@@ -14,8 +14,8 @@ from matplotlib.figure import Figure
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.ownership import is_safe
 from ods.base.settings_file import load
-from ods.compiled.cache_folder import is_safe
 from ods.offline.picture import draw_run
 from ods.plots.fan import ping_figure
 from ods.plots.style import DARK, QUIET, SERIES, drawn_in

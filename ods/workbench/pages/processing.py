@@ -8,7 +8,6 @@ from nicegui.elements.button import Button
 from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
-from ods.workbench.engine.compiling import COMPILING
 from ods.workbench.engine.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
@@ -242,7 +241,7 @@ class _Page:
         """Dim pictures that are not the newest, with the reason."""
         busy = self._work.is_late(BUSY_S)
         old = self._complaint.text and self._answer is not None
-        why = (COMPILING.words() or "computing") if busy else old and "not the newest"
+        why = "computing" if busy else old and "not the newest"
         for view in (self._main, self._second):
             view.set_busy(why or "")
 

@@ -24,6 +24,8 @@ from tests.workbench.browser.waiting import open_menu, press, until, wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import Serving, serving
 
+pytestmark = pytest.mark.slow
+
 STANDS = "position_ned = [0.0, 0.0, 20.0]\nvelocity_ned = [0.3, 0.0, 0.0]\n"
 SAILS = """waypoints = [
     { t_s = 0.0, position_ned = [0.0, 0.0, 20.0] },

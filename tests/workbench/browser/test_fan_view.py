@@ -21,6 +21,8 @@ from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import Serving, serving
 from tests.workbench.web.demo import BEARING, DR_M, ECHO_BEAM, ECHO_SAMPLE
 
+pytestmark = pytest.mark.slow
+
 VIEWS = "return [...document.querySelectorAll('div')].filter((item) => item.fanView)"
 WHERE_BRIGHT = """
 const view = arguments[0].fanView, canvas = view.$refs.image;

@@ -5,6 +5,7 @@ import time
 from pathlib import Path
 from urllib.parse import urlsplit
 
+import pytest
 from selenium.webdriver.common.by import By
 
 from ods.workbench.model.actions import SetSetting
@@ -16,6 +17,8 @@ from tests.workbench.browser.waiting import until, wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import serving
 from tests.workbench.test_command import arguments, loaded_by
+
+pytestmark = pytest.mark.slow
 
 POPUP = """
 const popup = document.getElementById("popup");

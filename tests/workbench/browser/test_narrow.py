@@ -9,6 +9,8 @@ from tests.workbench.browser.waiting import open_menu, until, wait_for
 from tests.workbench.chromium import chromium, programs
 from tests.workbench.serving import PROJECT, serving
 
+pytestmark = pytest.mark.slow
+
 SCENE = PROJECT / "config" / "scenes" / "figure11.toml"
 SIDEWAYS = """
 const wider = (item) => item.scrollWidth > item.clientWidth + 1 && getComputedStyle(item).overflowX !== "visible";

@@ -22,6 +22,8 @@ from ods.workbench.model.macro import COMMANDS, DETECTIONS, OBSTACLES, SCRIPT
 from ods.workbench.model.paths import tables_of
 from ods.workbench.model.state import DataReference, State, Tuning
 
+pytestmark = pytest.mark.slow
+
 PINGS = Path("tests/data/oculus/three_pings_8bit.raw").resolve()
 
 

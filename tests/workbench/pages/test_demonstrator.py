@@ -27,7 +27,7 @@ async def test_pictures_come_as_they_are_made_and_what_is_missing_is_said(folder
     async with visiting(session, demonstrator.build) as user:
         await user.should_see("Not here: no .avi file")
         (facts,) = user.find(kind=ui.label, marker="short").elements
-        await until(lambda: facts.text.startswith("14 pings"), 240.0)  # kernels may have to be compiled
+        await until(lambda: facts.text.startswith("14 pings"), 240.0)
         assert len(user.find(kind=ui.image).elements) == 2
     assert list(folder.glob("oculus-*.png"))
 

@@ -18,6 +18,8 @@ from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S
 from tests.workbench.pages import menu_counts
 
+pytestmark = pytest.mark.slow
+
 HERE = "tests.workbench.pages."
 MENUS = (
     Menu("Counts", f"{HERE}menu_counts", "tune"),

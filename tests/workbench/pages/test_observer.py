@@ -19,6 +19,8 @@ from ods.workbench.web.plan_view import PlanView
 from ods.workbench.web.time_view import TimeView
 from tests.workbench.engine.test_rerun import START
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def session() -> Iterator[Session]:
@@ -35,7 +37,7 @@ async def user(session: Session) -> AsyncIterator[User]:
 
 
 async def until(met: Callable[[], Any]) -> None:
-    for _ in range(25_000):  # a machine without the kernels compiles them first
+    for _ in range(25_000):
         if met():
             return
         await asyncio.sleep(0.01)

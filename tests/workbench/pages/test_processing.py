@@ -64,7 +64,7 @@ def kinds(user: User) -> set[str]:
 
 async def until(true: Callable[[], Any]) -> Any:
     """Wait until something is so, and return it."""
-    for _ in range(12_000):  # kernels may have to be compiled first
+    for _ in range(12_000):
         if value := true():
             return value
         await asyncio.sleep(0.02)

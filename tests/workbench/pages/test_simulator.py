@@ -20,6 +20,8 @@ from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.plan_view import PlanView
 from tests.workbench.pages.visiting import until, visiting
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def session(tmp_path: Path) -> Session:

@@ -21,7 +21,7 @@ async def visiting(session: Session, build: Callable[[Session], None]) -> AsyncI
 
 
 async def until(true: Callable[[], object], seconds: float = 240.0) -> None:
-    """Wait for something that happens in the background, where kernels may have to be compiled first."""
+    """Wait for something that happens in the background."""
     for _ in range(round(seconds / 0.05)):
         if true():
             return

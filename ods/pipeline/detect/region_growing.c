@@ -1,0 +1,161 @@
+/* Connected regions by growing runs of cells from the cells above the high level. */
+
+#include "ods/pipeline/image/regions.h"
+
+/* Instead of a number: the image has cells that are no finite numbers. */
+#define NOT_A_NUMBER -1
+/* Runs of a region that are sorted one by one. */
+#define FEW_RUNS 32
+
+/* An image whose regions are sought, by `GrowingRule`, and the runs found so far. */
+typedef struct {
+    const float *image; /* (beams, samples) */
+    int64_t beams, samples;
+    float low, high;
+    int64_t corner; /* 1 when cells that touch by a corner are connected, 0 when they have to share a side */
+    int64_t smallest, largest; /* cells of a region */
+    bool *visited; /* (beams, samples) cells that are in a run */
+    Run *runs;
+    int64_t count, room;
+} Growth;
+
+/* Fills marks with which cells are above the level, or NaN. */
+static void mark_above(const float *restrict row, int64_t count, float level, uint8_t *restrict marks)
+{
+    for (int64_t j = 0; j < count; j++)
+        marks[j] = !(row[j] <= level);
+}
+
+/* Tells whether no cell is above the level, nor NaN. */
+static bool all_up_to(const float *row, int64_t count, float level)
+{
+    int32_t others = 0;
+    for (int64_t j = 0; j < count; j++)
+        others |= !(row[j] <= level);
+    return others == 0;
+}
+
+/* Adds the run of cells above `low` around one cell, as of region 0, and marks its cells. */
+static void take_run(Growth *growth, int64_t beam, int64_t column)
+{
+    const float *row = growth->image + beam * growth->samples;
+    int64_t first = column, stop = column + 1;
+    while (first > 0 && row[first - 1] > growth->low)
+        first--;
+    while (stop < growth->samples && row[stop] > growth->low)
+        stop++;
+    memset(growth->visited + beam * growth->samples + first, true, (size_t)(stop - first));
+    growth->runs[growth->count++] = (Run){(int32_t)beam, (int32_t)first, (int32_t)stop, 0};
+}
+
+/* Adds the runs in one beam that are connected with a run of the next one. */
+static void take_neighbours(Growth *growth, int64_t beam, Run run)
+{
+    const float *row = growth->image + beam * growth->samples;
+    const bool *visited = growth->visited + beam * growth->samples;
+    const int64_t stop = smaller_i(run.stop + growth->corner, growth->samples);
+    for (int64_t j = larger_i(run.first - growth->corner, 0); j < stop && growth->count < growth->room; j++)
+        if (row[j] > growth->low && !visited[j])
+            take_run(growth, beam, j);
+}
+
+/* Adds the runs of the region around one cell, and returns the number of its cells. */
+static int64_t grow(Growth *growth, int64_t beam, int64_t column)
+{
+    int64_t cells = 0, i = growth->count;
+    take_run(growth, beam, column);
+    for (; i < growth->count; i++) {
+        const Run run = growth->runs[i];
+        cells += run.stop - run.first;
+        if (run.beam > 0)
+            take_neighbours(growth, run.beam - 1, run);
+        if (run.beam + 1 < growth->beams)
+            take_neighbours(growth, run.beam + 1, run);
+    }
+    return cells;
+}
+
+/* Sorts the runs of one region by beam and column. */
+static void sort(Run *runs, int64_t count)
+{
+    if (count > FEW_RUNS) {
+        Run *sorted = SCRATCH(Run, count);
+        sorted_runs(runs, count, sorted);
+        memcpy(runs, sorted, (size_t)count * sizeof *runs);
+        return;
+    }
+    for (int64_t i = 1; i < count; i++) {
+        const Run run = runs[i];
+        int64_t k = i;
+        for (; k > 0 && order_of_run(runs[k - 1]) > order_of_run(run); k--)
+            runs[k] = runs[k - 1];
+        runs[k] = run;
+    }
+}
+
+/* Grows the region around one cell, and numbers it; returns its number, or the last one if it is of no good size. */
+static int64_t take_region(Growth *growth, int64_t beam, int64_t column, int64_t last)
+{
+    const int64_t before = growth->count, cells = grow(growth, beam, column);
+    if (cells < growth->smallest || cells > growth->largest)
+        return last;
+    Run *runs = growth->runs + before;
+    for (int64_t i = 0; i < growth->count - before; i++)
+        runs[i].region = (int32_t)last + 1;
+    sort(runs, growth->count - before);
+    return last + 1;
+}
+
+/* Grows the regions of the marked cells of a beam, and numbers them from `number` + 1 on; returns the last number,
+   NOT_A_NUMBER where a cell is no finite number. */
+static int64_t grow_marked(Growth *growth, int64_t beam, const uint8_t *marks, int64_t number)
+{
+    const float *row = growth->image + beam * growth->samples;
+    const bool *visited = growth->visited + beam * growth->samples;
+    const uint8_t *const end = marks + growth->samples;
+    for (const uint8_t *mark = marks; (mark = memchr(mark, 1, (size_t)(end - mark))) != NULL; mark++) {
+        const int64_t j = mark - marks;
+        if (!isfinite(row[j]))
+            return NOT_A_NUMBER;
+        if (row[j] > growth->high && !visited[j] && growth->count < growth->room)
+            number = take_region(growth, beam, j, number);
+    }
+    return number;
+}
+
+/* Forgets what was visited, and runs of no region; returns how many are left. */
+static int64_t settle(Growth *growth)
+{
+    int64_t kept = 0;
+    for (int64_t i = 0; i < growth->count; i++) {
+        const Run run = growth->runs[i];
+        memset(growth->visited + run.beam * growth->samples + run.first, false, (size_t)(run.stop - run.first));
+        growth->runs[kept] = run;
+        kept += run.region > 0;
+    }
+    return kept;
+}
+
+/* Fills runs with those of all regions, sorted, and returns how many; NOT_A_NUMBER where a cell is no finite number.
+   A region is grown, run by run, from a cell above `high`; so the time goes with what is found, not with the many cells
+   of speckle above `low`. */
+KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int corner, int smallest, int largest, "
+                         "out r16[room] runs, out b1[beams,samples] visited")
+{
+    const int64_t samples = SIZE(0, 1);
+    const float low = (float)FLOAT(1), high = (float)FLOAT(2);
+    Growth growth = {.image = ARRAY(const float, 0), .beams = SIZE(0, 0), .samples = samples,
+                     .low = smaller_f(low, high), .high = high, .corner = INT(3) != 0, .smallest = INT(4),
+                     .largest = INT(5), .visited = ARRAY(bool, 7), .runs = ARRAY(Run, 6), .room = SIZE(6, 0)};
+    uint8_t *marks = SCRATCH(uint8_t, samples);
+    int64_t number = 0;
+    for (int64_t b = 0; b < growth.beams && number >= 0; b++) {
+        const float *row = growth.image + b * samples;
+        if (all_up_to(row, samples, high))
+            continue;
+        mark_above(row, samples, high, marks);
+        number = grow_marked(&growth, b, marks, number);
+    }
+    const int64_t kept = settle(&growth);
+    return number < 0 ? NOT_A_NUMBER : kept;
+}

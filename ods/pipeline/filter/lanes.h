@@ -1,0 +1,41 @@
+/* Blocks of samples that are summed up in registers: written out, since compilers keep sums over a window of any length
+   in memory. */
+
+#ifndef ODS_LANES_H
+#define ODS_LANES_H
+
+#include "kernel.h"
+
+/* Numbers that a processor adds up at once. */
+typedef float Lanes __attribute__((vector_size(32), aligned(4), may_alias));
+#define LANES 8
+
+/* Lanes and samples of a block. The last block of a row reaches beyond it: what is read has BLOCK more elements. */
+#define LANES_OF_BLOCK 4
+#define BLOCK (LANES_OF_BLOCK * LANES)
+
+static inline Lanes load(const float *from)
+{
+    return *(const Lanes *)from;
+}
+
+static inline void store(Lanes lanes, float *to)
+{
+    *(Lanes *)to = lanes;
+}
+
+/* Stores a block, or what of it belongs to the row, which ends after `left` samples. */
+static inline void store_block(const Lanes *block, int64_t left, float *restrict target)
+{
+    if (left >= BLOCK) {
+        for (int64_t i = 0; i < LANES_OF_BLOCK; i++)
+            store(block[i], target + i * LANES);
+        return;
+    }
+    float whole[BLOCK]; /* a copy, so that the block itself may stay in registers */
+    for (int64_t i = 0; i < LANES_OF_BLOCK; i++)
+        store(block[i], whole + i * LANES);
+    memcpy(target, whole, (size_t)left * sizeof(float));
+}
+
+#endif

@@ -1,0 +1,82 @@
+/* Lim's adaptive filter (`wiener` of wiener.py): means and variances first, then, since the noise is the mean of all
+   variances, the filtered samples. */
+
+#include "ods/pipeline/filter/linear.h"
+#include "ods/pipeline/image/gained_image.h"
+
+/* Fills mean and square (samples,) with the means over the range of a mirrored row and of its squares. */
+static void average_row(const float *padded, int64_t window, float weight, int64_t samples, float *restrict mean,
+                        float *restrict square)
+{
+    for (int64_t j = 0; j < samples; j += BLOCK) {
+        Lanes sums[LANES_OF_BLOCK] = {{0}}, squares[LANES_OF_BLOCK] = {{0}};
+        for (int64_t k = 0; k < window; k++)
+            for (int64_t i = 0; i < LANES_OF_BLOCK; i++) {
+                const Lanes x = load(padded + j + k + i * LANES);
+                sums[i] += x;
+                squares[i] += x * x;
+            }
+        for (int64_t i = 0; i < LANES_OF_BLOCK; i++) {
+            sums[i] *= weight;
+            squares[i] *= weight;
+        }
+        store_block(sums, samples - j, mean + j);
+        store_block(squares, samples - j, square + j);
+    }
+}
+
+/* Turns the mean squares into variances, in place, and returns their sum. */
+static float to_variances(const float *restrict mean, int64_t samples, float *restrict square)
+{
+    float total = 0.0f;
+    for (int64_t j = 0; j < samples; j++) {
+        const float variance = larger_f(square[j] - mean[j] * mean[j], 0.0f);
+        total += variance;
+        square[j] = variance;
+    }
+    return total;
+}
+
+/* Turns the means into the filtered row, in place. */
+static void draw_to_mean(const float *restrict row, const float *restrict variance, float noise, int64_t samples,
+                         float *restrict mean)
+{
+    for (int64_t j = 0; j < samples; j++) {
+        const float whole = larger_f(variance[j], noise);
+        const float share = (whole - noise) / (whole + 1e-30f);
+        mean[j] += share * (row[j] - mean[j]);
+    }
+}
+
+/* Fills out with the image filtered by Lim's rule; the filter is that of the window. variance: work space. */
+KERNEL(wiener_filter, GAINED_IMAGE ", " SEPARABLE_FILTER ", out f4[beams,samples] variance, out f4[beams,samples] out")
+{
+    const GainedImage image = gained_image_at(arguments);
+    const SeparableFilter filter = separable_filter_at(arguments + GAINED_IMAGE_ARGUMENTS);
+    arguments += GAINED_IMAGE_ARGUMENTS + SEPARABLE_FILTER_ARGUMENTS;
+    float *variance = ARRAY(float, 0), *out = ARRAY(float, 1);
+    const int64_t beams = image.beams, samples = image.samples, half = filter.half, reach = filter.reach;
+    float *padded = SCRATCH(float, samples + 2 * half + BLOCK);
+    const Ring means = new_ring(reach, beams, samples), squares = new_ring(reach, beams, samples);
+    double noise = 0.0;
+    for (int64_t b = 0; b < beams + reach; b++) {
+        float *mean = out + larger_i(0, b - reach) * samples, *square = variance + larger_i(0, b - reach) * samples;
+        if (b < beams) {
+            load_mirrored(image, b, half, padded);
+            average_row(padded, 2 * half + 1, filter.along[0], samples, reach == 0 ? mean : row_of_ring(&means, b),
+                        reach == 0 ? square : row_of_ring(&squares, b));
+        }
+        if (b < reach)
+            continue;
+        if (reach > 0) {
+            weigh_ring(&means, filter.across, b - reach, mean);
+            weigh_ring(&squares, filter.across, b - reach, square);
+        }
+        noise += (double)to_variances(mean, samples, square);
+    }
+    noise /= (double)(beams * samples);
+    for (int64_t b = 0; b < beams; b++) { /* read once more: cheaper than to keep a third image */
+        load_row(image, b, padded);
+        draw_to_mean(padded, variance + b * samples, (float)noise, samples, out + b * samples);
+    }
+}

@@ -1,0 +1,135 @@
+/* From regions to echoes: levels, extents, near edge, and the circle that stands for each object. */
+
+#include "ods/pipeline/measure/cut_off.h"
+#include "ods/pipeline/measure/features.h"
+#include "ods/pipeline/measure/onset.h"
+#include "ods/pipeline/measure/response.h"
+#include "ods/pipeline/measure/sigmas.h"
+
+/* Levels and widths of an image. */
+typedef struct {
+    double background;
+    double point;    /* width of a point, columns, */
+    double response; /* and without what the bottom's own relief adds to it */
+} Speckle;
+
+/* Standard deviations of what is not seen, m. */
+typedef struct {
+    double hidden_m; /* how much nearer the body of a fragment begins */
+    double beside_m; /* of the place across the line of sight, at most, */
+    double behind_m; /* and, where a whole body is seen, of how far the circle's centre is behind the near edge */
+    double whole;    /* 1: it is; 0: its front is */
+} Doubt;
+
+/* Fills in peak, mean, snr_db and cells, and beam: the peak intensity over the background's of each beam. */
+static void find_levels(const Region *region, double background, Echo *echo, double *beam)
+{
+    double total = 0.0, peak = 0.0;
+    int64_t cells = 0;
+    for (int64_t i = 0; i < region->count; i++) {
+        const Run run = region->runs[i];
+        const float *row = row_of(region, run.beam);
+        float best = 0.0f;
+        for (int64_t j = run.first; j < run.stop; j++) {
+            total += row[j];
+            best = larger_f(row[j], best);
+        }
+        cells += run.stop - run.first;
+        peak = larger(best, peak);
+        double *intensity = &beam[run.beam - region->low];
+        *intensity = larger((double)best * best - background * background, *intensity);
+    }
+    echo->peak = peak / background;
+    echo->mean = total / (double)cells / background;
+    echo->snr_db = 20.0 * log10(larger(1e-6, echo->peak));
+    echo->cells = cells;
+}
+
+/* Returns the highest level over the mean of what the runs end at, the lower end of each. */
+static double contrast_of(const Region *region, double peak)
+{
+    double total = 0.0;
+    for (int64_t i = 0; i < region->count; i++) {
+        const Run run = region->runs[i];
+        const float *row = row_of(region, run.beam);
+        total += smaller_f(row[run.stop - 1], row[run.first]);
+    }
+    return larger(1.0, peak * (double)region->count / larger(1e-30, total));
+}
+
+/* Fills in levels, extents, near edge and circle of an echo, and features: what tells how well the circle is known. */
+static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *fan, Echo *echo, double *features)
+{
+    double *beam = ZEROS(double, region->high - region->low + 1);
+    const Ends ends = {SCRATCH(double, region->count), SCRATCH(double, region->count)};
+    find_levels(region, speckle.background, echo, beam);
+    find_ends(region, fan, ends);
+    const Depth depth = depth_of(region, ends, speckle.background, echo->mean, fan);
+    const Crest crest = {beam, echo->peak, contrast_of(region, echo->peak * speckle.background)};
+    Shape shape;
+    const Circle circle = circle_of(region, ends, &depth, crest, fan, &shape);
+    echo->range_extent_m = (double)(region->stop - region->first) * fan->dr_m; /* as it was detected */
+    echo->bearing_extent_rad = fan->borders_rad[region->high + 1] - fan->borders_rad[region->low];
+    echo->near_m = depth.near_m;
+    echo->range_m = circle.range_m, echo->bearing_rad = circle.bearing_rad, echo->radius_m = circle.radius_m;
+    echo->elevation_rad = fan->elevation_rad;
+    find_features(echo, &depth, &shape, speckle.point * fan->dr_m, fan->dr_m, features);
+    return (Doubt){depth.hidden_m, shape.beside_m, shape.behind_m, shape.whole};
+}
+
+/* Fills in the standard deviations.
+
+   That of the near edge is at least what of a fragment may be hidden. The centre is not better known than it, and that
+   of a whole body hardly worse. */
+static void claim(Sigmas sigmas, Doubt doubt, Echo *echo)
+{
+    echo->sigma_near_m = larger(doubt.hidden_m, sigmas.near_m);
+    echo->sigma_radius_m = sigmas.radius_m;
+    echo->sigma_bearing_rad = sigmas.bearing_rad;
+    const double along = larger(echo->sigma_near_m, sigmas.range_m);
+    const double limit = distance_of(echo->sigma_near_m, doubt.behind_m);
+    echo->sigma_range_m = along + doubt.whole * (smaller(limit, along) - along);
+}
+
+/* Fills in the highest recorded sample, 0 where all are negative, and whether, and how, the echo is cut off. */
+static void finish(const Region *region, Recorded recorded, double response, Echo *echo)
+{
+    for (int64_t i = 0; i < region->count; i++)
+        echo->amplitude = larger(highest_sample(recorded, region->runs[i]), echo->amplitude);
+    const bool beside = is_cut_beside(recorded, region), in_range = is_cut_in_range(region);
+    echo->cut = beside || in_range;
+    if (echo->cut)
+        widen(echo, beside, in_range);
+    else
+        echo->onset = onset_of_region(region, response);
+}
+
+/* Fills echoes with those of the regions, which are numbered from 1, and features with what tells how well their
+   circles are known; both are zero before. Returns the width of a point, columns. */
+KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float background, " RECORDED ", " FAN_TABLE ", "
+                             LAWS ", out " ECHO "[echoes] echoes, out f8[echoes,15] features")
+{
+    const double background = FLOAT(2);
+    Region region = {.image = ARRAY(const float, 0), .beams = SIZE(0, 0), .columns = SIZE(0, 1)};
+    const Speckle speckle = {background, width_of_point(region.image, region.beams, region.columns, background),
+                             width_of_response(region.image, region.beams, region.columns, background)};
+    const Run *runs = ARRAY(const Run, 1), *end = runs + SIZE(1, 0);
+    const Recorded recorded = recorded_at(arguments += 3);
+    const FanTable fan = fan_table_at(arguments += RECORDED_ARGUMENTS);
+    const Laws laws = laws_at(arguments += FAN_TABLE_ARGUMENTS);
+    Echo *echo = (Echo *)(arguments += LAWS_ARGUMENTS)->data;
+    double *features = ARRAY(double, 1);
+    for (int64_t k = 0; k < SIZE(0, 0); k++, echo++, features += FEATURES) {
+        region.runs = runs;
+        while (runs < end && runs->region == k + 1)
+            runs++;
+        region.count = runs - region.runs;
+        if (!is_within(&region))
+            continue;
+        const Doubt doubt = measure_one(&region, speckle, &fan, echo, features);
+        const double point_m = speckle.point * fan.dr_m;
+        claim(sigmas_of_features(features, &laws, point_m, doubt.beside_m, echo->range_m, fan.dr_m), doubt, echo);
+        finish(&region, recorded, speckle.response, echo);
+    }
+    return speckle.point;
+}

@@ -1,0 +1,160 @@
+/* Levels of parts of a ping's samples, and what they were: see sight.py. */
+
+#include "ods/pipeline/image/fill.h"
+#include "ods/pipeline/image/samples.h"
+
+/* Samples of each part that are looked at. */
+#define LOOKED_AT 4
+/* A level is fallen when it is so far below what it was, until it is less than so far below it, */
+#define FALLEN_DB 12.0
+#define RISEN_DB 9.0
+/* and a group of beams is blind when so many of its ranges are fallen. */
+#define FALLEN_SHARE 0.75
+/* Time constants of what the level was: while the beams see, and while they are blind. */
+#define LEARNING_S 10.0
+#define FORGETTING_S 600.0
+/* A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
+   the sonar tells only what passes a threshold. */
+#define STEP 2.0
+#define STEP_DB 18.0
+
+/* Parts of beams and range, (groups, rings). */
+typedef struct {
+    int64_t groups, rings;
+    double *now_db;    /* NaN where nothing holds data, or no level is told */
+    double *was_db;    /* NaN where not known */
+    double *saturated; /* share of the samples */
+} Levels;
+
+#define LEVELS "out f8[groups,rings] now_db, out f8[groups,rings] was_db, out f8[groups,rings] saturated"
+
+/* What samples mean. */
+typedef struct {
+    double top;        /* full scale */
+    double db_a_count; /* what a count is worth where counts are logarithms; 0 where they are not */
+    double least_db;   /* stands for the level of no count at all, dB over one count */
+} Scale;
+
+/* Fills values (groups, rings, LOOKED_AT) with samples from column `first` on; NaN where one holds no data. */
+static void look_at_parts(Samples frame, int64_t first, Missing missing, Levels levels, float *values)
+{
+    const int64_t beams = missing.beams, samples = missing.samples - first;
+    for (int64_t g = 0; g < levels.groups; g++) {
+        const int64_t low = g * beams / levels.groups, high = larger_i((g + 1) * beams / levels.groups, low + 1);
+        for (int64_t r = 0; r < levels.rings; r++) {
+            const int64_t begin = first + r * samples / levels.rings, stop = first + (r + 1) * samples / levels.rings;
+            for (int64_t k = 0; k < LOOKED_AT; k++, values++) {
+                const int64_t b = smaller_i(low + k * (high - low) / LOOKED_AT, beams - 1);
+                const int64_t j = smaller_i(begin + (2 * k + 1) * (stop - begin) / (2 * LOOKED_AT), missing.samples - 1);
+                load_samples(frame, b, j, 1, 1, values);
+                if (is_missing(missing, b, j))
+                    *values = NAN;
+            }
+        }
+    }
+}
+
+/* What is looked at of a part. */
+typedef struct {
+    double total, least;
+    int32_t count, zeros, saturated;
+} Seen;
+
+static Seen seen_of(const float *values, double top)
+{
+    Seen seen = {0.0, INFINITY, 0, 0, 0};
+    for (int64_t k = 0; k < LOOKED_AT; k++) {
+        const bool holds = !isnan(values[k]), loud = values[k] != 0.0f;
+        seen.total += holds ? values[k] : 0.0;
+        seen.count += holds;
+        seen.zeros += holds && !loud;
+        seen.saturated += values[k] >= top;
+        seen.least = smaller(holds && loud ? values[k] : INFINITY, seen.least);
+    }
+    return seen;
+}
+
+static double level_of(Seen seen, Scale scale)
+{
+    const double step = scale.db_a_count > 0.0 ? STEP_DB / scale.db_a_count : STEP;
+    const double mean = seen.total / (double)seen.count;
+    if (seen.count == 0 || (seen.zeros > 0 && seen.zeros < seen.count && seen.least >= step))
+        return NAN;
+    return scale.db_a_count > 0.0 ? mean * scale.db_a_count : larger(20.0 * log10(mean), scale.least_db);
+}
+
+/* Fills now_db and saturated of the levels from some samples of each part. */
+static void measure(Samples frame, int64_t first, Missing missing, Scale scale, Levels levels)
+{
+    const int64_t parts = levels.groups * levels.rings;
+    float *values = SCRATCH(float, parts * LOOKED_AT);
+    look_at_parts(frame, first, missing, levels, values);
+    for (int64_t k = 0; k < parts; k++) {
+        const Seen seen = seen_of(values + k * LOOKED_AT, scale.top);
+        levels.saturated[k] = (double)seen.saturated / LOOKED_AT;
+        levels.now_db[k] = level_of(seen, scale);
+    }
+}
+
+/* Whether a group of beams is blind; least_db: levels that were lower are not judged. */
+static bool is_fallen(const double *now_db, const double *was_db, int64_t rings, double least_db, bool was_fallen)
+{
+    const double limit = was_fallen ? RISEN_DB : FALLEN_DB;
+    int64_t known = 0, low = 0;
+    for (int64_t r = 0; r < rings; r++)
+        if (isfinite(now_db[r]) && was_db[r] >= least_db) {
+            known++;
+            low += was_db[r] - now_db[r] >= limit;
+        }
+    return known >= rings / 4 ? (double)low >= FALLEN_SHARE * (double)known : was_fallen;
+}
+
+/* Judges the groups' levels, fallen (groups,), and lets what they were follow; tells whether anything is unseen.
+   least_db: levels that were lower are not judged; most_saturated: share of a part that is unseen. */
+static bool follow(Levels levels, double least_db, double most_saturated, double since_s, bool *fallen)
+{
+    bool blind = false;
+    for (int64_t g = 0; g < levels.groups; g++) {
+        const double *now_db = levels.now_db + g * levels.rings, *saturated = levels.saturated + g * levels.rings;
+        double *was_db = levels.was_db + g * levels.rings;
+        fallen[g] = is_fallen(now_db, was_db, levels.rings, least_db, fallen[g]);
+        blind |= fallen[g];
+        const double weight = -expm1(-since_s / (fallen[g] ? FORGETTING_S : LEARNING_S));
+        for (int64_t r = 0; r < levels.rings; r++) {
+            blind |= saturated[r] > most_saturated;
+            if (isfinite(now_db[r]))
+                was_db[r] = isfinite(was_db[r]) ? was_db[r] + weight * (now_db[r] - was_db[r]) : now_db[r];
+        }
+    }
+    return blind;
+}
+
+/* Measures the levels of a frame from column `first` on and judges them; tells whether anything is unseen. */
+KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", float top, float db_a_count, "
+                          "float least_db, " LEVELS ", float least_judged_db, float most_saturated, float since_s, "
+                          "out b1[groups] fallen")
+{
+    const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
+    const Scale scale = {FLOAT(3), FLOAT(4), FLOAT(5)};
+    const Levels levels = {SIZE(6, 0), SIZE(6, 1), ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8)};
+    if (SIZE(0, 0) == 0 || INT(1) < 0 || INT(1) >= SIZE(0, 1))
+        return false;
+    measure(SAMPLES(0), INT(1), missing, scale, levels);
+    return follow(levels, FLOAT(9), FLOAT(10), FLOAT(11), ARRAY(bool, 12));
+}
+
+/* Fills shares with what is missing of each ring from column `first` on, but for gaps that are bridged. */
+KERNEL(shares_of_gaps, "b1[beams,samples] missing, int first, out f8[beams,rings] shares")
+{
+    const int64_t first = larger_i(INT(1), 0), samples = SIZE(0, 1) - first, rings = SIZE(2, 1);
+    for (int64_t b = 0; b < SIZE(0, 0) && samples > 0; b++) {
+        const bool *gaps = ARRAY(const bool, 0) + b * SIZE(0, 1) + first;
+        double *shares = ARRAY(double, 2) + b * rings;
+        memset(shares, 0, (size_t)rings * sizeof *shares);
+        for (Span gap = next_gap(gaps, 0, samples); gap.begin < samples; gap = next_gap(gaps, gap.stop, samples))
+            for (int64_t j = gap.begin; j < gap.stop && gap.stop - gap.begin > LONGEST_BRIDGED; j++)
+                shares[j * rings / samples] += 1.0;
+        for (int64_t r = 0; r < rings; r++)
+            shares[r] /= (double)larger_i((r + 1) * samples / rings - r * samples / rings, 1);
+    }
+}

@@ -1,0 +1,99 @@
+/* The normal numbers behind speckle (speckle.py has the theory): keys, with the cells of the sonar's pose that they are
+   in, hashed and filtered. */
+
+#include "ods/sim_sonar/receiver/random_field.h"
+
+/* Steps in which a number's own borders are laid, and the bits that tell one of them. */
+#define OFFSETS 1024
+#define OFFSET_BITS 10
+/* Cells across the beam beyond this are one: no sonar is so far away. */
+#define FARTHEST_CELL 2.0e9f
+
+/* In which cells of the sonar's pose one row of the field is, of 32 bits throughout, or the hash is three times slower.
+   `next_`: in the next heading cell. */
+typedef struct {
+    uint32_t heading, next_heading;
+    uint32_t turned; /* share of OFFSETS that is in the next heading cell */
+    uint32_t along, next_along;
+    float along_share, next_along_share;
+    float across, next_across;
+    uint32_t time;
+    uint32_t young; /* share of OFFSETS from which on a number is in the next time cell */
+} RowCells;
+
+/* Returns one of a key's own places in a cell, 0 to 1. */
+static inline float own_place(uint32_t key, int shift)
+{
+    return (float)(int32_t)((key >> shift) & (OFFSETS - 1)) * (1.0f / OFFSETS);
+}
+
+/* Sets `bits` to the hash of key and cells. Ten bits of a key each lay its own borders in heading, along, and across the
+   beam; others in time. */
+static void hash_row(const uint32_t *restrict keys, RowCells cells, const float *restrict nearness, int64_t count,
+                     uint32_t *restrict bits)
+{
+    for (int64_t j = 0; j < count; j++) {
+        const uint32_t key = keys[j];
+        const bool second = (key & (OFFSETS - 1)) < cells.turned;
+        const uint32_t own_time = (key * 0x9E3779B1u) >> (32 - OFFSET_BITS);
+        const float onward = (second ? cells.next_along_share : cells.along_share) + own_place(key, OFFSET_BITS);
+        const uint32_t along = (second ? cells.next_along : cells.along) + (uint32_t)(int32_t)onward;
+        const float side = (second ? cells.next_across : cells.across) * nearness[j] + own_place(key, 2 * OFFSET_BITS);
+        const float whole = larger_f(smaller_f(floorf(side), FARTHEST_CELL), -FARTHEST_CELL);
+        const uint32_t across = (uint32_t)(int32_t)whole;
+        const uint32_t turn = second ? cells.next_heading : cells.heading;
+        const uint32_t age = own_time >= cells.young ? cells.time + 1 : cells.time;
+        const uint32_t cell = along * 0x85EBCA6Bu + across * 0xC2B2AE35u + turn * 0x27D4EB2Fu + age * 0x165667B1u;
+        bits[j] = hash32(hash32(key + cell) ^ key);
+    }
+}
+
+/* A pair of numbers: in a heading cell, and in the next one. */
+typedef int64_t CellPair[2];
+typedef float SharePair[2];
+
+/* Returns the cells of one row of `Cells` of speckle.py, which are the nine arguments from number k on. */
+static RowCells cells_of(const Argument *arguments, int k, int64_t row)
+{
+    const CellPair *along = ARRAY(const CellPair, k + 3);
+    const SharePair *along_share = ARRAY(const SharePair, k + 4), *across = ARRAY(const SharePair, k + 5);
+    return (RowCells){
+        .heading = (uint32_t)INT(k),
+        .next_heading = (uint32_t)INT(k + 1),
+        .turned = (uint32_t)(FLOAT(k + 2) * OFFSETS),
+        .along = (uint32_t)along[row][0],
+        .next_along = (uint32_t)along[row][1],
+        .along_share = along_share[row][0],
+        .next_along_share = along_share[row][1],
+        .across = across[row][0],
+        .next_across = across[row][1],
+        .time = (uint32_t)INT(k + 6),
+        .young = (uint32_t)((1.0 - FLOAT(k + 7)) * OFFSETS),
+    };
+}
+
+/* Adds the field of one sonar, `Scatterers`, in the cells of its pose, `Cells`, filtered in range and over the beams of
+   each of its planes, to `out`, which is zero. */
+LONG_KERNEL(fill_speckle,
+            "u4[rows,width] keys, f4[width] nearness, " NORMAL_TABLE ", f4[:] range_taps, f4[:] beam_taps, int planes, "
+            "int heading, int next_heading, float heading_share, i8[rows,2] along, f4[rows,2] along_share, "
+            "f4[rows,2] across, int time, float time_share, out f4[:,:] out")
+{
+    const int64_t width = SIZE(0, 1), range_taps = SIZE(3, 0), beam_taps = SIZE(4, 0), planes = larger_i(INT(5), 1);
+    const int64_t rows = SIZE(0, 0) / planes, beams = SIZE(14, 0) / planes;
+    const int64_t samples = smaller_i(SIZE(14, 1), width - range_taps + 1);
+    float *raw = SCRATCH(float, width), *smooth = SCRATCH(float, width), *out = ARRAY(float, 14);
+    uint32_t *bits = SCRATCH(uint32_t, width);
+    for (int64_t r = 0; r < planes * rows; r++) {
+        hash_row(ARRAY(uint32_t, 0) + r * width, cells_of(arguments, 6, r), ARRAY(float, 1), width, bits);
+        normals_of(bits, ARRAY(float, 2), width, raw);
+        memset(smooth, 0, (size_t)width * sizeof *smooth);
+        for (int64_t k = 0; k < range_taps; k++)
+            add_times(smooth, ARRAY(float, 3)[k], raw + k, samples);
+        for (int64_t k = 0; k < beam_taps; k++) {
+            const int64_t beam = r % rows - k;
+            if (0 <= beam && beam < beams)
+                add_times(out + (r / rows * beams + beam) * SIZE(14, 1), ARRAY(float, 4)[k], smooth, samples);
+        }
+    }
+}

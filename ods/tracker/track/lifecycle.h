@@ -1,0 +1,83 @@
+/* The states of an object and what leads from one to the next (lifecycle.py has the picture). */
+
+#ifndef ODS_LIFECYCLE_H
+#define ODS_LIFECYCLE_H
+
+#include "kernel.h"
+
+enum { TENTATIVE, ACTIVE, STAND_BY, HIBERNATED, TERMINATED };
+
+/* An object not proved is given up after so long without an echo, s, */
+#define TENTATIVE_SILENT_S 1.0
+/* or when its probability falls to this share of what it began with: two misses. */
+#define TENTATIVE_DOUBT 0.03
+
+/* What the newest image says of an object: see `Evidence` of lifecycle.py. */
+typedef struct {
+    bool hit, inside, skipped;
+    int64_t echoes;
+    double unseen_s, missed_s, existence, visible, first_visible;
+    bool is_static, covered, duplicate, intermittent;
+    double sigma;
+} Evidence;
+
+/* `LifeLimits`; */
+typedef struct {
+    int64_t confirm_echoes;
+    double confirm_existence, drop_existence, edge_sigmas, silent_s, stand_by_s, lost_sigma_m;
+} LifeLimits;
+
+/* in a signature: seven arguments. */
+#define LIFE_LIMITS                                                                                          \
+    "int confirm_echoes, float confirm_existence, float drop_existence, float edge_sigmas, float silent_s, " \
+    "float stand_by_s, float lost_sigma_m"
+
+/* Returns the limits of the seven arguments from number k on. */
+static inline LifeLimits limits_from(const Argument *arguments, int k)
+{
+    return (LifeLimits){INT(k), FLOAT(k + 1), FLOAT(k + 2), FLOAT(k + 3), FLOAT(k + 4), FLOAT(k + 5), FLOAT(k + 6)};
+}
+
+/* Returns the next state of a tentative object. */
+static inline int64_t proved_or_not(const Evidence *e, const LifeLimits *limits)
+{
+    if (e->hit) {
+        const bool proved = e->echoes >= limits->confirm_echoes && e->existence >= limits->confirm_existence;
+        return proved && !e->duplicate ? ACTIVE : TENTATIVE;
+    }
+    if (e->skipped)
+        return TENTATIVE;
+    const bool unproved = e->visible < TENTATIVE_DOUBT * e->first_visible || e->missed_s > TENTATIVE_SILENT_S;
+    return unproved ? TERMINATED : TENTATIVE;
+}
+
+/* Returns the next state of an object in stand-by or hibernated. */
+static inline int64_t found_again_or_not(int64_t state, const Evidence *e, bool doubted, const LifeLimits *limits)
+{
+    if (e->hit)
+        return ACTIVE;
+    const bool lasting = e->is_static && !e->intermittent;
+    const bool overdue = (!e->inside && e->unseen_s > limits->stand_by_s) || e->sigma > limits->lost_sigma_m;
+    if (doubted || (state == STAND_BY && (e->covered || (overdue && !lasting))))
+        return TERMINATED;
+    return overdue ? HIBERNATED : state;
+}
+
+/* Returns an object's state after an image, reached by one of `TRANSITIONS` or unchanged. */
+static inline int64_t next_state_of(int64_t state, const Evidence *e, const LifeLimits *limits)
+{
+    if (state == TENTATIVE)
+        return proved_or_not(e, limits);
+    const bool doubted = e->existence < limits->drop_existence;
+    if (state == ACTIVE) {
+        const bool missed = e->missed_s > limits->silent_s && !e->skipped;
+        const bool lost = e->skipped && e->sigma > limits->lost_sigma_m;
+        const bool unsure = !e->inside || doubted || missed || lost;
+        return unsure && !e->hit ? STAND_BY : ACTIVE;
+    }
+    if (state == STAND_BY || state == HIBERNATED)
+        return found_again_or_not(state, e, doubted, limits);
+    return state;
+}
+
+#endif
