@@ -18,7 +18,6 @@ from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
 from ods.base import open_files
-from ods.base.ctrl_c import ctrl_c_noted
 from ods.base.errors import OdsError, reason_of
 from ods.base.log_writer import LogWriter
 from ods.base.memory import TOO_LITTLE, is_too_little
@@ -95,18 +94,15 @@ COMMANDS = (
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the `ods` command; return its exit code: 0 good, 1 a limit broken, a recording unreadable, 2 other errors."""
-    with ctrl_c_noted() as ctrl_c:
-        try:
-            return _run(argv)
-        except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
-            return INTERRUPTED
-        except Exception as error:
-            if ctrl_c.swallowed:
-                return INTERRUPTED
-            if not is_too_little(error):
-                raise
-            print(f"ods: {TOO_LITTLE}", file=sys.stderr)
-            return 2
+    try:
+        return _run(argv)
+    except KeyboardInterrupt:  # also while the command is imported: seconds, on a busy computer
+        return INTERRUPTED
+    except Exception as error:
+        if not is_too_little(error):
+            raise
+        print(f"ods: {TOO_LITTLE}", file=sys.stderr)
+        return 2
 
 
 def _run(argv: Sequence[str] | None) -> int:

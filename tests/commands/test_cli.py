@@ -151,29 +151,6 @@ def test_ctrl_c_while_a_command_is_imported_says_nothing(
     assert capsys.readouterr() == ("", "")
 
 
-CALLED_BACK = """
-import ctypes, signal, sys
-import ods.commands.info as info
-
-@ctypes.CFUNCTYPE(None)
-def called_back():
-    signal.raise_signal(signal.SIGINT)
-
-def run(_):
-    called_back()
-    raise RuntimeError("no compiled object yet")
-
-info.run = run
-from ods.cli import main
-raise SystemExit(main(["info", "mission.mcap"]))
-"""
-
-
-def test_ctrl_c_that_a_compiler_swallows_says_nothing_of_what_comes_of_it() -> None:
-    told = subprocess.run([sys.executable, "-c", CALLED_BACK], capture_output=True, text=True, check=False)
-    assert (told.returncode, told.stdout, told.stderr) == (130, "", "")
-
-
 def test_too_little_memory_is_one_line(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     def import_module(_module: str) -> None:
         try:
