@@ -13,6 +13,8 @@ from typing import NamedTuple
 from ods.base.clock import NS
 
 OVERLOADED = "the computer is overloaded"
+STARVED = f"{OVERLOADED}: processes wait for a processor"
+"""In one wording, so that it is one and the same reason from list to list."""
 WINDOW_NS = 3 * NS
 """Waiting is judged over the last seconds."""
 WAITED = 0.3
@@ -95,10 +97,7 @@ class OverloadMonitor:
         then_ns, before, _ = self._seen[0]
         within_ns = max(now_ns - then_ns, 1)
         spent = processor_time(self._pid).since(before)
-        if not is_starved(spent, within_ns):
-            return ""
-        share = min(spent.waited_ns / within_ns, 1.0)
-        return f"{OVERLOADED}: a process waited for a processor for {share:.0%} of the time"
+        return STARVED if is_starved(spent, within_ns) else ""
 
     def problem(self, now_ns: int) -> str:
         """Return one line if the process is starved, or some process of the computer nearly always; "" if not."""
@@ -108,9 +107,7 @@ class OverloadMonitor:
             return ""
         then_ns, _, pressed_ns = self._seen[0]
         pressed = (_pressed_ns() - pressed_ns) / max(now_ns - then_ns, 1)
-        if pressed <= PRESSED:
-            return ""
-        return f"{OVERLOADED}: processes waited for a processor for {min(pressed, 1.0):.0%} of the time"
+        return STARVED if pressed > PRESSED else ""
 
 
 def _pressed_ns() -> int:

@@ -22,7 +22,7 @@ import zmq
 from ods.base import clock
 from ods.base.backoff import Backoff
 from ods.base.errors import reason_of
-from ods.base.overload import OVERLOADED, ProcessorTime, is_starved, processor_time
+from ods.base.overload import STARVED, ProcessorTime, is_starved, processor_time
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.messages import Health
 from ods.runtime import bus
@@ -37,7 +37,6 @@ POLL_S = 0.05
 GONE_S = 0.5
 """A killed process is gone sooner, unless the kernel waits in it for a disk or a device: that may take for ever."""
 HELD = "killed, but it waits for a disk or a device that does not answer"
-STARVED = f"{OVERLOADED}: it waits for a processor"
 AT_WORK = 0.05
 """Share of the time: a process that runs or waits for a processor for longer while it starts is at work."""
 MOST_WATCHDOGS = 10

@@ -87,7 +87,12 @@ class SonarWorker(Worker[SonarConfig]):
         return self._link.faults + silence + self._protocol.problems(now)
 
     def _lost(self) -> str:
-        """Say what came in place of pings since the newest one; '' where it was nothing."""
+        """Say what came in place of pings since the newest one; '' where it was nothing.
+
+        Of an overloaded computer it is said first: the line's buffers run over.
+        """
+        if overload := self.service.overload():
+            return f": {overload}"
         lost = LOSSES & (self._counters - self._counted_by_then).keys()
         return f", though something comes: {', '.join(sorted(lost))}" if lost else ""
 

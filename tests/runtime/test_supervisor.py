@@ -18,11 +18,11 @@ import pytest
 import zmq
 
 from ods.base.clock import NS
-from ods.base.overload import ProcessorTime
+from ods.base.overload import STARVED, ProcessorTime
 from ods.runtime import bus, service
 from ods.runtime import supervisor as supervisor_module
 from ods.runtime.processes import PROCESSES, SUPERVISOR
-from ods.runtime.supervisor import HELD, STARVED, Child, SuperviseSettings
+from ods.runtime.supervisor import HELD, Child, SuperviseSettings
 
 pytestmark = pytest.mark.slow
 
