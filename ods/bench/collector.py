@@ -40,6 +40,7 @@ class Collector:
                 record.health[message.process].append(message)
             case Ping():
                 self._pings.append(message)
+                record.received.add(message.ping_number)
             case Detections():
                 for ping in self._pings:
                     if ping.ping_number == message.ping_number:

@@ -14,6 +14,8 @@ class RunRecord:
     """(arrival, list) in order of arrival; arrival in CLOCK_MONOTONIC ns."""
     truths: dict[int, Truth] = field(default_factory=dict)
     """By ping number."""
+    received: set[int] = field(default_factory=set)
+    """Numbers of the pings that the sonar process has published."""
     health: dict[str, list[Health]] = field(default_factory=lambda: defaultdict(list))
     """By process."""
     kills: list[tuple[str, int]] = field(default_factory=list)

@@ -131,9 +131,18 @@ def test_accuracy_is_judged_on_a_busy_machine() -> None:
 def test_only_pings_left_out_for_lack_of_time_are_the_machines(skipped: int, broken: list[str]) -> None:
     record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)])
     del record.lists[20]
+    record.received.update(record.truths)
     report = Health("pipeline", 1, 0, 0, 0, True, [], {"skipped_pings": skipped}, {}, {}, {}, 0.0, 0.0)
     record.health["pipeline"].append(report)
     assert summarize(record, LIMITS, 1.0, BUSY).broken == broken
+
+
+def test_pings_that_a_starved_reader_lost_on_the_line_are_the_machines() -> None:
+    record = run_of([[obstacle(4, 30.0, 0.0)]] * 40, [target("a", 30.0, 0.0)])
+    del record.lists[20]
+    record.received.update(record.truths.keys() - {20})
+    assert summarize(record, LIMITS, 1.0, BUSY).broken == []
+    assert len(summarize(record, LIMITS, 1.0).broken) == 1
 
 
 def test_the_probe_measures_this_machine() -> None:
