@@ -91,7 +91,8 @@ $(KERNELS): $(shell find ods -name '*.[ch]') setup.py | $(VENV)/.bench
 	touch $@
 
 # tests of the kernels, built with gcc's checks of addresses and of undefined behaviour, in a copy of the sources; some ten minutes.
-# What is found ends the tests. New memory is filled, so that reading it before it is written gives wrong results
+# What is found ends the tests. New memory is filled, so that reading it before it is written gives wrong results. Freed memory
+# is held back, so the one test that measures it is left out
 SANITIZED = out/sanitized
 SANITIZE = -fsanitize=address,undefined,float-cast-overflow -fno-omit-frame-pointer
 SANITIZED_TESTS = tests/compiled tests/pipeline tests/tracker tests/sim_sonar
@@ -104,7 +105,8 @@ sanitize: $(VENV)/.ready
 	cd $(SANITIZED) && PYTHONPATH=$(CURDIR)/$(SANITIZED) LD_PRELOAD="$(call runtime_of,libasan.so) $(call runtime_of,libstdc++.so)" \
 	  ASAN_OPTIONS=detect_leaks=0:max_malloc_fill_size=1000000000:log_path=$(CURDIR)/$(SANITIZED)/found \
 	  UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1:log_path=$(CURDIR)/$(SANITIZED)/found \
-	  $(CURDIR)/$(BIN)/pytest -p no:cacheprovider --timeout=1800 -m "not slow" $(SANITIZED_TESTS) || { cat found*; exit 1; }
+	  $(CURDIR)/$(BIN)/pytest -p no:cacheprovider --timeout=1800 -m "not slow" $(SANITIZED_TESTS) \
+	    --deselect tests/compiled/test_binding.py::test_scratch_memory_is_given_back || { cat found*; exit 1; }
 
 # dist/*.whl, for `pip install` on board; build/ would bring in what was deleted since
 wheel: $(VENV)/.ready
