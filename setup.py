@@ -1,6 +1,7 @@
 """The part of the build that pyproject.toml cannot say: all kernels, in C, make one extension module.
 
-`ODS_MARCH` names another processor than `_MARCH`, as gcc's `-march` does: `native`, `x86-64-v4`.
+`ODS_MARCH` names another processor than `_MARCH`, as gcc's `-march` does: `native`, `x86-64-v4`. `ODS_CFLAGS` are options
+after all others; those of the linker are in `LDFLAGS`, as always (`make sanitize`).
 """
 
 import os
@@ -23,7 +24,7 @@ _native = Extension(
     include_dirs=[".", "ods/compiled", np.get_include()],
     extra_compile_args=[
         "-std=c11", "-O3", "-g0", "-fno-math-errno", "-ffp-contract=fast", "-fvisibility=hidden", *_REORDERED_SUMS,
-        *([f"-march={_march}"] if _march else []),
+        *([f"-march={_march}"] if _march else []), *os.environ.get("ODS_CFLAGS", "").split(),
     ],
     py_limited_api=True,
 )  # fmt: skip

@@ -15,7 +15,8 @@ from typing import NamedTuple
 import msgspec
 import numpy as np
 
-from ods.assess.sea.command import SECONDS, shipped_scenes
+from ods.assess.sea.assessment import shipped_scenes
+from ods.assess.sea.command import SECONDS
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.messages import Ping, frame_of
 from ods.pipeline.bottom_echo import BottomEchoFinder

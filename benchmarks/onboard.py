@@ -99,7 +99,8 @@ def _start(ods: list[str], folder: Path, seconds: float) -> tuple[float, dict[st
 
 @contextlib.contextmanager
 def _running(command: list[str]) -> Iterator["subprocess.Popen[bytes]"]:
-    environment = os.environ if command[0] == sys.executable else _BARE
+    no_compiler = _BARE | {"PATH": str(Path(command[0]).parent)}
+    environment = os.environ if command[0] == sys.executable else no_compiler
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command, env=environment, stdout=quiet, stderr=quiet)
     try:

@@ -127,8 +127,8 @@ def _run(argv: Sequence[str] | None) -> int:
     except OdsError as error:
         print(f"ods {args.command}: {error}", file=sys.stderr)
         return error.exit_code
-    except ModuleNotFoundError as error:
-        print(f"ods {args.command}: {_extra_missing(error)}", file=sys.stderr)
+    except ImportError as error:
+        print(f"ods {args.command}: {_missing(error)}", file=sys.stderr)
         return 2
     except UnicodeEncodeError as error:
         print(f"ods {args.command}: {reason_of(error)}", file=sys.stderr)
@@ -163,8 +163,12 @@ def _print_any_name() -> None:
         sys.stdout.reconfigure(errors="backslashreplace")
 
 
-def _extra_missing(error: ModuleNotFoundError) -> str:
-    """Return the line that says what to install, or raise `error` again where no extra would help."""
+def _missing(error: ImportError) -> str:
+    """Return the line that says what to build or install, or raise `error` again where neither would help."""
+    if error.name == "ods.compiled":  # has no module `native`
+        return "the kernels are not built: run `make kernels`"
+    if error.name in ("ods.compiled.native", "native"):  # for the dynamic linker it has its short name
+        return f"cannot load the kernels: {error}"
     module = (error.name or "").partition(".")[0]
     for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA), ("workbench", WORKBENCH_EXTRA)):
         if module in modules:
@@ -181,8 +185,8 @@ class _Parser(argparse.ArgumentParser):
         if self.module:
             try:
                 chosen = importlib.import_module(self.module)
-            except ModuleNotFoundError as error:
-                self.exit(2, f"{self.prog}: {_extra_missing(error)}\n")
+            except ImportError as error:
+                self.exit(2, f"{self.prog}: {_missing(error)}\n")
             chosen.add_arguments(self)
             self.set_defaults(run=chosen.run)
         return super().parse_known_args(args, namespace)

@@ -4,17 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import number
-from ods.base.errors import OdsError
-from ods.base.geodesy import LocalFrame
-from ods.base.settings_file import load
-from ods.calibrate.fit import calibrate
-from ods.calibrate.model import Rig
-from ods.calibrate.pose_history import history_of
-from ods.calibrate.report import lines, results_of
-from ods.calibrate.sightings import echoes_of
-from ods.config import OnboardConfig
-from ods.offline.source import recorded_source
-from ods.pipeline import offline
+from ods.base.in_file import refuse_missing
 
 DEPTH = number(-12_000.0, 12_000.0, "metres")
 
@@ -27,13 +17,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording tells nothing."""
-    settings = load(args.config, OnboardConfig)
-    frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
-    recording = recorded_source(args.file, site=frame)
-    history, begin_ns = history_of(recording.poses)
-    found = (result.detections for result in offline.detect_pings(recording.pings, settings.pipeline))
-    fit = calibrate(echoes_of(found, begin_ns), Rig(history, settings.sonar.mounting), args.depth)
-    if not any(result.told for result in results_of(fit).values()):
-        raise OdsError("neither yaw, pitch nor latency can be told from this recording: see docs/calibrate.md")
-    for line in lines(fit, settings.sonar.mounting, settings.sonar.latency_ms):
-        print(line)
+    refuse_missing(args.config, args.file)
+    from ods.calibrate.calibration import run as work  # takes seconds: after what may be wrong
+
+    work(args)

@@ -31,7 +31,10 @@ typedef struct {
 
 /* ---------------------------------------------------------------- memory for the time of a call */
 
+/* `make sanitize` sets it to 0: each scratch array is then a block of its own, and a sanitizer sees what runs over it. */
+#ifndef KEPT_BYTES
 #define KEPT_BYTES ((size_t)1 << 22)
+#endif
 
 typedef struct Block {
     struct Block *before;
@@ -44,8 +47,8 @@ static _Thread_local Block *newest;
 static Block *new_block(size_t size, Block *before)
 {
     Block *block = malloc(sizeof *block);
-    char *start = aligned_alloc(64, size);
-    if (block == NULL || start == NULL)
+    void *start;
+    if (block == NULL || posix_memalign(&start, 64, size) != 0)
         Py_FatalError("out of memory in a kernel");
     *block = (Block){before, 0, size, start};
     return block;
@@ -53,7 +56,8 @@ static Block *new_block(size_t size, Block *before)
 
 void *ods_scratch(size_t bytes)
 {
-    bytes = (bytes + 63) & ~(size_t)63;
+    if (KEPT_BYTES != 0)
+        bytes = (bytes + 63) & ~(size_t)63;
     if (newest == NULL || newest->size - newest->used < bytes)
         newest = new_block(bytes > KEPT_BYTES / 4 ? bytes : KEPT_BYTES / 4, newest);
     void *found = newest->start + newest->used;
@@ -349,8 +353,12 @@ PyMODINIT_FUNC PyInit_native(void)
 {
 #if defined(__AVX2__)
     if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma") || !__builtin_cpu_supports("bmi2")) {
-        PyErr_SetString(PyExc_ImportError, "this processor has no AVX2, which the installed kernels need: "
-                                           "build ODS from its sources on it with ODS_MARCH=native");
+        PyObject *name = PyUnicode_FromString("ods.compiled.native");
+        PyObject *why = PyUnicode_FromString("this processor has no AVX2, which they need: "
+                                             "build ODS from its sources on it with ODS_MARCH=native");
+        PyErr_SetImportError(why, name, NULL);
+        Py_XDECREF(name);
+        Py_XDECREF(why);
         return NULL;
     }
 #endif

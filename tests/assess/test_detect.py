@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ods import cli
+from ods.assess.detection.assessment import QUICK_EFFORT, Effort, measure
 from ods.assess.detection.chains import DEFAULT, EQUALIZERS, all_settings
-from ods.assess.detection.command import QUICK_EFFORT, Effort, measure
 from ods.assess.detection.measure import filter_figures
 from ods.assess.images.sea import sea_images, snr_db
 from ods.assess.images.tank import TANK_BEAMS, TANK_SAMPLES, tank_images

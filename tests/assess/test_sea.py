@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from ods.assess.sea.assessment import names_of, shipped_scenes
 from ods.assess.sea.bodies import SceneBodies
-from ods.assess.sea.command import names_of, shipped_scenes
 from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import Listed, images_of, scene_with_seed
 from ods.assess.sea.table import condensed, scene_table

@@ -36,6 +36,62 @@ def test_help_imports_no_command(arguments: list[str]) -> None:
     assert not imported & {"numpy", "zmq", "msgspec", "rich"}
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["track", "nowhere.npz"],
+        ["detect", "nowhere.npz"],
+        ["calibrate", "nowhere.npz"],
+        ["simulate", "nowhere.toml", "--out", "x.npz"],
+        ["assess", "sea", "--scene", "nowhere.toml"],
+        ["assess", "track", "--scene", "nowhere.toml"],
+        ["assess", "detect", "--own", "--scene", "nowhere.toml"],
+        ["bench", "--config", "nowhere.toml"],
+    ],
+    ids=" ".join,
+)
+def test_a_file_that_is_not_there_is_missed_before_anything_slow_is_imported(arguments: list[str]) -> None:
+    told = subprocess.run(
+        [sys.executable, "-X", "importtime", "-m", "ods", *arguments], capture_output=True, text=True, check=False
+    )
+    lines = told.stderr.splitlines()
+    imported = {line.rpartition("|")[2].strip() for line in lines if line.startswith("import time:")}
+    assert told.returncode == 2
+    assert "No such file or directory" in lines[-1]
+    assert not imported & {"matplotlib", "numpy", "ods.compiled.native", "ods.sim_sonar", "rich", "scipy"}
+
+
+WITHOUT_KERNELS = """
+import sys
+import ods.compiled
+ods.compiled.__path__ = [sys.argv.pop(1)]
+from ods.cli import main
+sys.exit(main(sys.argv[1:]))
+"""
+"""The command, with kernels looked for in another folder."""
+
+
+@pytest.mark.parametrize(
+    "arguments", [["detect", "tests/data/aris/sample.aris"], ["pipeline"], ["tracker"], ["doctor"]]
+)
+@pytest.mark.parametrize(
+    ("built", "why"),
+    [(None, "the kernels are not built: run `make kernels`"), ("for another processor", "cannot load the kernels: ")],
+    ids=["not built", "not for here"],
+)
+def test_kernels_that_cannot_be_loaded_are_one_line(
+    arguments: list[str], built: str | None, why: str, tmp_path: Path
+) -> None:
+    if built is not None:
+        (tmp_path / "native.abi3.so").write_text(built)
+    told = subprocess.run(
+        [sys.executable, "-c", WITHOUT_KERNELS, str(tmp_path), *arguments], capture_output=True, text=True, check=False
+    )
+    assert told.returncode == 2
+    assert told.stderr.startswith(f"ods {arguments[0]}: {why}")
+    assert told.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("arguments", [[], ["map"], ["no-such-command"], ["map", "list", "--within", "1"]])
 def test_a_wrong_use_is_one_line_and_exit_code_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as ended:

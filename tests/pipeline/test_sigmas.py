@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from benchmarks import bed_spheres, circle_laws, circles
 from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss
-from ods.assess.sea.command import shipped_folder
+from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import head_at, images_of, scene_with_seed
 from ods.base.arrays import Floats
 from ods.pipeline.chain import Chain

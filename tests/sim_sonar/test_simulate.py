@@ -221,7 +221,7 @@ def test_what_is_interrupted_leaves_what_was_there(
         yield next(shots_of(images))
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("ods.simulate.command.shots_of", interrupted)
+    monkeypatch.setattr("ods.simulate.simulation.shots_of", interrupted)
     files = [tmp_path / f"pings{suffix}", tmp_path / "pings.truth.jsonl"]
     for file in files:
         file.write_text("old")

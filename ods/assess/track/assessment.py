@@ -1,0 +1,95 @@
+"""`ods assess track`: the table and charts of all observers, the paper's figures 6 and 7, scenario files."""
+
+from argparse import Namespace
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import track as progress
+
+from ods.assess.scene_files import scene_files
+from ods.assess.track import peers
+from ods.assess.track.case import save_case
+from ods.assess.track.measure import Row, contenders, rows
+from ods.assess.track.scenarios import KINDS, Kind, make
+from ods.assess.track.scene_world import scene_kind
+from ods.assess.track.table import table_of
+from ods.base.errors import OdsError
+from ods.base.settings_file import load_table
+from ods.config import OnboardConfig
+from ods.plots.style import DARK, drawn_in, refuse_undrawable
+from ods.tracker.settings import PLUGINS, TrackerSettings
+
+QUICK = ("paper", "static 10", "50 false alarms")
+SEEDS = 5
+
+
+def run(args: Namespace) -> None:
+    """Do what was asked for. Raises OdsError."""
+    refuse_undrawable(args.out, args.figures)
+    if args.figures:
+        draw_paper(args.figures, args.style)
+    if args.save:
+        save_scenarios(args.save)
+    if not (args.figures or args.save):
+        configured = None
+        if args.config:
+            configured = load_table(args.config, "tracker", TrackerSettings, OnboardConfig)
+            PLUGINS.load(configured.plugins)
+        count = args.seeds or (1 if args.quick else SEEDS)
+        trackers = contenders(args.trackers, configured)
+        found = assess(_kinds(args), trackers, count, with_peers=args.peers)
+        if args.out is not None:
+            draw(args.out, found, args.style)
+
+
+def _kinds(args: Namespace) -> dict[str, Kind]:
+    """Return the scenarios to run: the user's own scenes, where he gives some. Raises OdsError."""
+    if args.scene:
+        return {file.stem: scene_kind(file) for file in scene_files(args.scene)}
+    return {name: KINDS[name] for name in (QUICK if args.quick else KINDS)}
+
+
+def assess(
+    kinds: Mapping[str, Kind], trackers: Mapping[str, TrackerSettings], count: int, *, with_peers: bool
+) -> list[Row]:
+    """Run `trackers` over the scenarios with `count` seeds each and print the table. Raises OdsError."""
+    if with_peers and not peers.available():
+        raise OdsError("--peers: the library is not installed: pip install stonesoup")
+    names = progress(tuple(kinds), description="assessing", transient=True)
+    found = [row for name in names for row in rows({name: kinds[name]}, count, trackers, with_peers)]
+    Console(width=200).print(table_of(found, count))
+    return found
+
+
+def draw(out: Path, found: Sequence[Row], style: str = DARK) -> None:
+    """Draw the chart. Raises OdsError."""
+    from ods.assess.track.chart import chart
+    from ods.plots.chart import save_figure
+
+    with drawn_in(style):
+        save_figure(chart(found), out)
+    print(f"drawn: {out}")
+
+
+def draw_paper(path: Path, style: str = DARK) -> None:
+    """Draw the paper's figures 6 and 7 anew and print what happens in them. Raises OdsError."""
+    from ods.assess.track import paper_figures
+    from ods.plots.chart import save_figure
+
+    example = paper_figures.run_example()
+    with drawn_in(style):
+        save_figure(paper_figures.draw(example), path)
+    for line in paper_figures.story(example):
+        print(line)
+    print(f"drawn: {path}")
+
+
+def save_scenarios(folder: Path, seed: int = 0) -> None:
+    """Write every scenario as a file for `ods track`. Raises OdsError."""
+    if not folder.is_dir():
+        raise OdsError(f"{folder}: no such folder")
+    for name in KINDS:
+        path = folder / f"{name.replace(',', '').replace(' ', '-')}.npz"
+        save_case(make(name, seed), path)
+        print(path)
