@@ -1,9 +1,7 @@
 """The chain of stages prepared for one image: a plane of beams, or some of its ranges."""
 
-import math
 from collections.abc import Sequence
 from functools import partial
-from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -18,15 +16,18 @@ from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
-from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
+from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
-from ods.pipeline.measure.echoes import measure_echoes
+from ods.pipeline.measure.echoes import ECHO, EchoTable, measure_echoes
 from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import StageImage, Watch
+
+NO_ECHOES: EchoTable = np.zeros(0, ECHO)
+NONE_FAINT: Mask = np.zeros(0, np.bool_)
 
 
 class Frame(NamedTuple):
@@ -100,16 +101,14 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            sure, faint = parted(regions)
-            detections = self._measured(image, sure, recorded, rows, before)
-            echoes = self._measured(image, faint, recorded)
-            if regions.fronts and echoes:  # levels rise somewhere: there is a bottom
-                fronts = self._fronts.judged(detections + echoes, recorded.samples, frame.scale)
-                detections, echoes = fronts[: len(detections)], fronts[len(detections) :]
-                echoes = [echo for echo in echoes if echo.front > LEAST_FRONT]
-            return Found(detections, echoes, regions.heard_from)
+            echoes, faint = self._measured(image, regions, recorded, rows, before)
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
+        sure = ~faint
+        if regions.fronts and faint.any():  # levels rise somewhere: there is a bottom
+            echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, frame.scale)
+            faint &= echoes["front"] > LEAST_FRONT
+        return Found(_told(echoes[sure]), _told(echoes[faint]), regions.heard_from)
 
     def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
         """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
@@ -119,19 +118,21 @@ class PreparedChain:
         return self._reader.read(samples, scale, gaps, frame.number)
 
     def _measured(
-        self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None = None, before: int = 0
-    ) -> list[Detection]:
-        """Return the echoes of regions; mask: (beams, all samples). Raises NotANumberError."""
-        found: list[Detection] = []
+        self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None, before: int
+    ) -> tuple[EchoTable, Mask]:
+        """Return the echoes of regions, and which are faint; mask: (beams, all samples). Raises NotANumberError."""
+        tables, faint = [NO_ECHOES], [NONE_FAINT]
         for band, inside in _by_band(regions, self._layout.bands):
-            echoes = measure_echoes(image, inside, recorded, band.fan).tolist()
-            if not math.isfinite(sum(map(sum, echoes))):
-                raise NotANumberError
-            kept = [band.from_m <= echo[0] < band.to_m for echo in echoes]
+            echoes = measure_echoes(image, inside, recorded, band.fan)
+            is_faint = np.zeros(len(echoes), np.bool_) if inside.faint is None else inside.faint
+            kept = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
             if mask is not None:
-                paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask)
-            found += [Detection(*echo) for echo in compress(echoes, kept)]
-        return found
+                numbered = chosen(inside, kept & ~is_faint)
+                paint(numbered, before, recorded, mask)
+                before += numbered.total
+            tables.append(echoes[kept])
+            faint.append(is_faint[kept])
+        return np.concatenate(tables), np.concatenate(faint)
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
         """Raises NotANumberError, and StageError for what else goes wrong."""
@@ -156,6 +157,10 @@ class PreparedChain:
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())
+
+
+def _told(echoes: EchoTable) -> list[Detection]:
+    return [Detection(*echo) for echo in echoes.tolist()]
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:
