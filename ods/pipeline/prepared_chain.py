@@ -121,7 +121,7 @@ class PreparedChain:
         self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None, before: int
     ) -> tuple[EchoTable, Mask]:
         """Return the echoes of regions, and which are faint; mask: (beams, all samples). Raises NotANumberError."""
-        tables, faint = [NO_ECHOES], [NONE_FAINT]
+        tables, faint = list[EchoTable](), list[Mask]()
         for band, inside in _by_band(regions, self._layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)
             is_faint = np.zeros(len(echoes), np.bool_) if inside.faint is None else inside.faint
@@ -132,7 +132,9 @@ class PreparedChain:
                 before += numbered.total
             tables.append(echoes[kept])
             faint.append(is_faint[kept])
-        return np.concatenate(tables), np.concatenate(faint)
+        if len(tables) == 1:
+            return tables[0], faint[0]
+        return np.concatenate([NO_ECHOES, *tables]), np.concatenate([NONE_FAINT, *faint])
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
         """Raises NotANumberError, and StageError for what else goes wrong."""

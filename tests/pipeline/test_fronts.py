@@ -17,7 +17,7 @@ from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_ju
 from ods.pipeline.image.amplitude import sample_scale
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image_layout import ALL, layout
-from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import make_ping
 
 STEP_RAD, DR_M, SAMPLES = math.radians(1.5), 0.05, 1200
@@ -132,6 +132,13 @@ def crest(across: Floats, behind: Floats) -> Floats:
     return np.exp(-0.5 * ((behind - 0.5 - 0.4 * across) / 0.45) ** 2) * np.exp2(-((across / 2.0) ** 2))
 
 
+def bed_of_patches(shape: float, seed: int) -> Floats32:
+    """Return speckle over patches of 2 beams and 1 m whose intensity follows a gamma law."""
+    rng = np.random.default_rng(seed)
+    patches = rng.gamma(shape, 1.0 / shape, (30, SAMPLES // 20))
+    return speckled(40.0 * np.repeat(np.repeat(patches, 2, axis=0), 20, axis=1), seed)
+
+
 def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: float) -> float:
     """Return the share of 60 such echoes that have at least such a front, so far over the mean of a bed of patches."""
     fan = fan_of()
@@ -170,12 +177,30 @@ def test_no_echo_is_no_work() -> None:
 
 
 def test_over_a_rough_bed_all_echoes_tell_their_front_and_faint_ones_are_those_like_a_bodys() -> None:
-    rng = np.random.default_rng(3)
-    amplitude = speckled(40.0 * rng.gamma(0.5, 2.0, (60, SAMPLES)), 3)
-    found = Chain(PipelineSettings()).process(make_ping(amplitude))
-    assert found.detections
-    assert all(0.0 < echo.front <= 1.0 for echo in found.detections)
-    assert all(echo.front > LEAST_FRONT for echo in found.faint)
+    chain = Chain(PipelineSettings())
+    found = [chain.process(make_ping(bed_of_patches(0.7, seed))) for seed in range(6)]
+    assert any(each.faint for each in found)
+    assert all(echo.front > LEAST_FRONT for each in found for echo in each.faint)
+    told = [{echo.front > 0.0 for echo in each.detections} for each in found]
+    assert told.count({True}) >= 3
+    assert {True, False} not in told  # all of an image, or none where it has nothing faint
+
+
+def test_over_an_even_bed_no_echo_tells_its_front_and_faint_ones_are_those_at_the_raised_level() -> None:
+    """Its regions reach a little higher than speckle, which raises levels there."""
+    *filters, detector = DEFAULT_STAGES
+    chain, of_all = (
+        Chain(PipelineSettings(stage=(*filters, {**detector, "faint": faint, "high": 5.0}))) for faint in (0.5, 0.0)
+    )
+    fewer = 0
+    for seed in range(6):
+        ping = make_ping(bed_of_patches(6.0, seed))
+        found, all_found = chain.process(ping), of_all.process(ping)
+        assert {echo.front for echo in found.detections + all_found.faint} <= {0.0}
+        assert found.detections == all_found.detections
+        assert {echo.near_m for echo in found.faint} <= {echo.near_m for echo in all_found.faint}
+        fewer += len(all_found.faint) - len(found.faint)
+    assert fewer > 5
 
 
 def test_in_calm_water_no_echo_tells_its_front() -> None:

@@ -77,15 +77,13 @@ class CrestMeter:
         shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
         return self._scaled
 
-    def faint(self, image: Image, regions: Regions, levels: Image) -> Mask | None:
-        """Tell (total,) which regions of image (beams, samples) nowhere reach the level of its region of `levels`.
+    def reaching(self, image: Image, regions: Regions, levels: Image) -> Mask:
+        """Tell (total,) which regions of image (beams, samples) reach the level of a region of `levels` somewhere.
 
-        levels: (rows, columns), or (1, 1) for the whole image. None: there are none.
+        levels: (rows, columns), or (1, 1) for the whole image.
         """
-        if not regions.total:
-            return None
         region = self._region if levels.size > 1 else image.shape
-        return ~reaching(image, regions.runs, regions.total, levels, region)
+        return reaching(image, regions.runs, regions.total, levels, region)
 
     @property
     def _region(self) -> tuple[int, int]:
