@@ -178,12 +178,10 @@ def test_no_echo_is_no_work() -> None:
 
 def test_over_a_rough_bed_all_echoes_tell_their_front_and_faint_ones_are_those_like_a_bodys() -> None:
     chain = Chain(PipelineSettings())
-    found = [chain.process(make_ping(bed_of_patches(0.7, seed))) for seed in range(6)]
-    assert any(each.faint for each in found)
+    found = [chain.process(make_ping(bed_of_patches(0.1, seed))) for seed in range(6)]
+    assert all(each.detections and each.faint for each in found)
+    assert all(0.0 < echo.front <= 1.0 for each in found for echo in each.detections)
     assert all(echo.front > LEAST_FRONT for each in found for echo in each.faint)
-    told = [{echo.front > 0.0 for echo in each.detections} for each in found]
-    assert told.count({True}) >= 3
-    assert {True, False} not in told  # all of an image, or none where it has nothing faint
 
 
 def test_over_an_even_bed_no_echo_tells_its_front_and_faint_ones_are_those_at_the_raised_level() -> None:
