@@ -2,8 +2,6 @@
 
 from collections.abc import Iterable
 
-import numpy as np
-
 from ods.base.arrays import Image, Mask
 from ods.pipeline.detect.crests import CrestMeter
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
@@ -82,8 +80,7 @@ def level_detector(
             return regions._replace(heard_from=heard_from)
 
         def reach(exponent: float) -> Mask:
-            levels = above + (above - background) * (factors**exponent - 1.0)
-            return crests.reaching(judged, regions, levels.astype(np.float32))
+            return crests.reaching(judged, regions, (background, above), factors**exponent)
 
         weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         if fronts and not rough and weak.any():
