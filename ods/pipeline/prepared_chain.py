@@ -19,15 +19,14 @@ from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_d
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
-from ods.pipeline.measure.echoes import ECHO, EchoTable, measure_echoes
+from ods.pipeline.measure.echoes import measure_echoes
 from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import StageImage, Watch
 
-NO_ECHOES: EchoTable = np.zeros(0, ECHO)
-NONE_FAINT: Mask = np.zeros(0, np.bool_)
+RANGE, FRONT = Detection.__struct_fields__.index("range_m"), Detection.__struct_fields__.index("front")
 
 
 class Frame(NamedTuple):
@@ -50,6 +49,15 @@ class Found(NamedTuple):
     """Too weak for the false-alarm rate wanted."""
     heard_from: float
     """As `Regions` tells it."""
+
+
+class Numbers(NamedTuple):
+    """Where the cells of echoes are numbered."""
+
+    mask: RegionNumbers | None
+    """(beams of the image, all samples); None: nowhere."""
+    before: int
+    """The first echo has the next number."""
 
 
 class PreparedChain:
@@ -101,14 +109,10 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            echoes, faint = self._measured(image, regions, recorded, rows, before)
+            found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
-        sure = ~faint
-        if regions.fronts and faint.any():  # levels rise somewhere: there is a bottom
-            echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, frame.scale)
-            faint &= echoes["front"] > LEAST_FRONT
-        return Found(_told(echoes[sure]), _told(echoes[faint]), regions.heard_from)
+        return Found(found, faint, regions.heard_from)
 
     def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
         """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
@@ -117,24 +121,30 @@ class PreparedChain:
             samples, scale = self._threshold.filled(recorded, scale, frame.number), AMPLITUDES
         return self._reader.read(samples, scale, gaps, frame.number)
 
-    def _measured(
-        self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None, before: int
-    ) -> tuple[EchoTable, Mask]:
-        """Return the echoes of regions, and which are faint; mask: (beams, all samples). Raises NotANumberError."""
-        tables, faint = list[EchoTable](), list[Mask]()
+    def _echoes(
+        self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
+    ) -> tuple[list[Detection], list[Detection]]:
+        """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
+        found, faint = list[Detection](), list[Detection]()
+        is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
         for band, inside in _by_band(regions, self._layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)
-            is_faint = np.zeros(len(echoes), np.bool_) if inside.faint is None else inside.faint
-            kept = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
-            if mask is not None:
-                numbered = chosen(inside, kept & ~is_faint)
-                paint(numbered, before, recorded, mask)
-                before += numbered.total
-            tables.append(echoes[kept])
-            faint.append(is_faint[kept])
-        if len(tables) == 1:
-            return tables[0], faint[0]
-        return np.concatenate([NO_ECHOES, *tables]), np.concatenate([NONE_FAINT, *faint])
+            if is_judged:
+                echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
+            least_front = LEAST_FRONT if is_judged else -1.0
+            before, numbered = len(found), np.zeros(inside.total, np.bool_)
+            weak = [False] * inside.total if inside.faint is None else inside.faint.tolist()
+            for k, (echo, is_faint) in enumerate(zip(echoes.tolist(), weak, strict=True)):
+                if not band.from_m <= echo[RANGE] < band.to_m:
+                    continue
+                if not is_faint:
+                    found.append(Detection(*echo))
+                    numbered[k] = True
+                elif echo[FRONT] > least_front:
+                    faint.append(Detection(*echo))
+            if numbers.mask is not None:
+                paint(chosen(inside, numbered), numbers.before + before, recorded, numbers.mask)
+        return found, faint
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
         """Raises NotANumberError, and StageError for what else goes wrong."""
@@ -159,10 +169,6 @@ class PreparedChain:
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())
-
-
-def _told(echoes: EchoTable) -> list[Detection]:
-    return [Detection(*echo) for echo in echoes.tolist()]
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

@@ -7,7 +7,7 @@ import pytest
 from ods.base.arrays import Image
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import CrestMeter, crest_quantiles, reaching, shrink
+from ods.pipeline.detect.crests import CrestMeter, RaisedBy, crest_quantiles, reaching, shrink
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle
@@ -118,8 +118,8 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image = np.zeros((8, 8), np.float32)
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
-    factors = np.array([[9.0, 2.0], [3.0, 4.0]])  # of quarters; a level has to be exceeded
-    assert reaching(image, runs, 3, (0.0, 1.0), factors, (4, 4)).tolist() == [True, False, True]
+    raised = RaisedBy(np.array([[81.0, 4.0], [9.0, 16.0]]), 0.5)  # of quarters; a level has to be exceeded
+    assert reaching(image, runs, 3, (0.0, 1.0), raised, (4, 4)).tolist() == [True, False, True]
 
 
 def bed_and_ball(seed: int) -> Ping:

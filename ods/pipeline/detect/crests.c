@@ -218,24 +218,24 @@ KERNEL(shrink, "f4[beams,samples] image, float background, f4[rows,columns] fact
 }
 
 /* Tells which regions of runs have a cell above the level of its place in the image, of so many beams and samples:
-   the background and a factor times how far `high` is over it. */
+   the background and a power of its factor times how far `high` is over it. */
 KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float background, float high, f8[rows,columns] factors, "
-                 "int place_beams, int place_samples, out b1[regions] found")
+                 "float exponent, int place_beams, int place_samples, out b1[regions] found")
 {
-    const int64_t samples = SIZE(0, 1), rows = SIZE(4, 0), columns = SIZE(4, 1), regions = SIZE(7, 0);
+    const int64_t samples = SIZE(0, 1), rows = SIZE(4, 0), columns = SIZE(4, 1), regions = SIZE(8, 0);
     const double background = FLOAT(2), high = FLOAT(3), *factors = ARRAY(const double, 4);
     const Run *runs = ARRAY(const Run, 1);
-    bool *found = ARRAY(bool, 7);
+    bool *found = ARRAY(bool, 8);
     float *levels = SCRATCH(float, rows * columns);
     for (int64_t k = 0; k < rows * columns; k++) /* exactly `high` for 1 */
-        levels[k] = (float)(high + (high - background) * (factors[k] - 1.0));
+        levels[k] = (float)(high + (high - background) * (pow(factors[k], FLOAT(5)) - 1.0));
     memset(found, 0, (size_t)regions);
     for (int64_t i = 0; i < SIZE(1, 0) && rows * columns > 0; i++) {
         if (!lies_inside(runs[i], SIZE(0, 0), samples, regions) || found[runs[i].region - 1])
             continue;
         const float *cells = ARRAY(const float, 0) + runs[i].beam * samples;
-        const float *along = levels + place_of(runs[i].beam, INT(5), rows) * columns;
+        const float *along = levels + place_of(runs[i].beam, INT(6), rows) * columns;
         for (int64_t j = runs[i].first; j < runs[i].stop; j++)
-            found[runs[i].region - 1] |= cells[j] > along[place_of(j, INT(6), columns)];
+            found[runs[i].region - 1] |= cells[j] > along[place_of(j, INT(7), columns)];
     }
 }

@@ -7,6 +7,7 @@ against those of speckle that went through the same stages they tell what a leve
 
 from collections.abc import Iterable
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +23,15 @@ _LEAST_TILE = (2, 16)
 _REGION = 4
 """Tiles along each side of a region, as crests.c has it."""
 _LEARNT_IMAGES = 8
+
+
+class RaisedBy(NamedTuple):
+    """How levels rise with the background's crests."""
+
+    factors: Floats
+    """(rows, columns) of each region of the image; (1, 1): of the whole image."""
+    exponent: float
+    """They are raised to that power."""
 
 
 class CrestMeter:
@@ -71,14 +81,13 @@ class CrestMeter:
         shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
         return self._scaled
 
-    def reaching(self, image: Image, regions: Regions, levels: tuple[float, float], factors: Floats) -> Mask:
+    def reaching(self, image: Image, regions: Regions, levels: tuple[float, float], raised: RaisedBy) -> Mask:
         """Tell (total,) which regions of image (beams, samples) reach the level of their place somewhere.
 
-        levels: background and level, of which what is between them is multiplied by factors (rows, columns), or (1, 1)
-        for the whole image.
+        levels: background and level, of which what is between them is raised.
         """
-        region = self._region if factors.size > 1 else image.shape
-        return reaching(image, regions.runs, regions.total, levels, factors, region)
+        region = self._region if raised.factors.size > 1 else image.shape
+        return reaching(image, regions.runs, regions.total, levels, raised, region)
 
 
 def crest_quantiles(
@@ -99,12 +108,12 @@ def shrink(image: Image, background: float, factors: Image, region: tuple[int, i
 
 
 def reaching(
-    image: Image, runs: Runs, total: int, levels: tuple[float, float], factors: Floats, region: tuple[int, int]
+    image: Image, runs: Runs, total: int, levels: tuple[float, float], raised: RaisedBy, region: tuple[int, int]
 ) -> Mask:
     """Tell (total,) which regions of runs have a cell above the level of its region of the image.
 
     As `CrestMeter.reaching` says.
     """
     found = np.empty(total, np.bool_)
-    native.reaching(image, runs, levels, factors, region, found)
+    native.reaching(image, runs, levels, raised, region, found)
     return found

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from ods.base.arrays import Image, Mask
-from ods.pipeline.detect.crests import CrestMeter
+from ods.pipeline.detect.crests import CrestMeter, RaisedBy
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.tail import TailMeter
@@ -80,7 +80,7 @@ def level_detector(
             return regions._replace(heard_from=heard_from)
 
         def reach(exponent: float) -> Mask:
-            return crests.reaching(judged, regions, (background, above), factors**exponent)
+            return crests.reaching(judged, regions, (background, above), RaisedBy(factors, exponent))
 
         weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         if fronts and not rough and weak.any():
