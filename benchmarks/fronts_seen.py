@@ -141,7 +141,8 @@ def seen_in(scene: Scene, sonar: SonarModel) -> Iterator[Seen]:
             continue
         windows = windows or Windows(make_plan(ping, settings).images[0])
         share = _shares(echoes, bare.mean_area(t_s), sim.mean_area(t_s), sonar)
-        yield Seen(windows.of(echoes, frame_of(ping), sample_scale_of(ping)), share)
+        bearing_rad, near_m = np.array([(echo.bearing_rad, echo.near_m) for echo in echoes]).T
+        yield Seen(windows.of(bearing_rad, near_m, frame_of(ping), sample_scale_of(ping)), share)
 
 
 def _shares(echoes: list[Detection], bodies: Floats, all_of_it: Floats, sonar: SonarModel) -> Floats:

@@ -179,17 +179,6 @@ class UnseenPart(msgspec.Struct, frozen=True):
     full scale; level fallen: far below what it was (a head that is blocked or out of the water)."""
 
 
-class BottomEcho(msgspec.Struct, frozen=True):
-    """Where the bottom's echo sets in: there the lower side of the fan meets the bottom."""
-
-    bearing_rad: list[Angle]
-    """Of the groups of beams that show it, and"""
-    range_m: list[Metres]
-    """its slant range there."""
-    below_rad: Angle
-    """So far below the level of the sonar's head the fan hears it there: below an elevation of 0."""
-
-
 class Detections(msgspec.Struct, frozen=True):
     """All detections of one ping; an empty list is information too."""
 
@@ -220,8 +209,6 @@ class Detections(msgspec.Struct, frozen=True):
     faint: list[Detection] = []
     """Echoes too weak for the false-alarm rate wanted over this background: many are none. For who looks for the same
     echo in many pings, as the tracker does."""
-    bottom_echo: BottomEcho | None = None
-    """Where the bottom's echo sets in; none: not seen, or not looked for: it is at each fourth ping."""
     heard_from_db: HearingLevel | None = None
     """In half of the image an echo, faint or not, counts by its level alone from so far over the background on, dB: 7
     in open water, 9 to 11 over a smooth bottom, more where the bottom's crests are loud; what sets in as a body does
@@ -311,7 +298,7 @@ class Obstacle(msgspec.Struct, frozen=True):
     on."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that it is part of the bottom: that it reaches no higher over it than `tracker.bottom.clearance_m`. 0
-    where the bottom is not known: the pose tells no altitude, and no image showed the bottom lately."""
+    where the bottom is not known: the pose tells no altitude."""
     height_above_bottom_m: float | None = None
     """Of the middle of what is seen of it, over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None

@@ -20,7 +20,8 @@ from benchmarks.c_chain.plain_c import PlainC, built
 from benchmarks.pipeline import TIMED, Task, medians_ms
 from ods.assess.sea.assessment import shipped_folder
 from ods.assess.sea.run import images_of, scene_with_seed
-from ods.messages import Detection, Ping
+from ods.base.arrays import Floats
+from ods.messages import Ping
 from ods.pipeline import prepared_chain
 from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.judge import Fronts
@@ -43,9 +44,9 @@ SEED, AFTER_S = 40, 3.0
 class Unjudged(Fronts):
     """Does not look at how echoes set in."""
 
-    def judged(self, echoes: Any, *_: Any) -> list[Detection]:
-        """Return them as they are."""
-        return list(echoes)
+    def of(self, bearing_rad: Floats, *_: Any) -> Floats:
+        """Take all of them for bodies'."""
+        return np.ones(len(bearing_rad))
 
 
 def our_chain(name: str) -> Chain:

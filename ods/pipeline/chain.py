@@ -8,7 +8,6 @@ import numpy as np
 from ods.base.arrays import AnyArray, Mask
 from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
-from ods.pipeline.bottom_echo import EVERY, BottomEchoFinder
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers
@@ -64,7 +63,6 @@ class Chain:
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
-        self._bottom_echo: BottomEchoFinder | None = None
         self._prepared: list[PreparedChain] = []
         self._phase = 0
         self._sight = Sight()
@@ -83,14 +81,12 @@ class Chain:
         first = self._plan.first
         usable = shows_something(frame, first)
         found, faint = list[Detection](), list[Detection]()
-        unseen, bottom_echo, heard_from = ALL_SEEN, None, 0.0
+        unseen, heard_from = ALL_SEEN, 0.0
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
             whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq % 2**32)
             unseen = self._sight.judge(ping, frame, first, whole.missing)
-            if self._bottom_echo is not None and ping.seq % EVERY == 0:
-                bottom_echo = self._bottom_echo.find(frame, whole.missing, self._scale)
             for prepared in self._prepared:
                 if prepared.phase in (EVERY_PHASE, phase):
                     more = prepared.detect(whole, context, mask, len(found))
@@ -115,7 +111,6 @@ class Chain:
             unseen_share=unseen.share,
             unseen_why=unseen.why,
             faint=faint,
-            bottom_echo=bottom_echo,
             heard_from_db=_heard_from_db(heard_from),
         )
 
@@ -133,9 +128,6 @@ class Chain:
             prepared = self._prepared_for(plan, hurried)
             self.geometry_changes += bool(self._geometry)
             self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
-            half_vertical = math.radians(self._settings.vertical_half_deg)
-            wanted = self._settings.bottom_echo
-            self._bottom_echo = BottomEchoFinder(ping, plan.first, half_vertical) if wanted else None
             self._hurried = hurried and any(each.learns for each in prepared)
             self._lasted = 0
         elif relearns:

@@ -1,9 +1,7 @@
 """The chain of stages prepared for one image: a plane of beams, or some of its ranges."""
 
-import math
 from collections.abc import Sequence
 from functools import partial
-from itertools import compress
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +16,7 @@ from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import blank_gaps
 from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
-from ods.pipeline.image.regions import Regions, chosen, parted, shared_at
+from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import measure_echoes
@@ -27,6 +25,8 @@ from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import StageImage, Watch
+
+RANGE, FRONT = Detection.__struct_fields__.index("range_m"), Detection.__struct_fields__.index("front")
 
 
 class Frame(NamedTuple):
@@ -49,6 +49,15 @@ class Found(NamedTuple):
     """Too weak for the false-alarm rate wanted."""
     heard_from: float
     """As `Regions` tells it."""
+
+
+class Numbers(NamedTuple):
+    """Where the cells of echoes are numbered."""
+
+    mask: RegionNumbers | None
+    """(beams of the image, all samples); None: nowhere."""
+    before: int
+    """The first echo has the next number."""
 
 
 class PreparedChain:
@@ -100,16 +109,10 @@ class PreparedChain:
         rows = None if mask is None else mask[layout.rows]
         try:
             regions = self._regions(image, recorded)
-            sure, faint = parted(regions)
-            detections = self._measured(image, sure, recorded, rows, before)
-            echoes = self._measured(image, faint, recorded)
-            if regions.fronts and echoes:  # levels rise somewhere: there is a bottom
-                fronts = self._fronts.judged(detections + echoes, recorded.samples, frame.scale)
-                detections, echoes = fronts[: len(detections)], fronts[len(detections) :]
-                echoes = [echo for echo in echoes if echo.front > LEAST_FRONT]
-            return Found(detections, echoes, regions.heard_from)
+            found, faint = self._echoes(image, regions, recorded, frame.scale, Numbers(rows, before))
         except NotANumberError as error:
             raise self._culprit(recorded, frame, gaps, ping) from error
+        return Found(found, faint, regions.heard_from)
 
     def _read(self, recorded: Recorded, frame: Frame, gaps: Mask) -> GainedImage:
         """Return the image of the samples, (beams, columns); gaps: the same, or `ALL_DATA`."""
@@ -118,20 +121,30 @@ class PreparedChain:
             samples, scale = self._threshold.filled(recorded, scale, frame.number), AMPLITUDES
         return self._reader.read(samples, scale, gaps, frame.number)
 
-    def _measured(
-        self, image: Image, regions: Regions, recorded: Recorded, mask: RegionNumbers | None = None, before: int = 0
-    ) -> list[Detection]:
-        """Return the echoes of regions; mask: (beams, all samples). Raises NotANumberError."""
-        found: list[Detection] = []
+    def _echoes(
+        self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
+    ) -> tuple[list[Detection], list[Detection]]:
+        """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
+        found, faint = list[Detection](), list[Detection]()
+        is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
         for band, inside in _by_band(regions, self._layout.bands):
-            echoes = measure_echoes(image, inside, recorded, band.fan).tolist()
-            if not math.isfinite(sum(map(sum, echoes))):
-                raise NotANumberError
-            kept = [band.from_m <= echo[0] < band.to_m for echo in echoes]
-            if mask is not None:
-                paint(chosen(inside, np.array(kept)), before + len(found), recorded, mask)
-            found += [Detection(*echo) for echo in compress(echoes, kept)]
-        return found
+            echoes = measure_echoes(image, inside, recorded, band.fan)
+            if is_judged:
+                echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
+            least_front = LEAST_FRONT if is_judged else -1.0
+            before, numbered = len(found), np.zeros(inside.total, np.bool_)
+            weak = [False] * inside.total if inside.faint is None else inside.faint.tolist()
+            for k, (echo, is_faint) in enumerate(zip(echoes.tolist(), weak, strict=True)):
+                if not band.from_m <= echo[RANGE] < band.to_m:
+                    continue
+                if not is_faint:
+                    found.append(Detection(*echo))
+                    numbered[k] = True
+                elif echo[FRONT] > least_front:
+                    faint.append(Detection(*echo))
+            if numbers.mask is not None:
+                paint(chosen(inside, numbered), numbers.before + before, recorded, numbers.mask)
+        return found, faint
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
         """Raises NotANumberError, and StageError for what else goes wrong."""

@@ -58,8 +58,6 @@ class PipelineSettings(Settings, frozen=True):
     """Horizontal -3 dB width of a beam where the sonar does not tell it; 0: the beams' spacing."""
     vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0), slider(1.0, 45.0, step=0.5, unit="deg")] = 10.0
     """Half the vertical opening of a plane of beams, which sonars do not tell."""
-    bottom_echo: bool = True
-    """Tell where the bottom's echo sets in, from which the tracker knows the altitude where no pose tells it."""
 
     def __post_init__(self) -> None:
         for index, stage in enumerate(self.stage):

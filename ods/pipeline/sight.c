@@ -39,18 +39,24 @@ typedef struct {
 static void look_at_parts(Samples frame, int64_t first, Missing missing, Levels levels, float *values)
 {
     const int64_t beams = missing.beams, samples = missing.samples - first;
+    int64_t *column = SCRATCH(int64_t, levels.rings * LOOKED_AT);
+    for (int64_t r = 0; r < levels.rings; r++) {
+        const int64_t begin = first + r * samples / levels.rings, stop = first + (r + 1) * samples / levels.rings;
+        for (int64_t k = 0; k < LOOKED_AT; k++)
+            column[r * LOOKED_AT + k] =
+                smaller_i(begin + (2 * k + 1) * (stop - begin) / (2 * LOOKED_AT), missing.samples - 1);
+    }
     for (int64_t g = 0; g < levels.groups; g++) {
         const int64_t low = g * beams / levels.groups, high = larger_i((g + 1) * beams / levels.groups, low + 1);
-        for (int64_t r = 0; r < levels.rings; r++) {
-            const int64_t begin = first + r * samples / levels.rings, stop = first + (r + 1) * samples / levels.rings;
-            for (int64_t k = 0; k < LOOKED_AT; k++, values++) {
-                const int64_t b = smaller_i(low + k * (high - low) / LOOKED_AT, beams - 1);
-                const int64_t j = smaller_i(begin + (2 * k + 1) * (stop - begin) / (2 * LOOKED_AT), missing.samples - 1);
-                load_samples(frame, b, j, 1, 1, values);
-                if (is_missing(missing, b, j))
-                    *values = NAN;
+        for (int64_t k = 0; k < LOOKED_AT; k++) {
+            const int64_t b = smaller_i(low + k * (high - low) / LOOKED_AT, beams - 1);
+            for (int64_t i = k; i < levels.rings * LOOKED_AT; i += LOOKED_AT) {
+                load_samples(frame, b, column[i], 1, 1, values + i);
+                if (is_missing(missing, b, column[i]))
+                    values[i] = NAN;
             }
         }
+        values += levels.rings * LOOKED_AT;
     }
 }
 

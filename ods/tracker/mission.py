@@ -18,7 +18,7 @@ from ods.tracker.checkpoint import Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
-from ods.tracker.output.bottom_seen import BottomKnown
+from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.obstacle_list import ObstacleLister
@@ -75,7 +75,6 @@ class MissionTracker:
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._hittable = HittableFilter(self.settings)
-        self._bottom = BottomKnown(self.settings.surface.down_m)
         self._poses.counters = self._lister.counters = self.counters
         self._inputs = inputs
         self._utc = utc
@@ -163,7 +162,6 @@ class MissionTracker:
             self._complain("detections_late", f"ping {message.ping_number} came after a later one")
             return None
         self._vehicle = scan.vehicle or self._vehicle
-        self._bottom.hear(message, sent)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
@@ -200,7 +198,7 @@ class MissionTracker:
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom = self._bottom.at(t_ns, pose)
+        bottom = bottom_below(pose)
         hittable = self._hittable.of(self._snapshot(t_ns), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)

@@ -7,7 +7,7 @@ import pytest
 from ods.base.arrays import Image
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import CrestMeter, count_maxima, quantiles_around, reaching, shrink
+from ods.pipeline.detect.crests import CrestMeter, RaisedBy, crest_quantiles, reaching, shrink
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle
@@ -38,9 +38,7 @@ def measured(image: Image) -> tuple[float, float]:
 def test_quantiles_are_those_of_the_tiles_of_a_region_and_the_eight_around_it() -> None:
     image = rayleigh(3)
     background, noise = measured(image)
-    histograms = np.empty((4, 8, 320), np.int32)
-    count_maxima(image, TILE, background, noise, histograms)
-    found = quantiles_around(histograms)
+    found = crest_quantiles(image, TILE, background, noise, (4, 8))
     maxima = (image.reshape(16, 4, 32, 16).max(axis=(1, 3)) - background) / noise
     for i, j, rows, columns in ((0, 0, slice(0, 8), slice(0, 8)), (2, 3, slice(4, 16), slice(8, 20))):
         np.testing.assert_allclose(found[i, j], np.quantile(maxima[rows, columns], [0.5, 0.9]), atol=0.1)
@@ -48,11 +46,10 @@ def test_quantiles_are_those_of_the_tiles_of_a_region_and_the_eight_around_it() 
 
 def test_tiles_without_data_do_not_count() -> None:
     image = np.zeros(SHAPE, np.float32)
-    image[:16, :64] = 2.0
-    histograms = np.empty((4, 8, 320), np.int32)
-    count_maxima(image, TILE, 1.0, 0.5, histograms)
-    assert histograms.sum() == 16
-    assert (quantiles_around(histograms) == 0.0).all()
+    image[:16, :64] = 2.0  # 16 tiles, of which 32 are needed
+    assert (crest_quantiles(image, TILE, 1.0, 0.5, (4, 8)) == 0.0).all()
+    image[:16, :128] = 2.0
+    assert (crest_quantiles(image, TILE, 1.0, 0.5, (4, 8))[0, 0] > 2.0).all()
 
 
 def test_speckle_is_left_alone_and_follow_zero_is_too() -> None:
@@ -121,8 +118,8 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image = np.zeros((8, 8), np.float32)
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
-    levels = np.array([[9.0, 2.0], [3.0, 4.0]], np.float32)  # of quarters; a level has to be exceeded
-    assert reaching(image, runs, 3, levels, (4, 4)).tolist() == [True, False, True]
+    raised = RaisedBy(np.array([[81.0, 4.0], [9.0, 16.0]]), 0.5)  # of quarters; a level has to be exceeded
+    assert reaching(image, runs, 3, (0.0, 1.0), raised, (4, 4)).tolist() == [True, False, True]
 
 
 def bed_and_ball(seed: int) -> Ping:

@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from scipy.signal import correlate
 
 from ods.base.arrays import Floats, Floats32
-from ods.messages import Detection
 from ods.pipeline.chain import Chain
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.fronts.network import STEPS, learnt, network_of
@@ -18,7 +17,7 @@ from ods.pipeline.fronts.windows import BEAMS, BEFORE, CELLS, Windows, can_be_ju
 from ods.pipeline.image.amplitude import sample_scale
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image_layout import ALL, layout
-from ods.pipeline.settings import AttentionSettings, PipelineSettings
+from ods.pipeline.settings import DEFAULT_STAGES, AttentionSettings, PipelineSettings
 from tests.pipeline.pings import make_ping
 
 STEP_RAD, DR_M, SAMPLES = math.radians(1.5), 0.05, 1200
@@ -36,9 +35,10 @@ def layout_of(fan: Fan, first: int = 0, subsample: int = 2) -> Windows:
     return Windows(layout(fan, slice(0, len(fan.bearing_rad)), first, [ALL], attention, 0))
 
 
-def echo_at(beam: int, near_m: float, fan: Fan) -> Detection:
-    bearing = float(fan.bearing_rad[beam])
-    return Detection(near_m + 0.5, bearing, 0.5, 3.0, 2.0, 10.0, 40, 1.0, STEP_RAD, 0.1, 0.01, 0.3, near_m=near_m)
+def places(*places: tuple[int, float]) -> tuple[Floats, Floats]:
+    """Return the bearings and near edges of echoes in beams of `fan_of()`."""
+    beams, near_m = zip(*places, strict=True)
+    return fan_of().bearing_rad[list(beams)], np.array(near_m)
 
 
 def speckled(mean: Floats, seed: int) -> Floats32:
@@ -56,7 +56,7 @@ def test_a_window_lies_around_the_place_where_the_echo_sets_in(first: int, subsa
     near_m = 30.0
     image[20, round(near_m / DR_M) - 1 :] = 100.0  # sample k lies at (k + 1) dr
     part = Fan(fan.bearing_rad, fan.beam_width_rad, SAMPLES - first, DR_M * (1 + first), DR_M)
-    (window,) = layout_of(part, first, subsample).of([echo_at(20, near_m, fan)], image, AMPLITUDE)
+    (window,) = layout_of(part, first, subsample).of(*places((20, near_m)), image, AMPLITUDE)
     (rises,) = np.nonzero(np.diff(window[BEAMS // 2]) > 10.0)
     assert abs(rises[0] + 1 - BEFORE) <= 1
     assert np.ptp(window[BEAMS // 2 + 1]) == 0.0
@@ -65,24 +65,24 @@ def test_a_window_lies_around_the_place_where_the_echo_sets_in(first: int, subsa
 @given(gain=st.floats(1e-6, 1e6), seed=st.integers(0, 99))
 def test_levels_know_no_gain(gain: float, seed: int) -> None:
     image = speckled(np.ones((60, SAMPLES)), seed)
-    echoes = [echo_at(beam, near_m, fan_of()) for beam, near_m in [(0, 0.1), (30, 25.0), (59, 59.9)]]
+    echoes = places((0, 0.1), (30, 25.0), (59, 59.9))
     windows = layout_of(fan_of())
-    one, other = (windows.of(echoes, times * image, AMPLITUDE) for times in (np.float32(1.0), np.float32(gain)))
+    one, other = (windows.of(*echoes, times * image, AMPLITUDE) for times in (np.float32(1.0), np.float32(gain)))
     np.testing.assert_allclose(one, other, atol=1e-2)
 
 
 @pytest.mark.parametrize("of_all", [0.0, 1.0, 1e15])
 def test_an_image_without_anything_gives_numbers(of_all: float) -> None:
-    window = layout_of(fan_of()).of([echo_at(3, 1.0, fan_of())], np.full((60, SAMPLES), of_all, np.float32), AMPLITUDE)
+    window = layout_of(fan_of()).of(*places((3, 1.0)), np.full((60, SAMPLES), of_all, np.float32), AMPLITUDE)
     assert np.abs(window).max() < 1e-3
     assert np.isfinite(learnt().scores(window)).all()
 
 
 def test_counts_and_their_amplitudes_are_judged_alike() -> None:
     counts = (40.0 * speckled(np.ones((60, SAMPLES)), 1)).astype(np.uint16)
-    windows, echoes = layout_of(fan_of()), [echo_at(30, 25.0, fan_of())]
-    of_counts = windows.of(echoes, counts, sample_scale(np.dtype(np.uint16), "linear", 1.0))
-    of_amplitudes = windows.of(echoes, counts.astype(np.float32), AMPLITUDE)
+    windows, echoes = layout_of(fan_of()), places((30, 25.0))
+    of_counts = windows.of(*echoes, counts, sample_scale(np.dtype(np.uint16), "linear", 1.0))
+    of_amplitudes = windows.of(*echoes, counts.astype(np.float32), AMPLITUDE)
     np.testing.assert_allclose(of_counts, of_amplitudes, atol=1e-3)
 
 
@@ -91,9 +91,9 @@ def test_a_log_of_amplitudes_is_judged_as_they_are(dtype: type) -> None:
     """In steps of 0.5 dB."""
     amplitude = 40.0 * speckled(np.ones((60, SAMPLES)), 1)
     counts = np.clip(np.round(40.0 * np.log10(amplitude + 1e-3)), 0, 255).astype(dtype)
-    windows, echoes = layout_of(fan_of()), [echo_at(30, 25.0, fan_of())]
-    of_counts = windows.of(echoes, counts, sample_scale(np.dtype(dtype), "db", 0.5))
-    np.testing.assert_allclose(of_counts, windows.of(echoes, amplitude, AMPLITUDE), atol=1.0)
+    windows, echoes = layout_of(fan_of()), places((30, 25.0))
+    of_counts = windows.of(*echoes, counts, sample_scale(np.dtype(dtype), "db", 0.5))
+    np.testing.assert_allclose(of_counts, windows.of(*echoes, amplitude, AMPLITUDE), atol=1.0)
 
 
 def test_the_network_is_what_another_correlation_makes_of_its_weights() -> None:
@@ -132,6 +132,13 @@ def crest(across: Floats, behind: Floats) -> Floats:
     return np.exp(-0.5 * ((behind - 0.5 - 0.4 * across) / 0.45) ** 2) * np.exp2(-((across / 2.0) ** 2))
 
 
+def bed_of_patches(shape: float, seed: int) -> Floats32:
+    """Return speckle over patches of 2 beams and 1 m whose intensity follows a gamma law."""
+    rng = np.random.default_rng(seed)
+    patches = rng.gamma(shape, 1.0 / shape, (30, SAMPLES // 20))
+    return speckled(40.0 * np.repeat(np.repeat(patches, 2, axis=0), 20, axis=1), seed)
+
+
 def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: float) -> float:
     """Return the share of 60 such echoes that have at least such a front, so far over the mean of a bed of patches."""
     fan = fan_of()
@@ -144,8 +151,8 @@ def share_of(shape: Callable[[Floats, Floats], Floats], over_db: float, least: f
         across = np.repeat(np.arange(60.0)[:, None] - beam, SAMPLES, axis=1)
         behind = np.repeat(DR_M * np.arange(1.0, SAMPLES + 1.0)[None] - near_m, 60, axis=0)
         image = speckled(patches + 10.0 ** (over_db / 10.0) * shape(across, behind), seed)
-        (judged,) = judge.judged([echo_at(beam, near_m, fan)], image, AMPLITUDE)
-        count += judged.front > least
+        (front,) = judge.of(*places((beam, near_m)), image, AMPLITUDE).tolist()
+        count += front > least
     return count / 60.0
 
 
@@ -165,16 +172,33 @@ def test_only_sonars_like_the_one_it_was_learnt_from_are_judged() -> None:
 
 def test_no_echo_is_no_work() -> None:
     judge = Fronts(layout(fan_of(), slice(0, 60), 0, [ALL], NO_RINGS, 0))
-    assert judge.judged([], np.empty((60, SAMPLES), np.float32), AMPLITUDE) == []
+    nowhere = np.empty(0)
+    assert judge.of(nowhere, nowhere, np.empty((60, SAMPLES), np.float32), AMPLITUDE).size == 0
 
 
 def test_over_a_rough_bed_all_echoes_tell_their_front_and_faint_ones_are_those_like_a_bodys() -> None:
-    rng = np.random.default_rng(3)
-    amplitude = speckled(40.0 * rng.gamma(0.5, 2.0, (60, SAMPLES)), 3)
-    found = Chain(PipelineSettings()).process(make_ping(amplitude))
-    assert found.detections
-    assert all(0.0 < echo.front <= 1.0 for echo in found.detections)
-    assert all(echo.front > LEAST_FRONT for echo in found.faint)
+    chain = Chain(PipelineSettings())
+    found = [chain.process(make_ping(bed_of_patches(0.1, seed))) for seed in range(6)]
+    assert all(each.detections and each.faint for each in found)
+    assert all(0.0 < echo.front <= 1.0 for each in found for echo in each.detections)
+    assert all(echo.front > LEAST_FRONT for each in found for echo in each.faint)
+
+
+def test_over_an_even_bed_no_echo_tells_its_front_and_faint_ones_are_those_at_the_raised_level() -> None:
+    """Its regions reach a little higher than speckle, which raises levels there."""
+    *filters, detector = DEFAULT_STAGES
+    chain, of_all = (
+        Chain(PipelineSettings(stage=(*filters, {**detector, "faint": faint, "high": 5.0}))) for faint in (0.5, 0.0)
+    )
+    fewer = 0
+    for seed in range(6):
+        ping = make_ping(bed_of_patches(6.0, seed))
+        found, all_found = chain.process(ping), of_all.process(ping)
+        assert {echo.front for echo in found.detections + all_found.faint} <= {0.0}
+        assert found.detections == all_found.detections
+        assert {echo.near_m for echo in found.faint} <= {echo.near_m for echo in all_found.faint}
+        fewer += len(all_found.faint) - len(found.faint)
+    assert fewer > 5
 
 
 def test_in_calm_water_no_echo_tells_its_front() -> None:

@@ -26,7 +26,7 @@ from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.measurement.from_detections import received
-from ods.tracker.output.bottom_seen import BottomKnown
+from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import SETTLE_S
@@ -95,7 +95,6 @@ def listed(
     knows_altitude: the vehicle's pose tells it.
     """
     chain, tracker, hittable = Chain(pipeline), Tracker(settings), HittableFilter(settings)
-    known = BottomKnown(settings.surface.down_m)
     lists: list[Listed] = []
     for ping, truth in shots:
         head = head_at(scene, ping.t_ns, knows_altitude=knows_altitude)
@@ -104,9 +103,8 @@ def listed(
         between = time.perf_counter()
         tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), ping.utc_ns).scan)
         ended = time.perf_counter()
-        known.hear(found, head)
         view = View(ping.utc_ns, head, found.sector.half_vertical_rad)
-        told = hittable.of(tracker.snapshot(), known.at(ping.t_ns, head), view).snapshot
+        told = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
         spent = 1e3 * (between - began), 1e3 * (ended - between)
         places = told.position[:2].T.copy()
         valid = bool(lists) and ping.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS

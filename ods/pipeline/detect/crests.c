@@ -3,8 +3,11 @@
 #include "ods/pipeline/detect/inside.h"
 #include "ods/pipeline/filter/lanes.h"
 
-/* Of the histograms of maxima, in multiples of the noise. */
+/* Histograms of maxima: their bins, in multiples of the noise. */
+#define BINS 320
 #define BIN 0.1
+/* Tiles along each side of a region; it is judged with the eight around it. */
+#define REGION 4
 /* Fewer tiles, in a region and those around it, tell nothing. */
 #define LEAST_TILES 32
 /* The two quantiles. An object fills few tiles and cannot move them far. */
@@ -12,8 +15,11 @@
 #define UPPER 0.9
 /* Maxima more than so many times as far over the background as the middle one are objects: a wall fills a tenth. */
 #define TOO_HIGH 2.5
+/* Regions of speckle itself differ by so much: 19 of 20 by less. */
+#define BY_CHANCE 1.12
 
 typedef int32_t Bits __attribute__((vector_size(32))); /* of Lanes */
+typedef uint16_t Count; /* of tiles */
 
 /* Fills out with the highest cell of some beams at each sample, at least 0. */
 static void highest_of_beams(const float *image, int64_t beams, int64_t samples, float *restrict out)
@@ -42,8 +48,10 @@ static float highest_of(const float *cells, int64_t count)
         Lanes lanes = load(cells + count - LANES);
         for (int64_t j = 0; j + LANES < count; j += LANES)
             lanes = higher(load(cells + j), lanes);
-        for (int k = 0; k < LANES; k++)
-            highest = larger_f(lanes[k], highest);
+        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){4, 5, 6, 7, 0, 1, 2, 3}));
+        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){2, 3, 0, 1, 6, 7, 4, 5}));
+        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){1, 0, 3, 2, 5, 4, 7, 6}));
+        highest = larger_f(lanes[0], highest);
     } else
         for (int64_t j = 0; j < count; j++)
             highest = larger_f(cells[j], highest);
@@ -52,46 +60,59 @@ static float highest_of(const float *cells, int64_t count)
 
 /* Adds the maxima of tiles, of `tile` columns each, to a histogram of multiples of `bin` over the background.
    Tiles whose cells are all 0 hold no data and do not count. */
-static void add_crests(const float *highest, int64_t columns, int64_t tile, double background, double bin, int64_t bins,
-                       int32_t *histogram)
+static void add_crests(const float *highest, int64_t columns, int64_t tile, double background, double bin,
+                       Count *histogram)
 {
     for (int64_t begin = 0; begin < columns; begin += tile) {
         const float crest = highest_of(highest + begin, smaller_i(tile, columns - begin));
         const double place = larger((crest - background) / bin, 0.0);
         if (crest > 0.0f)
-            histogram[(int64_t)smaller(place, (double)(bins - 1))]++;
+            histogram[(int64_t)smaller(place, BINS - 1.0)]++;
     }
 }
 
-/* Fills histograms with the tiles' maxima of each region, `region` tiles along each side, over the background. */
-KERNEL(count_maxima, "f4[beams,samples] image, int tile_beams, int tile_samples, int region, float background, "
-                     "float noise, out i4[rows,columns,bins] histograms")
+/* An image (beams, samples), its tiles, its regions (rows, columns), and its levels. */
+typedef struct {
+    const float *image;
+    int64_t beams, samples, tile_beams, tile_samples, rows, columns;
+    double background, noise;
+} Crests;
+
+#define CRESTS "f4[beams,samples] image, int tile_beams, int tile_samples, float background, float noise"
+#define CRESTS_ARGUMENTS 5
+
+/* arguments: from the first one on. */
+static Crests crests_at(const Argument *arguments)
 {
-    const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1), bins = SIZE(6, 2);
-    const int64_t tile_beams = larger_i(INT(1), 1), tile = larger_i(INT(2), 1), region = larger_i(INT(3), 1);
-    const int64_t columns = SIZE(6, 1), across = tile_beams * region, along = tile * region;
-    int32_t *histograms = ARRAY(int32_t, 6);
+    const int64_t tile_beams = larger_i(INT(1), 1), tile_samples = larger_i(INT(2), 1);
+    const int64_t across = tile_beams * REGION, along = tile_samples * REGION;
+    return (Crests){ARRAY(const float, 0), SIZE(0, 0), SIZE(0, 1), tile_beams, tile_samples,
+                    (SIZE(0, 0) + across - 1) / across, (SIZE(0, 1) + along - 1) / along, FLOAT(3), FLOAT(4)};
+}
+
+/* Fills histograms (rows, columns, BINS), all 0 before, with the tiles' maxima of each region, over the background. */
+static void count_maxima(const Crests *crests, Count *histograms)
+{
+    const int64_t samples = crests->samples, along = crests->tile_samples * REGION;
     float *highest = SCRATCH(float, samples);
-    memset(histograms, 0, (size_t)(SIZE(6, 0) * columns * bins) * sizeof *histograms);
-    if (SIZE(6, 0) * across < beams || columns * along < samples || bins == 0)
-        return; /* regions would lie beyond the histograms */
-    for (int64_t first = 0; first < beams; first += tile_beams) {
-        int32_t *row = histograms + first / across * columns * bins;
-        const float *image = ARRAY(const float, 0) + first * samples;
-        highest_of_beams(image, smaller_i(tile_beams, beams - first), samples, highest);
-        for (int64_t begin = 0; begin < samples; begin += along, row += bins)
-            add_crests(highest + begin, smaller_i(along, samples - begin), tile, FLOAT(4), FLOAT(5) * BIN, bins, row);
+    for (int64_t first = 0; first < crests->beams; first += crests->tile_beams) {
+        Count *row = histograms + first / (crests->tile_beams * REGION) * crests->columns * BINS;
+        highest_of_beams(crests->image + first * samples, smaller_i(crests->tile_beams, crests->beams - first), samples,
+                         highest);
+        for (int64_t begin = 0; begin < samples; begin += along, row += BINS)
+            add_crests(highest + begin, smaller_i(along, samples - begin), crests->tile_samples, crests->background,
+                       crests->noise * BIN, row);
     }
 }
 
 /* Adds count numbers to those of `out`. */
-static void add(const int32_t *restrict numbers, int64_t count, int32_t *restrict out)
+static void add(const Count *restrict numbers, int64_t count, Count *restrict out)
 {
     for (int64_t k = 0; k < count; k++)
         out[k] += numbers[k];
 }
 
-static int64_t sum(const int32_t *histogram, int64_t bins)
+static int64_t sum(const Count *histogram, int64_t bins)
 {
     int32_t total = 0;
     for (int64_t k = 0; k < bins; k++)
@@ -100,7 +121,7 @@ static int64_t sum(const int32_t *histogram, int64_t bins)
 }
 
 /* Returns the quantile of what is in the first bins, in bins, interpolated. */
-static double quantile(const int32_t *histogram, double share, int64_t bins)
+static double quantile(const Count *histogram, double share, int64_t bins)
 {
     const double rank = share * (double)sum(histogram, bins);
     const int64_t wanted = (int64_t)ceil(rank);
@@ -111,32 +132,59 @@ static double quantile(const int32_t *histogram, double share, int64_t bins)
 }
 
 /* Fills out (2,) with the two quantiles, (0, 0) where tiles are few. */
-static void two_quantiles(const int32_t *histogram, int64_t bins, double *out)
+static void two_quantiles(const Count *histogram, double *out)
 {
     out[0] = out[1] = 0.0;
-    if (sum(histogram, bins) < LEAST_TILES)
+    if (sum(histogram, BINS) < LEAST_TILES)
         return;
-    const double middle = quantile(histogram, MIDDLE, bins);
+    const double middle = quantile(histogram, MIDDLE, BINS);
     out[0] = BIN * middle;
-    out[1] = BIN * quantile(histogram, UPPER, smaller_i(bins, (int64_t)(TOO_HIGH * middle) + 1));
+    out[1] = BIN * quantile(histogram, UPPER, smaller_i(BINS, (int64_t)(TOO_HIGH * middle) + 1));
 }
 
-/* Fills out with the two quantiles of each region and those around it; (0, 0) where tiles are few. */
-KERNEL(quantiles_around, "i4[rows,columns,bins] histograms, out f8[rows,columns,2] out")
+/* Fills quantiles (rows, columns, 2) with the two of each region and those around it; (0, 0) where tiles are few. */
+static void find_quantiles(const Crests *crests, double *quantiles)
 {
-    const int64_t rows = SIZE(0, 0), columns = SIZE(0, 1), bins = SIZE(0, 2), row = columns * bins;
-    double *out = ARRAY(double, 1);
-    int32_t *across = SCRATCH(int32_t, row), *around = SCRATCH(int32_t, bins);
+    const int64_t rows = crests->rows, columns = crests->columns, row = columns * BINS;
+    Count *histograms = ZEROS(Count, rows * row), *across = SCRATCH(Count, row), *around = SCRATCH(Count, BINS);
+    count_maxima(crests, histograms);
     for (int64_t i = 0; i < rows; i++) {
         memset(across, 0, (size_t)row * sizeof *across);
         for (int64_t near = larger_i(i - 1, 0); near < smaller_i(i + 2, rows); near++)
-            add(ARRAY(const int32_t, 0) + near * row, row, across);
-        for (int64_t j = 0; j < columns; j++, out += 2) {
-            memset(around, 0, (size_t)bins * sizeof *around);
+            add(histograms + near * row, row, across);
+        for (int64_t j = 0; j < columns; j++, quantiles += 2) {
+            memset(around, 0, BINS * sizeof *around);
             for (int64_t beside = larger_i(j - 1, 0); beside < smaller_i(j + 2, columns); beside++)
-                add(across + beside * bins, bins, around);
-            two_quantiles(around, bins, out);
+                add(across + beside * BINS, BINS, around);
+            two_quantiles(around, quantiles);
         }
+    }
+}
+
+/* Fills out with the two quantiles of each region and those around it; (0, 0) where tiles are few. */
+KERNEL(crest_quantiles, CRESTS ", out f8[rows,columns,2] out")
+{
+    const Crests crests = crests_at(arguments);
+    arguments += CRESTS_ARGUMENTS;
+    if (SIZE(0, 0) == crests.rows && SIZE(0, 1) == crests.columns)
+        find_quantiles(&crests, ARRAY(double, 0));
+}
+
+/* Fills factors with how many times as high as `level` crests reach in each region: 1 where they are no higher than
+   those of speckle, of which the two quantiles are middle and upper. */
+KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[rows,columns] factors")
+{
+    const Crests crests = crests_at(arguments);
+    arguments += CRESTS_ARGUMENTS;
+    const double level = FLOAT(0), share = (level - FLOAT(1)) / (FLOAT(2) - FLOAT(1)); /* of the way to the upper one */
+    const int64_t count = crests.rows * crests.columns;
+    double *factors = ARRAY(double, 3), *quantiles = SCRATCH(double, 2 * count);
+    if (SIZE(3, 0) != crests.rows || SIZE(3, 1) != crests.columns)
+        return;
+    find_quantiles(&crests, quantiles);
+    for (int64_t k = 0; k < count; k++) {
+        const double factor = ((1.0 - share) * quantiles[2 * k] + share * quantiles[2 * k + 1]) / level;
+        factors[k] = factor < BY_CHANCE ? 1.0 : factor;
     }
 }
 
@@ -169,20 +217,25 @@ KERNEL(shrink, "f4[beams,samples] image, float background, f4[rows,columns] fact
     }
 }
 
-/* Tells which regions of runs have a cell above the level of its place in the image, of so many beams and samples. */
-KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, f4[rows,columns] levels, int place_beams, "
-                 "int place_samples, out b1[regions] found")
+/* Tells which regions of runs have a cell above the level of its place in the image, of so many beams and samples:
+   the background and a power of its factor times how far `high` is over it. */
+KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float background, float high, f8[rows,columns] factors, "
+                 "float exponent, int place_beams, int place_samples, out b1[regions] found")
 {
-    const int64_t samples = SIZE(0, 1), rows = SIZE(2, 0), columns = SIZE(2, 1), regions = SIZE(5, 0);
+    const int64_t samples = SIZE(0, 1), rows = SIZE(4, 0), columns = SIZE(4, 1), regions = SIZE(8, 0);
+    const double background = FLOAT(2), high = FLOAT(3), *factors = ARRAY(const double, 4);
     const Run *runs = ARRAY(const Run, 1);
-    bool *found = ARRAY(bool, 5);
+    bool *found = ARRAY(bool, 8);
+    float *levels = SCRATCH(float, rows * columns);
+    for (int64_t k = 0; k < rows * columns; k++) /* exactly `high` for 1 */
+        levels[k] = (float)(high + (high - background) * (pow(factors[k], FLOAT(5)) - 1.0));
     memset(found, 0, (size_t)regions);
     for (int64_t i = 0; i < SIZE(1, 0) && rows * columns > 0; i++) {
         if (!lies_inside(runs[i], SIZE(0, 0), samples, regions) || found[runs[i].region - 1])
             continue;
         const float *cells = ARRAY(const float, 0) + runs[i].beam * samples;
-        const float *levels = ARRAY(const float, 2) + place_of(runs[i].beam, INT(3), rows) * columns;
+        const float *along = levels + place_of(runs[i].beam, INT(6), rows) * columns;
         for (int64_t j = runs[i].first; j < runs[i].stop; j++)
-            found[runs[i].region - 1] |= cells[j] > levels[place_of(j, INT(4), columns)];
+            found[runs[i].region - 1] |= cells[j] > along[place_of(j, INT(7), columns)];
     }
 }

@@ -7,10 +7,11 @@ against those of speckle that went through the same stages they tell what a leve
 
 from collections.abc import Iterable
 from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Image, Ints32, Mask
+from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.image.regions import Regions, Runs
@@ -20,12 +21,17 @@ _GRID = (16, 32)
 _LEAST_TILE = (2, 16)
 """the least cells of one."""
 _REGION = 4
-"""Tiles along each side of a region; it is judged with the eight around it."""
-_BINS = 320
-"""Of the histograms of maxima."""
-_BY_CHANCE = 1.12
-"""Regions of speckle itself differ by so much: 19 of 20 by less."""
+"""Tiles along each side of a region, as crests.c has it."""
 _LEARNT_IMAGES = 8
+
+
+class RaisedBy(NamedTuple):
+    """How levels rise with the background's crests."""
+
+    factors: Floats
+    """(rows, columns) of each region of the image; (1, 1): of the whole image."""
+    exponent: float
+    """They are raised to that power."""
 
 
 class CrestMeter:
@@ -34,9 +40,8 @@ class CrestMeter:
     def __init__(self, shape: tuple[int, int]) -> None:
         beams, samples = (max(-(-n // most), least) for n, most, least in zip(shape, _GRID, _LEAST_TILE, strict=True))
         self._tile = beams, samples
-        tiles = -(-shape[0] // beams), -(-shape[1] // samples)
-        regions = -(-tiles[0] // _REGION), -(-tiles[1] // _REGION)
-        self._histograms = np.empty((*regions, _BINS), np.int32)
+        self._region = _REGION * beams, _REGION * samples
+        self._regions = -(-shape[0] // self._region[0]), -(-shape[1] // self._region[1])
         self._scaled = np.empty(shape, np.float32)
         self.of_speckle = np.zeros(2)
         """The two quantiles of images without echoes, which `learn` fills."""
@@ -47,7 +52,7 @@ class CrestMeter:
         for image in islice(images, _LEARNT_IMAGES):
             background, noise = meter.background_and_noise(image)
             if noise > 0.0:
-                measured = self._measure(image, background, noise).reshape(-1, 2)
+                measured = crest_quantiles(image, self._tile, background, noise, self._regions).reshape(-1, 2)
                 found.append(measured[measured[:, 0] > 0.0])
         all_found = np.concatenate(found)
         self.of_speckle[:] = all_found.mean(axis=0) if len(all_found) else 0.0
@@ -62,9 +67,8 @@ class CrestMeter:
         middle, upper = self.of_speckle.tolist()
         if not upper > middle or noise <= 0.0:
             return np.ones((1, 1))
-        share = (level - middle) / (upper - middle)  # of the way from the one to the other quantile
-        factors: Floats = self._measure(image, background, noise) @ ((1.0 - share) / level, share / level)
-        factors[factors < _BY_CHANCE] = 1.0
+        factors = np.empty(self._regions)
+        native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
         return factors
 
     def levelled(self, image: Image, background: float, factors: Floats) -> Image:
@@ -77,38 +81,24 @@ class CrestMeter:
         shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
         return self._scaled
 
-    def faint(self, image: Image, regions: Regions, levels: Image) -> Mask | None:
-        """Tell (total,) which regions of image (beams, samples) nowhere reach the level of its region of `levels`.
+    def reaching(self, image: Image, regions: Regions, levels: tuple[float, float], raised: RaisedBy) -> Mask:
+        """Tell (total,) which regions of image (beams, samples) reach the level of their place somewhere.
 
-        levels: (rows, columns), or (1, 1) for the whole image. None: there are none.
+        levels: background and level, of which what is between them is raised.
         """
-        if not regions.total:
-            return None
-        region = self._region if levels.size > 1 else image.shape
-        return ~reaching(image, regions.runs, regions.total, levels, region)
-
-    @property
-    def _region(self) -> tuple[int, int]:
-        return _REGION * self._tile[0], _REGION * self._tile[1]
-
-    def _measure(self, image: Image, background: float, noise: float) -> Floats:
-        """Return the two quantiles in each region, (rows, columns, 2), over the background, multiples of the noise."""
-        count_maxima(image, self._tile, background, noise, self._histograms)
-        return quantiles_around(self._histograms)
+        region = self._region if raised.factors.size > 1 else image.shape
+        return reaching(image, regions.runs, regions.total, levels, raised, region)
 
 
-def count_maxima(image: Image, tile: tuple[int, int], background: float, noise: float, histograms: Ints32) -> None:
-    """Fill histograms (rows, columns, bins) with the tiles' maxima of each region, as `CrestMeter._measure` says.
+def crest_quantiles(
+    image: Image, tile: tuple[int, int], background: float, noise: float, regions: tuple[int, int]
+) -> Floats:
+    """Return (rows, columns, 2): the two quantiles of each region and those around it; (0, 0) where tiles are few.
 
-    Tiles whose cells are all 0 hold no data and do not count.
+    Over the background, in multiples of the noise. Tiles whose cells are all 0 hold no data and do not count.
     """
-    native.count_maxima(image, tile, _REGION, background, noise, histograms)
-
-
-def quantiles_around(histograms: Ints32) -> Floats:
-    """Return (rows, columns, 2): the two quantiles of each region and those around it; (0, 0) where tiles are few."""
-    quantiles = np.empty((*histograms.shape[:2], 2))
-    native.quantiles_around(histograms, quantiles)
+    quantiles = np.empty((*regions, 2))
+    native.crest_quantiles(image, tile, background, noise, quantiles)
     return quantiles
 
 
@@ -117,8 +107,13 @@ def shrink(image: Image, background: float, factors: Image, region: tuple[int, i
     native.shrink(image, background, factors, region, out)
 
 
-def reaching(image: Image, runs: Runs, total: int, levels: Image, region: tuple[int, int]) -> Mask:
-    """Tell (total,) which regions of runs have a cell above the level (rows, columns) of its region of the image."""
+def reaching(
+    image: Image, runs: Runs, total: int, levels: tuple[float, float], raised: RaisedBy, region: tuple[int, int]
+) -> Mask:
+    """Tell (total,) which regions of runs have a cell above the level of its region of the image.
+
+    As `CrestMeter.reaching` says.
+    """
     found = np.empty(total, np.bool_)
-    native.reaching(image, runs, levels, region, found)
+    native.reaching(image, runs, levels, raised, region, found)
     return found

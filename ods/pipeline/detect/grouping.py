@@ -12,7 +12,7 @@ from ods.pipeline.detect.split import split_regions
 from ods.pipeline.detect.strongest import level_of_strongest, strong_as_recorded
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Judged, Regions, Runs, chosen
+from ods.pipeline.image.regions import Judged, Regions, Runs, chosen_runs
 from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 
@@ -50,10 +50,10 @@ class Grouping:
             runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = of_size(runs, self._wanted)
-        regions = Regions(runs, count, background)
         if count and (params.border > 1.0 or params.strongest < 1.0):
-            regions = chosen(regions, self._strong(image, recorded, regions, levels))
-        return regions._replace(judged=Judged(image, low, high))
+            strong = self._strong(image, recorded, Regions(runs, count, background), levels)
+            runs, count = chosen_runs(runs, strong)
+        return Regions(runs, count, background, Judged(image, low, high))
 
     def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
         """Tell (total,) which regions are as strong as has to be at the border, and as recorded."""

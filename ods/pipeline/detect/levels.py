@@ -2,21 +2,22 @@
 
 from collections.abc import Iterable
 
-import numpy as np
-
-from ods.base.arrays import Floats, Image
-from ods.pipeline.detect.crests import CrestMeter
+from ods.base.arrays import Image, Mask
+from ods.pipeline.detect.crests import CrestMeter, RaisedBy
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Regions
+from ods.pipeline.image.regions import Regions, chosen_runs
 from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector
 
+_ROUGH, _ROUGH_QUARTER = 1.45, 3
+"""A bed is rough where crests reach more than so many times as high as those of speckle in a quarter of the image: over
+even beds, and in water, they do in less."""
 _LEAST_NOISE = 0.02
 """Of the background: keeps the rounding of a noiseless image from becoming echoes."""
 
@@ -45,8 +46,8 @@ def level_detector(
     """Return a detector that finds the regions between two levels, given in the units of `params.levels`.
 
     faint: how far levels rise with the background's crests for what is found at all; what does not reach the high one
-    where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in, so that levels need
-    not rise for them at all.
+    where it rises by `params.follow` is faint. fronts: faint echoes are judged by how they set in where the bed is
+    rough, so that levels need not rise for them there.
     """
     (low, high), meter = levels, NoiseMeter()
     crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
@@ -73,12 +74,20 @@ def level_detector(
         factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
         judged = crests.levelled(image, background, factors**raised) if raised else image
         regions = group.regions(judged, recorded, wanted)
-        heard_from = 1.0 + (above / background - 1.0) * _middle(factors) ** faint
+        ordered = sorted(factors.ravel().tolist())
+        heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
         if raised >= follow:
             return regions._replace(heard_from=heard_from)
-        levels = above + (above - background) * (factors ** (follow - raised) - 1.0)
-        weak = crests.faint(judged, regions, levels.astype(np.float32))
-        return regions._replace(heard_from=heard_from, faint=weak, fronts=fronts)
+
+        def reach(exponent: float) -> Mask:
+            return crests.reaching(judged, regions, (background, above), RaisedBy(factors, exponent))
+
+        weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
+        if fronts and not rough and weak.any():
+            kept = reach(faint)
+            runs, total = chosen_runs(regions.runs, kept)
+            regions, weak = regions._replace(runs=runs, total=total), weak[kept]
+        return regions._replace(heard_from=heard_from, faint=weak, fronts=fronts and rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind
@@ -97,7 +106,6 @@ def levels_between(unit: str, low: float, high: float, background: float, noise:
     return background + low * spread, background + high * spread
 
 
-def _middle(values: Floats) -> float:
+def _middle(ordered: list[float]) -> float:
     """Return the median."""
-    ordered = sorted(values.ravel().tolist())
     return 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])

@@ -1,12 +1,8 @@
 """How likely echoes set in as a body does."""
 
-from collections.abc import Sequence
-
-import msgspec
 import numpy as np
 
-from ods.base.arrays import AnyArray
-from ods.messages import Detection
+from ods.base.arrays import AnyArray, Floats
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.fronts.windows import Windows
 from ods.pipeline.image.amplitude import SampleScale
@@ -26,10 +22,10 @@ class Fronts:
         self._windows = Windows(layout)
         self._network = learnt()
 
-    def judged(self, echoes: Sequence[Detection], samples: AnyArray, scale: SampleScale) -> list[Detection]:
-        """Return the echoes with their `front`; samples: (beams, all samples), recorded."""
-        if not echoes:
-            return []
-        scores = self._network.scores(self._windows.of(echoes, samples, scale))
-        fronts = np.maximum(np.exp(-np.logaddexp(0.0, -scores)), LEAST_TOLD).tolist()
-        return [msgspec.structs.replace(echo, front=front) for echo, front in zip(echoes, fronts, strict=True)]
+    def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats:
+        """Return the `front` of echoes that set in at these places, (echoes,) each.
+
+        samples: (beams, all samples), recorded.
+        """
+        scores = self._network.scores(self._windows.of(bearing_rad, near_m, samples, scale)).astype(np.float64)
+        return np.maximum(1.0 / (1.0 + np.exp(-scores)), LEAST_TOLD)

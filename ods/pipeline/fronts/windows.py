@@ -1,12 +1,9 @@
 """The recorded samples around where an echo sets in, as levels: what is judged of it."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats32
+from ods.base.arrays import AnyArray, Floats, Floats32
 from ods.compiled import native
-from ods.messages import Detection
 from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image_layout import ImageLayout
@@ -41,15 +38,16 @@ class Windows:
         self._begin_m = band.fan.range0_m - (0.5 * layout.stride + band.first) * dr_m
         self._bearing_rad = band.fan.bearing_rad
 
-    def of(self, echoes: Sequence[Detection], samples: AnyArray, scale: SampleScale) -> Floats32:
+    def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats32:
         """Return the levels around echoes, dB over their mean: (echoes, BEAMS, CELLS) float32.
 
+        bearing_rad, near_m: (echoes,) where they set in.
         samples: (beams, samples) of the plane. What lies beyond them is as the nearest that they have.
         """
-        places = np.array([(echo.bearing_rad, (echo.near_m - self._begin_m) / self._dr_m) for echo in echoes])
-        found = np.empty((len(echoes), BEAMS, CELLS * self.stride), samples.dtype)
+        places = np.column_stack((bearing_rad, (near_m - self._begin_m) / self._dr_m))
+        found = np.empty((len(places), BEAMS, CELLS * self.stride), samples.dtype)
         native.cut_windows(samples, self._bearing_rad, places, BEFORE * self.stride, found)
-        windows = np.empty((len(echoes), BEAMS, CELLS), np.float32)
+        windows = np.empty((len(places), BEAMS, CELLS), np.float32)
         cells = Decimation(0, self.stride, 0, CELLS)
         to_amplitude(found.reshape(-1, CELLS * self.stride), cells, scale, windows.reshape(-1, CELLS))
         native.level_windows(windows)

@@ -73,16 +73,19 @@ KERNEL(mean_amplitudes, "rows u1|u2|f4[beams,:] frame, " DECIMATION ", float mos
     }
 }
 
-/* Fills target with means of `stride` counts, rounded down. */
-#define AVERAGE(TYPE)                                                                                                  \
+/* Fills target with means of `stride` counts, rounded down. PAIR: of two of them; a fixed stride vectorises. */
+#define AVERAGE(TYPE, PAIR)                                                                                                  \
     static void average_##TYPE(const TYPE *restrict source, int64_t stride, int64_t columns, TYPE *restrict target)    \
     {                                                                                                                  \
         const float share = 1.0f / (float)stride;                                                                      \
         if (stride == 1)                                                                                               \
             memcpy(target, source, (size_t)columns * sizeof *target);                                                  \
-        else if (stride == 2) /* by itself, as a fixed stride vectorises */                                            \
-            for (int64_t j = 0; j < columns; j++)                                                                      \
-                target[j] = (TYPE)(((uint32_t)source[2 * j] + (uint32_t)source[2 * j + 1]) >> 1);                      \
+        else if (stride == 2)                                                                                          \
+            for (int64_t j = 0; j < columns; j++) {                                                                    \
+                PAIR pair;                                                                                             \
+                memcpy(&pair, source + 2 * j, sizeof pair);                                                            \
+                target[j] = (TYPE)(((pair & (TYPE)-1) + (pair >> (8 * sizeof(TYPE)))) >> 1);                           \
+            }                                                                                                          \
         else                                                                                                           \
             for (int64_t j = 0; j < columns; j++) {                                                                    \
                 float total = 0.5f; /* clear of whole numbers: rounding never takes it below one */                    \
@@ -91,8 +94,8 @@ KERNEL(mean_amplitudes, "rows u1|u2|f4[beams,:] frame, " DECIMATION ", float mos
                 target[j] = (TYPE)(total * share);                                                                     \
             }                                                                                                          \
     }
-AVERAGE(uint8_t)
-AVERAGE(uint16_t)
+AVERAGE(uint8_t, uint16_t)
+AVERAGE(uint16_t, uint32_t)
 #undef AVERAGE
 
 /* Fills columns of out with the means of those of frame, rounded down; both of one type. */

@@ -42,14 +42,6 @@ class Regions(NamedTuple):
     body does."""
 
 
-def parted(regions: Regions) -> tuple[Regions, Regions]:
-    """Return the regions that are not faint, and those that are."""
-    faint = np.zeros(regions.total, np.bool_) if regions.faint is None else regions.faint
-    if not faint.any():
-        return regions._replace(judged=None, faint=None), Regions(regions.runs[:0], 0, regions.background)
-    return chosen(regions, ~faint), chosen(regions, faint)
-
-
 def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
     """Return the regions that lie before a column that none reaches across, and the others."""
     beyond = np.zeros(regions.total, np.bool_)
@@ -60,7 +52,8 @@ def shared_at(regions: Regions, column: int) -> tuple[Regions, Regions]:
 def chosen(regions: Regions, wanted: Mask) -> Regions:
     """Return the wanted regions, (total,), numbered anew without a gap."""
     runs, total = chosen_runs(regions.runs, wanted)
-    return Regions(runs, total, regions.background)
+    faint = None if regions.faint is None else regions.faint[wanted]
+    return Regions(runs, total, regions.background, faint=faint)
 
 
 def chosen_runs(runs: Runs, wanted: Mask) -> tuple[Runs, int]:

@@ -10,28 +10,6 @@
 /* Minima that are kept side by side, so that their search vectorises though NaN is honoured. */
 #define LANES 16
 
-/* Looks at about `count` samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
-   value, the next higher one (the same where there is no other) and the share that have the lowest. */
-KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, int count, out f8[3] lowest")
-{
-    const Missing missing = missing_at(&arguments[1], SIZE(0, 0), SIZE(0, 1));
-    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, larger_i(INT(3), 1), &missing);
-    const float silence = (float)FLOAT(2);
-    float lowest = INFINITY, higher = INFINITY;
-    int64_t alike = 0;
-    for (int64_t i = 0; i < looked_at.count; i++)
-        lowest = smaller_f(larger_f(looked_at.values[i], silence), lowest);
-    for (int64_t i = 0; i < looked_at.count; i++) {
-        const float value = larger_f(looked_at.values[i], silence);
-        alike += value == lowest;
-        higher = value > lowest && value < higher ? value : higher;
-    }
-    double *out = ARRAY(double, 4);
-    out[0] = looked_at.count > 0 ? lowest : 0.0;
-    out[1] = looked_at.count == 0 ? 0.0 : higher < INFINITY ? higher : lowest;
-    out[2] = looked_at.count > 0 ? (double)alike / (double)looked_at.count : 0.0;
-}
-
 /* Returns the lowest of the values over `bottom`; INFINITY where there is none. */
 static float lowest_over(float bottom, const float *values, int64_t count)
 {
@@ -48,6 +26,24 @@ static float lowest_over(float bottom, const float *values, int64_t count)
     for (int64_t k = count - count % LANES; k < count; k++)
         lowest = values[k] > bottom && values[k] < lowest ? values[k] : lowest;
     return lowest;
+}
+
+/* Looks at about `count` samples that hold data; what is below `silence` counts as that. Fills lowest with the lowest
+   value, the next higher one (the same where there is no other) and the share that have the lowest. */
+KERNEL(lowest_samples, "rows u1|u2|f4[beams,:] samples, " MISSING ", float silence, int count, out f8[3] lowest")
+{
+    const Missing missing = missing_at(&arguments[1], SIZE(0, 0), SIZE(0, 1));
+    const LookedAt looked_at = look_at(SAMPLES(0), SIZE(0, 0), 0, larger_i(INT(3), 1), &missing);
+    const float silence = (float)FLOAT(2);
+    const float lowest = larger_f(lowest_over(-INFINITY, looked_at.values, looked_at.count), silence);
+    const float higher = lowest_over(lowest, looked_at.values, looked_at.count);
+    int64_t alike = 0;
+    for (int64_t i = 0; i < looked_at.count; i++)
+        alike += looked_at.values[i] <= lowest;
+    double *out = ARRAY(double, 4);
+    out[0] = looked_at.count > 0 ? lowest : 0.0;
+    out[1] = looked_at.count == 0 ? 0.0 : higher < INFINITY ? higher : lowest;
+    out[2] = looked_at.count > 0 ? (double)alike / (double)looked_at.count : 0.0;
 }
 
 /* Returns the threshold: the lowest amplitude over the bottom; 0 where there is none. */

@@ -15,10 +15,11 @@ typedef struct {
     double near_m, sigma_near_m;
     bool cut;
     double onset;
+    double front; /* fronts/judge.py fills it in */
 } Echo;
 
 /* What a signature calls it. */
-#define ECHO "r144"
-_Static_assert(sizeof(Echo) == 144, "ECHO");
+#define ECHO "r152"
+_Static_assert(sizeof(Echo) == 152, "ECHO");
 
 #endif

@@ -104,8 +104,17 @@ static void finish(const Region *region, Recorded recorded, double response, Ech
         echo->onset = onset_of_region(region, response);
 }
 
+/* Returns a sum that is not finite where a number of an echo is not. */
+static double sum_of(const Echo *echo)
+{
+    return echo->range_m + echo->bearing_rad + echo->radius_m + echo->peak + echo->mean + echo->snr_db
+           + echo->sigma_range_m + echo->sigma_bearing_rad + echo->sigma_radius_m + echo->amplitude + echo->near_m
+           + echo->sigma_near_m + echo->onset;
+}
+
 /* Fills echoes with those of the regions, which are numbered from 1, and features with what tells how well their
-   circles are known; both are zero before. Returns the width of a point, columns. */
+   circles are known; both are zero before. Returns the width of a point, columns; NaN where an echo has numbers that are
+   not finite. */
 KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float background, " RECORDED ", " FAN_TABLE ", "
                              LAWS ", out " ECHO "[echoes] echoes, out f8[echoes,15] features")
 {
@@ -118,7 +127,7 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
     const FanTable fan = fan_table_at(arguments += RECORDED_ARGUMENTS);
     const Laws laws = laws_at(arguments += FAN_TABLE_ARGUMENTS);
     Echo *echo = (Echo *)(arguments += LAWS_ARGUMENTS)->data;
-    double *features = ARRAY(double, 1);
+    double *features = ARRAY(double, 1), sum = 0.0;
     for (int64_t k = 0; k < SIZE(0, 0); k++, echo++, features += FEATURES) {
         region.runs = runs;
         while (runs < end && runs->region == k + 1)
@@ -130,6 +139,7 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
         const double point_m = speckle.point * fan.dr_m;
         claim(sigmas_of_features(features, &laws, point_m, doubt.beside_m, echo->range_m, fan.dr_m), doubt, echo);
         finish(&region, recorded, speckle.response, echo);
+        sum += sum_of(echo);
     }
-    return speckle.point;
+    return isfinite(sum) ? speckle.point : NAN;
 }

@@ -1,5 +1,6 @@
 """From regions to echoes: levels, extents, near edge, and the circle that stands for each object."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from ods.pipeline.image.recorded import Recorded
 from ods.pipeline.image.regions import Regions
 from ods.pipeline.measure.features import Features
 from ods.pipeline.measure.sigmas import LAWS
+from ods.pipeline.stage.params import NotANumberError
 
 ECHO = np.dtype(
     [
@@ -33,6 +35,7 @@ ECHO = np.dtype(
         ("sigma_near_m", np.float64),
         ("cut", np.bool_),
         ("onset", np.float64),
+        ("front", np.float64),
     ],
     align=True,
 )
@@ -53,12 +56,17 @@ class Measured(NamedTuple):
 
 
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
-    """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells."""
+    """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells.
+
+    `front` is not told yet. Raises NotANumberError.
+    """
     return measure(image, regions, recorded, fan).echoes
 
 
 def measure(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> Measured:
-    """Return the same, with the features of each echo."""
+    """Return the same, with the features of each echo. Raises NotANumberError."""
     echoes, features = np.zeros(regions.total, ECHO), np.zeros((regions.total, len(Features._fields)))
     point = native.measure_echoes(image, regions.runs, regions.background, recorded, fan.table, LAWS, echoes, features)
+    if math.isnan(point):
+        raise NotANumberError
     return Measured(echoes, features, point)

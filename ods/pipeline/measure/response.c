@@ -6,19 +6,22 @@ double width_of_point(const float *image, int64_t beams, int64_t columns, double
 {
     const int64_t step = larger_i(1, beams * (columns - 1) / PAIRS);
     const float most = (float)(SPECKLE * background);
+    const int64_t room = beams * (columns / step + 1);
+    float *restrict near = SCRATCH(float, room), *restrict far = SCRATCH(float, room);
     double total = 0.0, squares = 0.0, products = 0.0;
-    int64_t count = 0;
-    for (int64_t beam = 0; beam < beams; beam++) {
-        const float *row = image + beam * columns;
-        for (int64_t j = beam % step; j < columns - 1; j += step) {
-            const float x = row[j], y = row[j + 1];
-            if (0.0f < x && x < most && 0.0f < y && y < most) {
-                count++;
-                total += x + y;
-                squares += x * x + y * y;
-                products += x * y;
-            }
+    int64_t seen = 0, count = 0;
+    for (int64_t beam = 0; beam < beams; beam++)
+        for (int64_t j = beam * columns + beam % step; j < (beam + 1) * columns - 1; j += step) {
+            near[seen] = image[j];
+            far[seen++] = image[j + 1];
         }
+    for (int64_t i = 0; i < seen; i++) {
+        const float x = near[i], y = far[i];
+        const bool quiet = (0.0f < x) & (x < most) & (0.0f < y) & (y < most);
+        count += quiet;
+        total += quiet ? x + y : 0.0f;
+        squares += quiet ? x * x + y * y : 0.0f;
+        products += quiet ? x * y : 0.0f;
     }
     if (count == 0)
         return LEAST_POINT;

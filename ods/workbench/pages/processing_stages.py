@@ -24,7 +24,7 @@ from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 DETECTS = "detect."
 FOLLOWING = "window, taps, cutoff and min_cells"
-OF_THE_IMAGE = ("smallest_object_m", "min_range_m", "beam_width_deg", "vertical_half_deg", "bottom_echo")
+OF_THE_IMAGE = ("smallest_object_m", "min_range_m", "beam_width_deg", "vertical_half_deg")
 """Settings of the pipeline that belong to no stage."""
 
 
