@@ -116,9 +116,7 @@ def _told(made: list[Made], there: bytes) -> int:
     called = {call.kernel for call in made}
     never = sorted({name for name in dir(native) if not name.startswith("_")} - called)
     print(f"{len(made)} calls of {len(called)} kernels: {exact} to the bit, {wrong} differ by more than rounding")
-    print(
-        f"at most {largest[0]:.1e} of an array's largest value, and {largest[1]:.2%} of what is no float"
-    )
+    print(f"at most {largest[0]:.1e} of an array's largest value, and {largest[1]:.2%} of what is no float")
     if never:
         print(f"never called: {', '.join(never)}")
     return 1 if wrong else 0
