@@ -1,7 +1,7 @@
 """The part of the build that pyproject.toml cannot say: all kernels, in C, make one extension module.
 
 `ODS_MARCH` names another processor than `_MARCH`, as gcc's `-march` does: `native`, `x86-64-v4`. `ODS_CFLAGS` are
-options after all others; those of the linker are in `LDFLAGS`, as always (`make sanitize`).
+options after all others, `LDFLAGS` those of the linker (`make sanitize`).
 """
 
 import os

@@ -96,7 +96,7 @@ def _noted_calls(folder: Path, tests: tuple[str, ...]) -> list[Made]:
 
 def _told(made: list[Made], there: bytes) -> int:
     """Print what differs, and return the exit code."""
-    offset, wrong, exact = 0, 0, 0
+    offset, wrong, exact, largest = 0, 0, 0, [0.0, 0.0]
     for call in made:
         same = call.returned is None or _returned(there[offset : offset + 8], call.returned)
         offset += 8
@@ -107,14 +107,16 @@ def _told(made: list[Made], there: bytes) -> int:
             offset += here.nbytes
             worst += _differences(here, there_too)
         exact += same and not any(each.relative or each.share for each in worst)
+        relative, share = (max((each[k] for each in worst), default=0.0) for k in (0, 1))
+        largest = [max(largest[0], relative), max(largest[1], share)]
         if not same or not all(each.passes for each in worst):
             wrong += 1
-            relative, share = (max((each[k] for each in worst), default=0.0) for k in (0, 1))
             other = "" if same else "returns something else; "
             print(f"{call.kernel}: {other}{relative:.1e} of the largest, {share:.2%} of the others")
     called = {call.kernel for call in made}
     never = sorted({name for name in dir(native) if not name.startswith("_")} - called)
     print(f"{len(made)} calls of {len(called)} kernels: {exact} to the bit, {wrong} differ by more than rounding")
+    print(f"at most {largest[0]:.1e} of an array's largest value, and {largest[1]:.2%} of what is no float")
     if never:
         print(f"never called: {', '.join(never)}")
     return 1 if wrong else 0

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, NoReturn
 
 from ods import __version__
 from ods.base import open_files
-from ods.base.errors import OdsError, reason_of
+from ods.base.errors import OdsError, reason_of, why_no_kernels
 from ods.base.log_writer import LogWriter
 from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.runtime.processes import PROCESSES
@@ -165,10 +165,8 @@ def _print_any_name() -> None:
 
 def _missing(error: ImportError) -> str:
     """Return the line that says what to build or install, or raise `error` again where neither would help."""
-    if error.name == "ods.compiled":  # has no module `native`
-        return "the kernels are not built: run `make kernels`"
-    if error.name in ("ods.compiled.native", "native"):  # for the dynamic linker it has its short name
-        return f"cannot load the kernels: {error}"
+    if why := why_no_kernels(error):
+        return why
     module = (error.name or "").partition(".")[0]
     for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA), ("workbench", WORKBENCH_EXTRA)):
         if module in modules:

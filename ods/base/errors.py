@@ -13,6 +13,17 @@ class OdsError(Exception):
     """Of the `ods` command that it ends."""
 
 
+def why_no_kernels(error: BaseException) -> str:
+    """Return why the kernels in C cannot be loaded, where that is what `error` says, else nothing."""
+    if not isinstance(error, ImportError):
+        return ""
+    if error.name == "ods.compiled":  # has no module `native`
+        return "the kernels are not built: run `make kernels`"
+    if error.name in ("ods.compiled.native", "native"):  # for the dynamic linker it has its short name
+        return f"cannot load the kernels: {one_line(error)}"
+    return ""
+
+
 def one_line(error: object) -> str:
     """Return a text, of somebody else's error as a rule, as one line."""
     return " ".join(str(error).split())

@@ -21,7 +21,7 @@ import psutil
 import zmq
 
 from ods.base import clock
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, why_no_kernels
 from ods.base.memory import TOO_LITTLE, is_too_little
 from ods.base.overload import OverloadMonitor
 from ods.base.settings import Settings
@@ -246,7 +246,7 @@ def words_at_the_end(process: str) -> Iterator[Home]:
         yield home
     except Exception as error:
         text = str(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {error}"
-        text = TOO_LITTLE if is_too_little(error) else text
+        text = TOO_LITTLE if is_too_little(error) else why_no_kernels(error) or text
         words = " ".join(text.split())[: last_words.LONGEST_WORDS]
         notify("STOPPING=1\nSTATUS=" + words)
         raise
