@@ -6,6 +6,8 @@
 #define NOT_A_NUMBER -1
 /* Runs of a region that are sorted one by one. */
 #define FEW_RUNS 32
+/* Cells that are looked at together. */
+#define BLOCK 64
 
 /* An image whose regions are sought, by `GrowingRule`, and the runs found so far. */
 typedef struct {
@@ -19,20 +21,23 @@ typedef struct {
     int64_t count, room;
 } Growth;
 
-/* Fills marks with which cells are above the level, or NaN. */
-static void mark_above(const float *restrict row, int64_t count, float level, uint8_t *restrict marks)
-{
-    for (int64_t j = 0; j < count; j++)
-        marks[j] = !(row[j] <= level);
-}
-
-/* Tells whether no cell is above the level, nor NaN. */
-static bool all_up_to(const float *row, int64_t count, float level)
+/* Tells whether no cell of a block is above the level, nor NaN. */
+static bool all_up_to(const float *cells, float level)
 {
     int32_t others = 0;
-    for (int64_t j = 0; j < count; j++)
-        others |= !(row[j] <= level);
+    for (int64_t j = 0; j < BLOCK; j++)
+        others |= !(cells[j] <= level);
     return others == 0;
+}
+
+/* Returns the first cell from `from` on that is above the level, or NaN; `count` where there is none. */
+static int64_t next_above(const float *row, int64_t from, int64_t count, float level)
+{
+    while (from + BLOCK <= count && all_up_to(row + from, level))
+        from += BLOCK;
+    while (from < count && row[from] <= level)
+        from++;
+    return from;
 }
 
 /* Adds the run of cells above `low` around one cell, as of region 0, and marks its cells. */
@@ -106,18 +111,17 @@ static int64_t take_region(Growth *growth, int64_t beam, int64_t column, int64_t
     return last + 1;
 }
 
-/* Grows the regions of the marked cells of a beam, and numbers them from `number` + 1 on; returns the last number,
+/* Grows the regions of the cells of a beam above `high`, and numbers them from `number` + 1 on; returns the last number,
    NOT_A_NUMBER where a cell is no finite number. */
-static int64_t grow_marked(Growth *growth, int64_t beam, const uint8_t *marks, int64_t number)
+static int64_t grow_beam(Growth *growth, int64_t beam, int64_t number)
 {
     const float *row = growth->image + beam * growth->samples;
     const bool *visited = growth->visited + beam * growth->samples;
-    const uint8_t *const end = marks + growth->samples;
-    for (const uint8_t *mark = marks; (mark = memchr(mark, 1, (size_t)(end - mark))) != NULL; mark++) {
-        const int64_t j = mark - marks;
+    int64_t j = next_above(row, 0, growth->samples, growth->high);
+    for (; j < growth->samples; j = next_above(row, j + 1, growth->samples, growth->high)) {
         if (!isfinite(row[j]))
             return NOT_A_NUMBER;
-        if (row[j] > growth->high && !visited[j] && growth->count < growth->room)
+        if (!visited[j] && growth->count < growth->room)
             number = take_region(growth, beam, j, number);
     }
     return number;
@@ -147,15 +151,9 @@ KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int co
     Growth growth = {.image = ARRAY(const float, 0), .beams = SIZE(0, 0), .samples = samples,
                      .low = smaller_f(low, high), .high = high, .corner = INT(3) != 0, .smallest = INT(4),
                      .largest = INT(5), .visited = ARRAY(bool, 7), .runs = ARRAY(Run, 6), .room = SIZE(6, 0)};
-    uint8_t *marks = SCRATCH(uint8_t, samples);
     int64_t number = 0;
-    for (int64_t b = 0; b < growth.beams && number >= 0; b++) {
-        const float *row = growth.image + b * samples;
-        if (all_up_to(row, samples, high))
-            continue;
-        mark_above(row, samples, high, marks);
-        number = grow_marked(&growth, b, marks, number);
-    }
+    for (int64_t b = 0; b < growth.beams && number >= 0; b++)
+        number = grow_beam(&growth, b, number);
     const int64_t kept = settle(&growth);
     return number < 0 ? NOT_A_NUMBER : kept;
 }

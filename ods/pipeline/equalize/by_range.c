@@ -8,13 +8,29 @@
 /* Mean of a Rayleigh distribution, which speckle has, in multiples of its median. */
 #define SPECKLE_MEAN 1.064f
 
-/* Of counts of one type, the body of measure_counts. */
+/* Beams that are measured together. */
+#define ROWS 4
+#define COUNTS_OF(COUNT, b) ((const COUNT *)(image.cells.data + (b) * image.cells.row_bytes) + image.first)
+
+/* Of counts of one type, the body of measure_counts; ROWS at a time, the last ones one by one. */
 #define MEASURE_COUNTS(COUNT, SUM)                                                                                     \
     {                                                                                                                  \
         SUM *restrict sums = ZEROS(SUM, samples);                                                                      \
         COUNT *restrict tops = ZEROS(COUNT, samples);                                                                  \
-        for (int64_t b = 0; b < image.beams; b++) {                                                                    \
-            const COUNT *restrict row = (const COUNT *)(image.cells.data + b * image.cells.row_bytes) + image.first;   \
+        int64_t b = 0;                                                                                                 \
+        for (; b + ROWS <= image.beams; b += ROWS) {                                                                   \
+            const COUNT *restrict one = COUNTS_OF(COUNT, b), *restrict two = COUNTS_OF(COUNT, b + 1);                  \
+            const COUNT *restrict three = COUNTS_OF(COUNT, b + 2), *restrict four = COUNTS_OF(COUNT, b + 3);           \
+            for (int64_t j = 0; j < samples; j++) {                                                                    \
+                const COUNT left = one[j] > two[j] ? one[j] : two[j];                                                  \
+                const COUNT right = three[j] > four[j] ? three[j] : four[j];                                           \
+                const COUNT top = left > right ? left : right;                                                         \
+                sums[j] += (SUM)(one[j] + two[j] + three[j] + four[j]);                                                \
+                tops[j] = top > tops[j] ? top : tops[j];                                                               \
+            }                                                                                                          \
+        }                                                                                                              \
+        for (; b < image.beams; b++) {                                                                                 \
+            const COUNT *restrict row = COUNTS_OF(COUNT, b);                                                           \
             for (int64_t j = 0; j < samples; j++) {                                                                    \
                 sums[j] += row[j];                                                                                     \
                 tops[j] = row[j] > tops[j] ? row[j] : tops[j];                                                         \
@@ -44,14 +60,22 @@ static void measure_counts(GainedImage image, float *restrict mean, float *restr
 static void measure_amplitudes(GainedImage image, float *restrict mean, float *restrict highest)
 {
     const float share = (float)(1.0 / (double)image.beams);
-    float *restrict row = SCRATCH(float, image.samples);
+    float *restrict one = SCRATCH(float, image.samples), *restrict two = SCRATCH(float, image.samples);
     for (int64_t j = 0; j < image.samples; j++)
         mean[j] = highest[j] = 0.0f;
-    for (int64_t b = 0; b < image.beams; b++) {
-        load_row(image, b, row);
+    for (int64_t b = 0; b + 1 < image.beams; b += 2) {
+        load_row(image, b, one);
+        load_row(image, b + 1, two);
         for (int64_t j = 0; j < image.samples; j++) {
-            mean[j] += row[j];
-            highest[j] = larger_f(row[j], highest[j]);
+            mean[j] += one[j] + two[j];
+            highest[j] = larger_f(one[j], larger_f(two[j], highest[j]));
+        }
+    }
+    if (image.beams % 2 != 0) {
+        load_row(image, image.beams - 1, one);
+        for (int64_t j = 0; j < image.samples; j++) {
+            mean[j] += one[j];
+            highest[j] = larger_f(one[j], highest[j]);
         }
     }
     for (int64_t j = 0; j < image.samples; j++)

@@ -24,24 +24,18 @@ static inline int64_t stop_of(const int64_t *first, int64_t k, int64_t blocks, i
 /* Fills means (beam blocks, range blocks) with the mean of the image over each block. */
 static void block_means(GainedImage image, Blocks blocks, float *means)
 {
-    float *row = SCRATCH(float, image.samples);
+    float *restrict sums = SCRATCH(float, image.samples);
     for (int64_t p = 0; p < blocks.in_beams; p++) {
         const int64_t first = blocks.beams[p], stop = stop_of(blocks.beams, p, blocks.in_beams, image.beams);
-        float *mean = means + p * blocks.in_range;
-        memset(mean, 0, (size_t)blocks.in_range * sizeof(float));
-        for (int64_t b = first; b < stop; b++) {
-            load_row(image, b, row);
-            for (int64_t q = 0; q < blocks.in_range; q++) {
-                const int64_t end = stop_of(blocks.columns, q, blocks.in_range, image.samples);
-                float total = 0.0f;
-                for (int64_t j = blocks.columns[q]; j < end; j++)
-                    total += row[j];
-                mean[q] += total;
-            }
-        }
+        memset(sums, 0, (size_t)image.samples * sizeof *sums);
+        for (int64_t b = first; b < stop; b++)
+            add_row(image, b, sums);
         for (int64_t q = 0; q < blocks.in_range; q++) {
-            const int64_t columns = stop_of(blocks.columns, q, blocks.in_range, image.samples) - blocks.columns[q];
-            mean[q] /= (float)((stop - first) * columns);
+            const int64_t begin = blocks.columns[q], end = stop_of(blocks.columns, q, blocks.in_range, image.samples);
+            float total = 0.0f;
+            for (int64_t j = begin; j < end; j++)
+                total += sums[j];
+            means[p * blocks.in_range + q] = total / (float)((stop - first) * (end - begin));
         }
     }
 }

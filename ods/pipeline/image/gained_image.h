@@ -41,32 +41,44 @@ static inline GainedImage gained_image_at(const Argument *arguments)
                          ARRAY(const int64_t, 4), ARRAY(const float, 5), ARRAY(const float, 6), BOOL(7)};
 }
 
-/* Fills out (samples,) with one beam's amplitudes. */
-static inline void load_row(GainedImage image, int64_t beam, float *restrict out)
-{
-    const char *cells = image.cells.data + beam * image.cells.row_bytes;
-    const float *restrict near = image.gain + image.above[beam] * image.samples, *restrict far = near + image.samples;
-    const float offset = image.offset, weight = image.share[beam], factor = image.of_beam[beam];
-#define LOAD(TYPE)                                                                                                     \
+/* What load_row and add_row do for cells of one type; PUT: = or +=. */
+#define PUT_CELLS(TYPE, PUT)                                                                                           \
     {                                                                                                                  \
         const TYPE *restrict source = (const TYPE *)cells + image.first;                                               \
         if (weight == 0.0f)                                                                                            \
             for (int64_t j = 0; j < image.samples; j++)                                                                \
-                out[j] = ((float)source[j] + offset) * factor * near[j];                                               \
+                out[j] PUT ((float)source[j] + offset) * factor * near[j];                                             \
         else                                                                                                           \
             for (int64_t j = 0; j < image.samples; j++)                                                                \
-                out[j] = ((float)source[j] + offset) * factor * (near[j] + weight * (far[j] - near[j]));               \
+                out[j] PUT ((float)source[j] + offset) * factor * (near[j] + weight * (far[j] - near[j]));             \
         break;                                                                                                         \
     }
-    switch (image.cells.type) {
-    case 'B':
-        LOAD(uint8_t)
-    case 'H':
-        LOAD(uint16_t)
-    default:
-        LOAD(float)
+#define PUT_ROW(PUT)                                                                                                   \
+    {                                                                                                                  \
+        const char *cells = image.cells.data + beam * image.cells.row_bytes;                                           \
+        const float *restrict near = image.gain + image.above[beam] * image.samples;                                   \
+        const float *restrict far = near + image.samples;                                                              \
+        const float offset = image.offset, weight = image.share[beam], factor = image.of_beam[beam];                   \
+        switch (image.cells.type) {                                                                                    \
+        case 'B':                                                                                                      \
+            PUT_CELLS(uint8_t, PUT)                                                                                    \
+        case 'H':                                                                                                      \
+            PUT_CELLS(uint16_t, PUT)                                                                                   \
+        default:                                                                                                       \
+            PUT_CELLS(float, PUT)                                                                                      \
+        }                                                                                                              \
     }
-#undef LOAD
+
+/* Fills out (samples,) with one beam's amplitudes. */
+static inline void load_row(GainedImage image, int64_t beam, float *restrict out)
+{
+    PUT_ROW(=)
+}
+
+/* Adds one beam's amplitudes to out (samples,). */
+static inline void add_row(GainedImage image, int64_t beam, float *restrict out)
+{
+    PUT_ROW(+=)
 }
 
 /* Fills padded (samples + 2 half,) with one beam's amplitudes and `half` mirrored ones at both ends. */
