@@ -135,6 +135,7 @@ site: $(VENV)/.ready
 
 benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.pipeline
+	$(BIN)/python -m benchmarks.c_chain
 	$(BIN)/python -m benchmarks.tracker
 	$(BIN)/python -m benchmarks.sonar_link --seconds 60
 	$(BIN)/python -m benchmarks.nav

@@ -134,7 +134,9 @@ def nothing_sent(ping: Ping, frame: AnyArray, first: int) -> Unseen:
 
 def _db_a_count(ping: Ping) -> float:
     """Return what a count is worth where counts are logarithms, dB; 0 where they are not."""
-    return {"linear": 0.0, "log8": 20.0 / ping.scale_factor, "db": ping.scale_factor}[ping.scale]
+    if ping.scale == "linear":
+        return 0.0
+    return 20.0 / ping.scale_factor if ping.scale == "log8" else ping.scale_factor
 
 
 def _lowest_db(ping: Ping) -> float:

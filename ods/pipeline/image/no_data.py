@@ -58,10 +58,10 @@ def _loud_count(ping: Ping) -> float:
     """Return the count that stands for `_LOUD_RATIO` times the lowest amplitude; 0 where amplitudes are not counted."""
     if ping.dtype == "f4":
         return 0.0
+    if ping.scale == "linear":
+        return _LOUD_RATIO
     decades = math.log10(_LOUD_RATIO)
-    return {"linear": _LOUD_RATIO, "log8": ping.scale_factor * decades, "db": 20.0 * decades / ping.scale_factor}[
-        ping.scale
-    ]
+    return ping.scale_factor * decades if ping.scale == "log8" else 20.0 * decades / ping.scale_factor
 
 
 def share_of_zeros(frame: AnyArray, first: int, count: int) -> float:
