@@ -21,6 +21,7 @@ from tests.install.clean_venv import ROOT, bare, build_wheel, install
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
+RECORDING = str(ROOT / "tests" / "data" / "oculus" / "three_pings_8bit.raw")
 ONBOARD = ROOT / "ods" / "config_files" / "onboard.toml"
 
 
@@ -126,8 +127,7 @@ def test_doctor(venv: Path) -> None:
 
 
 def test_detect_without_extras(venv: Path) -> None:
-    recording = str(ROOT / "tests" / "data" / "oculus" / "three_pings_8bit.raw")
-    code, text = said(venv, "detect", "--json", recording)
+    code, text = said(venv, "detect", "--json", RECORDING)
     assert code == 0
     assert len(text.splitlines()) == 3
 
@@ -148,9 +148,9 @@ def test_record_without_a_chain(venv: Path, tmp_path: Path) -> None:
         ("simulate", "--chart", "chart.png"),
         ("assess", "detect"),
         ("assess", "track"),
-        ("detect", "--plot", "a.png", "a.s7k"),
+        ("detect", "--plot", "a.png", RECORDING),
     ],
-    ids=" ".join,
+    ids=lambda command: " ".join(command[:2]),
 )
 def test_what_needs_the_extra_says_so_in_one_line(venv: Path, command: tuple[str, ...]) -> None:
     code, text = said(venv, *command)
