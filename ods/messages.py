@@ -164,7 +164,7 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     """Half the vertical opening of one of several planes; 0, and then left out: there is one, or it is not told."""
 
 
-UnseenWhy = Literal["no data", "saturated", "level fallen"]
+UnseenWhy = Literal["no data", "saturated", "level fallen", "interference"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
@@ -175,8 +175,9 @@ class UnseenPart(msgspec.Struct, frozen=True):
     range_min_m: Metres
     range_max_m: Metres
     why: UnseenWhy
-    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: all samples are at
-    full scale; level fallen: far below what it was (a head that is blocked or out of the water)."""
+    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: samples are
+    at full scale; level fallen: far below what it was (a head that is blocked or out of the water); interference: beams
+    that hear another source all the time."""
 
 
 class BottomEcho(msgspec.Struct, frozen=True):

@@ -9,6 +9,7 @@ from ods.base.arrays import AnyArray, Mask
 from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.bottom_echo import EVERY, BottomEchoFinder
+from ods.pipeline.deaf_beams import BeamJudge, without
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers
@@ -68,6 +69,7 @@ class Chain:
         self._prepared: list[PreparedChain] = []
         self._phase = 0
         self._sight = Sight()
+        self._beams = BeamJudge()
 
     def process(
         self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
@@ -87,8 +89,10 @@ class Chain:
         phase = self._phase % self._plan.phases
         if usable:
             context = PingContext(ping.t_ns, pose)
-            whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq % 2**32)
-            unseen = self._sight.judge(ping, frame, first, whole.missing)
+            missing = _missing(ping, frame, first)
+            deaf = self._beams.judge(ping, frame, first, missing)
+            whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
+            unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
             if self._bottom_echo is not None and ping.seq % EVERY == 0:
                 bottom_echo = self._bottom_echo.find(frame, whole.missing, self._scale)
             for prepared in self._prepared:
