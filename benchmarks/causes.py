@@ -6,24 +6,27 @@ that are farther than 3 m from every body, by their ids; `seen` is the share of 
 """
 
 import argparse
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 
 from ods.assess.sea.bodies import SceneBodies
-from ods.messages import ObstacleList, Ping
+from ods.messages import ObstacleList, Ping, Pose
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.source import simulated
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.receiver.settings import Interference, LoudSpell, SecondWay
 from ods.sim_sonar.scene.settings import Oscillation
 from ods.sim_sonar.scene.timeline import Scene, load_scene
+from ods.sonar_link.files.opening import open_pings
 
 SCENE = Path("config/scenes/figure11.toml")
+RECORDED = [Path("tests/data/aris/sample.aris"), Path("tests/data/oculus/three_pings_8bit.raw")]
 FULL_SCALE = 1e9
 NEAR_M = 3.0
 SETTLED_S = 3.0
@@ -36,7 +39,7 @@ class Cause(NamedTuple):
     name: str
     image: dict[str, Any]
     """Keys of the scene's `image`."""
-    vehicle: dict[str, Any] = {}
+    vehicle: Mapping[str, Any] = MappingProxyType({})
     spoil: Spoil = iter
     """What becomes of the pings on the way."""
     bed: bool = True
@@ -52,13 +55,14 @@ class Result(NamedTuple):
     valid: float
     invalid_until_s: float
     """Time of the last list that was not valid."""
-    pings_dropped: int
+    dropped: int
+    """Pings."""
     unseen: float
     """Mean share of the image."""
-    first_s: float
-    """When something was said first, s; NaN: nothing was."""
-    said: str
     ms: float
+    """The chain's median."""
+    said: dict[str, float]
+    """And when first, s."""
 
 
 def hanging(pings: Iterable[Ping], turn: int, change: bool, from_s: float = 10.0) -> Iterator[Ping]:
@@ -96,11 +100,13 @@ LINEAR = {"samples": "linear8", "full_scale_counts": 6000.0}
 STILL = {"velocity_ned": (0.0, 0.0, 0.0), "yaw": Oscillation(), "roll": Oscillation(), "pitch": Oscillation()}
 CAUSES = [
     Cause("nothing", {}),
-    *[Cause(f"pulses each {p} s, {level} counts", pulses(level, p)) for p in (0.0371, 0.1, 0.149) for level in (1000, 3000)],
+    *[Cause(f"pulses each {period} s, {level} counts", pulses(level, period))
+      for period in (0.0371, 0.1, 0.149) for level in (1000, 3000)],
     Cause("pulses of two sonars", pulses(1000, 0.0371, 0.1)),
     Cause("pulses each 0.1 s, open water", pulses(1000, 0.1), bed=False),
     Cause("pulses each 0.149 s, open water", pulses(1000, 0.149), bed=False),
-    *[Cause(f"continuous source, {level} counts, from {t} s", spoke(level, t)) for level in (1000, 3000) for t in (0.0, 12.0)],
+    *[Cause(f"continuous source, {level} counts, from {t} s", spoke(level, t))
+      for level in (1000, 3000) for t in (0.0, 12.0)],
     Cause("continuous source, open water", spoke(3000), bed=False),
     Cause("9 beams saturated", loud(FULL_SCALE, first_beam=40, beams=9)),
     Cause("9 beams saturated, 8 bits linear", LINEAR | loud(FULL_SCALE, first_beam=40, beams=9)),
@@ -120,7 +126,7 @@ CAUSES = [
 def scene_of(cause: Cause) -> Scene:
     """Return the scene with the cause in it."""
     file = load_scene(SCENE).file
-    vehicle = msgspec.structs.replace(file.vehicle, **({"velocity_ned": (1.0, 0.0, 0.0)} | cause.vehicle))
+    vehicle = msgspec.structs.replace(file.vehicle, **{"velocity_ned": (1.0, 0.0, 0.0), **cause.vehicle})
     image = msgspec.structs.replace(file.image, **cause.image)
     bed = file.sea_bed if cause.bed else None
     return Scene(msgspec.structs.replace(file, vehicle=vehicle, image=image, sea_bed=bed, duration_s=cause.seconds))
@@ -132,8 +138,8 @@ def false_ids(told: ObstacleList, bodies: SceneBodies, t_s: float) -> tuple[set[
     places = np.array([o.position_ned[:2] for o in active]).reshape(-1, 2)
     radii = np.array([o.radius_m for o in active])
     apart = bodies.distances(t_s, places)
-    found = (apart <= NEAR_M + radii[:, None]).any(axis=0) if len(active) else np.zeros(apart.shape[1], np.bool_)
-    return {o.id for o, row in zip(active, apart, strict=True) if row.min() > NEAR_M}, found.tolist()
+    listed = [bool((row <= NEAR_M + radii).any()) for row in apart.T]
+    return {o.id for o, row in zip(active, apart, strict=True) if row.min() > NEAR_M}, listed
 
 
 def suspect(obstacle: Any) -> bool:
@@ -153,7 +159,7 @@ def judged(cause: Cause) -> Result:
         t_s = step.ping.t_ns / 1e9
         ids, found = false_ids(step.list, bodies, t_s)
         false |= ids
-        for text in [step.list.unseen_why, *step.list.reasons, *getattr(step.detections, "warnings", [])]:
+        for text in [step.list.unseen_why, *step.list.reasons, step.detections.caution]:
             if text and t_s > 1.5:
                 said.setdefault(" ".join(word for word in text.split() if not word[0].isdigit()), t_s)
         spent.append(step.chain_ms)
@@ -162,25 +168,60 @@ def judged(cause: Cause) -> Result:
             seen.append(found)
             valid.append(step.list.valid)
             invalid_until_s = invalid_until_s if step.list.valid else t_s
-    text = "; ".join(f"{text} ({t_s:.1f} s)" for text, t_s in list(said.items())[:3])
-    return Result(len(false), float(np.mean(seen)), float(np.mean(valid)), invalid_until_s, mission.counters["bad_ping"],
-                  float(np.mean(unseen)), min(said.values(), default=np.nan), text, float(np.median(spent)))  # fmt: skip
+    return Result(
+        len(false), float(np.mean(seen)), float(np.mean(valid)), invalid_until_s, mission.counters["bad_ping"],
+        float(np.mean(unseen)), float(np.median(spent)), said,
+    )  # fmt: skip
+
+
+def called(pings: Iterable[Ping], poses: Sequence[Pose] = ()) -> tuple[int, Counter[str]]:
+    """Return how many pings there are, and how many were called what."""
+    mission, names, count = Mission(MissionSettings()), Counter[str](), 0
+    for step in mission.steps(pings, poses):
+        count += 1
+        names.update({part.why for part in step.detections.unseen})
+        names.update(["caution"] * bool(step.detections.caution))
+    names["dropped"] = mission.counters["bad_ping"]
+    return count, +names
+
+
+def print_false_alarms(recorded: Sequence[Path]) -> None:
+    """Print what pings without such causes are called."""
+    print("\n| pings | count | called |\n|---|---|---|")
+    scenes = [*sorted(SCENE.parent.glob("sea/*.toml")), *sorted(SCENE.parent.glob("*.toml"))]
+    for path in scenes:
+        for sonar in ("oculus_m750d",) if path.stem == "oculus" else ("seabat6012",):
+            source = simulated(load_scene(path), find_sonar(sonar, path))
+            count, names = called(source.pings, source.poses)
+            print(f"| {path.stem}, {sonar} | {count} | {dict(names)} |", flush=True)
+    for path in [*RECORDED, *recorded]:
+        count, names = called(open_pings(path).pings)
+        print(f"| {path.name} | {count} | {dict(names)} |", flush=True)
 
 
 def main(args: Sequence[str] | None = None) -> None:
     """Print one line a cause."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--only", default="", help="causes whose name has this")
-    chosen = parser.parse_args(args).only
-    print("| cause | false | bodies listed | valid | not valid until, s | pings dropped | unseen | first said, s | ms | said |")
+    parser.add_argument(
+        "--false-alarms", action="store_true", help="what pings without such causes are called, instead"
+    )
+    parser.add_argument("--recorded", nargs="*", type=Path, default=[], help="more recordings for --false-alarms")
+    chosen = parser.parse_args(args)
+    if chosen.false_alarms:
+        print_false_alarms(chosen.recorded)
+        return
+    print(
+        "| cause | false | bodies listed | valid | not valid until, s | dropped | unseen | first said, s | ms | said |"
+    )
     print("|---|---|---|---|---|---|---|---|---|---|")
-    began = time.monotonic()
     for cause in CAUSES:
-        if chosen in cause.name:
+        if chosen.only in cause.name:
             r = judged(cause)
-            print(f"| {cause.name} | {r.false} | {r.seen:.2f} | {r.valid:.2f} | {r.invalid_until_s:.1f} | {r.pings_dropped} "
-                  f"| {r.unseen:.2f} | {r.first_s:.1f} | {r.ms:.2f} | {r.said} |", flush=True)  # fmt: skip
-    print(f"\n{time.monotonic() - began:.0f} s")
+            first_s = min(r.said.values(), default=np.nan)
+            said = "; ".join(f"{text} ({t_s:.1f} s)" for text, t_s in list(r.said.items())[:3])
+            print(f"| {cause.name} | {r.false} | {r.seen:.2f} | {r.valid:.2f} | {r.invalid_until_s:.1f} | {r.dropped} "
+                  f"| {r.unseen:.2f} | {first_s:.1f} | {r.ms:.2f} | {said} |", flush=True)  # fmt: skip
 
 
 if __name__ == "__main__":

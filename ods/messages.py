@@ -213,6 +213,8 @@ class Detections(msgspec.Struct, frozen=True):
     """Their share of the image."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    caution: str = ""
+    """What makes the image doubtful, in plain words, though it is taken: it stands still, say; empty: nothing does."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the pipeline knew when it worked on the ping; -1: none. With the same poses,
     the same ping gives the same detections."""
@@ -351,6 +353,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """Why, in plain words; empty when all was seen."""
     heard_from_db: HearingLevel | None = None
     """`Detections.heard_from_db` of the ping: objects that are not clearly louder may be missing from the list."""
+    caution: str = ""
+    """`Detections.caution` of the ping."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
     poses_heard: Count = 0

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Mask
+from ods.base.arrays import AnyArray, Bytes, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping
@@ -23,7 +23,7 @@ RINGS = 16
 class DeafBeams(NamedTuple):
     """Which beams of a ping say nothing."""
 
-    codes: AnyArray
+    codes: Bytes
     """(beams,) uint8 as of `sight.WHYS`: 0 hears, 2 saturated, 4 a source."""
     any: bool
 

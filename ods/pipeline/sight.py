@@ -16,7 +16,7 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
-from ods.messages import Ping, UnseenPart, UnseenWhy
+from ods.messages import Ping, Sector, UnseenPart, UnseenWhy
 from ods.pipeline.deaf_beams import ALL_HEAR, DeafBeams
 from ods.pipeline.image.fan import beam_borders
 from ods.pipeline.image.sample_levels import FULL_SCALE, db_a_count
@@ -142,6 +142,14 @@ def nothing_sent(ping: Ping, frame: AnyArray, first: int) -> Unseen:
     codes = np.full((ping.beams // ping.planes, GAP_RINGS), code)
     silent = "the sonar sends nothing (all samples are 0)"
     return Unseen(_parts(codes, ping, first), 1.0, silent if value == 0 else f"all samples are alike ({value})")
+
+
+def with_parts(unseen: Unseen, parts: list[UnseenPart], why: str, sector: Sector) -> Unseen:
+    """Return what is unseen with more small parts, of a sector; why: in plain words."""
+    span = (sector.bearing_max_rad - sector.bearing_min_rad) * (sector.range_max_m - sector.range_min_m)
+    areas = [(p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts]
+    share = min(unseen.share + sum(areas) / span, 1.0)
+    return Unseen([*unseen.parts, *parts], share, f"{unseen.why}; {why}" if unseen.why else why)
 
 
 def _lowest_db(ping: Ping) -> float:

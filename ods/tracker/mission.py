@@ -221,6 +221,7 @@ class MissionTracker:
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
             heard_from_db=None if shown is None else shown.heard_from_db,
+            caution="" if shown is None else shown.caution,
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
