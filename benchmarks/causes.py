@@ -16,7 +16,7 @@ import msgspec
 import numpy as np
 
 from ods.assess.sea.bodies import SceneBodies
-from ods.messages import ObstacleList, Ping, Pose
+from ods.messages import Obstacle, ObstacleList, Ping, Pose
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.source import simulated
 from ods.sim_sonar.by_name import find_sonar
@@ -30,6 +30,7 @@ RECORDED = [Path("tests/data/aris/sample.aris"), Path("tests/data/oculus/three_p
 FULL_SCALE = 1e9
 NEAR_M = 3.0
 SETTLED_S = 3.0
+PERIOD_S = 0.1493
 Spoil = Callable[[Iterable[Ping]], Iterator[Ping]]
 
 
@@ -50,6 +51,8 @@ class Result(NamedTuple):
     """What a planner was told."""
 
     false: int
+    false_s: float
+    """Seconds that they were in lists, all together."""
     seen: float
     """Share of the lists, after some seconds, that have a body, mean of the bodies."""
     valid: float
@@ -142,9 +145,17 @@ def false_ids(told: ObstacleList, bodies: SceneBodies, t_s: float) -> tuple[set[
     return {o.id for o, row in zip(active, apart, strict=True) if row.min() > NEAR_M}, listed
 
 
-def suspect(obstacle: Any) -> bool:
+def suspect(obstacle: Obstacle) -> bool:
     """Tell whether the list itself says that it is likely none."""
-    return getattr(obstacle, "multipath_probability", 0.0) > 0.5
+    return obstacle.multipath_of >= 0
+
+
+def watched(pings: Iterable[Ping], mission: Mission, said: dict[str, float]) -> Iterator[Ping]:
+    """Yield pings, and note when one of them was refused."""
+    for ping in pings:
+        yield ping
+        if mission.counters["bad_ping"]:
+            said.setdefault("pings refused", ping.t_ns / 1e9)
 
 
 def judged(cause: Cause) -> Result:
@@ -154,11 +165,12 @@ def judged(cause: Cause) -> Result:
     mission, bodies = Mission(MissionSettings()), SceneBodies(scene, 0.0)
     false: set[int] = set()
     seen, unseen, valid, spent = [], [], [], []
-    invalid_until_s, said = 0.0, dict[str, float]()
-    for step in mission.steps(cause.spoil(source.pings), source.poses):
+    invalid_until_s, false_s, said = 0.0, 0.0, dict[str, float]()
+    for step in mission.steps(watched(cause.spoil(source.pings), mission, said), source.poses):
         t_s = step.ping.t_ns / 1e9
         ids, found = false_ids(step.list, bodies, t_s)
         false |= ids
+        false_s += len(ids) * PERIOD_S
         for text in [step.list.unseen_why, *step.list.reasons, step.detections.caution]:
             if text and t_s > 1.5:
                 said.setdefault(" ".join(word for word in text.split() if not word[0].isdigit()), t_s)
@@ -169,7 +181,7 @@ def judged(cause: Cause) -> Result:
             valid.append(step.list.valid)
             invalid_until_s = invalid_until_s if step.list.valid else t_s
     return Result(
-        len(false), float(np.mean(seen)), float(np.mean(valid)), invalid_until_s, mission.counters["bad_ping"],
+        len(false), false_s, float(np.mean(seen)), float(np.mean(valid)), invalid_until_s, mission.counters["bad_ping"],
         float(np.mean(unseen)), float(np.median(spent)), said,
     )  # fmt: skip
 
@@ -181,6 +193,7 @@ def called(pings: Iterable[Ping], poses: Sequence[Pose] = ()) -> tuple[int, Coun
         count += 1
         names.update({part.why for part in step.detections.unseen})
         names.update(["caution"] * bool(step.detections.caution))
+        names.update(["multipath"] * any(suspect(o) for o in step.list.obstacles))
     names["dropped"] = mission.counters["bad_ping"]
     return count, +names
 
@@ -212,15 +225,15 @@ def main(args: Sequence[str] | None = None) -> None:
         print_false_alarms(chosen.recorded)
         return
     print(
-        "| cause | false | bodies listed | valid | not valid until, s | dropped | unseen | first said, s | ms | said |"
+        "| cause | false | for, s | bodies listed | valid | not valid until, s | dropped | unseen | first said, s | ms | said |"
     )
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     for cause in CAUSES:
         if chosen.only in cause.name:
             r = judged(cause)
             first_s = min(r.said.values(), default=np.nan)
             said = "; ".join(f"{text} ({t_s:.1f} s)" for text, t_s in list(r.said.items())[:3])
-            print(f"| {cause.name} | {r.false} | {r.seen:.2f} | {r.valid:.2f} | {r.invalid_until_s:.1f} | {r.dropped} "
+            print(f"| {cause.name} | {r.false} | {r.false_s:.1f} | {r.seen:.2f} | {r.valid:.2f} | {r.invalid_until_s:.1f} | {r.dropped} "
                   f"| {r.unseen:.2f} | {first_s:.1f} | {r.ms:.2f} | {said} |", flush=True)  # fmt: skip
 
 

@@ -213,6 +213,9 @@ class Detections(msgspec.Struct, frozen=True):
     """Their share of the image."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    second_ways_m: list[float] = []
+    """Multipath: by how much longer, m of slant range, ways are by which bodies are heard once more; empty: none is
+    known."""
     caution: str = ""
     """What makes the image doubtful, in plain words, though it is taken: it stands still, say; empty: nothing does."""
     poses_until: CountOrNone = -1
@@ -319,6 +322,9 @@ class Obstacle(msgspec.Struct, frozen=True):
     """Of the middle of what is seen of it, over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
     """Its standard deviation, m: large where heights are not seen, as by a sonar of one plane."""
+    multipath_of: CountOrNone = -1
+    """It is likely no body, but the echo of the obstacle of this id by a longer way (`Detections.second_ways_m`); -1:
+    nothing says so. It stays in the list, as a body may stand there."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):

@@ -17,6 +17,7 @@ from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
+from ods.pipeline.second_way import SecondWays
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
 from ods.pipeline.speckle import LEARNT_CELLS, Alive
@@ -72,6 +73,7 @@ class Chain:
         self._sight = Sight()
         self._beams = BeamJudge()
         self._pulses = PulseFinder()
+        self._second_ways = SecondWays()
 
     def process(
         self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
@@ -91,7 +93,7 @@ class Chain:
             seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            seen = _Seen([], [], nothing_sent(ping, frame, first), None, 0.0)
+            seen = _Seen([], [], nothing_sent(ping, frame, first), None, 0.0, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -108,6 +110,7 @@ class Chain:
             unseen_why=seen.unseen.why,
             faint=seen.faint,
             bottom_echo=seen.bottom_echo,
+            second_ways_m=seen.second_ways_m,
             heard_from_db=_heard_from_db(seen.heard_from),
         )
 
@@ -134,7 +137,7 @@ class Chain:
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
                 unpaint(mask, pulses.of_detections)
-        return _Seen(found, faint, unseen, bottom_echo, heard_from)
+        return _Seen(found, faint, unseen, bottom_echo, heard_from, self._second_ways.of(ping, found, faint))
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -177,6 +180,7 @@ class _Seen(NamedTuple):
     unseen: Unseen
     bottom_echo: BottomEcho | None
     heard_from: float
+    second_ways_m: list[float]
 
 
 def _heard_from_db(heard_from: float) -> float | None:

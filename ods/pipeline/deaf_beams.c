@@ -21,8 +21,10 @@
 #define NO_GAIN_DB 24.0f
 #define ADDED_DB 6.0f
 #define QUARTER (RINGS / 4)
-/* Beams beside a raised one are filled by its side lobes when so far over their gain in the quietest rings, dB. */
+/* Beams beside a raised one are filled by its side lobes when so far over their gain in the quietest rings, dB, until
+   they are less than so far over it. */
 #define FILLED_DB 3.0f
+#define EMPTIED_DB 1.5f
 /* If more than one in so many beams are raised it is the scene that is loud there: a source is heard in few. */
 #define FEW 4
 /* Fewer beams have no level in common. */
@@ -185,7 +187,8 @@ static bool is_raised(Plane plane, int64_t beam, const int64_t *order, int64_t r
 static void fill_beside(Plane plane, int64_t raised, int64_t step, const int64_t *order, uint8_t *codes)
 {
     for (int64_t b = raised + step; b >= 0 && b < plane.beams && codes[b] == HEARS; b += step) {
-        if (!(mean_excess(plane, b, order, QUARTER, true) >= FILLED_DB))
+        const float limit = plane.codes[b] == DROWNED ? EMPTIED_DB : FILLED_DB;
+        if (!(mean_excess(plane, b, order, QUARTER, true) >= limit))
             return;
         codes[b] = DROWNED;
     }

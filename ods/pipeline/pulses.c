@@ -7,10 +7,12 @@
 /* Periods, s, that are sought. */
 #define SHORTEST_S 0.02
 #define LONGEST_S 1.0
-/* A train has so many arrivals, in so many pings, and so large a share of those that were to be heard. */
+/* A train has so many arrivals, in so many pings, so large a share of those that were to be heard, and so large a share
+   of all that came since the first: others are there by chance. */
 #define FEWEST 5
 #define FEWEST_PINGS 3
 #define HEARD_SHARE 0.7
+#define OWN_SHARE 0.45
 /* A body is no train: one place a ping, on a line over time to so many seconds of arrival, no faster than this share of
    the speed of sound there and back (15 m/s). */
 #define LINE_S 0.3e-3
@@ -103,6 +105,11 @@ static Train judged(Heard heard, Train train, Arrival *kept)
     if (places.count < FEWEST || places.pings < FEWEST_PINGS)
         return train;
     if ((double)places.count < HEARD_SHARE * expected(heard, train, places.first))
+        return train;
+    int64_t since = 0;
+    for (int64_t k = 0; k < heard.count; k++)
+        since += heard.arrivals[k].ping >= (double)places.first;
+    if ((double)places.count < OWN_SHARE * (double)since)
         return train;
     train.matched = places.one_a_ping && is_line(heard, kept, places.count) ? 0 : places.count;
     return train;

@@ -32,14 +32,14 @@ it may be."""
 _WORDS = 32
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(slots=True, eq=False)
 class _Image:
     """One that came for the first time."""
 
     signs: Ints
     t_ns: int
     pose: Pose | None
-    """The newest one of the vehicle then."""
+    """The newest one of the vehicle then, or the first one that was heard."""
 
 
 class RepeatedImage:
@@ -71,13 +71,14 @@ class RepeatedImage:
         self._remember(image)
         if alike < 0:
             return ""
+        image.pose = image.pose or self._newest
         since_s, newest = (ping.t_ns - image.t_ns) / NS, self._newest
         if image.pose is not None and newest is not None:
             moved_m = math.dist(image.pose.position_ned, newest.position_ned)
             turned = turn_between(image.pose, newest)
             if moved_m > MOVED_M or turned > TURNED_RAD:
                 motion = f"moved by {moved_m:.1f} m and turned by {math.degrees(turned):.0f} deg"
-                raise PingError(f"its image is that of {since_s:.1f} s ago, and the vehicle has {motion}: the sonar hangs")
+                raise PingError(f"its image is one of before, and since then the vehicle has {motion}: the sonar hangs")
         return f"the image stands still, for {since_s:.1f} s" if since_s >= STILL_S else ""
 
     def _remember(self, image: _Image) -> None:

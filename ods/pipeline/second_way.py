@@ -1,0 +1,54 @@
+"""Multipath: all that is heard comes once more by a longer way, over the surface or the bottom say, and looks like bodies.
+
+Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
+while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be
+another body, and is not told.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ods.base.arrays import Floats, Indices
+from ods.base.clock import NS
+from ods.compiled import native
+from ods.messages import Detection, Ping
+
+STEP_M, STEPS = 0.25, 160
+"""Differences of range that are looked for: up to 40 m."""
+FOLLOW_S = 1.0
+"""Time constant by which the share of the pings is followed that show a difference."""
+BEGIN, END = 0.3, 0.1
+"""Shares from which on a way is told, and until which."""
+
+
+class SecondWays:
+    """Looks at the echoes of ping after ping."""
+
+    def __init__(self) -> None:
+        self._votes = np.zeros(STEPS)
+        self._told = np.zeros(STEPS, np.bool_)
+        self._t_ns = 0
+
+    def of(self, ping: Ping, detections: Sequence[Detection], faint: Sequence[Detection]) -> list[float]:
+        """Return by how much longer ways are by which bodies are heard once more, m of range."""
+        since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
+        if len(detections) < 2 and not self._told.any():
+            return []
+        echoes = [(echo.near_m, echo.bearing_rad, echo.snr_db) for group in (detections, faint) for echo in group]
+        weight = float(-np.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S))
+        far_m = ping.range0_m + ping.samples * ping.dr_m
+        native.vote_for_ways(np.array(echoes).reshape(-1, 3), far_m, STEP_M, weight, self._votes)
+        self._told = self._votes > np.where(self._told, END, BEGIN)
+        if not self._told.any():
+            return []
+        return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._told))]
+
+
+def _runs(steps: Indices) -> list[Indices]:
+    """Return the runs of neighbouring steps."""
+    return np.split(steps, np.flatnonzero(np.diff(steps) > 1) + 1)
+
+
+def _middle(votes: Floats, run: Indices) -> float:
+    return float(STEP_M * ((run + 1) @ votes[run]) / votes[run].sum())
