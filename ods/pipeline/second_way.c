@@ -6,7 +6,7 @@
 #define BODY_DB 10.0
 #define MOST_BODIES 16
 /* The echo behind is fainter by so many dB, and stands in the same direction and at the difference, rad and m. */
-#define FAINTER_DB 4.0
+#define FAINTER_DB 5.0
 #define SAME_RAD 0.026
 #define SAME_M 0.3
 /* So many bodies, and so large a share of those that have the difference within the image, show it. */
@@ -14,14 +14,23 @@
 #define SHARE 0.6
 
 typedef struct {
-    double near_m, bearing_rad, snr_db;
+    double near_m, bearing_rad, snr_db, level_db;
 } Echo;
 
 /* Whether an echo is behind a body as its echo by a way that is longer by `later_m`. */
 static bool is_behind(Echo body, Echo echo, double later_m)
 {
-    return body.snr_db - echo.snr_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
+    return body.level_db - echo.level_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
            && fabs(echo.near_m - body.near_m - later_m) <= SAME_M;
+}
+
+/* Whether an echo is behind any of the echoes in that way. */
+static bool is_behind_any(const Echo *bodies, int64_t count, Echo echo, double later_m)
+{
+    for (int64_t k = 0; k < count; k++)
+        if (is_behind(bodies[k], echo, later_m))
+            return true;
+    return false;
 }
 
 /* Whether the bodies of a ping show a way that is longer by `later_m`. */
@@ -29,6 +38,8 @@ static bool is_shown(const Echo *echoes, int64_t count, const Echo *bodies, int6
 {
     int64_t within = 0, shown = 0;
     for (int64_t i = 0; i < of_bodies; i++) {
+        if (is_behind_any(bodies, of_bodies, bodies[i], later_m))
+            continue; /* it is no body then */
         bool found = false;
         within += bodies[i].near_m + later_m < far_m;
         for (int64_t k = 0; k < count && !found; k++)
@@ -39,7 +50,7 @@ static bool is_shown(const Echo *echoes, int64_t count, const Echo *bodies, int6
 }
 
 /* Lets votes (steps,), the share of the last pings that show a way longer by (k + 1) * step_m, follow by a weight. */
-KERNEL(vote_for_ways, "f8[count,3] echoes, float far_m, float step_m, float weight, out f8[steps] votes")
+KERNEL(vote_for_ways, "f8[count,4] echoes, float far_m, float step_m, float weight, out f8[steps] votes")
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);

@@ -5,6 +5,7 @@ while the vehicle moves. A difference that most loud bodies of most pings show i
 another body, and is not told.
 """
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -13,6 +14,7 @@ from ods.base.arrays import Floats, Indices
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Detection, Ping
+from ods.pipeline.image.sample_levels import db_a_count
 
 STEP_M, STEPS = 0.25, 160
 """Differences of range that are looked for: up to 40 m."""
@@ -35,14 +37,23 @@ class SecondWays:
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
         if len(detections) < 2 and not self._told.any():
             return []
-        echoes = [(echo.near_m, echo.bearing_rad, echo.snr_db) for group in (detections, faint) for echo in group]
+        a_count = db_a_count(ping)
+        echoes = [
+            (echo.near_m, echo.bearing_rad, echo.snr_db, _level_db(echo.amplitude, a_count))
+            for group in (detections, faint)
+            for echo in group
+        ]
         weight = float(-np.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S))
         far_m = ping.range0_m + ping.samples * ping.dr_m
-        native.vote_for_ways(np.array(echoes).reshape(-1, 3), far_m, STEP_M, weight, self._votes)
+        native.vote_for_ways(np.array(echoes).reshape(-1, 4), far_m, STEP_M, weight, self._votes)
         self._told = self._votes > np.where(self._told, END, BEGIN)
         if not self._told.any():
             return []
         return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._told))]
+
+
+def _level_db(amplitude: float, a_count: float) -> float:
+    return amplitude * a_count if a_count > 0.0 else 20.0 * math.log10(max(amplitude, 1e-6))
 
 
 def _runs(steps: Indices) -> list[Indices]:

@@ -13,7 +13,8 @@ from tests.pipeline.pings import make_ping
 def echo(near_m: float, bearing_deg: float, snr_db: float, rng: np.random.Generator) -> Detection:
     near_m += rng.normal(0.0, 0.07)
     bearing = math.radians(bearing_deg + rng.normal(0.0, 0.2))
-    return Detection(near_m, bearing, 0.5, 10.0, 5.0, snr_db, 30, 1.0, 0.05, 0.1, 0.01, 0.1, near_m=near_m)
+    level = 10.0 ** (snr_db / 20.0)
+    return Detection(near_m, bearing, 0.5, 10.0, 5.0, snr_db, 30, 1.0, 0.05, 0.1, 0.01, 0.1, level, near_m=near_m)
 
 
 BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
