@@ -7,7 +7,7 @@
 /* Parts of the range, */
 #define RINGS 16
 /* samples in a row that are looked at of each, */
-#define LOOKED_AT 16
+#define LOOKED_AT 8
 /* and rings of which nothing is required, as bodies and their shadows may be there. */
 #define LEFT_OUT 2
 /* A beam is saturated where this share of the samples is at full scale in three quarters of its rings. */
@@ -65,33 +65,51 @@ static float db_of(float amplitude)
     return 6.0206f * (exponent + (-0.33582878f * x.value + 2.0f) * x.value - 0.65871759f);
 }
 
+/* What is looked at of a part. */
+typedef struct {
+    float total;
+    int32_t count, full;
+} Seen;
+
+static Seen look(Samples frame, Missing missing, int64_t beam, int64_t begin, float top)
+{
+    Seen seen = {0.0f, LOOKED_AT, 0};
+    float values[LOOKED_AT];
+    load_samples(frame, beam, begin, 1, LOOKED_AT, values);
+    if (missing.marks != NULL)
+        for (int64_t k = 0; k < LOOKED_AT; k++)
+            if (is_missing(missing, beam, begin + k)) {
+                values[k] = 0.0f;
+                seen.count--;
+            }
+    for (int64_t k = 0; k < LOOKED_AT; k++) {
+        seen.total += values[k];
+        seen.full += values[k] >= top;
+    }
+    return seen;
+}
+
+static float level_of(Seen seen, Meaning meaning)
+{
+    const float mean = seen.total / (float)seen.count;
+    if (2 * seen.count < LOOKED_AT)
+        return NAN;
+    if (meaning.db_a_count > 0.0f)
+        return mean * meaning.db_a_count;
+    return mean + meaning.offset > 1e-12f ? db_of(mean + meaning.offset) : NAN;
+}
+
 /* Fills the plane's excess with levels, (RINGS, beams), and notes the beams that are saturated. */
 static void measure_levels(Samples frame, int64_t row, int64_t first, Missing missing, Meaning meaning, Plane plane)
 {
-    const int64_t samples = frame.samples - first, looked_at = smaller_i(LOOKED_AT, samples / RINGS);
-    float values[LOOKED_AT];
+    const int64_t samples = frame.samples - first;
     for (int64_t b = 0; b < plane.beams; b++) {
         int32_t full_rings = 0;
         for (int64_t r = 0; r < RINGS; r++) {
-            const int64_t begin = first + (2 * r + 1) * samples / (2 * RINGS) - looked_at / 2;
-            float total = 0.0f;
-            int32_t count = (int32_t)looked_at, full = 0;
-            load_samples(frame, row + b, begin, 1, looked_at, values);
-            if (missing.marks != NULL)
-                for (int64_t k = 0; k < looked_at; k++)
-                    if (is_missing(missing, row + b, begin + k)) {
-                        values[k] = 0.0f;
-                        count--;
-                    }
-            for (int64_t k = 0; k < looked_at; k++) {
-                total += values[k];
-                full += values[k] >= meaning.top;
-            }
-            const float mean = total / (float)count + meaning.offset;
-            const bool known = 2 * count >= looked_at && (meaning.db_a_count > 0.0f || mean > 1e-12f);
-            const float level = meaning.db_a_count > 0.0f ? mean * meaning.db_a_count : db_of(mean);
-            plane.excess[r * plane.beams + b] = known ? level : NAN;
-            full_rings += (float)full >= SATURATED_SHARE * (float)looked_at;
+            const int64_t begin = first + (2 * r + 1) * samples / (2 * RINGS) - LOOKED_AT / 2;
+            const Seen seen = look(frame, missing, row + b, begin, meaning.top);
+            plane.excess[r * plane.beams + b] = level_of(seen, meaning);
+            full_rings += (float)seen.full >= SATURATED_SHARE * LOOKED_AT;
         }
         plane.codes[b] = full_rings >= SATURATED_RINGS ? SATURATED : plane.codes[b] == SATURATED ? HEARS : plane.codes[b];
     }
@@ -246,7 +264,7 @@ KERNEL_BOOL(judge_beams, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", 
     const Meaning meaning = {(float)FLOAT(3), (float)FLOAT(4), (float)FLOAT(5)};
     uint8_t *codes = ARRAY(uint8_t, 8);
     bool any = false;
-    if (first < 0 || SIZE(0, 1) - first < RINGS || planes * per_plane != SIZE(0, 0))
+    if (first < 0 || SIZE(0, 1) - first < RINGS * LOOKED_AT || planes * per_plane != SIZE(0, 0))
         return false;
     for (int64_t p = 0; p < planes; p++) {
         Plane plane = {per_plane, SCRATCH(float, RINGS * per_plane), ARRAY(float, 7) + p * RINGS * per_plane, {0.0f},

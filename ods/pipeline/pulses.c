@@ -42,7 +42,7 @@ typedef struct {
 static bool is_of_train(Train train, double at_s)
 {
     const double steps = (at_s - train.at_s) / train.period_s;
-    return fabs(steps - round(steps)) * train.period_s <= TOLERANCE_S;
+    return fabs(steps - rint(steps)) * train.period_s <= TOLERANCE_S;
 }
 
 /* Returns how many pulses were to be heard from the ping `from` on. */
@@ -69,7 +69,7 @@ static Places places_of(Heard heard, Train train, Arrival *kept)
     double step_before = NAN, ping_before = -1.0;
     for (int64_t k = 0; k < heard.count; k++) {
         const Arrival a = heard.arrivals[k];
-        const double step = round((a.at_s - train.at_s) / train.period_s);
+        const double step = rint((a.at_s - train.at_s) / train.period_s);
         if (!is_of_train(train, a.at_s) || (a.ping == ping_before && step == step_before))
             continue;
         places.one_a_ping &= a.ping != ping_before;
@@ -101,6 +101,14 @@ static bool is_line(Heard heard, const Arrival *arrivals, int64_t count)
 /* Returns the train with the number of its places that were heard; 0 where it is no train. kept: work space. */
 static Train judged(Heard heard, Train train, Arrival *kept)
 {
+    const double reach = TOLERANCE_S / train.period_s, rate = 1.0 / train.period_s;
+    int64_t near = 0;
+    for (int64_t k = 0; k < heard.count; k++) {
+        const double steps = (heard.arrivals[k].at_s - train.at_s) * rate;
+        near += fabs(steps - rint(steps)) <= reach;
+    }
+    if (near < FEWEST) /* as nearly always */
+        return train;
     const Places places = places_of(heard, train, kept);
     if (places.count < FEWEST || places.pings < FEWEST_PINGS)
         return train;
@@ -121,7 +129,7 @@ static Train fitted(Heard heard, Train train)
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
     for (int64_t k = 0; k < heard.count; k++)
         if (is_of_train(train, heard.arrivals[k].at_s)) {
-            const double late = heard.arrivals[k].at_s - train.at_s, steps = round(late / train.period_s);
+            const double late = heard.arrivals[k].at_s - train.at_s, steps = rint(late / train.period_s);
             n += 1.0, x += steps, y += late, xx += steps * steps, xy += steps * late;
         }
     const double spread = n * xx - x * x;
@@ -130,6 +138,26 @@ static Train fitted(Heard heard, Train train)
         train.at_s += (y - train.period_s * x) / n;
     }
     return train;
+}
+
+/* An echo. */
+typedef struct {
+    double near_m, bearing_rad, extent_rad;
+} Echo;
+
+/* Notes which echoes have none of those of the ping before so near in range and, beside their extents, in bearing. */
+KERNEL(without_forerunner, "f8[now,3] echoes, f8[before,3] forerunners, float reach_m, float reach_rad, out b1[now] alone")
+{
+    const Echo *echoes = ARRAY(const Echo, 0), *forerunners = ARRAY(const Echo, 1);
+    for (int64_t i = 0; i < SIZE(0, 0); i++) {
+        bool found = false;
+        for (int64_t k = 0; k < SIZE(1, 0) && !found; k++) {
+            const double beside_rad = 0.5 * (echoes[i].extent_rad + forerunners[k].extent_rad);
+            found = fabs(echoes[i].near_m - forerunners[k].near_m) <= FLOAT(2)
+                    && fabs(echoes[i].bearing_rad - forerunners[k].bearing_rad) <= FLOAT(3) + beside_rad;
+        }
+        ARRAY(bool, 4)[i] = !found;
+    }
 }
 
 /* Finds the train that explains most arrivals, in order of pings, the last one among them: fills train with its period

@@ -22,7 +22,7 @@ from ods.messages import Detection, Ping, UnseenPart
 
 PINGS = 12
 """Remembered."""
-MOST_ARRIVALS = 32
+MOST_ARRIVALS = 24
 """In one direction that are held against a period."""
 LONGEST_M = 2.0
 """In range: pulses of sonars are no longer."""
@@ -91,29 +91,29 @@ class PulseFinder:
         self._begun_ns, self._newest_ns = 0, 0
         self._looks: deque[_Look] = deque(maxlen=PINGS)
         self._trains: list[_Train] = []
-        self._before: list[Detection] = []
+        self._before = np.empty((0, 3))
 
     def sort_out(self, ping: Ping, detections: Sequence[Detection], faint: Sequence[Detection]) -> Pulses:
         """Return which of a ping's echoes are pulses."""
         since_s = (ping.t_ns - self._newest_ns) / NS
         if not 0.0 < since_s < GAP_S or ping.sound_speed <= 0.0:
             self._looks.clear()
-            self._trains, self._before = [], []
+            self._trains, self._before = [], np.empty((0, 3))
             self._begun_ns, since_s = ping.t_ns, 0.0
         self._newest_ns = ping.t_ns
         if ping.sound_speed <= 0.0:
             return no_pulses(detections, faint)
         look, candidates = self._look(ping, detections, since_s)
-        self._before = [*detections]
         self._looks.append(look)
-        self._follow(look, [_arrival(echo, look, ping) for echo in detections])
+        if self._trains:
+            self._follow(look, [_arrival(echo, look, ping) for echo in detections])
         for arrival in candidates:
             if not any(_is_of(train, arrival) for train in self._trains):
                 look.new.append(arrival)
                 self._search(arrival)
-        look.new[:] = [arrival for arrival in look.new if not any(_is_of(train, arrival) for train in self._trains)]
         if not self._trains:
             return no_pulses(detections, faint)
+        look.new[:] = [arrival for arrival in look.new if not any(_is_of(train, arrival) for train in self._trains)]
         return self._sorted(look, ping, detections, faint)
 
     def _look(self, ping: Ping, detections: Sequence[Detection], since_s: float) -> tuple[_Look, list[_Arrival]]:
@@ -121,16 +121,16 @@ class PulseFinder:
         sent_s, per_m = (ping.t_ns - self._begun_ns) / NS, 2.0 / ping.sound_speed
         far_m = ping.range0_m + ping.samples * ping.dr_m
         look = _Look(sent_s + max(ping.range0_m, 0.0) * per_m, sent_s + far_m * per_m, [])
-        reach_m = SLOW_MPS * since_s
-        echoes = [echo for echo in detections if echo.range_extent_m <= LONGEST_M and echo.near_m > 0.0]
-        if not echoes or not self._before:
-            return look, [_arrival(echo, look, ping) for echo in echoes]
-        before = np.array([(echo.near_m, echo.bearing_rad, echo.bearing_extent_rad) for echo in self._before])
-        now = np.array([(echo.near_m, echo.bearing_rad, echo.bearing_extent_rad) for echo in echoes])
-        apart_m, apart_rad, widths = np.abs(now[:, None] - before[None]).transpose(2, 0, 1)
-        widths = 0.5 * (now[:, None, 2] + before[None, :, 2])
-        new = ~((apart_m <= reach_m) & (apart_rad <= BEARING_RAD + widths)).any(axis=1)
-        return look, [_arrival(echo, look, ping) for echo, is_new in zip(echoes, new.tolist(), strict=True) if is_new]
+        table = np.array([(each.near_m, each.bearing_rad, each.bearing_extent_rad) for each in detections])
+        before, self._before = self._before, table.reshape(-1, 3)
+        alone = np.ones(len(detections), np.bool_)
+        native.without_forerunner(self._before, before, SLOW_MPS * since_s, BEARING_RAD, alone)
+        new = [
+            _arrival(echo, look, ping)
+            for echo, is_alone in zip(detections, alone.tolist(), strict=True)
+            if is_alone and echo.range_extent_m <= LONGEST_M
+        ]
+        return look, new
 
     def _follow(self, look: _Look, arrivals: list[_Arrival]) -> None:
         for train in self._trains:

@@ -7,7 +7,6 @@ its buffers in turn.
 """
 
 import math
-from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,7 +20,7 @@ from ods.runtime.turn import turn_between
 
 REMEMBERED = 32
 """Pings."""
-ALIKE = 0.97
+ALIKE = 0.9
 """Correlation of the signs of two images that are the same. A scene at rest whose echoes are less than 20 dB over the
 noise has less."""
 STILL_S = 1.0
@@ -46,10 +45,11 @@ class RepeatedImage:
     """Compares each image with those before, and the vehicle with where it was then."""
 
     def __init__(self) -> None:
-        self._shown: deque[_Image] = deque(maxlen=REMEMBERED)
-        """Of each ping, the first image that was like its."""
-        self._known = np.empty((0, _WORDS), np.int64)
         self._images: list[_Image] = []
+        """Of each of the last pings, in turn, the first image that was like its,"""
+        self._known = np.zeros((REMEMBERED, _WORDS), np.int64)
+        """and its signs."""
+        self._pings = 0
         self._newest: Pose | None = None
 
     def hear_pose(self, pose: Pose) -> None:
@@ -82,8 +82,7 @@ class RepeatedImage:
         return f"the image stands still, for {since_s:.1f} s" if since_s >= STILL_S else ""
 
     def _remember(self, image: _Image) -> None:
-        self._shown.append(image)
-        images = list(dict.fromkeys(self._shown))
-        if images != self._images:
-            self._images = images
-            self._known = np.array([image.signs for image in images])
+        place = self._pings % REMEMBERED
+        self._images[place : place + 1] = [image]
+        self._known[place] = image.signs
+        self._pings += 1

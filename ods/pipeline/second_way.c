@@ -17,35 +17,56 @@ typedef struct {
     double near_m, bearing_rad, snr_db, level_db;
 } Echo;
 
-/* Whether an echo is behind a body as its echo by a way that is longer by `later_m`. */
-static bool is_behind(Echo body, Echo echo, double later_m)
-{
-    return body.level_db - echo.level_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
-           && fabs(echo.near_m - body.near_m - later_m) <= SAME_M;
-}
+/* A body and an echo that may be its own. */
+typedef struct {
+    int64_t body, echo;
+    double later_m;
+} Pair;
 
-/* Whether an echo is behind any of the echoes in that way. */
-static bool is_behind_any(const Echo *bodies, int64_t count, Echo echo, double later_m)
+/* Fills bodies with the numbers of the bodies among echoes; returns how many there are. */
+static int64_t find_bodies(const Echo *echoes, int64_t count, int64_t *bodies)
 {
+    double loudest_db = -INFINITY;
+    int64_t found = 0;
     for (int64_t k = 0; k < count; k++)
-        if (is_behind(bodies[k], echo, later_m))
-            return true;
-    return false;
+        loudest_db = larger(loudest_db, echoes[k].snr_db);
+    for (int64_t k = 0; k < count && found < MOST_BODIES; k++)
+        if (echoes[k].snr_db >= loudest_db - BODY_DB)
+            bodies[found++] = k;
+    return found;
 }
 
-/* Whether the bodies of a ping show a way that is longer by `later_m`. */
-static bool is_shown(const Echo *echoes, int64_t count, const Echo *bodies, int64_t of_bodies, double far_m, double later_m)
+/* Fills pairs with the bodies and fainter echoes behind them, by the bodies; returns how many there are. */
+static int64_t find_pairs(const Echo *echoes, int64_t count, const int64_t *bodies, int64_t of_bodies, Pair *pairs)
 {
-    int64_t within = 0, shown = 0;
-    for (int64_t i = 0; i < of_bodies; i++) {
-        if (is_behind_any(bodies, of_bodies, bodies[i], later_m))
-            continue; /* it is no body then */
-        bool found = false;
-        within += bodies[i].near_m + later_m < far_m;
-        for (int64_t k = 0; k < count && !found; k++)
-            found = is_behind(bodies[i], echoes[k], later_m);
-        shown += found;
-    }
+    int64_t found = 0;
+    for (int64_t i = 0; i < of_bodies; i++)
+        for (int64_t k = 0; k < count; k++) {
+            const Echo body = echoes[bodies[i]], echo = echoes[k];
+            if (body.level_db - echo.level_db >= FAINTER_DB && fabs(echo.bearing_rad - body.bearing_rad) <= SAME_RAD
+                && echo.near_m > body.near_m)
+                pairs[found++] = (Pair){bodies[i], k, echo.near_m - body.near_m};
+        }
+    return found;
+}
+
+/* Whether the bodies show a way that is longer by `later_m`; marks: work space, one an echo. */
+static bool is_shown(const Echo *echoes, const int64_t *bodies, int64_t of_bodies, const Pair *pairs, int64_t count,
+                     double far_m, double later_m, bool *marks)
+{
+    int64_t within = 0, shown = 0, before = -1;
+    for (int64_t i = 0; i < of_bodies; i++)
+        marks[bodies[i]] = false;
+    for (int64_t p = 0; p < count; p++)
+        if (fabs(pairs[p].later_m - later_m) <= SAME_M)
+            marks[pairs[p].echo] = true; /* it is no body then */
+    for (int64_t i = 0; i < of_bodies; i++)
+        within += !marks[bodies[i]] && echoes[bodies[i]].near_m + later_m < far_m;
+    for (int64_t p = 0; p < count; p++)
+        if (fabs(pairs[p].later_m - later_m) <= SAME_M && !marks[pairs[p].body] && pairs[p].body != before) {
+            before = pairs[p].body;
+            shown++;
+        }
     return shown >= FEWEST && (double)shown >= SHARE * (double)within;
 }
 
@@ -54,17 +75,15 @@ KERNEL(vote_for_ways, "f8[count,4] echoes, float far_m, float step_m, float weig
 {
     const Echo *echoes = ARRAY(const Echo, 0);
     const int64_t count = SIZE(0, 0);
-    Echo *bodies = SCRATCH(Echo, MOST_BODIES);
-    double loudest_db = -INFINITY;
-    int64_t of_bodies = 0;
-    for (int64_t k = 0; k < count; k++)
-        loudest_db = larger(loudest_db, echoes[k].snr_db);
-    for (int64_t k = 0; k < count && of_bodies < MOST_BODIES; k++)
-        if (echoes[k].snr_db >= loudest_db - BODY_DB)
-            bodies[of_bodies++] = echoes[k];
+    int64_t bodies[MOST_BODIES];
+    bool *marks = ZEROS(bool, count);
+    Pair *pairs = SCRATCH(Pair, MOST_BODIES * count);
+    const int64_t of_bodies = find_bodies(echoes, count, bodies);
+    const int64_t of_pairs = find_pairs(echoes, count, bodies, of_bodies, pairs);
     for (int64_t k = 0; k < SIZE(4, 0); k++) {
         const double later_m = (double)(k + 1) * FLOAT(2);
-        const bool shown = of_bodies >= FEWEST && is_shown(echoes, count, bodies, of_bodies, FLOAT(1), later_m);
+        const bool shown =
+            of_pairs >= FEWEST && is_shown(echoes, bodies, of_bodies, pairs, of_pairs, FLOAT(1), later_m, marks);
         ARRAY(double, 4)[k] += FLOAT(3) * ((shown ? 1.0 : 0.0) - ARRAY(double, 4)[k]);
     }
 }

@@ -20,7 +20,7 @@ STEP_M, STEPS = 0.25, 160
 """Differences of range that are looked for: up to 40 m."""
 FOLLOW_S = 1.0
 """Time constant by which the share of the pings is followed that show a difference."""
-BEGIN, END = 0.3, 0.1
+BEGIN, END = 0.5, 0.2
 """Shares from which on a way is told, and until which."""
 
 
@@ -35,8 +35,6 @@ class SecondWays:
     def of(self, ping: Ping, detections: Sequence[Detection], faint: Sequence[Detection]) -> list[float]:
         """Return by how much longer ways are by which bodies are heard once more, m of range."""
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
-        if len(detections) < 2 and not self._told.any():
-            return []
         a_count = db_a_count(ping)
         echoes = [
             (echo.near_m, echo.bearing_rad, echo.snr_db, _level_db(echo.amplitude, a_count))
@@ -46,6 +44,9 @@ class SecondWays:
         weight = float(-np.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S))
         far_m = ping.range0_m + ping.samples * ping.dr_m
         native.vote_for_ways(np.array(echoes).reshape(-1, 4), far_m, STEP_M, weight, self._votes)
+        if self._votes.max() <= END:
+            self._told[:] = False
+            return []
         self._told = self._votes > np.where(self._told, END, BEGIN)
         if not self._told.any():
             return []

@@ -17,7 +17,7 @@ from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, Sector, UnseenPart, UnseenWhy
-from ods.pipeline.deaf_beams import ALL_HEAR, DeafBeams
+from ods.pipeline.deaf_beams import ALL_HEAR, DeafBeams, without
 from ods.pipeline.image.fan import beam_borders
 from ods.pipeline.image.sample_levels import FULL_SCALE, db_a_count
 
@@ -74,17 +74,18 @@ class Sight:
     def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask, deaf: DeafBeams = ALL_HEAR) -> Unseen:
         """Return what a ping did not show; frame (beams, samples) from column `first` on, missing as by `no_data`.
 
-        deaf: beams that say nothing; their samples are missing, too.
+        deaf: beams that say nothing, whatever is missing.
         """
+        silent = without(missing, deaf, ping.samples)
         self._keep_reference(ping, first)
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
         top = FULL_SCALE[ping.dtype]
         least_judged_db = _lowest_db(ping) + HEADROOM_DB
         blind = native.judge_levels(
-            frame, first, missing, top, db_a_count(ping), _LEAST_DB, self._levels,
+            frame, first, silent, top, db_a_count(ping), _LEAST_DB, self._levels,
             least_judged_db, SATURATED_SHARE, since_s, self._fallen,
         )  # fmt: skip
-        if not blind and not missing.size:
+        if not blind and not missing.size and not deaf.any:
             return ALL_SEEN
         codes = self._codes(ping, first, missing, deaf)
         if not codes.any():
