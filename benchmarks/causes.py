@@ -116,7 +116,7 @@ CAUSES = [
     Cause("12 beams of noise at full scale", LINEAR | loud(6000.0, first_beam=40, beams=12)),
     Cause("60 % at full scale for 10 s", loud(FULL_SCALE, beams=36, from_s=5.0, to_s=15.0)),
     Cause("noise +30 dB for 10 s", loud(950.0, from_s=5.0, to_s=15.0), bed=False),
-    Cause("noise +20 dB for 30 s", loud(300.0, from_s=5.0, to_s=35.0), bed=False, seconds=50.0),
+    Cause("noise +20 dB for 30 s", loud(300.0, from_s=5.0, to_s=35.0), bed=False, seconds=60.0),
     Cause("the same image, one count changed", {}, spoil=lambda pings: hanging(pings, 1, True)),
     Cause("8 images in turn", {}, spoil=lambda pings: hanging(pings, 8, False)),
     Cause("the same image, one count changed, at rest", {}, STILL, lambda pings: hanging(pings, 1, True)),

@@ -10,9 +10,11 @@
 #define LOOKED_AT 8
 /* and rings of which nothing is required, as bodies and their shadows may be there. */
 #define LEFT_OUT 2
-/* A beam is saturated where this share of the samples is at full scale in three quarters of its rings. */
+/* A beam is saturated where this share of the samples is at full scale in three quarters of its rings, until it is in
+   fewer than a quarter. */
 #define SATURATED_SHARE 0.125f
 #define SATURATED_RINGS (3 * RINGS / 4)
+#define STILL_RINGS (RINGS / 4)
 /* A beam is raised when it is so far over its gain, dB, until it is less than so far over it. */
 #define RAISED_DB 6.0f
 #define LOWERED_DB 4.0f
@@ -111,7 +113,8 @@ static void measure_levels(Samples frame, int64_t row, int64_t first, Missing mi
             plane.excess[r * plane.beams + b] = level_of(seen, meaning);
             full_rings += (float)seen.full >= SATURATED_SHARE * LOOKED_AT;
         }
-        plane.codes[b] = full_rings >= SATURATED_RINGS ? SATURATED : plane.codes[b] == SATURATED ? HEARS : plane.codes[b];
+        const bool was = plane.codes[b] == SATURATED, is = full_rings >= (was ? STILL_RINGS : SATURATED_RINGS);
+        plane.codes[b] = is ? SATURATED : was ? HEARS : plane.codes[b];
     }
 }
 
