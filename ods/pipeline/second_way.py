@@ -1,4 +1,4 @@
-"""Multipath: all that is heard comes once more by a longer way, over the surface or the bottom say, and looks like bodies.
+"""Multipath: all that is heard comes once more by a longer way, over the surface say, and looks like bodies.
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be

@@ -231,9 +231,7 @@ class MissionTracker:
         self._listed_ns = now_ns
         return message
 
-    def _marked(
-        self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None
-    ) -> list[Obstacle]:
+    def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
         head = head_of(pose, self._mounting)
         if shown is None or head is None:
             return obstacles

@@ -20,7 +20,9 @@ def echo(near_m: float, bearing_deg: float, snr_db: float, rng: np.random.Genera
 BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
 
 
-def told(longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES, pings: int = 20) -> list[list[float]]:
+def told(
+    longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES, pings: int = 20
+) -> list[list[float]]:
     rng, ways = np.random.default_rng(2), SecondWays()
     lists = []
     for number in range(pings):
