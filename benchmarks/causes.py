@@ -172,7 +172,7 @@ def judged(cause: Cause) -> Result:
         if step.list.valid:
             false |= ids
             false_s += len(ids) * PERIOD_S
-        for text in [step.list.unseen_why, *step.list.reasons, step.detections.caution]:
+        for text in [step.list.unseen_why, *step.list.reasons, step.list.caution]:
             if text and t_s > 1.5:
                 said.setdefault(" ".join(word for word in text.split() if not word[0].isdigit()), t_s)
         spent.append(step.chain_ms)
