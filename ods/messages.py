@@ -164,7 +164,7 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     """Half the vertical opening of one of several planes; 0, and then left out: there is one, or it is not told."""
 
 
-UnseenWhy = Literal["no data", "saturated", "level fallen"]
+UnseenWhy = Literal["no data", "saturated", "level fallen", "interference"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
@@ -175,8 +175,9 @@ class UnseenPart(msgspec.Struct, frozen=True):
     range_min_m: Metres
     range_max_m: Metres
     why: UnseenWhy
-    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: all samples are at
-    full scale; level fallen: far below what it was (a head that is blocked or out of the water)."""
+    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: samples are
+    at full scale; level fallen: far below what it was (a head that is blocked or out of the water); interference: beams
+    that hear another source all the time."""
 
 
 class Detections(msgspec.Struct, frozen=True):
@@ -201,6 +202,11 @@ class Detections(msgspec.Struct, frozen=True):
     """Their share of the image."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
+    second_ways_m: list[float] = []
+    """Multipath: by how much longer, m of slant range, ways are by which bodies are heard once more; empty: none is
+    known."""
+    caution: str = ""
+    """What makes the image doubtful, in plain words, though it is taken: it stands still, say; empty: nothing does."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the pipeline knew when it worked on the ping; -1: none. With the same poses,
     the same ping gives the same detections."""
@@ -303,6 +309,9 @@ class Obstacle(msgspec.Struct, frozen=True):
     """Of the middle of what is seen of it, over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
     """Its standard deviation, m: large where heights are not seen, as by a sonar of one plane."""
+    multipath_of: CountOrNone = -1
+    """It is likely no body, but the echo of the obstacle of this id by a longer way (`Detections.second_ways_m`); -1:
+    nothing says so. It stays in the list, as a body may stand there."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
@@ -337,6 +346,8 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """Why, in plain words; empty when all was seen."""
     heard_from_db: HearingLevel | None = None
     """`Detections.heard_from_db` of the ping: objects that are not clearly louder may be missing from the list."""
+    caution: str = ""
+    """`Detections.caution` of the ping."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
     poses_heard: Count = 0

@@ -1,21 +1,24 @@
 """The chain of stages: one ping in, its detections out."""
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import AnyArray, Mask
 from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
+from ods.pipeline.deaf_beams import BeamJudge, without
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
-from ods.pipeline.image.recorded import RegionNumbers
+from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
+from ods.pipeline.pulses import PulseFinder
+from ods.pipeline.second_way import SecondWays
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.sight import ALL_SEEN, Sight, nothing_sent
+from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
 from ods.pipeline.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
@@ -66,6 +69,9 @@ class Chain:
         self._prepared: list[PreparedChain] = []
         self._phase = 0
         self._sight = Sight()
+        self._beams = BeamJudge()
+        self._pulses = PulseFinder()
+        self._second_ways = SecondWays()
 
     def process(
         self, ping: Ping, mask: RegionNumbers | None = None, pose: Pose | PoseEstimate | None = None
@@ -80,22 +86,12 @@ class Chain:
         self._prepare(ping)
         first = self._plan.first
         usable = shows_something(frame, first)
-        found, faint = list[Detection](), list[Detection]()
-        unseen, heard_from = ALL_SEEN, 0.0
         phase = self._phase % self._plan.phases
         if usable:
-            context = PingContext(ping.t_ns, pose)
-            whole = Frame(frame, self._scale, _missing(ping, frame, first), ping.seq % 2**32)
-            unseen = self._sight.judge(ping, frame, first, whole.missing)
-            for prepared in self._prepared:
-                if prepared.phase in (EVERY_PHASE, phase):
-                    more = prepared.detect(whole, context, mask, len(found))
-                    found += more.detections
-                    faint += more.faint
-                    heard_from = max(heard_from, more.heard_from)
+            seen = self._look(ping, frame, PingContext(ping.t_ns, pose), mask)
             self._phase += 1
         else:
-            unseen = nothing_sent(ping, frame, first)
+            seen = _Seen([], [], nothing_sent(ping, frame, first), 0.0, [])
         return Detections(
             seq=ping.seq,
             ping_number=ping.ping_number,
@@ -104,15 +100,38 @@ class Chain:
             utc_ns=ping.utc_ns,
             sound_speed=ping.sound_speed,
             sector=self._plan.sector,
-            detections=found,
+            detections=seen.detections,
             usable=usable,
             processed_ranges_m=self._plan.processed_ranges_m[phase],
-            unseen=unseen.parts,
-            unseen_share=unseen.share,
-            unseen_why=unseen.why,
-            faint=faint,
-            heard_from_db=_heard_from_db(heard_from),
+            unseen=seen.unseen.parts,
+            unseen_share=seen.unseen.share,
+            unseen_why=seen.unseen.why,
+            faint=seen.faint,
+            second_ways_m=seen.second_ways_m,
+            heard_from_db=_heard_from_db(seen.heard_from),
         )
+
+    def _look(self, ping: Ping, frame: AnyArray, context: PingContext, mask: RegionNumbers | None) -> "_Seen":
+        first, phase = self._plan.first, self._phase % self._plan.phases
+        missing = _missing(ping, frame, first)
+        deaf = self._beams.judge(ping, frame, first, missing)
+        whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
+        unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
+        found, faint, heard_from = list[Detection](), list[Detection](), 0.0
+        for prepared in self._prepared:
+            if prepared.phase in (EVERY_PHASE, phase):
+                more = prepared.detect(whole, context, mask, len(found))
+                found += more.detections
+                faint += more.faint
+                heard_from = max(heard_from, more.heard_from)
+        pulses = self._pulses.sort_out(ping, found, faint)
+        if pulses.why:
+            found = [echo for echo, is_pulse in zip(found, pulses.of_detections, strict=True) if not is_pulse]
+            faint = [echo for echo, is_pulse in zip(faint, pulses.of_faint, strict=True) if not is_pulse]
+            unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
+            if mask is not None:
+                unpaint(mask, pulses.of_detections)
+        return _Seen(found, faint, unseen, heard_from, self._second_ways.of(ping, found, faint))
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -142,6 +161,16 @@ class Chain:
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         """Return the stages of settings that have all numbers."""
         return configured_stages(settings)
+
+
+class _Seen(NamedTuple):
+    """What a ping shows."""
+
+    detections: list[Detection]
+    faint: list[Detection]
+    unseen: Unseen
+    heard_from: float
+    second_ways_m: list[float]
 
 
 def _heard_from_db(heard_from: float) -> float | None:

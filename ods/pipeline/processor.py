@@ -11,8 +11,8 @@ import numpy as np
 from ods.base.mounting import Mounting
 from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.frozen_image import FrozenImage
 from ods.pipeline.plan import PingError
+from ods.pipeline.repeated_image import RepeatedImage
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.speckle import Alive
 from ods.runtime.head_pose import head_of
@@ -34,25 +34,27 @@ class PingProcessor:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = self.counters
-        self._frozen = FrozenImage()
+        self._repeated = RepeatedImage()
         self._poses_until, self._poses_heard = -1, 0
 
     def hear_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
-        self._frozen.hear_pose(pose)
+        self._repeated.hear_pose(pose)
         if self.chain.over_pings:
             self._poses.insert(pose)
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
-        self._frozen.refuse(ping)
+        caution = self._repeated.judge(ping)
         _refuse_negative(ping)
         pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
         self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
         found = self.chain.process(ping, pose=pose)
-        return msgspec.structs.replace(found, poses_until=self._poses_until, poses_heard=self._poses_heard)
+        return msgspec.structs.replace(
+            found, caution=caution, poses_until=self._poses_until, poses_heard=self._poses_heard
+        )
 
 
 def _refuse_negative(ping: Ping) -> None:

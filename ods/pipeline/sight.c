@@ -10,9 +10,12 @@
 #define RISEN_DB 9.0
 /* and a group of beams is blind when so many of its ranges are fallen. */
 #define FALLEN_SHARE 0.75
-/* Time constants of what the level was: while the beams see, and while they are blind. */
+/* Time constants of what the level was: while the beams see, and while they are blind. What is usual rises as slowly as
+   that is forgotten: a loud spell of minutes is none. */
 #define LEARNING_S 10.0
 #define FORGETTING_S 600.0
+/* What was learnt may differ so much from what is usual by chance: few samples are looked at. */
+#define CHANCE_DB 3.0
 /* A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
    the sonar tells only what passes a threshold. */
 #define STEP 2.0
@@ -23,10 +26,12 @@ typedef struct {
     int64_t groups, rings;
     double *now_db;    /* NaN where nothing holds data, or no level is told */
     double *was_db;    /* NaN where not known */
+    double *usual_db;  /* the lower of that and of what it was before it rose */
     double *saturated; /* share of the samples */
 } Levels;
 
-#define LEVELS "out f8[groups,rings] now_db, out f8[groups,rings] was_db, out f8[groups,rings] saturated"
+#define LEVELS "out f8[groups,rings] now_db, out f8[groups,rings] was_db, " \
+               "out f8[groups,rings] usual_db, out f8[groups,rings] saturated"
 
 /* What samples mean. */
 typedef struct {
@@ -102,17 +107,19 @@ static void measure(Samples frame, int64_t first, Missing missing, Scale scale, 
     }
 }
 
-/* Whether a group of beams is blind; least_db: levels that were lower are not judged. */
-static bool is_fallen(const double *now_db, const double *was_db, int64_t rings, double least_db, bool was_fallen)
+/* Whether a group of beams is blind, from ring `from` on; least_db: levels that were lower are not judged. */
+static bool is_fallen(Levels levels, int64_t from, double least_db, bool was_fallen)
 {
     const double limit = was_fallen ? RISEN_DB : FALLEN_DB;
     int64_t known = 0, low = 0;
-    for (int64_t r = 0; r < rings; r++)
-        if (isfinite(now_db[r]) && was_db[r] >= least_db) {
+    for (int64_t r = from; r < from + levels.rings; r++) {
+        const double before_db = smaller(levels.was_db[r], levels.usual_db[r] + CHANCE_DB);
+        if (isfinite(levels.now_db[r]) && before_db >= least_db) {
             known++;
-            low += was_db[r] - now_db[r] >= limit;
+            low += before_db - levels.now_db[r] >= limit;
         }
-    return known >= rings / 4 ? (double)low >= FALLEN_SHARE * (double)known : was_fallen;
+    }
+    return known >= levels.rings / 4 ? (double)low >= FALLEN_SHARE * (double)known : was_fallen;
 }
 
 /* Judges the groups' levels, fallen (groups,), and lets what they were follow; tells whether anything is unseen.
@@ -122,14 +129,16 @@ static bool follow(Levels levels, double least_db, double most_saturated, double
     bool blind = false;
     for (int64_t g = 0; g < levels.groups; g++) {
         const double *now_db = levels.now_db + g * levels.rings, *saturated = levels.saturated + g * levels.rings;
-        double *was_db = levels.was_db + g * levels.rings;
-        fallen[g] = is_fallen(now_db, was_db, levels.rings, least_db, fallen[g]);
+        double *was_db = levels.was_db + g * levels.rings, *usual_db = levels.usual_db + g * levels.rings;
+        fallen[g] = is_fallen(levels, g * levels.rings, least_db, fallen[g]);
         blind |= fallen[g];
-        const double weight = -expm1(-since_s / (fallen[g] ? FORGETTING_S : LEARNING_S));
+        const double slow = -expm1(-since_s / FORGETTING_S), fast = -expm1(-since_s / LEARNING_S);
         for (int64_t r = 0; r < levels.rings; r++) {
             blind |= saturated[r] > most_saturated;
-            if (isfinite(now_db[r]))
-                was_db[r] = isfinite(was_db[r]) ? was_db[r] + weight * (now_db[r] - was_db[r]) : now_db[r];
+            if (!isfinite(now_db[r]))
+                continue;
+            was_db[r] = isfinite(was_db[r]) ? was_db[r] + (fallen[g] ? slow : fast) * (now_db[r] - was_db[r]) : now_db[r];
+            usual_db[r] = isfinite(usual_db[r]) ? smaller(usual_db[r] + slow * (was_db[r] - usual_db[r]), was_db[r]) : was_db[r];
         }
     }
     return blind;
@@ -142,11 +151,12 @@ KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ",
 {
     const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
     const Scale scale = {FLOAT(3), FLOAT(4), FLOAT(5)};
-    const Levels levels = {SIZE(6, 0), SIZE(6, 1), ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8)};
+    const Levels levels = {SIZE(6, 0), SIZE(6, 1), ARRAY(double, 6), ARRAY(double, 7), ARRAY(double, 8),
+                           ARRAY(double, 9)};
     if (SIZE(0, 0) == 0 || INT(1) < 0 || INT(1) >= SIZE(0, 1))
         return false;
     measure(SAMPLES(0), INT(1), missing, scale, levels);
-    return follow(levels, FLOAT(9), FLOAT(10), FLOAT(11), ARRAY(bool, 12));
+    return follow(levels, FLOAT(10), FLOAT(11), FLOAT(12), ARRAY(bool, 13));
 }
 
 /* Fills shares with what is missing of each ring from column `first` on, but for gaps that are bridged. */

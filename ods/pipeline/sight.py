@@ -1,8 +1,10 @@
 """What a ping could not show: blindness is not emptiness.
 
-A part of the sector is unseen where there are no data, where samples are saturated, and where the level of all ranges
-of some beams has fallen far below what it was: a head that is blocked, or out of the water. What the level was is
-learnt from the images, slowly, so that it follows what changes slowly: the depth, the bottom, the water.
+A part of the sector is unseen where there are no data, where samples are saturated, where a beam hears a source
+(`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
+blocked, or out of the water. What the level was is learnt from the images, slowly, so that it follows what changes
+slowly: the depth, the bottom, the water. A level that has risen is believed as slowly as a fallen one is forgotten:
+what comes back from a loud spell is where it was.
 """
 
 import math
@@ -14,8 +16,10 @@ import numpy as np
 from ods.base.arrays import AnyArray, Floats, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
-from ods.messages import Ping, SampleType, UnseenPart, UnseenWhy
+from ods.messages import Ping, Sector, UnseenPart, UnseenWhy
+from ods.pipeline.deaf_beams import ALL_HEAR, DeafBeams, without
 from ods.pipeline.image.fan import beam_borders
+from ods.pipeline.image.sample_levels import FULL_SCALE, db_a_count
 
 GROUPS, RINGS = 8, 16
 """Parts of the beams and of the range whose levels are compared with what they were."""
@@ -26,9 +30,8 @@ GAP_RINGS = 64
 GAP_SHARE = 0.2
 """of whose samples so many are missing."""
 SATURATED_SHARE = 0.5
-WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen")
-"""Codes 1, 2, 3 of a cell; 0 is seen."""
-_FULL_SCALE: dict[SampleType, float] = {"u1": 255.0, "u2": 65535.0, "f4": math.inf}
+WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen", "interference")
+"""Codes 1, 2, 3, 4 of a cell; 0 is seen."""
 _LEAST_DB = -26.0
 """Stands for the level of no count at all, dB over one count."""
 
@@ -51,6 +54,8 @@ class _Levels(NamedTuple):
     """NaN where nothing holds data, or no level is told."""
     was_db: Floats
     """NaN where not known."""
+    usual_db: Floats
+    """The same, but what rises is believed slowly."""
     saturated: Floats
     """Share of the samples."""
 
@@ -60,25 +65,29 @@ class Sight:
 
     def __init__(self) -> None:
         empty = np.full((GROUPS, RINGS), np.nan)
-        self._levels = _Levels(empty.copy(), empty.copy(), np.zeros((GROUPS, RINGS)))
+        self._levels = _Levels(empty.copy(), empty.copy(), empty.copy(), np.zeros((GROUPS, RINGS)))
         self._fallen = np.zeros(GROUPS, np.bool_)
         self._setting: tuple[object, ...] = ()
         self._range_m: tuple[float, float] = (0.0, 0.0)
         self._t_ns = 0
 
-    def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask) -> Unseen:
-        """Return what a ping did not show; frame (beams, samples) from column `first` on, missing as by `no_data`."""
+    def judge(self, ping: Ping, frame: AnyArray, first: int, missing: Mask, deaf: DeafBeams = ALL_HEAR) -> Unseen:
+        """Return what a ping did not show; frame (beams, samples) from column `first` on, missing as by `no_data`.
+
+        deaf: beams that say nothing, whatever is missing.
+        """
+        silent = without(missing, deaf, ping.samples)
         self._keep_reference(ping, first)
         since_s, self._t_ns = max(ping.t_ns - self._t_ns, 0) / NS, ping.t_ns
-        top = _FULL_SCALE[ping.dtype]
+        top = FULL_SCALE[ping.dtype]
         least_judged_db = _lowest_db(ping) + HEADROOM_DB
         blind = native.judge_levels(
-            frame, first, missing, top, _db_a_count(ping), _LEAST_DB, self._levels,
+            frame, first, silent, top, db_a_count(ping), _LEAST_DB, self._levels,
             least_judged_db, SATURATED_SHARE, since_s, self._fallen,
         )  # fmt: skip
-        if not blind and not missing.size:
+        if not blind and not missing.size and not deaf.any:
             return ALL_SEEN
-        codes = self._codes(ping, first, missing)
+        codes = self._codes(ping, first, missing, deaf)
         if not codes.any():
             return ALL_SEEN
         return Unseen(_parts(codes, ping, first), float(np.count_nonzero(codes) / codes.size), self._why(codes))
@@ -88,16 +97,16 @@ class Sight:
         setting = (ping.beams, ping.planes, ping.dtype, ping.scale, ping.scale_factor, ping.frequency_hz, ping.setting)
         span = ping.range0_m + first * ping.dr_m, ping.range0_m + ping.samples * ping.dr_m
         if setting != self._setting:
-            self._levels.was_db[:] = np.nan
+            self._levels.was_db[:] = self._levels.usual_db[:] = np.nan
             self._fallen[:] = False
         elif span != self._range_m:
             share = (np.arange(RINGS) + 0.5) / RINGS
             old, new = (begin + share * (end - begin) for begin, end in (self._range_m, span))
-            for row in self._levels.was_db:
+            for row in (*self._levels.was_db, *self._levels.usual_db):
                 row[:] = np.interp(new, old, row)
         self._setting, self._range_m = setting, span
 
-    def _codes(self, ping: Ping, first: int, missing: Mask) -> Ints:
+    def _codes(self, ping: Ping, first: int, missing: Mask, deaf: DeafBeams) -> Ints:
         """Return (beams of a plane, GAP_RINGS) the codes of `WHYS`; what any plane sees is seen."""
         codes = np.zeros((ping.beams, GAP_RINGS), np.int64)
         group = np.arange(ping.beams) * GROUPS // ping.beams
@@ -108,35 +117,40 @@ class Sight:
             shares = np.empty(codes.shape)
             native.shares_of_gaps(missing, first, shares)
             codes[shares > GAP_SHARE] = 1
+        if deaf.any:
+            codes = np.where(deaf.codes[:, None] > 0, deaf.codes[:, None], codes)
         planes: Ints = codes.reshape(ping.planes, -1, GAP_RINGS)
         return np.where(planes.all(axis=0), planes.max(axis=0), 0)
 
     def _why(self, codes: Ints) -> str:
         """Return in plain words what most of it is."""
-        counts = np.bincount(codes.reshape(-1), minlength=4)[1:]
+        counts = np.bincount(codes.reshape(-1), minlength=len(WHYS) + 1)[1:]
         code, share = int(np.argmax(counts)) + 1, f"{np.count_nonzero(codes) / codes.size:.0%} of the image"
         if code == 1:
             return f"no data in {share}"
         if code == 2:
             return f"{share} saturated"
-        fall = np.nanmedian((self._levels.was_db - self._levels.now_db)[self._fallen])
+        if code == 4:
+            return f"another source sounds without end in {share}"
+        fall = np.nanmedian((self._levels.usual_db - self._levels.now_db)[self._fallen])
         return f"levels {fall:.0f} dB below what they were in {share}: head blocked or out of the water?"
 
 
 def nothing_sent(ping: Ping, frame: AnyArray, first: int) -> Unseen:
     """Return what is unseen where all samples are alike: all."""
     value = frame[0, first]
-    code = 2 if value == _FULL_SCALE[ping.dtype] else 1
+    code = 2 if value == FULL_SCALE[ping.dtype] else 1
     codes = np.full((ping.beams // ping.planes, GAP_RINGS), code)
     silent = "the sonar sends nothing (all samples are 0)"
     return Unseen(_parts(codes, ping, first), 1.0, silent if value == 0 else f"all samples are alike ({value})")
 
 
-def _db_a_count(ping: Ping) -> float:
-    """Return what a count is worth where counts are logarithms, dB; 0 where they are not."""
-    if ping.scale == "linear":
-        return 0.0
-    return 20.0 / ping.scale_factor if ping.scale == "log8" else ping.scale_factor
+def with_parts(unseen: Unseen, parts: list[UnseenPart], why: str, sector: Sector) -> Unseen:
+    """Return what is unseen with more small parts, of a sector; why: in plain words."""
+    span = (sector.bearing_max_rad - sector.bearing_min_rad) * (sector.range_max_m - sector.range_min_m)
+    areas = [(p.bearing_max_rad - p.bearing_min_rad) * (p.range_max_m - p.range_min_m) for p in parts]
+    share = min(unseen.share + sum(areas) / span, 1.0)
+    return Unseen([*unseen.parts, *parts], share, f"{unseen.why}; {why}" if unseen.why else why)
 
 
 def _lowest_db(ping: Ping) -> float:

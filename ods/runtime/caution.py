@@ -17,6 +17,8 @@ def cautions(told: ObstacleList) -> list[str]:
     It is much where the bottom's crests are loud, or the detector's levels are set high.
     """
     said = [f"not seen: {told.unseen_why} ({where(told.unseen)})"] if told.unseen else []
+    if told.caution:
+        said.append(told.caution)
     if told.heard_from_db is not None and told.heard_from_db > LOUD_BOTTOM_DB:
         least_db = told.heard_from_db + MARGIN_DB
         said.append(

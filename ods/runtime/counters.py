@@ -106,7 +106,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
                    trouble=False),
         CounterRow("drop_out_image", "images that show nothing"),
-        CounterRow("unseen_images", "images of which parts show nothing: no data, saturated, level fallen",
+        CounterRow("unseen_images", "images of which parts show nothing, for any of the reasons of `UnseenPart`",
                    advice="parts of the sector are blind: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),

@@ -11,7 +11,7 @@ import msgspec
 
 from ods.base import clock
 from ods.base.mounting import Mounting
-from ods.messages import Detections, Health, ObstacleList, Pose
+from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.checkpoint import Mission
@@ -21,6 +21,7 @@ from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
@@ -211,7 +212,7 @@ class MissionTracker:
             t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
-            obstacles=self._lister.obstacles(nearest, course, bottom),
+            obstacles=self._marked(self._lister.obstacles(nearest, course, bottom), shown, pose),
             utc_source=self._utc.source,
             left_out=self.left_out,
             bottom_left_out=hittable.left_out,
@@ -219,6 +220,7 @@ class MissionTracker:
             unseen_share=0.0 if shown is None else shown.unseen_share,
             unseen_why="" if shown is None else shown.unseen_why,
             heard_from_db=None if shown is None else shown.heard_from_db,
+            caution="" if shown is None else shown.caution,
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
@@ -226,6 +228,12 @@ class MissionTracker:
         self.seq += 1
         self._listed_ns = now_ns
         return message
+
+    def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
+        head = head_of(pose, self._mounting)
+        if shown is None or head is None:
+            return obstacles
+        return marked(obstacles, head.position_ned, shown.second_ways_m)
 
     def _view(self, t_ns: int, pose: PoseEstimate | None) -> View | None:
         head = head_of(pose, self._mounting)

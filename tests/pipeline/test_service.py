@@ -160,7 +160,9 @@ def test_a_sonar_that_repeats_one_image_under_way_is_not_believed(process: Proce
         send(0.0)
     process.receive()
     assert process.counter("bad_ping") == 0
-    told = "its image is the same to the byte since the vehicle has moved by 1.5 m and turned by 0 deg: the sonar hangs"
+    told = (
+        "its image is one of before, and since then the vehicle has moved by 1.5 m and turned by 0 deg: the sonar hangs"
+    )
     deadline = time.monotonic() + PATIENCE_S
     while not (process.health and any(told in problem for problem in process.health.problems)):
         assert time.monotonic() < deadline, process.health

@@ -89,6 +89,24 @@ def test_what_changes_rightly_is_no_blindness(name: str) -> None:
     assert [seen.share for seen in Sonar().watch(iter(LEGITIMATE[name]))] == [0.0] * len(LEGITIMATE[name])
 
 
+@pytest.mark.parametrize(("louder_db", "seconds"), [(30.0, 10.0), (20.0, 30.0), (30.0, 150.0)])
+def test_after_a_loud_spell_what_was_before_it_is_no_blindness(louder_db: float, seconds: float) -> None:
+    sonar = Sonar()
+    sonar.watch(steady(35.0, 5.0))
+    sonar.period_s = 0.3
+    assert not any(seen.share for seen in sonar.watch(steady(35.0 + louder_db, seconds / 2.0)))
+    assert not any(seen.share for seen in sonar.watch(steady(35.0, 10.0)))
+    assert all(seen.share == 1.0 for seen in sonar.watch(steady(15.0, 5.0)))
+
+
+def test_a_louder_level_is_usual_after_as_long_as_a_lower_one() -> None:
+    sonar = Sonar()
+    sonar.watch(steady(25.0, 5.0))
+    sonar.period_s = 1.0
+    sonar.watch(iter([45.0] * 700))
+    assert all(seen.share == 1.0 for seen in sonar.watch(iter([25.0] * 10)))
+
+
 def test_other_gain_or_power_is_no_blindness_and_other_range_hides_none() -> None:
     sonar = Sonar()
     sonar.watch(steady(35.0, 5.0), setting="gain 20 dB")

@@ -191,6 +191,30 @@ def test_interference_is_noise_that_is_fresh_in_each_ping() -> None:
     assert abs(np.corrcoef(one, two)[0, 1]) < 0.1
 
 
+def test_a_source_sounds_in_its_time_only() -> None:
+    for t_s, is_heard in ((0.0, False), (2.9, False), (3.0, True), (4.9, True), (5.0, False)):
+        level = mean_db(t_s=t_s, area=0.0, interference=other(from_s=3.0, to_s=5.0))[40]
+        assert (level.max() > 50.0) == is_heard
+
+
+def test_a_loud_spell_is_noise_in_its_beams_for_its_time() -> None:
+    spells = [{"level_counts": 300.0, "first_beam": 10, "beams": 5, "from_s": 1.0, "to_s": 2.0}]
+    level = mean_db(t_s=1.5, area=0.0, noise_counts=30.0, loud_spells=spells)
+    np.testing.assert_allclose(level[10:15], 10.0 * math.log10(101.0), atol=1e-3)
+    np.testing.assert_allclose(np.delete(level, range(10, 15), axis=0), 0.0, atol=1e-3)
+    assert not mean_db(t_s=2.0, area=0.0, noise_counts=30.0, loud_spells=spells).any()
+
+
+def test_by_a_second_way_all_comes_once_more() -> None:
+    area = np.zeros((60, 2000))
+    area[20, 500:510] = 1.0
+    levels = levels_of(speckle=False, second_ways=[{"longer_m": 6.0, "gain_db": -12.0}])
+    image = Receiver(SEABAT, levels, 1).receive(area, sent())
+    expected = 1000.0 * area
+    expected[20, 620:630] = 1000.0 * 10.0 ** (-12.0 / 20.0)
+    np.testing.assert_allclose(image, expected, rtol=1e-5)
+
+
 # --- samples
 
 

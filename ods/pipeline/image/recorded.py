@@ -1,5 +1,6 @@
 """The recorded samples that an image was made of."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -52,3 +53,9 @@ def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumb
         begin, end = recorded.origin[first], recorded.origin[stop - 1] + recorded.stride
         held = ~recorded.missing[beam, begin:end] if recorded.missing.size else slice(None)
         numbers[beam, begin:end][held] = before + region
+
+
+def unpaint(numbers: RegionNumbers, gone: Sequence[bool]) -> None:
+    """Take regions out of (beams, samples) numbers, in place; those that stay are numbered without them."""
+    stay = ~np.array([False, *gone])
+    numbers[:] = np.where(stay, np.cumsum(stay) - 1, 0)[numbers]

@@ -23,6 +23,8 @@ def beam_weights(sonar: SonarModel, source: Interference, pose: VehiclePose) -> 
 
 def arrivals(sonar: SonarModel, source: Interference, t_s: float) -> Floats:
     """Return (samples,) the share of each sample's time that pulses fill, after a transmission at `t_s`."""
+    if not source.from_s <= t_s < source.to_s:
+        return np.zeros(sonar.samples)
     if source.period_s == 0.0:
         return np.ones(sonar.samples)
     edges = sonar.range0_m + (np.arange(sonar.samples + 1) - 0.5) * sonar.dr_m

@@ -8,6 +8,7 @@ from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, S
 
 Correlation = Annotated[float, msgspec.Meta(ge=0.0, le=0.95)]
 SampleKind = Literal["log8", "linear8", "linear16"]
+FOREVER_S = 1e9
 
 
 class Tvg(Settings, frozen=True, kw_only=True):
@@ -82,6 +83,34 @@ class Interference(Settings, frozen=True, kw_only=True):
     """Length of its pulse, s."""
     start_s: float = 0.0
     """Scene time of one of its pulses' arrivals, s."""
+    from_s: NonNegative = 0.0
+    """Scene time from which on it sounds, s,"""
+    to_s: Positive = FOREVER_S
+    """and until which, s."""
+
+
+class LoudSpell(Settings, frozen=True, kw_only=True):
+    """Noise beside the receiver's own in some beams for a time; with a level beyond full scale, saturated beams."""
+
+    level_counts: Positive
+    """Root mean square amplitude."""
+    first_beam: NonNegativeInt = 0
+    """The first of the beams that have it."""
+    beams: NonNegativeInt = 0
+    """How many have it; 0: all from the first one on."""
+    from_s: NonNegative = 0.0
+    """Scene time from which on it is heard, s,"""
+    to_s: Positive = FOREVER_S
+    """and until which, s."""
+
+
+class SecondWay(Settings, frozen=True, kw_only=True):
+    """A longer way, over the surface say, by which all that is heard comes once more."""
+
+    longer_m: Positive
+    """What it adds to the slant range, m."""
+    gain_db: Annotated[float, msgspec.Meta(le=0.0)]
+    """Level beside that of the direct way."""
 
 
 class ImageLevels(Settings, frozen=True, kw_only=True):
@@ -117,6 +146,10 @@ class ImageLevels(Settings, frozen=True, kw_only=True):
     """Bright arcs."""
     interference: list[Interference] = msgspec.field(default_factory=list)
     """Other sonars."""
+    loud_spells: list[LoudSpell] = msgspec.field(default_factory=list)
+    """Noise that comes and goes."""
+    second_ways: list[SecondWay] = msgspec.field(default_factory=list)
+    """Multipath."""
     saturation_counts: Positive = 1e9
     """Highest amplitude that the receiver passes on."""
     samples: SampleKind = "log8"

@@ -32,7 +32,7 @@ class Levels(NamedTuple):
     noise: Normals
     """(samples,) of the receiver's noise."""
     heard: Normals
-    """(sources, beams) of other sonars, by beam."""
+    """(sources, beams) of other sonars and loud spells, by beam."""
     arriving: Normals
     """(sources, samples) share of each sample that they fill."""
     over_range: Normals
@@ -91,11 +91,16 @@ class Receiver:
 
     def levels_of(self, sent: Transmission) -> Levels:
         """Return the levels of one ping."""
-        sources, shape = self._levels.interference, (self._sonar.beams, self._sonar.samples)
-        heard, arriving = np.zeros((len(sources), shape[0])), np.zeros((len(sources), shape[1]))
+        sources, spells, sonar = self._levels.interference, self._levels.loud_spells, self._sonar
+        count = len(sources) + len(spells)
+        heard, arriving = np.zeros((count, sonar.beams)), np.zeros((count, sonar.samples))
         for index, source in enumerate(sources):
-            heard[index] = source.level_counts**2 * beam_weights(self._sonar, source, sent.pose)
-            arriving[index] = arrivals(self._sonar, source, sent.t_s)
+            heard[index] = source.level_counts**2 * beam_weights(sonar, source, sent.pose)
+            arriving[index] = arrivals(sonar, source, sent.t_s)
+        for index, spell in enumerate(spells, len(sources)):
+            stop = spell.first_beam + spell.beams if spell.beams else sonar.beams
+            heard[index, spell.first_beam : stop] = spell.level_counts**2
+            arriving[index] = spell.from_s <= sent.t_s < spell.to_s
         arcs: list[Dropout | DropIn] = [*self._levels.dropouts, *self._levels.drop_ins]
         over_range = self._belts_db + gain.arcs_db(self._ranges, arcs, self._seed, sent.ping_number)
         return Levels(
@@ -110,7 +115,7 @@ class Receiver:
 
     def mean_image(self, area: Floats, levels: Levels) -> Image:
         """Return the root mean square amplitude, counts, (beams, samples) float32, of a mean area (beams, samples)."""
-        power = area * levels.echo + levels.noise
+        power = self._by_all_ways(area) * levels.echo + levels.noise
         power += levels.heard.T @ levels.arriving
         image = np.sqrt(power, out=power).astype(np.float32)
         image *= levels.over_range
@@ -126,6 +131,7 @@ class Receiver:
         levels = self.levels_of(sent)
         if not self._levels.speckle:
             return self.mean_image(area, levels)
+        area = self._by_all_ways(area)
         field = np.zeros(area.shape, np.float32)
         if area.any():
             field = self._field.at(sent)
@@ -133,6 +139,15 @@ class Receiver:
         chance = Chance(self._noise_keys, salt, self._normal, self._amplitude, self._frozen, TABLE_REACH)
         native.receive(area, levels, chance, field)
         return field
+
+    def _by_all_ways(self, area: Floats) -> Floats:
+        """Return the area, (beams, samples), with what is heard by longer ways."""
+        heard = area
+        for way in self._levels.second_ways:
+            later = round(way.longer_m / self._sonar.dr_m)
+            heard = heard.copy() if heard is area else heard
+            heard[:, later:] += 10.0 ** (0.1 * way.gain_db) * area[:, : -later or None]
+        return heard
 
 
 def _power(level_db: Floats, amplitude: float) -> Normals:

@@ -1,0 +1,36 @@
+"""Physical causes that are no bodies, from the simulator to the planner's list."""
+
+from typing import Any
+
+import pytest
+
+from benchmarks.causes import CAUSES, Cause, judged
+from ods.messages import ObstacleList
+from ods.runtime.caution import cautions
+
+TOLD = {
+    "pulses each 0.1 s, 1000 counts": "another sonar's pulses",
+    "continuous source, 1000 counts, from 0.0 s": "another source sounds without end",
+    "9 beams saturated": "saturated",
+    "a second way, open water": "",
+}
+
+
+@pytest.mark.parametrize("name", TOLD)
+def test_a_cause_makes_no_false_obstacle_hides_no_body_and_is_told(name: str) -> None:
+    (cause,) = (each for each in CAUSES if each.name == name)
+    result = judged(cause._replace(seconds=10.0))
+    assert (result.false, result.seen, result.valid) == (0, 1.0, 1.0)
+    assert any(TOLD[name] in text for text in result.said) or not TOLD[name]
+
+
+def test_an_image_that_stands_still_is_a_caution_of_the_list() -> None:
+    (cause,) = (each for each in CAUSES if each.name.endswith("at rest"))
+    assert "the image stands still, for s" in judged(cause._replace(seconds=13.0)).said
+    fields: dict[str, Any] = dict.fromkeys(("seq", "ping_number", "t_ns", "utc_ns", "t_rx_ns"), 0)
+    told = ObstacleList(**fields, valid=True, reasons=[], obstacles=[], caution="the image stands still, for 3.2 s")
+    assert cautions(told) == ["the image stands still, for 3.2 s"]
+
+
+def test_without_a_cause_nothing_is_told() -> None:
+    assert not judged(Cause("nothing", {}, seconds=10.0)).said

@@ -1,0 +1,102 @@
+"""Another sonar's pulses: told by their period from bodies, still, moving and flickering."""
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+import pytest
+
+from ods.messages import Detection, Ping
+from ods.pipeline.pulses import PulseFinder, Pulses
+from tests.pipeline.pings import make_ping
+
+PERIOD_S, RANGE_M, SOUND_SPEED = 0.1493, 100.0, 1500.0
+RNG = np.random.default_rng(7)
+
+
+def echo(range_m: float, bearing_deg: float = 12.0) -> Detection:
+    """A small echo, measured with errors."""
+    near_m = range_m + RNG.normal(0.0, 0.07)
+    bearing = math.radians(bearing_deg + RNG.normal(0.0, 0.4))
+    return Detection(
+        near_m + 0.3, bearing, 0.3, 10.0, 5.0, 20.0, 30, 0.6, math.radians(3.0), 0.1, 0.01, 0.1, near_m=near_m
+    )
+
+
+def ping_at(t_s: float) -> Ping:
+    return make_ping(np.ones((2, 2000), np.uint8), t_ns=round(t_s * 1e9))
+
+
+def pulses_at(t_s: float, period_s: float, bearing_deg: float = 12.0) -> list[Detection]:
+    """What a train of pulses leaves in the image of a ping."""
+    first = math.ceil(t_s / period_s)
+    ranges = [0.5 * SOUND_SPEED * (k * period_s - t_s) for k in range(first, first + 20)]
+    return [echo(r, bearing_deg) for r in ranges if 1.0 < r < RANGE_M]
+
+
+def watch(pings: Iterable[tuple[float, list[Detection]]]) -> list[Pulses]:
+    finder = PulseFinder()
+    return [finder.sort_out(ping_at(t_s), echoes, []) for t_s, echoes in pings]
+
+
+@pytest.mark.parametrize("period_s", [0.0371, 0.06, 0.1, 0.11])
+def test_pulses_are_told_within_a_second_and_bodies_beside_them_stay(period_s: float) -> None:
+    pings = []
+    for number in range(60):
+        t_s = number * PERIOD_S
+        bodies = [echo(60.0 - t_s), echo(35.0 - 0.3 * t_s, -8.0)]
+        pings.append((t_s, [*bodies, *pulses_at(t_s, period_s)]))
+    for (t_s, echoes), told in list(zip(pings, watch(pings), strict=True)):
+        assert told.of_detections[1] is False
+        if t_s > 1.0:
+            assert sum(told.of_detections[2:]) >= len(echoes) - 3
+            assert (told.why != "") == any(told.of_detections)
+            assert len(told.parts) == sum(told.of_detections)
+    assert f"{1e3 * period_s:.1f} ms" in told.why or not told.why
+
+
+def test_two_trains_are_two_trains() -> None:
+    times = [number * PERIOD_S for number in range(40)]
+    pings = [(t_s, [*pulses_at(t_s, 0.0371), *pulses_at(t_s, 0.1, -20.0)]) for t_s in times]
+    told = watch(pings)
+    assert all(all(pulses.of_detections) for pulses in told[12:])
+    assert "37.1 ms" in told[-1].why
+    assert "100.0 ms" in told[-1].why
+
+
+@pytest.mark.parametrize("speed_mps", [0.0, -1.0, 3.0, -8.0, 12.0])
+def test_a_body_is_no_train_however_it_moves(speed_mps: float) -> None:
+    times = [number * PERIOD_S for number in range(60)]
+    pings = [(t_s, [echo(r)] if 1.0 < (r := 50.0 + speed_mps * (t_s - 4.0)) < RANGE_M else []) for t_s in times]
+    assert not any(told.why for told in watch(pings))
+
+
+def test_bodies_that_flicker_are_no_train() -> None:
+    """Weak echoes come and go, in fragments, and some only in the rings that have their turn."""
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        places = rng.uniform(5.0, 95.0, 12)
+        pings = []
+        for number in range(80):
+            t_s = number * PERIOD_S
+            seen = rng.random(12) < 0.3
+            seen[:3] = number % 4 == np.arange(3)
+            ranges = places[seen] - 1.5 * t_s
+            pings.append((t_s, [echo(r) for r in [*ranges, *(ranges[:2] + 0.5)] if 1.0 < r < RANGE_M]))
+        assert not any(told.why for told in watch(pings))
+
+
+def test_pulses_at_nearly_our_own_period_are_told_once_that_changes() -> None:
+    """Once a ping and on a line is what a body does; with another range set, and so another period, it is not."""
+    times = np.cumsum([PERIOD_S] * 60 + [0.125] * 30).tolist()
+    told = watch([(t_s, pulses_at(t_s, 0.149)) for t_s in times])
+    assert not any(pulses.why for pulses in told[:60])
+    assert all(pulses.why or not pulses.of_detections for pulses in told[70:])
+
+
+def test_a_pause_and_a_clock_that_goes_back_begin_anew() -> None:
+    times = [number * PERIOD_S for number in range(20)]
+    told = watch([(t_s, pulses_at(t_s, 0.1)) for t_s in [*times, *times, *(t_s + 100.0 for t_s in times)]])
+    for begin in (0, 20, 40):
+        assert not told[begin].why
+        assert told[begin + 18].why

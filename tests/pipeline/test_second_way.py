@@ -1,0 +1,50 @@
+"""Multipath: what stands behind all bodies by the same difference, and what only seems to."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ods.messages import Detection
+from ods.pipeline.second_way import SecondWays
+from tests.pipeline.pings import make_ping
+
+
+def echo(near_m: float, bearing_deg: float, snr_db: float, rng: np.random.Generator) -> Detection:
+    near_m += rng.normal(0.0, 0.07)
+    bearing = math.radians(bearing_deg + rng.normal(0.0, 0.2))
+    level = 10.0 ** (snr_db / 20.0)
+    return Detection(near_m, bearing, 0.5, 10.0, 5.0, snr_db, 30, 1.0, 0.05, 0.1, 0.01, 0.1, level, near_m=near_m)
+
+
+BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
+
+
+def told(
+    longer_m: list[float], bodies: list[tuple[float, float, float]] = BODIES, pings: int = 20
+) -> list[list[float]]:
+    rng, ways = np.random.default_rng(2), SecondWays()
+    lists = []
+    for number in range(pings):
+        ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
+        echoes = [echo(r - 0.15 * number, b, s, rng) for r, b, s in bodies]
+        behind = [echo(r - 0.15 * number + m, b, s - 12.0, rng) for r, b, s in bodies for m in longer_m]
+        lists.append(ways.of(ping, echoes, [each for each in behind if rng.random() < 0.9]))
+    return lists
+
+
+@pytest.mark.parametrize("longer_m", [3.0, 6.1, 17.3])
+def test_a_way_is_told_within_a_second_and_how_long_it_is(longer_m: float) -> None:
+    for ways in told([longer_m])[7:]:
+        assert ways == pytest.approx([longer_m], abs=0.25)
+
+
+def test_bodies_behind_bodies_are_none() -> None:
+    """One behind another; a row of equals; and pairs that are not equally far apart."""
+    assert not any(told([], [*BODIES, (36.0, -20.0, 12.0)]))
+    assert not any(told([], [(20.0 + 6.0 * k, 5.0, 24.0) for k in range(6)]))
+    assert not any(told([], [*BODIES, (36.0, -20.0, 12.0), (65.0, 3.0, 13.0), (74.0, 25.0, 10.0)]))
+
+
+def test_the_way_of_one_body_is_not_told() -> None:
+    assert not any(told([6.0], BODIES[:1]))
