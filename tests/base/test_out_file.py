@@ -31,10 +31,10 @@ def test_what_cannot_be_written_is_one_line(tmp_path: Path, monkeypatch: pytest.
 @pytest.mark.parametrize(
     "arguments",
     [
-        ("detect", "absent.npz", "--out"),
-        ("detect", "absent.npz", "--plot"),
-        ("detect", "absent.npz", "--sheet"),
-        ("simulate", "absent.toml", "--out"),
+        ("detect", "unread.npz", "--out"),
+        ("detect", "unread.npz", "--plot"),
+        ("detect", "unread.npz", "--sheet"),
+        ("simulate", "unread.toml", "--out"),
         ("assess", "detect", "--out"),
         ("assess", "sea", "--out"),
         ("assess", "track", "--out"),
@@ -47,7 +47,10 @@ def test_it_is_said_before_the_work(
 ) -> None:
     out = tmp_path / "folder.png"
     out.mkdir()
-    assert cli.main([*arguments, str(out)]) == 2
+    for name in ("unread.npz", "unread.toml"):
+        (tmp_path / name).write_text("nothing that could be read")
+    words = [str(tmp_path / word) if word.startswith("unread") else word for word in arguments]
+    assert cli.main([*words, str(out)]) == 2
     assert capsys.readouterr().err == f"ods {arguments[0]}: {out}: is a folder\n"
 
 
