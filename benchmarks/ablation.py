@@ -26,14 +26,12 @@ from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import DetectedPing, detected, images_of, listed, scene_with_seed
 from ods.assess.sea.table import TRACKED_LIMIT
 from ods.base.shipped import shipped_file
-from ods.compiled import native
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import judgement
-from ods.tracker.association import flicker, front, match, onset, strength, wander
+from ods.tracker.association import flicker, front, match, onset, strength
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import doubt, existence
-from ods.tracker.track.tracks import Tracks
+from ods.tracker.track import existence
 
 HELD_OUT_SEED = 11
 ROUGH = ("gravel", "kelp", "ripples", "rocky", "trench", "wall")
@@ -92,40 +90,15 @@ def _numbers(table: np.ndarray[Any, Any], rows: slice, value: float) -> Switch:
     return Changed
 
 
-def _without_motion() -> AbstractContextManager[Any]:
-    assumed = doubt.assumed
-    return patch.object(doubt, "assumed", lambda *given: assumed(*given)._replace(static_prior=0.0))
-
-
-def _never_intermittent() -> AbstractContextManager[Any]:
-    take_image = Tracks.take_image
-
-    def without(tracks: Tracks, *given: Any) -> None:
-        take_image(tracks, *given)
-        tracks.doubt.flickers[:] = 0.0
-
-    return patch.object(Tracks, "take_image", without)
-
-
-def _constant_share(_map: object, places: flicker.Places, *_: object) -> np.ndarray[Any, Any]:
-    return np.full(len(places.range_m), 0.1)
-
-
 MECHANISMS: dict[str, tuple[Switch, ...]] = {
-    "wander": (_numbers(wander.LAW, slice(2, 5), 0.0),),
     "crowd": (partial(patch.object, match, "crowding", lambda *_: 0.0),),
     "strength": (_numbers(strength.LAW, slice(2, 3), 0.0),),
     "onset": (_numbers(onset.LAW, slice(4, 6), 0.0), partial(patch.object, judgement, "DEARER", 1.0)),
     "front": (_numbers(front.LAW, slice(4, 6), 0.0),),
-    "motion": (_without_motion,),
-    "size": (partial(patch.object, doubt, "LAWS", (*doubt.LAWS[:-1], math.inf)),),
     "hit rate": (_numbers(existence.SEEN, slice(1, 5, 2), 1e9), _numbers(existence.SEEN, slice(4, 5), 1e9)),
-    "spot map": (partial(patch.object, flicker.Flicker, "share", _constant_share),),
-    "intermittent": (_never_intermittent,),
-    "drop-out": (partial(patch.object, native, "match_is_drop_out", lambda *_: False),),
+    "learned share": (partial(patch.object, flicker.Flicker, "share", lambda *_: 0.1),),
 }
-"""How each is switched off; a spot map that is off is a constant share."""
-LESS = ("wander", "spot map", "motion", "size", "intermittent", "drop-out")
+"""How each is switched off; hit rates that are not learned are those of most objects and spots."""
 
 
 class Variant(NamedTuple):
@@ -139,16 +112,9 @@ class Variant(NamedTuple):
 VARIANTS = (
     Variant("as it is"),
     *(Variant(f"without {name}", (name,)) for name in MECHANISMS),
-    Variant("without wander, crowd", ("wander", "crowd")),
-    Variant("A1: hit rate with crowd, onset, front, strength", LESS),
-    Variant("A1 without crowd", (*LESS, "crowd")),
-    Variant("B: hit rate, onset, front", (*LESS, "crowd", "strength")),
-    Variant("B at 0.98", (*LESS, "crowd", "strength"), 0.98),
-    Variant("A1 at 0.98", LESS, 0.98),
-    Variant("A1 with the spot map", tuple(each for each in LESS if each != "spot map")),
-    Variant("A1 with drop-out", tuple(each for each in LESS if each != "drop-out")),
-    Variant("A1 with motion", tuple(each for each in LESS if each != "motion")),
-    Variant("A1 with size", tuple(each for each in LESS if each != "size")),
+    Variant("without crowd, strength", ("crowd", "strength")),
+    Variant("without crowd, strength, at 0.98", ("crowd", "strength"), 0.98),
+    Variant("at 0.98", (), 0.98),
 )
 
 

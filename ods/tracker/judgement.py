@@ -24,12 +24,12 @@ def judge(
 
     `spots`: what is known of their echoes.
     """
-    known = doubt.assumed(settings.echo, settings.motion, spots)
+    known = doubt.assumed(settings.echo, spots)
     judged = match.hit, prediction.reported
-    tracks.take_image(judged, prediction.estimate.radius, match.look, match.nothing, known)
+    tracks.take_image(judged, match.look, match.nothing, known)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     estimate, states = prediction.estimate, np.empty(len(match.hit), np.int64)
     place = estimate.position, estimate.variance, estimate.shared, estimate.radius, estimate.static
-    told = t_ns, known.detection_probability, DEARER, REST, STATIC
+    told = t_ns, DEARER, REST, STATIC
     native.next_states(tracks.known, seen, place, told, lifecycle.limits_of(settings.life), states)
     return states

@@ -24,14 +24,12 @@ class ClutterState(msgspec.Struct, frozen=True):
 
 
 class FlickerState(msgspec.Struct, frozen=True):
-    """How often echoes came back to places without an object."""
+    """How many tracks ended as spots,"""
 
-    fan: bytes
-    """By part of the fan."""
-    cells: bytes
-    """Numbers of the world's cells that have counts,"""
-    counts: bytes
-    """and these."""
+    spots: float
+    """so many of"""
+    tracks: float
+    """so many that ended as no objects."""
 
 
 class StrengthState(msgspec.Struct, frozen=True):
@@ -41,15 +39,6 @@ class StrengthState(msgspec.Struct, frozen=True):
     """Number, sum and sum of squares by class of range,"""
     images: float
     """of so many images."""
-
-
-class WanderState(msgspec.Struct, frozen=True):
-    """How far the echoes of spots wander."""
-
-    squares: float
-    """Sum of squares, m2, of"""
-    echoes: float
-    """so many."""
 
 
 class OnsetState(msgspec.Struct, frozen=True):
@@ -79,7 +68,6 @@ class TrackerState(msgspec.Struct, frozen=True):
     clutter: ClutterState
     flicker: FlickerState
     strength: StrengthState
-    wander: WanderState
     onset: OnsetState
     front: FrontState
 

@@ -9,7 +9,6 @@ from ods.tracker.association.match import FalseAlarms, match_scan
 from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import association_of
 from ods.tracker.association.strength import Strength
-from ods.tracker.association.wander import Wander
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
@@ -37,7 +36,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        counted = Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander(), Onset(), Front()
+        counted = Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Onset(), Front()
         self._alarms = FalseAlarms(*counted)
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
@@ -59,8 +58,8 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker, strength, wander, onset, front = self._alarms
-        counted = clutter.state(), flicker.state(), strength.state(), wander.state(), onset.state(), front.state()
+        clutter, flicker, strength, onset, front = self._alarms
+        counted = clutter.state(), flicker.state(), strength.state(), onset.state(), front.state()
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
@@ -82,7 +81,6 @@ class Tracker:
         self._alarms.clutter.restore(state.clutter)
         self._alarms.flicker.restore(state.flicker)
         self._alarms.strength.restore(state.strength)
-        self._alarms.wander.restore(state.wander)
         self._alarms.onset.restore(state.onset)
         self._alarms.front.restore(state.front)
         self._manager.restore(known, next_id, self._tracks)
@@ -106,7 +104,7 @@ class Tracker:
         match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, self._alarms.spots(since_ns / NS), scan.t_ns, settings)
-        self._learn_of_ended(states, prediction, scan)
+        self._learn_of_ended(states, prediction)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
             echo = settings.echo
@@ -114,12 +112,11 @@ class Tracker:
             tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, match.unknown)
         return outcome
 
-    def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
-        """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
+    def _learn_of_ended(self, states: Ints, prediction: ScanPrediction) -> None:
+        """Take the objects that this image ends, (n,) next states, as no objects."""
         ended = (states == lifecycle.TERMINATED) & prediction.field_of_view.inside
-        spots, of_spots = doubt.as_nothing(self._tracks.known[1], ended)
-        self._alarms.flicker.learn(prediction.places, spots, scan.sector)
-        self._alarms.wander.learn(of_spots.off_squares, of_spots.placed)
+        (spots, tracks), of_spots = doubt.as_nothing(self._tracks.known[1], ended)
+        self._alarms.flicker.learn(float(spots.sum()), float(tracks.sum()))
         self._alarms.onset.learn(of_spots.sharp, of_spots.set_in)
         self._alarms.front.learn(of_spots.fronts, of_spots.judged)
 

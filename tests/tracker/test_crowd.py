@@ -4,7 +4,6 @@ import math
 
 import pytest
 
-from ods.tracker.association import wander
 from ods.tracker.association.crowd import MANY_A_SECOND, crowding
 from ods.tracker.track import existence
 from tests.tracker.samples import RATE_HZ
@@ -18,11 +17,7 @@ def test_a_crowd_is_told_by_echoes_a_second() -> None:
     assert crowding(0.0, 0.15) == crowding(10.0, 0.0) == 0.0, "nothing is known yet"
 
 
-def test_in_a_crowd_persistence_and_motion_say_less() -> None:
-    for crowd, most, by_motion in ((0.0, wander.MOST_FOR, 6.0), (1.0, wander.MOST_IN_CROWD, 2.5)):
-        assert wander.evidence(0.0, 1e3, 0.7, crowd) == most
-        assert existence.evidence_of_motion(1e-9, 0.7, crowd) == by_motion
-
+def test_in_a_crowd_it_says_less_that_a_place_is_seen_always() -> None:
     def seen_always(crowd: float) -> float:
         """Log-likelihood ratio of a body after 30 of 30."""
         ratio = 0.0

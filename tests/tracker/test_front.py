@@ -68,9 +68,9 @@ def test_what_spots_fronts_are_like_is_learned() -> None:
 
 def test_what_sets_in_as_a_body_does_is_told_sooner_and_a_crest_later() -> None:
     """Beside spots of which nothing is told; a crest that stays in its place is told at last."""
-    untold = told_after(0.3)
-    assert told_after(0.3, front=0.99) + 0.3 < untold
-    assert untold + 0.3 < told_after(0.3, front=0.02)
+    untold = told_after(0.1)
+    assert told_after(0.1, front=0.99) + 0.3 < untold
+    assert untold + 0.3 < told_after(0.1, front=0.02) < 10.0
 
 
 def test_spots_that_end_teach_what_their_fronts_are_like() -> None:
@@ -107,7 +107,3 @@ def test_what_is_larger_than_a_patch_of_bottom_tells_neither_onset_nor_front(rad
     """A long wall that stands aslant to the beams sets in slowly, and is no spot."""
     echoes, _ = echoes_of(np.array([[60.0, 0.1, 0.0, radius, 0.2, 0.01, 0.3, 25.0, 0.0, 0.0, 3.0, 0.02]]))
     assert (echoes.rows.onset[0] > 0.0, echoes.rows.front[0] > 0.0) == (tells, tells)
-
-
-def test_what_is_larger_than_a_patch_of_bottom_is_told_sooner() -> None:
-    assert told_after(0.5, radius=1.5 * LARGEST_PATCH_M) + 0.3 < told_after(0.5, radius=0.9 * LARGEST_PATCH_M)

@@ -1,6 +1,5 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,13 +11,12 @@ from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
 from ods.tracker.association.crowd import crowding
-from ods.tracker.association.flicker import Flicker, Places
+from ods.tracker.association.flicker import Flicker
 from ods.tracker.association.front import Front
 from ods.tracker.association.gating import Detectability
 from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
 from ods.tracker.association.strength import Strength
-from ods.tracker.association.wander import Wander
 from ods.tracker.measurement.cut_off import nothing_twice
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
@@ -28,9 +26,6 @@ from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
 from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained
 
-DROP_OUT_DETECTION = 0.005
-"""In a drop-out of the image an object has an echo with this probability: what is found is more likely a false
-alarm."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
 
@@ -41,19 +36,17 @@ class FalseAlarms(NamedTuple):
     clutter: Clutter
     flicker: Flicker
     strength: Strength
-    wander: Wander
     onset: Onset
     front: Front
 
     def spots(self, dt: float) -> Spots:
         """Return what is known of the echoes of spots; `dt`: from the image before to the newest, s."""
         crowd = crowding(self.strength.per_scan, dt)
-        return Spots(self.wander.of_spots_m2, self.onset.of_spots, self.front.of_spots, crowd)
+        return Spots(self.onset.of_spots, self.front.of_spots, crowd)
 
-    def at(self, places: Places, sector: Sector) -> AtPlaces:
-        """Return what echoes of nothing are like at n places."""
-        spots = self.flicker.share(places, sector, self.strength.per_scan)
-        return AtPlaces(spots, self.strength.typical(places.range_m, sector).table)
+    def at(self, range_m: Floats, sector: Sector) -> AtPlaces:
+        """Return what echoes of nothing are like at (n,) ranges."""
+        return AtPlaces(self.flicker.share(self.strength.per_scan), self.strength.typical(range_m, sector).table)
 
 
 class ScanMatch(NamedTuple):
@@ -104,18 +97,12 @@ def match_scan(
     found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas, prediction.vague)
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
     assignment = _plain(associate(ask))
-    drop_out = native.match_is_drop_out(assignment.pairs.objects, view.watched, prediction.reported)
-    if drop_out:
-        chance = chance._replace(detection_probability=DROP_OUT_DETECTION)
-        less = math.log(DROP_OUT_DETECTION / settings.detection_probability)
-        found = gating.scored(found.objects, found.echoes, found.llr + less, chance)
-        assignment = _plain(associate(ask._replace(hypotheses=found)))
-    seen = shown(ask, assignment, view, density, chance, drop_out)
+    seen = shown(ask, assignment, view, density, chance)
     rest, half_vertical = echoes.take(seen.unexplained), scan.sector.half_vertical_rad
     measurement = _measured(seen, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
     alarms.strength.count(echoes, seen.free, scan.sector)
-    nothing = alarms.at(prediction.places, scan.sector)
+    nothing = alarms.at(prediction.measurement.rows.range_m, scan.sector)
     if len(seen.hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
@@ -125,7 +112,7 @@ def match_scan(
         look=seen.look,
         nothing=nothing,
         unexplained=elsewhere,
-        unknown=_unknown(rest, elsewhere, alarms, scan.sector),
+        unknown=_unknown(rest, alarms, scan.sector),
     )
 
 
@@ -137,14 +124,9 @@ def _plain(assignment: Assignment) -> Assignment:
 
 
 def shown(
-    question: Question,
-    assignment: Assignment,
-    view: FieldOfView,
-    density: ClutterDensity,
-    chance: Detectability,
-    drop_out: bool = False,
+    question: Question, assignment: Assignment, view: FieldOfView, density: ClutterDensity, chance: Detectability
 ) -> Shown:
-    """Return what is seen of the objects; in a `drop_out` no echo is expected of any. Raises IndexError.
+    """Return what is seen of the objects. Raises IndexError.
 
     Echoes that are left and lie inside the circle of a confirmed object are parts of it. Their middle is what such an
     object is seen by, unless it has an echo of its own that is as large as it is.
@@ -158,21 +140,17 @@ def shown(
     asked = assignment.echoes.table, assignment.explained, question.echoes.table, density.per_m2
     expected = question.predicted.table, question.estimate.position, question.estimate.radius, question.first
     seen = chance.visibility, view.watched, view.inside, view.skipped
-    probability = chance.detection_probability, 0.0 if drop_out else chance.detection_probability
     answer = objects, table, llr, off_centre, unexplained, hit, look, free, counts
-    if not native.match_shown(pairs, asked, expected, seen, probability, answer):
+    if not native.match_shown(pairs, asked, expected, seen, chance.detection_probability, answer):
         raise IndexError("an association's pairs are of the question's objects and echoes")
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
     return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(Look, look), free)
 
 
-def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
-    """Return what is known of the echoes `rest`, which no object explains and which come from `places`."""
-    clutter, nowhere = alarms.clutter, np.zeros(0)
-    north, east = (nowhere, nowhere) if places is None else places.position[:2]
-    where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
-    density, nothing = clutter.density(rest, sector).per_scan, alarms.at(where, sector)
+def _unknown(rest: Echoes, alarms: FalseAlarms, sector: Sector) -> Unexplained:
+    """Return what is known of the echoes `rest`, which no object explains."""
+    density, nothing = alarms.clutter.density(rest, sector).per_scan, alarms.at(rest.rows.range_m, sector)
     told = rest.rows.strength, rest.rows.onset, rest.rows.front
     return Unexplained(density, *told, nothing, alarms.onset.of_spots, alarms.front.of_spots)
 

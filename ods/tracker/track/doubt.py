@@ -6,13 +6,12 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
-from ods.tracker.association import front, onset, strength, wander
-from ods.tracker.measurement.scan import LARGEST_PATCH_M
-from ods.tracker.settings import EchoSettings, MotionSettings
+from ods.tracker.association import front, onset, strength
+from ods.tracker.settings import EchoSettings
 from ods.tracker.track import existence
 from ods.tracker.track.existence import Rates
 
-LAWS = wander.LAW, onset.LAW, front.LAW, strength.LAW, existence.SEEN, LARGEST_PATCH_M
+LAWS = onset.LAW, front.LAW, strength.LAW, existence.SEEN
 """By which bodies, spots and nothing are told apart, for C: `Laws`."""
 
 
@@ -29,23 +28,13 @@ class Doubt(NamedTuple):
     hits: Floats
     """Since it was started or recalled: echoes after the first,"""
     looks: Floats
-    """images in which there might have been one,"""
-    flickers: Floats
-    """and how many of these would have had one if there were no object: see `flicker`."""
+    """and images in which there might have been one."""
     strength: Floats
     """Sum over its echoes of what they have over the echoes of nothing, in standard deviations of these,"""
     told: Floats
     """and number of the echoes that tell their strength;"""
     by_strength: Floats
-    """the log-likelihood ratio taken of that, and"""
-    by_motion: Floats
-    """that of its motion, or of its size;"""
-    off_squares: Floats
-    """sum of squares, m2, of how much its echoes were off their range,"""
-    placed: Floats
-    """number of those that tell it,"""
-    by_wander: Floats
-    """and the log-likelihood ratio taken of that;"""
+    """the log-likelihood ratio taken of that;"""
     sharp: Floats
     """how many of its echoes set in sharply,"""
     set_in: Floats
@@ -59,7 +48,7 @@ class Doubt(NamedTuple):
     by_front: Floats
     """and the log-likelihood ratio taken of that;"""
     spots: Floats
-    """the share of spots at its place that it is judged by."""
+    """the share of spots that it is judged by."""
 
 
 class Look(NamedTuple):
@@ -73,11 +62,8 @@ class Look(NamedTuple):
     """and that a visible object would have given an echo; 0 in a drop-out."""
     strength: Floats
     """Of the echo, dB; 0: none, or not told."""
-    off_range: Floats
-    """By how much the echo is farther than the object was expected, m; NaN: none, or one that is not all of it and only
-    of it, or that tells no strength, and so is not of the chain: how such echoes wander nobody knows beforehand."""
     onset: Floats
-    """How slowly such an echo sets in, see `onset`; 0: none, or not told."""
+    """How slowly it sets in, see `onset`; 0: none, or one that is not all of the object and only of it, or not told."""
     front: Floats
     """How likely such an echo's front is a body's; 0: none, or not told."""
 
@@ -85,8 +71,8 @@ class Look(NamedTuple):
 class AtPlaces(NamedTuple):
     """What echoes of nothing are like at n places."""
 
-    spots: Floats
-    """(n,) share of spots, which come and go, among them: see `flicker`."""
+    spots: float
+    """Share of spots, which come and go, among them: see `flicker`."""
     typical: Floats
     """(3, n) table of `strength.Typical`."""
 
@@ -112,8 +98,6 @@ class Unexplained(NamedTuple):
 class Spots(NamedTuple):
     """What is known of the echoes of spots."""
 
-    wander_m2: float
-    """Mean square of what they wander, m2."""
     sharp: float
     """Share of them that set in sharply."""
     front: float
@@ -125,12 +109,8 @@ class Spots(NamedTuple):
 class Counted(NamedTuple):
     """Of the echoes of tracks that ended as spots."""
 
-    off_squares: float
-    """Sum of squares, m2, of how much they were off their range,"""
-    placed: float
-    """of so many;"""
     sharp: float
-    """how many set in sharply"""
+    """How many set in sharply"""
     set_in: float
     """of so many;"""
     fronts: float
@@ -144,14 +124,13 @@ class Assumed(NamedTuple):
 
     rates: Rates
     detection_probability: float
-    static_prior: float
     spots: Spots
 
 
-def assumed(echo: EchoSettings, motion: MotionSettings, spots: Spots) -> Assumed:
+def assumed(echo: EchoSettings, spots: Spots) -> Assumed:
     """Return what the settings say, and what was learned of spots."""
     rates = Rates(echo.silence_rate, echo.return_rate, echo.loss_rate)
-    return Assumed(rates, echo.detection_probability, motion.static_prior, spots)
+    return Assumed(rates, echo.detection_probability, spots)
 
 
 def begin(table: Floats, first: int, births: float, unknown: Unexplained) -> None:
@@ -164,16 +143,14 @@ def take_image(
     seen: tuple[Ints, Mask, Mask],
     look: Floats,
     nothing: AtPlaces,
-    shape: tuple[Floats, Floats],
     dt: float,
     known: Assumed,
 ) -> None:
     """Judge by an image, `dt` seconds after the one before; tables of `Doubt` and `Look`.
 
-    `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo; `shape`: (n,)
-    probability that they do not move, and radius, m.
+    `seen`: (n,) echoes so far, this one too, which objects are confirmed, and which had an echo.
     """
-    native.doubt_take_image(table, seen, look, nothing, shape, dt, known, LAWS)
+    native.doubt_take_image(table, seen, look, nothing, dt, known, LAWS)
 
 
 def proof(table: Floats, i: int) -> float:

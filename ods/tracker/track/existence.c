@@ -36,8 +36,3 @@ KERNEL(existence_told_apart, CHAIN ", float from_nothing, float from_spot, out f
 {
     put(ARRAY(double, 6), told_apart(CHAIN_FROM(0), FLOAT(4), FLOAT(5)));
 }
-
-KERNEL_FLOAT(existence_evidence_of_motion, "float static, float static_prior, float crowd")
-{
-    return evidence_of_motion(FLOAT(0), FLOAT(1), FLOAT(2));
-}

@@ -9,11 +9,6 @@
 #define YOUNG 300.0
 /* Keeps quotients and logarithms of a probability finite. */
 #define SMALLEST 1e-300
-/* Largest logarithm of a likelihood ratio that motion alone gives, and that it gives in a crowd. */
-#define MOST_MOTION 6.0
-#define MOST_MOTION_IN_CROWD 2.5
-/* Logarithm of the likelihood ratio that size alone gives: what is larger than a patch of bottom is hardly a spot. */
-#define LARGE 3.0
 /* No echo is that sure. */
 #define LEAST_MISSED 1e-3
 /* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
@@ -95,22 +90,6 @@ static inline Chain told_apart(Chain chain, double from_nothing, double from_spo
     if (from_nothing == 0.0 && from_spot == 0.0)
         return chain;
     return normalized(chain.visible, chain.silent, chain.nothing * exp(-from_nothing), chain.spot * exp(-from_spot));
-}
-
-/* Returns the log-likelihood ratio of a body over a spot, which does not move, by `static` of `Belief`.
-
-   `crowd`: of `doubt.Spots`. */
-static inline double evidence_of_motion(double is_static, double static_prior, double crowd)
-{
-    const double most = MOST_MOTION + crowd * (MOST_MOTION_IN_CROWD - MOST_MOTION);
-    return smaller(most, larger(0.0, log(static_prior / larger(SMALLEST, is_static))));
-}
-
-/* Returns the log-likelihood ratio of a body over a spot by its radius, m; no patch is larger than `largest_patch_m`.
-   */
-static inline double evidence_of_size(double radius, double largest_patch_m)
-{
-    return radius > largest_patch_m ? LARGE : 0.0;
 }
 
 #endif

@@ -7,7 +7,7 @@ The states (`Chain`) are visible (exists and gives echoes), silent (exists, give
 false track, or the object is gone) and spot (a place where echoes come and go, as on a rough sea-bed: see `flicker`).
 Missing an object in some images is normal [SSIE]: the silent state keeps a well-established object alive
 through a silence that would end a young one. Bodies and spots are told apart by how often they are seen, how strong
-they are and whether they move.
+their echoes are and how these set in.
 """
 
 from typing import NamedTuple
@@ -82,12 +82,3 @@ def told_apart(chain: Chain, from_nothing: float, from_spot: float) -> Chain:
     after = np.empty(4)
     native.existence_told_apart(chain, from_nothing, from_spot, after)
     return Chain(*after.tolist())
-
-
-def evidence_of_motion(static: float, static_prior: float, crowd: float) -> float:
-    """Return the log-likelihood ratio of a body over a spot, which does not move, by `static` of `Belief`.
-
-    `crowd`: of `doubt.Spots`.
-    """
-    ratio: float = native.existence_evidence_of_motion(static, static_prior, crowd)
-    return ratio

@@ -19,9 +19,8 @@ def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
     chances = np.stack([doubt.visible, doubt.silent, doubt.nothing, doubt.spot, doubt.first_visible])
     if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
         raise ValueError("probabilities that are none")
-    hits, looks, flickers = doubt.hits, doubt.looks, doubt.flickers
-    most = looks * (1.0 + ROUNDING)
-    if not (np.isfinite(looks) & (hits >= 0.0) & (flickers >= 0.0) & (hits <= most) & (flickers <= most)).all():
+    hits, looks = doubt.hits, doubt.looks
+    if not (np.isfinite(looks) & (hits >= 0.0) & (hits <= looks * (1.0 + ROUNDING))).all():
         raise ValueError("looks that are none")
     bounded = (np.abs(np.stack(doubt)) < FARTHEST).all()
     if not bounded or not ((doubt.told >= 0.0) & (doubt.spots > 0.0) & (doubt.spots < 1.0)).all():

@@ -116,14 +116,11 @@ class Tracks:
         """Return (n,) the probability that an object, if it exists, gives echoes; silent ones do so again, 1/s."""
         return doubt.visibilities(self._doubt.table, -math.expm1(-return_rate * self.unjudged_s))
 
-    def take_image(
-        self, seen: tuple[Mask, Mask], radius: Floats, look: Named[Look], nothing: AtPlaces, known: Assumed
-    ) -> None:
-        """Judge existence by an image: (n,) which objects had an echo, which are confirmed, how large they are, m."""
+    def take_image(self, seen: tuple[Mask, Mask], look: Named[Look], nothing: AtPlaces, known: Assumed) -> None:
+        """Judge existence by an image: (n,) which objects had an echo, and which are confirmed."""
         hit, confirmed = seen
-        shape = self._observer.static(), radius
         counted = self.history.echoes, confirmed, hit
-        doubt.take_image(self._doubt.table, counted, look.table, nothing, shape, self.unjudged_s, known)
+        doubt.take_image(self._doubt.table, counted, look.table, nothing, self.unjudged_s, known)
         self.unjudged_s = 0.0
 
     def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, unknown: Unexplained) -> None:
