@@ -29,9 +29,8 @@ from ods.base.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar
 from ods.tracker import judgement
-from ods.tracker.association import flicker, front, match, onset, strength
+from ods.tracker.existence.model import EXISTENCE, MODEL, ExistenceModel
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import existence
 
 HELD_OUT_SEED = 11
 ROUGH = ("gravel", "kelp", "ripples", "rocky", "trench", "wall")
@@ -76,29 +75,34 @@ def detections_of(run: Run, folder: Path) -> list[DetectedPing]:
 Switch = Callable[[], AbstractContextManager[Any]]
 
 
-def _numbers(table: np.ndarray[Any, Any], rows: slice, value: float) -> Switch:
-    """Return a switch that sets rows of a table of constants to a value."""
+def _model(**values: float) -> Switch:
+    """Return a switch that sets numbers of the existence model."""
 
     class Changed:
         def __enter__(self) -> None:
-            self.before = table.copy()
-            table[rows] = value
+            self.before = MODEL.copy()
+            for name, value in values.items():
+                MODEL[ExistenceModel._fields.index(name)] = value
 
         def __exit__(self, *_: object) -> None:
-            table[:] = self.before
+            MODEL[:] = self.before
 
     return Changed
 
 
 MECHANISMS: dict[str, tuple[Switch, ...]] = {
-    "crowd": (partial(patch.object, match, "crowding", lambda *_: 0.0),),
-    "strength": (_numbers(strength.LAW, slice(2, 3), 0.0),),
-    "onset": (_numbers(onset.LAW, slice(4, 6), 0.0), partial(patch.object, judgement, "DEARER", 1.0)),
-    "front": (_numbers(front.LAW, slice(4, 6), 0.0),),
-    "hit rate": (_numbers(existence.SEEN, slice(1, 5, 2), 1e9), _numbers(existence.SEEN, slice(4, 5), 1e9)),
-    "learned share": (partial(patch.object, flicker.Flicker, "share", lambda *_: 0.1),),
+    "crowding": (_model(crowd_a_second=1e9),),
+    "strength": (_model(strength_limit=0.0),),
+    "onset": (
+        _model(onset_for=0.0, onset_against=0.0),
+        partial(patch.object, judgement, "EXISTENCE", EXISTENCE._replace(odds_factor=1.0)),
+    ),
+    "leading edge": (_model(edge_for=0.0, edge_against=0.0),),
+    "hit rate": (_model(object_looks=1e9, clutter_looks=1e9, crowded_looks=1e9),),
+    "learned share": (_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),),
+    "learned onsets, edges": (_model(onset_prior_echoes=1e9, edge_prior_echoes=1e9),),
 }
-"""How each is switched off; hit rates that are not learned are those of most objects and spots."""
+"""How each is switched off. Hit rates that are not learned are those of most objects and of most clutter."""
 
 
 class Variant(NamedTuple):
@@ -112,8 +116,8 @@ class Variant(NamedTuple):
 VARIANTS = (
     Variant("as it is"),
     *(Variant(f"without {name}", (name,)) for name in MECHANISMS),
-    Variant("without crowd, strength", ("crowd", "strength")),
-    Variant("without crowd, strength, at 0.98", ("crowd", "strength"), 0.98),
+    Variant("without crowding, strength", ("crowding", "strength")),
+    Variant("without crowding, strength, at 0.98", ("crowding", "strength"), 0.98),
     Variant("at 0.98", (), 0.98),
 )
 

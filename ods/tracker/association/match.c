@@ -3,7 +3,7 @@
 #include "ods/tracker/association/gating.h"
 #include "ods/tracker/association/split_merged.h"
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/track/doubt.h"
+#include "ods/tracker/existence/evidence.h"
 
 /* An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
    it sets in as the first of these does. */
@@ -11,9 +11,9 @@
 #define LEAST_JOINED_M 1.5
 /* An echo is smaller than its object, and so may be a part of it, if it is by so many of its standard deviations. */
 #define SMALLER_SIGMAS 3.0
-/* Rows of the tables of echoes and of looks. */
+/* Rows of the tables of echoes and of evidence. */
 #define ECHO_ROWS 12
-#define LOOK_ROWS 6
+#define EVIDENCE_ROWS 6
 #define AREA_OF_UNIT_CIRCLE 3.14159265358979323846
 
 /* An image of m echoes, and what is expected of n objects in it. */
@@ -116,34 +116,35 @@ typedef struct {
     const bool *inside, *skipped;
 } View;
 
-/* Sets of the look at object i what its echo k tells, which can be of no other object and is all of it. */
-static void look_at_echo(const Look *look, int64_t i, const EchoRows *echoes, int64_t k, const Bodies *bodies)
+/* Sets how the echo k of object i sets in, which can be of no other object and is all of it. */
+static void fill_in_how_it_sets_in(const ScanEvidence *evidence, int64_t i, const EchoRows *echoes, int64_t k,
+                                   const Bodies *bodies)
 {
     if (!(echoes->strength[k] > 0.0))
         return;
     const bool joined = echoes->radius[k] > JOINED * larger(LEAST_JOINED_M, bodies->radius[i]);
-    look->onset[i] = joined ? 0.0 : echoes->onset[k];
-    look->front[i] = joined ? 0.0 : echoes->front[k];
+    evidence->echo[ONSET][i] = joined ? 0.0 : echoes->onset[k];
+    evidence->echo[LEADING_EDGE][i] = joined ? 0.0 : echoes->front[k];
 }
 
-/* Fills in the look at n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
+/* Fills in the evidence of n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
    `expected`: probability that one that is watched has an echo. */
-static void fill_look(const Look *look, const Shown *shown, const Bodies *bodies, View view, const bool *hit,
-                      const double *merged, double expected)
+static void fill_evidence(const ScanEvidence *evidence, const Shown *shown, const Bodies *bodies, View view,
+                          const bool *hit, const double *merged, double expected)
 {
     const EchoRows echoes = echo_rows(shown->table, shown->count);
-    memset(look->llr, 0, sizeof(double) * LOOK_ROWS * (size_t)bodies->n);
+    memset(evidence->llr, 0, sizeof(double) * EVIDENCE_ROWS * (size_t)bodies->n);
     for (int64_t i = 0; i < bodies->n; i++) {
         if (hit[i] || merged[i] == 0.0)
-            look->watched[i] = bodies->confirmed[i] ? view.watched[i] : view.inside[i] && !view.skipped[i];
-        look->expected[i] = look->watched[i] * expected;
+            evidence->watched[i] = bodies->confirmed[i] ? view.watched[i] : view.inside[i] && !view.skipped[i];
+        evidence->expected[i] = evidence->watched[i] * expected;
     }
     for (int64_t k = 0; k < shown->count; k++) {
         const int64_t i = shown->objects[k];
-        look->llr[i] = shown->llr[k];
-        look->strength[i] = echoes.strength[k];
+        evidence->llr[i] = shown->llr[k];
+        evidence->echo[STRENGTH][i] = echoes.strength[k];
         if (shown->off_centre[k] == 0.0 && merged[i] == 0.0 && echoes.cut[k] == 0.0)
-            look_at_echo(look, i, &echoes, k, bodies);
+            fill_in_how_it_sets_in(evidence, i, &echoes, k, bodies);
     }
 }
 
@@ -166,7 +167,7 @@ KERNEL_BOOL(
     ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "
     "f8[3,n] position, f8[n] radius, b1[n] confirmed, f8[n] visibility, f8[n] watched, b1[n] inside, b1[n] skipped, "
     "float detection_probability, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
-    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[6,n] look, out b1[m] free, out i8[2] counts")
+    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[6,n] evidence, out b1[m] free, out i8[2] counts")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(10, 0), m = SIZE(5, 0);
@@ -194,8 +195,8 @@ KERNEL_BOOL(
     for (int64_t k = 0; k < shown.count; k++)
         hit[shown.objects[k]] = true;
     find_merged(&bodies, ARRAY(const double, 9), hit, view.watched, merged);
-    const Look look = look_rows(ARRAY(double, 23), n);
-    fill_look(&look, &shown, &bodies, view, hit, merged, FLOAT(16));
+    const ScanEvidence evidence = evidence_rows(ARRAY(double, 23), n);
+    fill_evidence(&evidence, &shown, &bodies, view, hit, merged, FLOAT(16));
     for (int64_t k = 0; k < shown.count; k++)
         shown.off_centre[k] += merged[shown.objects[k]];
     for (int64_t j = 0; j < m; j++)

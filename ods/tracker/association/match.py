@@ -10,13 +10,9 @@ from ods.messages import Sector
 from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
-from ods.tracker.association.crowd import crowding
-from ods.tracker.association.flicker import Flicker
-from ods.tracker.association.front import Front
 from ods.tracker.association.gating import Detectability
-from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
-from ods.tracker.association.strength import Strength
+from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
 from ods.tracker.measurement.cut_off import nothing_twice
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
@@ -24,29 +20,9 @@ from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained
 
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
-
-
-class FalseAlarms(NamedTuple):
-    """What is known of echoes that are no object's."""
-
-    clutter: Clutter
-    flicker: Flicker
-    strength: Strength
-    onset: Onset
-    front: Front
-
-    def spots(self, dt: float) -> Spots:
-        """Return what is known of the echoes of spots; `dt`: from the image before to the newest, s."""
-        crowd = crowding(self.strength.per_scan, dt)
-        return Spots(self.onset.of_spots, self.front.of_spots, crowd)
-
-    def at(self, range_m: Floats, sector: Sector) -> AtPlaces:
-        """Return what echoes of nothing are like at (n,) ranges."""
-        return AtPlaces(self.flicker.share(self.strength.per_scan), self.strength.typical(range_m, sector).table)
 
 
 class ScanMatch(NamedTuple):
@@ -58,14 +34,14 @@ class ScanMatch(NamedTuple):
     """and where (k,)."""
     hit: Mask
     """(n,) seen."""
-    look: Named[Look]
+    evidence: Named[ScanEvidence]
     """What the image shows of each."""
-    nothing: AtPlaces
-    """What echoes of nothing are like where the objects are."""
     unexplained: PositionMeasurement | None
     """Where echoes come from that no object explains, k; None: there are none,"""
-    unknown: Unexplained
+    new: NewTrackEvidence
     """and what is known of them."""
+    free: Mask
+    """(m,) echoes that no confirmed object explains."""
 
 
 class Shown(NamedTuple):
@@ -81,16 +57,16 @@ class Shown(NamedTuple):
     """Echoes that nobody explains."""
     hit: Mask
     """(n,) seen."""
-    look: Named[Look]
+    evidence: Named[ScanEvidence]
     free: Mask
     """(m,) echoes that no confirmed object explains."""
 
 
 def match_scan(
-    scan: Scan, prediction: ScanPrediction, alarms: FalseAlarms, associate: Association, settings: EchoSettings
+    scan: Scan, prediction: ScanPrediction, clutter: Clutter, associate: Association, settings: EchoSettings
 ) -> ScanMatch:
-    """Compare an image with what was predicted of n objects; `alarms` learn from the echoes that none explains."""
-    clutter, echoes, view = alarms.clutter, scan.echoes, prediction.field_of_view
+    """Compare an image with what was predicted of n objects; `clutter` learns from the echoes that none explains."""
+    echoes, view = scan.echoes, prediction.field_of_view
     density = clutter.density(echoes, scan.sector)
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
@@ -101,18 +77,16 @@ def match_scan(
     rest, half_vertical = echoes.take(seen.unexplained), scan.sector.half_vertical_rad
     measurement = _measured(seen, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    alarms.strength.count(echoes, seen.free, scan.sector)
-    nothing = alarms.at(prediction.measurement.rows.range_m, scan.sector)
     if len(seen.hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
         objects=seen.objects,
         measurement=measurement,
         hit=seen.hit,
-        look=seen.look,
-        nothing=nothing,
+        evidence=seen.evidence,
         unexplained=elsewhere,
-        unknown=_unknown(rest, alarms, scan.sector),
+        new=_new_track_evidence(rest, clutter, scan.sector),
+        free=seen.free,
     )
 
 
@@ -136,23 +110,22 @@ def shown(
     objects, table = np.empty(room, np.intp), np.empty((len(question.echoes.table), room))
     llr, off_centre = np.empty((2, room))
     unexplained, hit, free = np.empty(m, np.intp), np.empty(n, np.bool_), np.empty(m, np.bool_)
-    look, counts = np.empty((len(Look._fields), n)), np.empty(2, np.intp)
+    evidence, counts = np.empty((len(ScanEvidence._fields), n)), np.empty(2, np.intp)
     asked = assignment.echoes.table, assignment.explained, question.echoes.table, density.per_m2
     expected = question.predicted.table, question.estimate.position, question.estimate.radius, question.first
     seen = chance.visibility, view.watched, view.inside, view.skipped
-    answer = objects, table, llr, off_centre, unexplained, hit, look, free, counts
+    answer = objects, table, llr, off_centre, unexplained, hit, evidence, free, counts
     if not native.match_shown(pairs, asked, expected, seen, chance.detection_probability, answer):
         raise IndexError("an association's pairs are of the question's objects and echoes")
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
-    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(Look, look), free)
+    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free)
 
 
-def _unknown(rest: Echoes, alarms: FalseAlarms, sector: Sector) -> Unexplained:
+def _new_track_evidence(rest: Echoes, clutter: Clutter, sector: Sector) -> NewTrackEvidence:
     """Return what is known of the echoes `rest`, which no object explains."""
-    density, nothing = alarms.clutter.density(rest, sector).per_scan, alarms.at(rest.rows.range_m, sector)
-    told = rest.rows.strength, rest.rows.onset, rest.rows.front
-    return Unexplained(density, *told, nothing, alarms.onset.of_spots, alarms.front.of_spots)
+    rows, density = rest.rows, clutter.density(rest, sector).per_scan
+    return NewTrackEvidence(density, rows.range_m, rows.onset, rows.front, rows.strength)
 
 
 def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:

@@ -1,6 +1,6 @@
 /* The next state of an object, asked by Python (lifecycle.h). */
 
-#include "ods/tracker/track/lifecycle.h"
+#include "ods/tracker/existence/lifecycle.h"
 
 KERNEL_INT(
     next_state,

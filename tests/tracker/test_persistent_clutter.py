@@ -1,11 +1,8 @@
-"""Places where echoes come and go: counted, told from objects, and kept out of the map."""
+"""Places whose echoes come and go: few become objects, objects among them are found, and they stay out of the map."""
 
 import numpy as np
-import pytest
 
-from ods.tracker.association.flicker import CALM, CALM_TRACKS, MANY, MEMORY, MOST, NEW, Flicker
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.state import FlickerState
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RATE_HZ, scan
 
@@ -16,27 +13,6 @@ LATER_S = 2.5
 """and by so much later than in calm water, on average, an object may be found where 18 spots a ping come and go and no
 echo tells its strength; 1.0 is wanted, and not reached: 2.46 measured, 1.71 when a spot's usual share counted for 20
 images instead of 12, 1.43 when all spots were taken to be seen equally often."""
-
-
-def test_the_share_is_that_of_the_tracks_that_ended() -> None:
-    flicker = Flicker()
-    flicker.learn(6.0, 10.0)
-    flicker.learn(0.0, 0.0)
-    prior = CALM + NEW * 9.0 / (9.0 + MANY**2)
-    expected = (MEMORY * 6.0 + CALM_TRACKS * prior) / (MEMORY * 10.0 + CALM_TRACKS)
-    assert flicker.share(3.0) == pytest.approx(expected)
-    flicker.learn(1e4, 1e4)
-    assert flicker.share(3.0) == MOST
-
-
-def test_the_next_one_goes_on_with_the_same_counts_and_refuses_nonsense() -> None:
-    one, other = Flicker(), Flicker()
-    one.learn(6.0, 10.0)
-    other.restore(one.state())
-    assert other.share(1.0) == one.share(1.0) != Flicker().share(1.0)
-    for bad in (FlickerState(2.0, 1.0), FlickerState(-1.0, 1.0), FlickerState(1.0, float("nan"))):
-        with pytest.raises(ValueError, match="spots"):
-            Flicker().restore(bad)
 
 
 class Bed:
