@@ -1,8 +1,9 @@
 """`python -m benchmarks.house`: two figures of how hard the code is to follow, neither of which is met by cutting.
 
 Hand-set constants a package: numbers in Python's modules and in the defaults of named tuples, and in C's defines; what
-a user may set (`Settings`) and laws that a benchmark fitted are not counted. Files entered by one scan: what `Tracker.step` runs through for a scan with
-objects and false alarms, Python and C, and how often the work goes from one file to another.
+a user may set (`Settings`) and laws that a benchmark fitted are not counted. Files entered by one scan: what
+`Tracker.step` runs through for a scan with objects and false alarms, Python and C, and how often the work goes from one
+file to another.
 """
 
 import ast

@@ -28,7 +28,7 @@ def judge(
     """
     clutter.count_strengths(scan.echoes, match.free, scan.sector)
     places = prediction.measurement.rows.range_m, scan.sector
-    tracks.take_scan((match.hit, prediction.reported), match.evidence, places, settings.echo, clutter)
+    tracks.take_scan((match.hit, prediction.reported), match.evidence, places, settings, clutter)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     estimate, states = prediction.estimate, np.empty(len(match.hit), np.int64)
     place = estimate.position, estimate.variance, estimate.shared, estimate.radius, estimate.static

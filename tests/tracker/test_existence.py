@@ -23,7 +23,7 @@ from ods.tracker.existence.clutter_statistics import (
     ClutterStatistics,
 )
 from ods.tracker.existence.evidence import ExistenceTable
-from ods.tracker.existence.ipda import LEADING_EDGE, ONSET, STRENGTH, ExistenceState, HitRates, Rates
+from ods.tracker.existence.ipda import LEADING_EDGE, MOTION, ONSET, STRENGTH, ExistenceState, HitRates, Rates
 from ods.tracker.existence.model import EXISTENCE
 from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of
 from ods.tracker.settings import EchoSettings, TrackerSettings
@@ -160,7 +160,7 @@ def test_the_strengths_ratio_is_of_an_even_density_and_a_logistic_one_of_the_ech
 
 
 def test_nothing_is_said_without_echoes_or_of_strengths_that_nobody_measures() -> None:
-    for feature in (ONSET, LEADING_EDGE, STRENGTH):
+    for feature in (ONSET, LEADING_EDGE, STRENGTH, MOTION):
         assert ipda.log_ratio(feature, [], ClutterStatistics()) == pytest.approx(0.0, abs=1e-12)
     clutter = ClutterStatistics()
     count(clutter, [(50.0, 0.0)] * 5)
@@ -223,6 +223,14 @@ def test_a_new_track_needs_higher_odds_where_onsets_are_measured() -> None:
     assert ipda.confirmation_probability(tracks, 0) == pytest.approx(0.99)
     found = ipda.confirmation_probability(table(visible=0.97, silent=0.02, nothing=0.01, onsets=3.0), 0)
     assert found / (1.0 - found) == pytest.approx(99.0 / M.odds_factor)
+
+
+def test_motion_is_for_an_object_and_never_against_one() -> None:
+    """A ratio of the odds of rest before and now, up to a limit."""
+    clutter = ClutterStatistics()
+    assert ipda.log_ratio(MOTION, [0.1], clutter) == pytest.approx(math.log(0.5 / 0.1))
+    assert ipda.log_ratio(MOTION, [1e-9], clutter) == M.motion_for
+    assert ipda.log_ratio(MOTION, [0.1, 0.9], clutter) == 0.0
 
 
 def told(onset: float) -> float:

@@ -123,8 +123,8 @@ static void fill_in_how_it_sets_in(const ScanEvidence *evidence, int64_t i, cons
     if (!(echoes->strength[k] > 0.0))
         return;
     const bool joined = echoes->radius[k] > JOINED * larger(LEAST_JOINED_M, bodies->radius[i]);
-    evidence->echo[ONSET][i] = joined ? 0.0 : echoes->onset[k];
-    evidence->echo[LEADING_EDGE][i] = joined ? 0.0 : echoes->front[k];
+    evidence->onset[i] = joined ? 0.0 : echoes->onset[k];
+    evidence->leading_edge[i] = joined ? 0.0 : echoes->front[k];
 }
 
 /* Fills in the evidence of n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
@@ -142,7 +142,7 @@ static void fill_evidence(const ScanEvidence *evidence, const Shown *shown, cons
     for (int64_t k = 0; k < shown->count; k++) {
         const int64_t i = shown->objects[k];
         evidence->llr[i] = shown->llr[k];
-        evidence->echo[STRENGTH][i] = echoes.strength[k];
+        evidence->strength[i] = echoes.strength[k];
         if (shown->off_centre[k] == 0.0 && merged[i] == 0.0 && echoes.cut[k] == 0.0)
             fill_in_how_it_sets_in(evidence, i, &echoes, k, bodies);
     }

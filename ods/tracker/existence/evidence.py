@@ -9,7 +9,7 @@ from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.existence.clutter_statistics import ClutterStatistics
 from ods.tracker.existence.model import MODEL
-from ods.tracker.settings import EchoSettings
+from ods.tracker.settings import TrackerSettings
 
 
 class ExistenceTable(NamedTuple):
@@ -48,6 +48,12 @@ class ExistenceTable(NamedTuple):
     strength_echoes: Floats
     """number of echoes,"""
     strength_ratio: Floats
+    """log-likelihood ratio applied so far."""
+    at_rest: Floats
+    """Motion: probability of rest,"""
+    rests: Floats
+    """1 once that is known;"""
+    motion_ratio: Floats
     """log-likelihood ratio applied so far."""
 
 
@@ -91,21 +97,23 @@ def begin(
 def update(
     table: Floats,
     seen: tuple[Ints, Mask, Mask],
-    evidence: Floats,
+    evidence: tuple[Floats, Floats],
     places: tuple[Floats, Sector],
     dt: float,
-    echo: EchoSettings,
+    settings: TrackerSettings,
     clutter: ClutterStatistics,
 ) -> None:
-    """Judge by a scan, `dt` seconds after the one before; tables of `ExistenceTable` and `ScanEvidence`.
+    """Judge by a scan, `dt` seconds after the one before; `table`: of `ExistenceTable`.
 
-    seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; places: (n,) expected
-    ranges, m, and the fan that they are in.
+    seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; evidence: table of
+    `ScanEvidence`, and (n,) probability of rest; places: (n,) expected ranges, m, and the fan that they are in.
     """
     range_m, sector = places
     span = sector.range_min_m, sector.range_max_m
+    echo = settings.echo
     rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
-    native.existence_update(table, seen, evidence, range_m, span, dt, rates, clutter.values, MODEL)
+    given = rates, settings.motion.static_prior
+    native.existence_update(table, seen, evidence, range_m, span, dt, *given, clutter.values, MODEL)
 
 
 def visibilities(table: Floats, returned: float) -> Floats:

@@ -19,11 +19,12 @@
       How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
       beta-binomial laws. The first echoes prove much, the hundredth next to nothing (`hit_rate_ratio`).
-   3. What the echo looks like tells an object from clutter, too. Three features, in the table FEATURE:
+   3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
                       normal
         strength      its level over the background: mean of the track's echoes against those of clutter, logistic
+        motion        how likely the track's filter takes it to be at rest: clutter does not move
       Each keeps two sums a track (`update`), and turns them into one log-likelihood ratio (`log_ratio`). An echo
       replaces the ratio applied so far by the new one. Ratios are of the sums, not products over echoes: what lasts
       from scan to scan (a crest keeps its shape, a strong highlight stays strong) must not count anew with each echo.
@@ -33,7 +34,7 @@
    having been objects, each weighted by its probability of clutter, and, strengths, from all echoes that no confirmed
    track explains. An object that is there teaches nothing: its track does not end.
 
-   A new feature is one more line in FEATURE, its two functions, three rows of the table and one of the evidence. */
+   A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
 #include "ods/tracker/existence/evidence.h"
 #include "ods/tracker/measurement/scan.h"
@@ -56,13 +57,13 @@ typedef struct {
     double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_onsets, onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
-    double lasting, span_db, strength_limit, pooled, strength_few;
+    double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
     double calm_share, new_share, many, share_tracks, most_share, share_memory;
     double sharp_prior, onset_prior_echoes, most_sharp, edge_prior, edge_prior_echoes, most_edge, feature_memory;
     double strength_memory;
 } Model;
 
-#define MODEL "f8[41] model"
+#define MODEL "f8[42] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended and were clutter; of strengths, by
    ring, over the echoes of the last scans that no confirmed track explains. */
@@ -91,7 +92,7 @@ typedef struct {
 /* What clutter is like where a track is. */
 typedef struct {
     const Model *model;
-    double sharp_share, edge_mean;
+    double sharp_share, edge_mean, static_prior;
     double mean_db, sigma_db, strength_known;
 } Here;
 
@@ -102,6 +103,7 @@ typedef struct {
     double total[3]; /* of the rings: count, sum, squares */
     double nearest, farthest;
     double share, sharp_share, edge_mean;
+    double static_prior; /* probability that a new object is at rest */
 } Clutter;
 
 /* --- The four states: IPDA --- */
@@ -232,6 +234,19 @@ static double strength_ratio(double sum, double count, const Here *here)
     return smaller(m->strength_limit, larger(-m->strength_limit, ratio));
 }
 
+/* The last value counts: the filter has put all echoes together. */
+static void update_motion(double *sum, double *count, double at_rest, const Here *here)
+{
+    (void)here;
+    *sum = at_rest;
+    *count = 1.0;
+}
+
+static double motion_ratio(double sum, double count, const Here *here)
+{
+    return count == 0.0 ? 0.0 : smaller(here->model->motion_for, larger(0.0, log(here->static_prior / sum)));
+}
+
 static const struct {
     void (*update)(double *sum, double *count, double echo, const Here *here);
     double (*log_ratio)(double sum, double count, const Here *here);
@@ -241,17 +256,18 @@ static const struct {
     [ONSET] = {update_onset, onset_ratio, false, true},
     [LEADING_EDGE] = {update_edge, edge_ratio, false, true},
     [STRENGTH] = {update_strength, strength_ratio, true, false},
+    [MOTION] = {update_motion, motion_ratio, false, false},
 };
 
-/* Returns the state of track i given what its echo of a scan looks like. */
-static State apply_features(const ExistenceTable *tracks, int64_t i, State state, const double *const echo[FEATURES],
-                            int64_t k, bool confirmed, const Here *here)
+/* Returns the state of track i given what was measured of each feature, number k of these; NULL: of none. */
+static State apply_features(const ExistenceTable *tracks, int64_t i, State state,
+                            const double *const measured[FEATURES], int64_t k, bool confirmed, const Here *here)
 {
     for (int f = 0; f < FEATURES; f++) {
-        if (!(echo[f][k] > 0.0))
+        if (!measured[f] || !(measured[f][k] > 0.0))
             continue;
         double *sum = tracks->features[f].sum + i, *count = tracks->features[f].count + i;
-        FEATURE[f].update(sum, count, echo[f][k], here);
+        FEATURE[f].update(sum, count, measured[f][k], here);
         const double ratio = FEATURE[f].log_ratio(*sum, *count, here);
         const double change = ratio - tracks->features[f].ratio[i];
         if (confirmed && FEATURE[f].spares_confirmed && change < 0.0)
@@ -281,7 +297,7 @@ static double echoes_a_scan(const Counts *counts)
 /* Returns the clutter of a scan. What is known beforehand counts for so many tracks, or echoes. */
 static Clutter clutter_of(const Counts *counts, double nearest, double farthest, const Model *m)
 {
-    Clutter clutter = {m, counts, {0.0}, nearest, farthest};
+    Clutter clutter = {.model = m, .counts = counts, .nearest = nearest, .farthest = farthest, .static_prior = 0.5};
     for (int ring = 0; ring < RINGS; ring++) {
         clutter.total[0] += counts->count[ring];
         clutter.total[1] += counts->sum[ring];
@@ -311,6 +327,7 @@ static Here clutter_at(const Clutter *clutter, double range_m)
     return (Here){.model = m,
                   .sharp_share = clutter->sharp_share,
                   .edge_mean = clutter->edge_mean,
+                  .static_prior = clutter->static_prior,
                   .mean_db = mean,
                   .sigma_db = sqrt(larger(square(LEAST_SIGMA_DB), mean_square - square(mean))),
                   .strength_known = counts->count[ring] / (counts->count[ring] + m->strength_few)};
@@ -337,7 +354,7 @@ KERNEL(clutter_count_strengths,
 }
 
 /* Learns from the tracks that a scan `ended`. Called for every scan: what was counted before fades. */
-KERNEL(clutter_learn, "out " COUNTS ", f8[17,n] tracks, b1[n] ended, " MODEL)
+KERNEL(clutter_learn, "out " COUNTS ", f8[20,n] tracks, b1[n] ended, " MODEL)
 {
     Counts *counts = ARRAY(Counts, 0);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
@@ -373,13 +390,13 @@ static void keep(const ExistenceTable *tracks, int64_t i, State state)
 
 /* Sets tracks from `first` on, one an unexplained echo, given births a scan and false alarms a scan at each. */
 KERNEL(existence_begin,
-       "out f8[17,n] tracks, int first, float births, f8[k] density, f8[k] range_m, f8[k] onset, f8[k] edge, "
+       "out f8[20,n] tracks, int first, float births, f8[k] density, f8[k] range_m, f8[k] onset, f8[k] edge, "
        "f8[k] strength, float nearest, float farthest, " COUNTS ", " MODEL)
 {
     const int64_t first = INT(1), n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
     const double births = FLOAT(2), *density = ARRAY(const double, 3), *range_m = ARRAY(const double, 4);
-    const double *const echo[FEATURES] = {ARRAY(const double, 5), ARRAY(const double, 6), ARRAY(const double, 7)};
+    const double *const measured[FEATURES] = {ARRAY(const double, 5), ARRAY(const double, 6), ARRAY(const double, 7)};
     const Clutter clutter = clutter_of(ARRAY(const Counts, 10), FLOAT(8), FLOAT(9), ARRAY(const Model, 11));
     for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
         const int64_t i = first + k;
@@ -387,7 +404,7 @@ KERNEL(existence_begin,
         const double none = density[k] / (births + density[k]);
         const State state = {1.0 - none, 0.0, (1.0 - clutter.share) * none, clutter.share * none};
         tracks.clutter_share[i] = clutter.share;
-        keep(&tracks, i, apply_features(&tracks, i, state, echo, k, false, &here));
+        keep(&tracks, i, apply_features(&tracks, i, state, measured, k, false, &here));
         tracks.first_visible[i] = tracks.visible[i];
     }
 }
@@ -401,6 +418,7 @@ static double logit(double share)
 typedef struct {
     double dt, detection_probability, crowding;
     Rates rates;
+    const double *const *measured; /* of each feature, (n,) */
 } OfScan;
 
 static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvidence *evidence, int64_t echoes,
@@ -412,7 +430,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->looks[i], of->detection_probability, of->crowding,
                                           clutter->model);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
-    state = apply_features(tracks, i, state, (const double *const *)evidence->echo, i, confirmed, &here);
+    state = apply_features(tracks, i, state, of->measured, i, confirmed, &here);
     if (confirmed && clutter->share != tracks->clutter_share[i]) {
         /* what was confirmed before any clutter was known is judged by what is known now */
         state = apply_likelihood_ratio(state, 0.0, logit(tracks->clutter_share[i]) - logit(clutter->share));
@@ -425,25 +443,28 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
 
 /* Updates n tracks by a scan, `dt` seconds after the one before. */
 KERNEL(existence_update,
-       "out f8[17,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] range_m, float nearest, "
+       "out f8[20,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] static, f8[n] range_m, float nearest, "
        "float farthest, float dt, float silence, float recovery, float loss, float detection_probability, "
-       COUNTS ", " MODEL)
+       "float static_prior, " COUNTS ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
     const bool *confirmed = ARRAY(const bool, 2), *hit = ARRAY(const bool, 3);
     const ScanEvidence evidence = evidence_rows(ARRAY(double, 4), n);
-    const double *range_m = ARRAY(const double, 5);
-    const Model *m = ARRAY(const Model, 14);
-    const Clutter clutter = clutter_of(ARRAY(const Counts, 13), FLOAT(6), FLOAT(7), m);
-    const OfScan of = {FLOAT(8), FLOAT(12), crowding_of(echoes_a_scan(clutter.counts), FLOAT(8), m),
-                       {FLOAT(9), FLOAT(10), FLOAT(11)}};
+    const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, evidence.strength,
+                                              ARRAY(const double, 5)};
+    const double *range_m = ARRAY(const double, 6), dt = FLOAT(9);
+    const Model *m = ARRAY(const Model, 16);
+    Clutter clutter = clutter_of(ARRAY(const Counts, 15), FLOAT(7), FLOAT(8), m);
+    clutter.static_prior = FLOAT(14);
+    const OfScan of = {dt, FLOAT(13), crowding_of(echoes_a_scan(clutter.counts), dt, m),
+                       {FLOAT(10), FLOAT(11), FLOAT(12)}, measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &clutter, range_m[i]);
 }
 
 /* Fills in the probability that a track's object, if it exists, gives echoes; `returned`: that a silent one does. */
-KERNEL(existence_visibilities, "f8[17,n] tracks, float returned, out f8[n] visibility")
+KERNEL(existence_visibilities, "f8[20,n] tracks, float returned, out f8[n] visibility")
 {
     const int64_t n = SIZE(0, 1);
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
@@ -481,7 +502,7 @@ KERNEL(existence_apply_likelihood_ratio, STATE ", float over_nothing, float over
     put(ARRAY(double, 6), apply_likelihood_ratio(STATE_FROM(0), FLOAT(4), FLOAT(5)));
 }
 
-KERNEL_FLOAT(existence_confirmation_probability, "f8[17,n] tracks, int i, float odds_factor")
+KERNEL_FLOAT(existence_confirmation_probability, "f8[20,n] tracks, int i, float odds_factor")
 {
     const ExistenceTable tracks = existence_rows(ARRAY(double, 0), SIZE(0, 1));
     return INT(1) >= 0 && INT(1) < SIZE(0, 1) ? confirmation_probability(&tracks, INT(1), FLOAT(2)) : NAN;

@@ -10,8 +10,8 @@ from ods.compiled import native
 from ods.tracker.existence.clutter_statistics import ClutterStatistics
 from ods.tracker.existence.model import EXISTENCE, MODEL
 
-ONSET, LEADING_EDGE, STRENGTH = range(3)
-"""Features of echoes."""
+ONSET, LEADING_EDGE, STRENGTH, MOTION = range(4)
+"""Features."""
 
 
 class ExistenceState(NamedTuple):
@@ -73,7 +73,10 @@ def apply_likelihood_ratio(state: ExistenceState, over_nothing: float, over_clut
 def log_ratio(
     feature: int, echoes: Sequence[float], clutter: ClutterStatistics, range_m: float = 0.5, farthest_m: float = 1.0
 ) -> float:
-    """Return a feature's log-likelihood ratio of an object over clutter, by a track's echoes."""
+    """Return a feature's log-likelihood ratio of an object over clutter, by a track's echoes.
+
+    Motion: by probabilities of rest, of which 0.5 is the one beforehand.
+    """
     values = np.array(echoes, np.float64)
     ratio: float = native.existence_log_ratio(feature, values, range_m, 0.0, farthest_m, clutter.values, MODEL)
     return ratio

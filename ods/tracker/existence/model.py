@@ -66,6 +66,9 @@ class ExistenceModel(NamedTuple):
     strength_few: float = 10.0
     """So many echoes tell half of what there is to know of clutter's strengths."""
 
+    motion_for: float = 2.5
+    """Largest log-likelihood ratio of motion for an object; against one it says nothing."""
+
     calm_share: float = 1e-4
     """Share of clutter among false tracks before any ended, in calm water;"""
     new_share: float = 0.1

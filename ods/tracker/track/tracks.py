@@ -18,7 +18,7 @@ from ods.tracker.measurement.scan import Scan
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
-from ods.tracker.settings import EchoSettings
+from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import TracksState
 from ods.tracker.utc import Restamp
 
@@ -125,7 +125,7 @@ class Tracks:
         seen: tuple[Mask, Mask],
         of_scan: Named[ScanEvidence],
         places: tuple[Floats, Sector],
-        echo: EchoSettings,
+        settings: TrackerSettings,
         clutter: ClutterStatistics,
     ) -> None:
         """Judge existence by a scan.
@@ -134,7 +134,8 @@ class Tracks:
         """
         hit, confirmed = seen
         counted = self.history.echoes, confirmed, hit
-        evidence.update(self._existence.table, counted, of_scan.table, places, self.unjudged_s, echo, clutter)
+        measured = of_scan.table, self._observer.static()
+        evidence.update(self._existence.table, counted, measured, places, self.unjudged_s, settings, clutter)
         self.unjudged_s = 0.0
 
     def start(
