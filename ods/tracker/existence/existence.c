@@ -15,10 +15,11 @@
 
    1. Time passes (`predict`): an object may fall silent, return, or be lost.
    2. The scan had an echo for the track, or it had none where one was expected (`update`): Bayes' rule. An echo is
-      `llr` times as likely from an object as from noise. To "nothing" and "silent", an echo is noise.
+      e^llr times as likely from an object as from noise. To "nothing" and "silent", an echo is noise.
       How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
       distributed and follows the track's own hits, so that the product over all scans is the ratio of two
-      beta-binomial laws. The first echoes prove much, the hundredth next to nothing (`hit_rate_ratio`).
+      beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
+      hundredth next to nothing (`hit_rate_ratio`).
    3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
         onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
         leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
@@ -47,6 +48,8 @@
 #define LEAST_MISSED 1e-3
 /* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
 #define MOST_EVIDENCE 30.0
+/* Keeps means over no echoes finite. */
+#define LEAST_ECHOES 1e-9
 /* Strengths of clutter are never taken to be more alike than this. */
 #define LEAST_SIGMA_DB 0.5
 /* Classes of range whose strengths are counted apart. */
@@ -320,8 +323,8 @@ static Here clutter_at(const Clutter *clutter, double range_m)
     const Model *m = clutter->model;
     const Counts *counts = clutter->counts;
     const int64_t ring = ring_of(range_m, clutter->nearest, clutter->farthest);
-    const double weight = m->pooled / larger(clutter->total[0], SMALLEST);
-    const double count = larger(counts->count[ring] + weight * clutter->total[0], SMALLEST);
+    const double weight = m->pooled / larger(clutter->total[0], LEAST_ECHOES);
+    const double count = larger(counts->count[ring] + weight * clutter->total[0], LEAST_ECHOES);
     const double mean = (counts->sum[ring] + weight * clutter->total[1]) / count;
     const double mean_square = (counts->squares[ring] + weight * clutter->total[2]) / count;
     return (Here){.model = m,
