@@ -91,6 +91,8 @@ def _model(**values: float) -> Switch:
 
 
 MECHANISMS: dict[str, tuple[Switch, ...]] = {
+    "crowding": (_model(crowd_a_second=1e9),),
+    "lighter prior in crowds": (_model(clutter_looks=8.0),),
     "strength": (_model(strength_limit=0.0),),
     "onset": (
         _model(onset_for=0.0, onset_against=0.0),
@@ -98,7 +100,7 @@ MECHANISMS: dict[str, tuple[Switch, ...]] = {
     ),
     "leading edge": (_model(edge_for=0.0, edge_against=0.0),),
     "motion": (_model(motion_for=0.0),),
-    "hit rate": (_model(object_looks=1e9, clutter_looks=1e9),),
+    "hit rate": (_model(object_looks=1e9, clutter_looks=1e9, crowded_looks=1e9),),
     "learned share": (_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),),
     "learned onsets, edges": (_model(onset_prior_echoes=1e9, edge_prior_echoes=1e9),),
 }
@@ -116,6 +118,7 @@ class Variant(NamedTuple):
 VARIANTS = (
     Variant("as it is"),
     *(Variant(f"without {name}", (name,)) for name in MECHANISMS),
+    Variant("without crowding, strength", ("crowding", "strength")),
     Variant("at 0.99", (), 0.99),
 )
 

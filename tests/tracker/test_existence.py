@@ -48,7 +48,7 @@ def test_existence_stays_a_probability(seed: int, dt: float) -> None:
     for probabilities in rng.dirichlet(np.ones(4), 50).tolist():
         start = ExistenceState(*probabilities)
         later = ipda.predict(start, int(rng.integers(1, 1000)), rng.random(), dt, rates)
-        often = ipda.hit_rate_ratio(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9)
+        often = ipda.hit_rate_ratio(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9, rng.random())
         updated = ipda.update(later, bool(rng.random() < 0.5), rng.normal(0.0, 50.0), 0.99 * rng.random(), often)
         judged = ipda.apply_likelihood_ratio(updated, rng.normal(0.0, 5.0), rng.normal(0.0, 5.0))
         for state in (later, updated, judged):
@@ -72,12 +72,13 @@ def test_bayes_by_hand() -> None:
 
 
 @pytest.mark.parametrize(("hits", "looks"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
-def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, looks: int) -> None:
+@pytest.mark.parametrize("crowding", [0.0, 1.0])
+def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, looks: int, crowding: float) -> None:
     """An object over clutter, whatever the order of hits and misses."""
     order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
     state, seen, probability = ExistenceState(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
     for k, hit in enumerate(order.tolist()):
-        rates = ipda.hit_rate_ratio(seen, float(k), probability)
+        rates = ipda.hit_rate_ratio(seen, float(k), probability, crowding)
         # 1e6 times as likely as a false alarm, which then is no other explanation
         state = ipda.update(state, hit, math.log(1e6), probability, rates)
         seen += float(hit)
@@ -86,9 +87,19 @@ def test_many_scans_prove_what_the_beta_binomial_law_says(hits: int, looks: int)
         a, b = weight * share, weight * (1.0 - share)
         return float(betaln(a + hits, b + looks - hits) - betaln(a, b))
 
-    of_clutter = log_law(M.clutter_hit_rate, M.clutter_looks)
+    of_clutter = log_law(M.clutter_hit_rate, M.crowded_looks if crowding else M.clutter_looks)
     expected = log_law(M.object_hit_rate, M.object_looks) - of_clutter
     assert np.log(state.visible / state.clutter) == pytest.approx(expected, abs=1e-3)
+
+
+def test_clutter_is_crowded_by_its_echoes_a_second() -> None:
+    def crowding(echoes: float, dt: float) -> float:
+        return knowing({STRENGTHS: echoes}).crowding(dt)
+
+    assert crowding(0.1 * M.crowd_a_second, 0.1) == pytest.approx(0.5)
+    assert crowding(10.0, 0.15) < 0.001, "a coarse sonar over rocks"
+    assert crowding(40.0, 0.15) > 0.9, "three planes over ripples"
+    assert crowding(0.0, 0.15) == crowding(10.0, 0.0) == 0.0, "nothing is known yet"
 
 
 @pytest.mark.parametrize("share", [0.02, 0.09, 0.5, M.most_sharp])
@@ -234,6 +245,10 @@ def test_what_sets_in_as_an_object_does_is_told_sooner_and_a_crest_later() -> No
     untold = told_after(0.1)
     assert told_after(0.1, front=0.99) + 0.3 < untold
     assert untold + 0.3 < told_after(0.1, front=0.02) < 10.0
+
+
+def test_a_place_that_stays_takes_more_scans_in_a_crowd() -> None:
+    assert told_after(0.1, rate_hz=10.0 * RATE_HZ) > told_after(0.1) + 0.5
 
 
 def test_clutter_that_ends_teaches_what_its_leading_edges_are_like() -> None:

@@ -52,3 +52,8 @@ class ClutterStatistics:
         """Share of persistent clutter among what is no object."""
         share: float = native.existence_clutter_share(self.values, MODEL)
         return share
+
+    def crowding(self, dt: float) -> float:
+        """Return how crowded clutter is, 0 to 1; `dt`: from the scan before to the newest, s."""
+        crowding: float = native.existence_crowding(dt, self.values, MODEL)
+        return crowding

@@ -57,7 +57,7 @@
 
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
-    double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks;
+    double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
     double sharp, object_sharp, object_slow, clutter_onsets, onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
@@ -66,7 +66,7 @@ typedef struct {
     double strength_memory;
 } Model;
 
-#define MODEL "f8[39] model"
+#define MODEL "f8[42] model"
 
 /* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended and were clutter; of strengths, by
    ring, over the echoes of the last scans that no confirmed track explains. */
@@ -157,11 +157,20 @@ static State apply_likelihood_ratio(State state, double over_nothing, double ove
 /* --- Hit rate --- */
 
 /* Returns the rates by a track's hits in so many looks: means of the beta laws given these. */
-static HitRates hit_rate_ratio(double hits, double looks, double detection_probability, const Model *m)
+static HitRates hit_rate_ratio(double hits, double looks, double detection_probability, double crowding, const Model *m)
 {
+    const double weight = m->clutter_looks + crowding * (m->crowded_looks - m->clutter_looks);
     const double object = (hits + m->object_looks * m->object_hit_rate) / (looks + m->object_looks);
-    const double clutter = (hits + m->clutter_looks * m->clutter_hit_rate) / (looks + m->clutter_looks);
+    const double clutter = (hits + weight * m->clutter_hit_rate) / (looks + weight);
     return (HitRates){object / detection_probability, clutter / detection_probability};
+}
+
+/* Returns how crowded clutter is, 0 to 1: among hundreds of highlights a second some are seen nearly always. */
+static double crowding_of(double echoes, double dt, const Model *m)
+{
+    if (!(echoes > 0.0 && dt > 0.0))
+        return 0.0;
+    return 1.0 / (1.0 + pow(m->crowd_a_second * dt / echoes, m->crowd_power));
 }
 
 /* --- Features of echoes --- */
@@ -410,7 +419,7 @@ static double logit(double share)
 
 /* What is the same for all tracks of a scan, `dt` s after the one before. */
 typedef struct {
-    double dt, detection_probability;
+    double dt, detection_probability, crowding;
     Rates rates;
     const double *const *measured; /* of each feature, (n,) */
 } OfScan;
@@ -421,7 +430,7 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
     const double watched = evidence->watched[i];
     const Here here = clutter_at(clutter, range_m);
     State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
-    const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->looks[i], of->detection_probability,
+    const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->looks[i], of->detection_probability, of->crowding,
                                           clutter->model);
     state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
     state = apply_features(tracks, i, state, of->measured, i, confirmed, &here);
@@ -451,7 +460,8 @@ KERNEL(existence_update,
     const Model *m = ARRAY(const Model, 16);
     Clutter clutter = clutter_of(ARRAY(const Counts, 15), FLOAT(7), FLOAT(8), m);
     clutter.static_prior = FLOAT(14);
-    const OfScan of = {dt, FLOAT(13), {FLOAT(10), FLOAT(11), FLOAT(12)}, measured};
+    const OfScan of = {dt, FLOAT(13), crowding_of(echoes_a_scan(clutter.counts), dt, m),
+                       {FLOAT(10), FLOAT(11), FLOAT(12)}, measured};
     for (int64_t i = 0; i < n; i++)
         update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &clutter, range_m[i]);
 }
@@ -502,11 +512,16 @@ KERNEL_FLOAT(existence_confirmation_probability, "f8[20,n] tracks, int i, float 
 }
 
 KERNEL(existence_hit_rate_ratio,
-       "float hits, float looks, float detection_probability, " MODEL ", out f8[2] rates")
+       "float hits, float looks, float detection_probability, float crowding, " MODEL ", out f8[2] rates")
 {
-    const HitRates rates = hit_rate_ratio(FLOAT(0), FLOAT(1), FLOAT(2), ARRAY(const Model, 3));
-    double *out = ARRAY(double, 4);
+    const HitRates rates = hit_rate_ratio(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), ARRAY(const Model, 4));
+    double *out = ARRAY(double, 5);
     out[0] = rates.object, out[1] = rates.clutter;
+}
+
+KERNEL_FLOAT(existence_crowding, "float dt, " COUNTS ", " MODEL)
+{
+    return crowding_of(echoes_a_scan(ARRAY(const Counts, 1)), FLOAT(0), ARRAY(const Model, 2));
 }
 
 KERNEL_FLOAT(existence_clutter_share, COUNTS ", " MODEL)

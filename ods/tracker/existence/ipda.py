@@ -45,10 +45,10 @@ def predict(state: ExistenceState, echoes: int, watched: float, dt: float, rates
     return ExistenceState(*after.tolist())
 
 
-def hit_rate_ratio(hits: float, looks: float, detection_probability: float) -> HitRates:
+def hit_rate_ratio(hits: float, looks: float, detection_probability: float, crowding: float) -> HitRates:
     """Return how often a track has an echo, by its hits in so many looks."""
     rates = np.empty(2)
-    native.existence_hit_rate_ratio(hits, looks, detection_probability, MODEL, rates)
+    native.existence_hit_rate_ratio(hits, looks, detection_probability, crowding, MODEL, rates)
     return HitRates(*rates.tolist())
 
 

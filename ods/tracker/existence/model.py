@@ -14,8 +14,14 @@ class ExistenceModel(NamedTuple):
     """and its weight."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
-    clutter_looks: float = 8.0
-    """and its weight."""
+    clutter_looks: float = 12.0
+    """and its weight,"""
+    crowded_looks: float = 8.0
+    """and its weight where clutter is crowded: there more of it is seen in nearly all scans."""
+    crowd_a_second: float = 180.0
+    """Clutter is half crowded with so many of its echoes a second:"""
+    crowd_power: float = 8.0
+    """1 / (1 + (crowd / echoes)^power)."""
 
     sharp: float = 1.06
     """An echo that sets in within so many widths of a point is sharp."""
