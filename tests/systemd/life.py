@@ -68,5 +68,6 @@ class Life:
         return self.wait_for(replaced)
 
     def journal(self, user: str = "") -> str:
-        """Return what the processes said since power-on, and systemd about them, as a user may read it."""
-        return self.guest.ask("journalctl", "-b", "-o", "cat", "--no-pager", "-n", "80", "-u", "ods@*", user=user)[1]
+        """Return what processes and far ends said since power-on, and systemd about them, as a user may read it."""
+        units = ("-u", "ods@*", "-u", "test-far-end")
+        return self.guest.ask("journalctl", "-b", "-o", "cat", "--no-pager", "-n", "80", *units, user=user)[1]
