@@ -13,6 +13,7 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
+from ods.pipeline.measure.echoes import EchoTable, joined
 from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
@@ -117,21 +118,23 @@ class Chain:
         deaf = self._beams.judge(ping, frame, first, missing)
         whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
         unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
-        found, faint, heard_from = list[Detection](), list[Detection](), 0.0
+        found, faint, heard_from, count = list[EchoTable](), list[EchoTable](), 0.0, 0
         for prepared in self._prepared:
             if prepared.phase in (EVERY_PHASE, phase):
-                more = prepared.detect(whole, context, mask, len(found))
-                found += more.detections
-                faint += more.faint
+                more = prepared.detect(whole, context, mask, count)
+                found.append(more.echoes)
+                faint.append(more.faint)
+                count += len(more.echoes)
                 heard_from = max(heard_from, more.heard_from)
-        pulses = self._pulses.sort_out(ping, found, faint)
+        echoes, weak = joined(found), joined(faint)
+        pulses = self._pulses.sort_out(ping, echoes, weak)
         if pulses.why:
-            found = [echo for echo, is_pulse in zip(found, pulses.of_detections, strict=True) if not is_pulse]
-            faint = [echo for echo, is_pulse in zip(faint, pulses.of_faint, strict=True) if not is_pulse]
+            echoes, weak = echoes[~pulses.of_echoes], weak[~pulses.of_faint]
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
-                unpaint(mask, pulses.of_detections)
-        return _Seen(found, faint, unseen, heard_from, self._second_ways.of(ping, found, faint))
+                unpaint(mask, pulses.of_echoes)
+        ways_m = self._second_ways.of(ping, echoes, weak)
+        return _Seen(_detections(echoes), _detections(weak), unseen, heard_from, ways_m)
 
     def _prepare(self, ping: Ping) -> None:
         sampling = (ping.dtype, ping.scale, ping.scale_factor)
@@ -171,6 +174,10 @@ class _Seen(NamedTuple):
     unseen: Unseen
     heard_from: float
     second_ways_m: list[float]
+
+
+def _detections(echoes: EchoTable) -> list[Detection]:
+    return [Detection(*row) for row in echoes.tolist()]
 
 
 def _heard_from_db(heard_from: float) -> float | None:

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Image, Mask
-from ods.messages import Detection
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.frame_reader import FrameReader
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
@@ -19,14 +18,12 @@ from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_d
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
-from ods.pipeline.measure.echoes import measure_echoes
+from ods.pipeline.measure.echoes import NO_ECHOES, EchoTable, joined, measure_echoes
 from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import StageImage, Watch
-
-RANGE, FRONT = Detection.__struct_fields__.index("range_m"), Detection.__struct_fields__.index("front")
 
 
 class Frame(NamedTuple):
@@ -44,8 +41,8 @@ class Frame(NamedTuple):
 class Found(NamedTuple):
     """The echoes of an image."""
 
-    detections: list[Detection]
-    faint: list[Detection]
+    echoes: EchoTable
+    faint: EchoTable
     """Too weak for the false-alarm rate wanted."""
     heard_from: float
     """As `Regions` tells it."""
@@ -123,28 +120,25 @@ class PreparedChain:
 
     def _echoes(
         self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
-    ) -> tuple[list[Detection], list[Detection]]:
+    ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
-        found, faint = list[Detection](), list[Detection]()
+        found, faint = [NO_ECHOES], [NO_ECHOES]
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
+        before = numbers.before
         for band, inside in _by_band(regions, self._layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)
             if is_judged:
                 echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
-            least_front = LEAST_FRONT if is_judged else -1.0
-            before, numbered = len(found), np.zeros(inside.total, np.bool_)
-            weak = [False] * inside.total if inside.faint is None else inside.faint.tolist()
-            for k, (echo, is_faint) in enumerate(zip(echoes.tolist(), weak, strict=True)):
-                if not band.from_m <= echo[RANGE] < band.to_m:
-                    continue
-                if not is_faint:
-                    found.append(Detection(*echo))
-                    numbered[k] = True
-                elif echo[FRONT] > least_front:
-                    faint.append(Detection(*echo))
+            strong = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
+            if inside.faint is not None:
+                weak = strong & inside.faint
+                strong &= ~inside.faint
+                faint.append(echoes[weak & (echoes["front"] > LEAST_FRONT) if is_judged else weak])
+            found.append(echoes[strong])
             if numbers.mask is not None:
-                paint(chosen(inside, numbered), numbers.before + before, recorded, numbers.mask)
-        return found, faint
+                paint(chosen(inside, strong), before, recorded, numbers.mask)
+            before += len(found[-1])
+        return joined(found), joined(faint)
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
         """Raises NotANumberError, and StageError for what else goes wrong."""

@@ -1,6 +1,6 @@
 /* The period of another sonar's pulses, from the instants at which echoes arrived: see pulses.py. */
 
-#include "kernel.h"
+#include "ods/pipeline/measure/echo.h"
 
 /* An arrival is one of a train when it is so near to its place, s. */
 #define TOLERANCE_S 0.35e-3
@@ -18,170 +18,381 @@
 #define LINE_S 0.3e-3
 #define FASTEST 0.02
 
+/* Pings that are remembered, with the echoes of each that had no forerunner: so many of the loudest. */
+#define PINGS 12
+#define MOST_NEW 64
+/* Of these so many of the loudest are sought trains of, in each ping: a train that lasts is found a ping later. */
+#define MOST_SOUGHT 4
+/* Arrivals in one direction that are held against a period. */
+#define MOST_ARRIVALS 24
+#define MOST_TRAINS 8
+/* Echoes of the ping before that are remembered. */
+#define MOST_BEFORE 256
+/* So near in bearing, beside the echoes' own widths, are those of one source. */
+#define SAME_RAD 0.07
+/* What moves no faster than this has a forerunner, m/s. */
+#define SLOW 3.0
+/* Pulses of sonars are no longer than this, in range, m. */
+#define LONGEST_M 2.0
+/* An echo that arrives so near to a pulse's instant is the pulse. */
+#define NEAR_S 0.4e-3
+/* A train that was not heard for so long is forgotten. */
+#define FORGOTTEN_S 2.0
+/* Shares of the error by which a train follows what is heard. */
+#define FOLLOW_PLACE 0.3
+#define FOLLOW_PERIOD 0.05
+
+/* Times are since a fixed instant. */
 typedef struct {
-    double at_s;
-    double ping; /* number among those of the windows */
+    double at_s, bearing_rad, half_width_rad;
 } Arrival;
 
-/* When pings could hear. */
+/* One ping: when it heard its nearest sample and its farthest, and its echoes that had no forerunner. */
 typedef struct {
-    double begin_s, end_s;
-} Window;
+    double begin_s, end_s, count;
+} Look;
 
 typedef struct {
-    const Arrival *arrivals;
-    const Window *windows;
+    double period_s, at_s; /* at_s: of a pulse */
+    double bearing_rad, heard_s;
+} Train;
+
+/* An echo of the ping before. */
+typedef struct {
+    double near_m, bearing_rad, half_width_rad;
+} Place;
+
+/* What is remembered of the pings before: `PulseMemory` of pulses.py. */
+typedef struct {
+    int64_t *looks, *trains, *before;
+    Look *look;        /* (PINGS,), the newest last */
+    Arrival *arrivals; /* (PINGS, MOST_NEW) */
+    Train *train;      /* (MOST_TRAINS,) */
+    Place *place;      /* (MOST_BEFORE,) */
+} Memory;
+
+#define MEMORY "out i8[3] counts, out f8[12,3] looks, out f8[12,64,3] arrivals, out f8[8,4] trains, out f8[256,3] places"
+#define MEMORY_AT(k)                                                                                                    \
+    ((Memory){ARRAY(int64_t, k), ARRAY(int64_t, k) + 1, ARRAY(int64_t, k) + 2, ARRAY(Look, (k) + 1),                     \
+              ARRAY(Arrival, (k) + 2), ARRAY(Train, (k) + 3), ARRAY(Place, (k) + 4)})
+
+/* Arrivals from one direction, in order of time. */
+typedef struct {
+    double at_s[MOST_ARRIVALS];
+    int64_t ping[MOST_ARRIVALS]; /* of the memory's */
     int64_t count, pings;
+    const Look *look;
 } Heard;
 
+/* A train that may be one. */
 typedef struct {
     double period_s, at_s;
     int64_t matched;
-} Train;
+} Guess;
 
-static bool is_of_train(Train train, double at_s)
+static bool is_of(Guess guess, double at_s)
 {
-    const double steps = (at_s - train.at_s) / train.period_s;
-    return fabs(steps - rint(steps)) * train.period_s <= TOLERANCE_S;
+    const double steps = (at_s - guess.at_s) / guess.period_s;
+    return fabs(steps - rint(steps)) * guess.period_s <= TOLERANCE_S;
 }
 
 /* Returns how many pulses were to be heard from the ping `from` on. */
-static double expected(Heard heard, Train train, int64_t from)
+static double expected(const Heard *heard, Guess guess, int64_t from)
 {
     double count = 0.0;
-    for (int64_t p = from; p < heard.pings; p++) {
-        const double last = floor((heard.windows[p].end_s - train.at_s) / train.period_s);
-        count += larger(last - ceil((heard.windows[p].begin_s - train.at_s) / train.period_s) + 1.0, 0.0);
+    for (int64_t p = from; p < heard->pings; p++) {
+        const double last = floor((heard->look[p].end_s - guess.at_s) / guess.period_s);
+        count += larger(last - ceil((heard->look[p].begin_s - guess.at_s) / guess.period_s) + 1.0, 0.0);
     }
     return count;
 }
 
-/* Places of a train that were heard, in order of pings. */
+/* Places of a train that were heard, in order of time. */
 typedef struct {
-    int64_t count, pings, first; /* ping */
+    int64_t kept[MOST_ARRIVALS]; /* of what was heard, of those at one place the first */
+    int64_t count, pings;
     bool one_a_ping;
 } Places;
 
-/* Fills kept with the arrivals of a train, of those at one place the first. */
-static Places places_of(Heard heard, Train train, Arrival *kept)
+static Places places_of(const Heard *heard, Guess guess)
 {
-    Places places = {0, 0, 0, true};
-    double step_before = NAN, ping_before = -1.0;
-    for (int64_t k = 0; k < heard.count; k++) {
-        const Arrival a = heard.arrivals[k];
-        const double step = rint((a.at_s - train.at_s) / train.period_s);
-        if (!is_of_train(train, a.at_s) || (a.ping == ping_before && step == step_before))
+    Places places = {.one_a_ping = true};
+    double step_before = NAN;
+    int64_t ping_before = -1;
+    for (int64_t k = 0; k < heard->count; k++) {
+        const double step = rint((heard->at_s[k] - guess.at_s) / guess.period_s);
+        const int64_t ping = heard->ping[k];
+        if (!is_of(guess, heard->at_s[k]) || (ping == ping_before && step == step_before))
             continue;
-        places.one_a_ping &= a.ping != ping_before;
-        places.pings += a.ping != ping_before;
-        step_before = step, ping_before = a.ping;
-        kept[places.count++] = a;
+        places.one_a_ping &= ping != ping_before;
+        places.pings += ping != ping_before;
+        step_before = step, ping_before = ping;
+        places.kept[places.count++] = k;
     }
-    places.first = places.count > 0 ? (int64_t)kept[0].ping : 0;
     return places;
 }
 
 /* Whether arrivals, one a ping, are on a line: a body's. */
-static bool is_line(Heard heard, const Arrival *arrivals, int64_t count)
+static bool is_line(const Heard *heard, const Places *places)
 {
-    double n = (double)count, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, squares = 0.0;
-    const double begun_s = heard.windows[0].begin_s;
-    for (int64_t k = 0; k < count; k++) {
-        const double sent_s = heard.windows[(int64_t)arrivals[k].ping].begin_s, t = sent_s - begun_s;
-        x += t, y += arrivals[k].at_s - sent_s, xx += t * t, xy += t * (arrivals[k].at_s - sent_s);
+    double n = (double)places->count, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0, squares = 0.0;
+    const double begun_s = heard->look[0].begin_s;
+    for (int64_t i = 0; i < places->count; i++) {
+        const int64_t k = places->kept[i];
+        const double sent_s = heard->look[heard->ping[k]].begin_s, t = sent_s - begun_s, late = heard->at_s[k] - sent_s;
+        x += t, y += late, xx += t * t, xy += t * late;
     }
     const double spread = n * xx - x * x, slope = spread > 0.0 ? (n * xy - x * y) / spread : 0.0;
-    for (int64_t k = 0; k < count; k++) {
-        const double sent_s = heard.windows[(int64_t)arrivals[k].ping].begin_s;
-        squares += square(arrivals[k].at_s - sent_s - (y - slope * x) / n - slope * (sent_s - begun_s));
+    for (int64_t i = 0; i < places->count; i++) {
+        const int64_t k = places->kept[i];
+        const double sent_s = heard->look[heard->ping[k]].begin_s;
+        squares += square(heard->at_s[k] - sent_s - (y - slope * x) / n - slope * (sent_s - begun_s));
     }
     return fabs(slope) <= FASTEST && squares <= n * square(LINE_S);
 }
 
-/* Returns the train with the number of its places that were heard; 0 where it is no train. kept: work space. */
-static Train judged(Heard heard, Train train, Arrival *kept)
+/* Returns how many of what was heard, so much later each than a pulse, s, may be pulses of a period. Float32 will do,
+   and is fast: nearly always they are too few. */
+static int32_t count_near(const float *later_s, int64_t count, double period_s)
 {
-    const double reach = TOLERANCE_S / train.period_s, rate = 1.0 / train.period_s;
-    int64_t near = 0;
-    for (int64_t k = 0; k < heard.count; k++) {
-        const double steps = (heard.arrivals[k].at_s - train.at_s) * rate;
-        near += fabs(steps - rint(steps)) <= reach;
+    const float rate = (float)(1.0 / period_s), reach = (float)(1.01 * TOLERANCE_S / period_s);
+    int32_t near = 0;
+    for (int64_t k = 0; k < count; k++) {
+        const float steps = later_s[k] * rate;
+        near += fabsf(steps - rintf(steps)) <= reach;
     }
-    if (near < FEWEST) /* as nearly always */
-        return train;
-    const Places places = places_of(heard, train, kept);
-    if (places.count < FEWEST || places.pings < FEWEST_PINGS)
-        return train;
-    if ((double)places.count < HEARD_SHARE * expected(heard, train, places.first))
-        return train;
-    int64_t since = 0;
-    for (int64_t k = 0; k < heard.count; k++)
-        since += heard.arrivals[k].ping >= (double)places.first;
-    if ((double)places.count < OWN_SHARE * (double)since)
-        return train;
-    train.matched = places.one_a_ping && is_line(heard, kept, places.count) ? 0 : places.count;
-    return train;
+    return near;
 }
 
-/* Returns the train with its period and place by least squares. */
-static Train fitted(Heard heard, Train train)
+/* Returns the guess with the number of its places that were heard; 0 where it is no train. */
+static Guess judged(const Heard *heard, Guess guess)
+{
+    int64_t since = 0;
+    const Places places = places_of(heard, guess);
+    if (places.count < FEWEST || places.pings < FEWEST_PINGS)
+        return guess;
+    const int64_t first = heard->ping[places.kept[0]];
+    if ((double)places.count < HEARD_SHARE * expected(heard, guess, first))
+        return guess;
+    for (int64_t k = 0; k < heard->count; k++)
+        since += heard->ping[k] >= first;
+    if ((double)places.count < OWN_SHARE * (double)since)
+        return guess;
+    guess.matched = places.one_a_ping && is_line(heard, &places) ? 0 : places.count;
+    return guess;
+}
+
+/* Returns the guess with period and place by least squares. */
+static Guess fitted(const Heard *heard, Guess guess)
 {
     double n = 0.0, x = 0.0, y = 0.0, xx = 0.0, xy = 0.0;
-    for (int64_t k = 0; k < heard.count; k++)
-        if (is_of_train(train, heard.arrivals[k].at_s)) {
-            const double late = heard.arrivals[k].at_s - train.at_s, steps = rint(late / train.period_s);
+    for (int64_t k = 0; k < heard->count; k++)
+        if (is_of(guess, heard->at_s[k])) {
+            const double late = heard->at_s[k] - guess.at_s, steps = rint(late / guess.period_s);
             n += 1.0, x += steps, y += late, xx += steps * steps, xy += steps * late;
         }
     const double spread = n * xx - x * x;
     if (spread > 0.0) {
-        train.period_s = (n * xy - x * y) / spread;
-        train.at_s += (y - train.period_s * x) / n;
+        guess.period_s = (n * xy - x * y) / spread;
+        guess.at_s += (y - guess.period_s * x) / n;
     }
-    return train;
+    return guess;
 }
 
-/* An echo. */
-typedef struct {
-    double near_m, bearing_rad, extent_rad;
-} Echo;
-
-/* Notes which echoes have none of those of the ping before so near in range and, beside their extents, in bearing. */
-KERNEL(without_forerunner, "f8[now,3] echoes, f8[before,3] forerunners, float reach_m, float reach_rad, out b1[now] alone")
+/* Returns the train that explains most arrivals, the one at `at_s` among them; none has `matched` 0. */
+static Guess find_train(const Heard *heard, double at_s)
 {
-    const Echo *echoes = ARRAY(const Echo, 0), *forerunners = ARRAY(const Echo, 1);
-    for (int64_t i = 0; i < SIZE(0, 0); i++) {
-        bool found = false;
-        for (int64_t k = 0; k < SIZE(1, 0) && !found; k++) {
-            const double beside_rad = 0.5 * (echoes[i].extent_rad + forerunners[k].extent_rad);
-            found = fabs(echoes[i].near_m - forerunners[k].near_m) <= FLOAT(2)
-                    && fabs(echoes[i].bearing_rad - forerunners[k].bearing_rad) <= FLOAT(3) + beside_rad;
+    Guess best = {0.0, 0.0, 0};
+    float later_s[MOST_ARRIVALS];
+    for (int64_t i = 0; i < heard->count; i++)
+        later_s[i] = (float)(heard->at_s[i] - at_s);
+    for (int64_t i = 0; i < heard->count && heard->count >= FEWEST; i++) {
+        const double apart_s = fabs(at_s - heard->at_s[i]);
+        for (double n = larger(1.0, ceil(apart_s / LONGEST_S)); apart_s / n >= SHORTEST_S; n += 1.0) {
+            if (count_near(later_s, heard->count, apart_s / n) < FEWEST)
+                continue;
+            const Guess guess = judged(heard, (Guess){apart_s / n, at_s, 0});
+            if (guess.matched > best.matched)
+                best = guess;
         }
-        ARRAY(bool, 4)[i] = !found;
     }
+    return best.matched > 0 ? fitted(heard, best) : best;
 }
 
-/* Finds the train that explains most arrivals, in order of pings, the last one among them: fills train with its period
-   and the time of a pulse, s; tells whether there is one. */
-KERNEL_BOOL(find_train, "f8[count,2] arrivals, f8[pings,2] windows, out f8[2] train")
+/* Returns what was heard from the direction of the arrival, the last so many. */
+static Heard heard_from(Memory memory, Arrival arrival)
 {
-    const Heard heard = {ARRAY(const Arrival, 0), ARRAY(const Window, 1), SIZE(0, 0), SIZE(1, 0)};
-    Train best = {0.0, 0.0, 0};
-    Arrival *kept = SCRATCH(Arrival, heard.count);
-    for (int64_t k = 0; k < heard.count; k++)
-        if (!(heard.arrivals[k].ping >= 0.0 && heard.arrivals[k].ping < (double)heard.pings))
-            return false;
-    for (int64_t i = 0; i < heard.count - 1; i++) {
-        const double last_s = heard.arrivals[heard.count - 1].at_s, apart_s = fabs(last_s - heard.arrivals[i].at_s);
-        for (double n = 1.0; apart_s / n >= SHORTEST_S; n += 1.0) {
-            const Train found = judged(heard, (Train){apart_s / n, last_s, 0}, kept);
-            if (apart_s / n <= LONGEST_S && found.matched > best.matched)
-                best = found;
+    Heard heard = {.look = memory.look, .pings = *memory.looks};
+    for (int64_t p = heard.pings - 1; p >= 0; p--)
+        for (int64_t k = 0; k < (int64_t)memory.look[p].count && heard.count < MOST_ARRIVALS; k++) {
+            const Arrival other = memory.arrivals[p * MOST_NEW + k];
+            const double beside_rad = arrival.half_width_rad + other.half_width_rad;
+            if (!(fabs(arrival.bearing_rad - other.bearing_rad) <= SAME_RAD + beside_rad))
+                continue;
+            int64_t place = heard.count++;
+            for (; place > 0 && heard.at_s[place - 1] > other.at_s; place--) {
+                heard.at_s[place] = heard.at_s[place - 1];
+                heard.ping[place] = heard.ping[place - 1];
+            }
+            heard.at_s[place] = other.at_s, heard.ping[place] = p;
         }
-    }
-    if (best.matched == 0)
+    return heard;
+}
+
+static bool is_pulse_of(Train train, Arrival arrival)
+{
+    if (!(fabs(arrival.bearing_rad - train.bearing_rad) <= SAME_RAD + arrival.half_width_rad))
         return false;
-    best = fitted(heard, best);
-    ARRAY(double, 2)[0] = best.period_s;
-    ARRAY(double, 2)[1] = best.at_s;
+    const double steps = (arrival.at_s - train.at_s) / train.period_s;
+    return fabs(steps - rint(steps)) * train.period_s <= NEAR_S;
+}
+
+static bool is_pulse(Memory memory, Arrival arrival)
+{
+    for (int64_t t = 0; t < *memory.trains; t++)
+        if (is_pulse_of(memory.train[t], arrival))
+            return true;
+    return false;
+}
+
+/* Lets the trains follow an arrival that is theirs. */
+static void follow(Memory memory, Arrival arrival, double now_s)
+{
+    for (int64_t t = 0; t < *memory.trains; t++) {
+        Train *train = &memory.train[t];
+        if (!is_pulse_of(*train, arrival))
+            continue;
+        const double steps = rint((arrival.at_s - train->at_s) / train->period_s);
+        const double error_s = arrival.at_s - train->at_s - steps * train->period_s;
+        train->at_s += steps * train->period_s + FOLLOW_PLACE * error_s;
+        train->period_s += FOLLOW_PERIOD * error_s / larger(steps, 1.0);
+        train->bearing_rad = arrival.bearing_rad, train->heard_s = now_s;
+    }
+}
+
+static void forget_trains(Memory memory, double now_s)
+{
+    int64_t left = 0;
+    for (int64_t t = 0; t < *memory.trains; t++)
+        if (now_s - memory.train[t].heard_s < FORGOTTEN_S)
+            memory.train[left++] = memory.train[t];
+    *memory.trains = left;
+}
+
+/* Begins the next ping; returns it. */
+static Look *next_look(Memory memory, double begin_s, double end_s)
+{
+    if (*memory.looks == PINGS) {
+        memmove(memory.look, memory.look + 1, (PINGS - 1) * sizeof(Look));
+        memmove(memory.arrivals, memory.arrivals + MOST_NEW, (PINGS - 1) * MOST_NEW * sizeof(Arrival));
+        --*memory.looks;
+    }
+    Look *look = &memory.look[(*memory.looks)++];
+    *look = (Look){begin_s, end_s, 0.0};
+    return look;
+}
+
+/* Whether an echo has none of those of the ping before so near in range and, beside their extents, in bearing. */
+static bool is_new(Memory memory, const Echo *echo, double reach_m)
+{
+    for (int64_t k = 0; k < *memory.before; k++) {
+        const Place place = memory.place[k];
+        const double beside_rad = place.half_width_rad + 0.5 * echo->bearing_extent_rad;
+        if (fabs(echo->near_m - place.near_m) <= reach_m
+            && fabs(echo->bearing_rad - place.bearing_rad) <= SAME_RAD + beside_rad)
+            return false;
+    }
     return true;
+}
+
+/* When a ping was sent, s since a fixed instant, and how much later a metre of range is heard. */
+typedef struct {
+    double sent_s, s_a_m;
+} Ping;
+
+static Arrival arrival_of(const Echo *echo, Ping ping)
+{
+    return (Arrival){ping.sent_s + echo->near_m * ping.s_a_m, echo->bearing_rad, 0.5 * echo->bearing_extent_rad};
+}
+
+/* Fills new with the echoes that may be pulses, the loudest first; returns how many there are. */
+static int64_t find_new(Memory memory, const Echo *echoes, int64_t count, double reach_m, Ping ping, Arrival *new)
+{
+    double snr_db[MOST_NEW];
+    int64_t found = 0;
+    for (int64_t k = 0; k < count; k++) {
+        const bool fits = found < MOST_NEW || echoes[k].snr_db > snr_db[found - 1];
+        if (!fits || echoes[k].range_extent_m > LONGEST_M || !is_new(memory, &echoes[k], reach_m))
+            continue;
+        int64_t place = found < MOST_NEW ? found++ : found - 1;
+        for (; place > 0 && snr_db[place - 1] < echoes[k].snr_db; place--) {
+            snr_db[place] = snr_db[place - 1];
+            new[place] = new[place - 1];
+        }
+        snr_db[place] = echoes[k].snr_db;
+        new[place] = arrival_of(&echoes[k], ping);
+    }
+    return found;
+}
+
+static void remember(Memory memory, const Echo *echoes, int64_t count)
+{
+    *memory.before = smaller_i(count, MOST_BEFORE);
+    for (int64_t k = 0; k < *memory.before; k++)
+        memory.place[k] = (Place){echoes[k].near_m, echoes[k].bearing_rad, 0.5 * echoes[k].bearing_extent_rad};
+}
+
+/* Looks for trains that new echoes are part of, the loudest first, and remembers what is of none. */
+static void seek_trains(Memory memory, Look *look, const Arrival *new, int64_t count)
+{
+    Arrival *kept = memory.arrivals + (look - memory.look) * MOST_NEW;
+    int64_t sought = 0, left = 0;
+    for (int64_t k = 0; k < count; k++) {
+        if (is_pulse(memory, new[k]))
+            continue;
+        kept[left++] = new[k];
+        look->count = (double)left;
+        if (sought++ >= MOST_SOUGHT || *memory.trains == MOST_TRAINS)
+            continue;
+        const Heard heard = heard_from(memory, new[k]);
+        const Guess found = find_train(&heard, new[k].at_s);
+        if (found.matched > 0)
+            memory.train[(*memory.trains)++] = (Train){found.period_s, found.at_s, new[k].bearing_rad, look->end_s};
+    }
+    count = left, left = 0;
+    for (int64_t k = 0; k < count; k++)
+        if (!is_pulse(memory, kept[k]))
+            kept[left++] = kept[k];
+    look->count = (double)left;
+}
+
+static int64_t mark(Memory memory, const Echo *echoes, int64_t count, Ping ping, bool *marks)
+{
+    int64_t marked = 0;
+    for (int64_t k = 0; k < count; k++)
+        marked += marks[k] = is_pulse(memory, arrival_of(&echoes[k], ping));
+    return marked;
+}
+
+/* Marks which echoes of a ping, and which of its faint ones, are pulses; returns how many. sent_s: when it was sent, s
+   since a fixed instant; s_a_m: of time a metre of range; since_s: since the ping before. */
+KERNEL_INT(sort_out_pulses, ECHO "[found] echoes, " ECHO "[few] faint, float sent_s, float s_a_m, float near_m, "
+                            "float far_m, float since_s, " MEMORY ", out b1[found] of_echoes, out b1[few] of_faint")
+{
+    const Echo *echoes = ARRAY(const Echo, 0);
+    const int64_t count = SIZE(0, 0);
+    const Ping ping = {FLOAT(2), FLOAT(3)};
+    const Memory memory = MEMORY_AT(7);
+    Look *look = next_look(memory, ping.sent_s + FLOAT(4) * ping.s_a_m, ping.sent_s + FLOAT(5) * ping.s_a_m);
+    Arrival new[MOST_NEW];
+    const int64_t of_new = find_new(memory, echoes, count, SLOW * FLOAT(6), ping, new);
+    remember(memory, echoes, count);
+    for (int64_t k = 0; k < count && *memory.trains > 0; k++)
+        follow(memory, arrival_of(&echoes[k], ping), look->end_s);
+    forget_trains(memory, look->end_s);
+    seek_trains(memory, look, new, of_new);
+    if (*memory.trains == 0)
+        return 0;
+    return mark(memory, echoes, count, ping, ARRAY(bool, 12)) +
+           mark(memory, ARRAY(const Echo, 1), SIZE(1, 0), ping, ARRAY(bool, 13));
 }

@@ -6,15 +6,15 @@ another body, and is not told.
 """
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.clock import NS
 from ods.compiled import native
-from ods.messages import Detection, Ping
+from ods.messages import Ping
 from ods.pipeline.image.sample_levels import db_a_count
+from ods.pipeline.measure.echoes import EchoTable
 
 STEP_M, STEPS = 0.25, 160
 """Differences of range that are looked for: up to 40 m."""
@@ -32,29 +32,17 @@ class SecondWays:
         self._told = np.zeros(STEPS, np.bool_)
         self._t_ns = 0
 
-    def of(self, ping: Ping, detections: Sequence[Detection], faint: Sequence[Detection]) -> list[float]:
+    def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable) -> list[float]:
         """Return by how much longer ways are by which bodies are heard once more, m of range."""
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
-        a_count = db_a_count(ping)
-        echoes = [
-            (echo.near_m, echo.bearing_rad, echo.snr_db, _level_db(echo.amplitude, a_count))
-            for group in (detections, faint)
-            for echo in group
-        ]
-        weight = float(-np.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S))
+        weight = -math.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S)
         far_m = ping.range0_m + ping.samples * ping.dr_m
-        native.vote_for_ways(np.array(echoes).reshape(-1, 4), far_m, STEP_M, weight, self._votes)
-        if self._votes.max() <= END:
+        most = native.vote_for_ways(echoes, faint, db_a_count(ping), far_m, STEP_M, weight, self._votes)
+        if most <= END:
             self._told[:] = False
             return []
         self._told = self._votes > np.where(self._told, END, BEGIN)
-        if not self._told.any():
-            return []
-        return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._told))]
-
-
-def _level_db(amplitude: float, a_count: float) -> float:
-    return amplitude * a_count if a_count > 0.0 else 20.0 * math.log10(max(amplitude, 1e-6))
+        return [_middle(self._votes, run) for run in _runs(np.flatnonzero(self._told)) if run.size]
 
 
 def _runs(steps: Indices) -> list[Indices]:

@@ -1,12 +1,15 @@
 """Pings and echoes made up for the tests of the pipeline."""
 
+from collections.abc import Sequence
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ods.base.arrays import Floats
-from ods.messages import Ping
+from ods.messages import Detection, Ping
+from ods.pipeline.measure.echoes import ECHO, EchoTable
 
 DTYPE_NAMES = {"uint8": "u1", "uint16": "u2", "float32": "f4"}
 
@@ -63,3 +66,8 @@ def body_echo(shape: str, radius: float, range_m: float, bearing: float, beams: 
     for row, weight in zip(image, np.exp(-(offset**2) / (2.0 * sigma**2)), strict=True):
         np.add.at(row, column, weight)
     return np.asarray(image / image.max())
+
+
+def echo_table(detections: Sequence[Detection]) -> EchoTable:
+    """Detections as the chain has them before it hands them on."""
+    return np.array([msgspec.structs.astuple(each) for each in detections], ECHO)

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from ods.messages import Detection, Ping
+from ods.pipeline.measure.echoes import NO_ECHOES
 from ods.pipeline.pulses import PulseFinder, Pulses
-from tests.pipeline.pings import make_ping
+from tests.pipeline.pings import echo_table, make_ping
 
 PERIOD_S, RANGE_M, SOUND_SPEED = 0.1493, 100.0, 1500.0
 RNG = np.random.default_rng(7)
@@ -36,7 +37,7 @@ def pulses_at(t_s: float, period_s: float, bearing_deg: float = 12.0) -> list[De
 
 def watch(pings: Iterable[tuple[float, list[Detection]]]) -> list[Pulses]:
     finder = PulseFinder()
-    return [finder.sort_out(ping_at(t_s), echoes, []) for t_s, echoes in pings]
+    return [finder.sort_out(ping_at(t_s), echo_table(echoes), NO_ECHOES) for t_s, echoes in pings]
 
 
 @pytest.mark.parametrize("period_s", [0.0371, 0.06, 0.1, 0.11])
@@ -47,11 +48,11 @@ def test_pulses_are_told_within_a_second_and_bodies_beside_them_stay(period_s: f
         bodies = [echo(60.0 - t_s), echo(35.0 - 0.3 * t_s, -8.0)]
         pings.append((t_s, [*bodies, *pulses_at(t_s, period_s)]))
     for (t_s, echoes), told in list(zip(pings, watch(pings), strict=True)):
-        assert told.of_detections[1] is False
+        assert not told.of_echoes[1]
         if t_s > 1.0:
-            assert sum(told.of_detections[2:]) >= len(echoes) - 3
-            assert (told.why != "") == any(told.of_detections)
-            assert len(told.parts) == sum(told.of_detections)
+            assert sum(told.of_echoes[2:]) >= len(echoes) - 3
+            assert (told.why != "") == bool(told.of_echoes.any())
+            assert len(told.parts) == sum(told.of_echoes)
     assert f"{1e3 * period_s:.1f} ms" in told.why or not told.why
 
 
@@ -59,7 +60,7 @@ def test_two_trains_are_two_trains() -> None:
     times = [number * PERIOD_S for number in range(40)]
     pings = [(t_s, [*pulses_at(t_s, 0.0371), *pulses_at(t_s, 0.1, -20.0)]) for t_s in times]
     told = watch(pings)
-    assert all(all(pulses.of_detections) for pulses in told[12:])
+    assert all(all(pulses.of_echoes) for pulses in told[12:])
     assert "37.1 ms" in told[-1].why
     assert "100.0 ms" in told[-1].why
 
@@ -91,7 +92,7 @@ def test_pulses_at_nearly_our_own_period_are_told_once_that_changes() -> None:
     times = np.cumsum([PERIOD_S] * 60 + [0.125] * 30).tolist()
     told = watch([(t_s, pulses_at(t_s, 0.149)) for t_s in times])
     assert not any(pulses.why for pulses in told[:60])
-    assert all(pulses.why or not pulses.of_detections for pulses in told[70:])
+    assert all(pulses.why or not pulses.of_echoes.size for pulses in told[70:])
 
 
 def test_a_pause_and_a_clock_that_goes_back_begin_anew() -> None:

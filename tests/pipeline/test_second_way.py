@@ -7,7 +7,7 @@ import pytest
 
 from ods.messages import Detection
 from ods.pipeline.second_way import SecondWays
-from tests.pipeline.pings import make_ping
+from tests.pipeline.pings import echo_table, make_ping
 
 
 def echo(near_m: float, bearing_deg: float, snr_db: float, rng: np.random.Generator) -> Detection:
@@ -29,7 +29,8 @@ def told(
         ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
         echoes = [echo(r - 0.15 * number, b, s, rng) for r, b, s in bodies]
         behind = [echo(r - 0.15 * number + m, b, s - 12.0, rng) for r, b, s in bodies for m in longer_m]
-        lists.append(ways.of(ping, echoes, [each for each in behind if rng.random() < 0.9]))
+        behind = [each for each in behind if rng.random() < 0.9]
+        lists.append(ways.of(ping, echo_table(echoes), echo_table(behind)))
     return lists
 
 

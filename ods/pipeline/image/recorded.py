@@ -1,6 +1,5 @@
 """The recorded samples that an image was made of."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -55,7 +54,7 @@ def paint(regions: Regions, before: int, recorded: Recorded, numbers: RegionNumb
         numbers[beam, begin:end][held] = before + region
 
 
-def unpaint(numbers: RegionNumbers, gone: Sequence[bool]) -> None:
-    """Take regions out of (beams, samples) numbers, in place; those that stay are numbered without them."""
-    stay = ~np.array([False, *gone])
+def unpaint(numbers: RegionNumbers, gone: Mask) -> None:
+    """Take the regions that are gone, (regions,), out of (beams, samples) numbers; the others are numbered anew."""
+    stay = np.concatenate(([True], ~gone))
     numbers[:] = np.where(stay, np.cumsum(stay) - 1, 0)[numbers]

@@ -1,6 +1,7 @@
 """From regions to echoes: levels, extents, near edge, and the circle that stands for each object."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -43,6 +44,15 @@ ECHO = np.dtype(
 
 EchoTable = NDArray[np.void]
 """(regions,) of ECHO."""
+NO_ECHOES: EchoTable = np.empty(0, ECHO)
+
+
+def joined(tables: Sequence[EchoTable]) -> EchoTable:
+    """Return one table of all rows."""
+    filled = [table for table in tables if table.size]
+    if len(filled) > 1:
+        return np.concatenate(filled)
+    return filled[0] if filled else NO_ECHOES
 
 
 class Measured(NamedTuple):
