@@ -10,9 +10,8 @@
 #define LOOKED_AT 8
 /* and rings of which nothing is required, as bodies and their shadows may be there. */
 #define LEFT_OUT 2
-/* A beam is saturated where this share of the samples is at full scale in three quarters of its rings, until it is in
-   fewer than a quarter. */
-#define SATURATED_SHARE 0.125f
+/* A beam is saturated where one of these samples is at full scale in three quarters of its rings, until it is in fewer
+   than a quarter. */
 #define SATURATED_RINGS (3 * RINGS / 4)
 #define STILL_RINGS (RINGS / 4)
 /* A beam is raised when it is so far over its gain, dB, until it is less than so far over it. */
@@ -36,6 +35,7 @@
 #define FORGETTING_S 600.0
 /* Steps of the search for a median: it is known to a 2000th of the spread. */
 #define HALVINGS 11
+#define LANES 8
 
 enum { HEARS = 0, SATURATED = 2, DROWNED = 4 };
 
@@ -67,70 +67,89 @@ static float db_of(float amplitude)
     return 6.0206f * (exponent + (-0.33582878f * x.value + 2.0f) * x.value - 0.65871759f);
 }
 
-/* What is looked at of a part. */
-typedef struct {
-    float total;
-    int32_t count, full;
-} Seen;
-
-static Seen look(Samples frame, Missing missing, int64_t beam, int64_t begin, float top)
+/* Fills total and count with the sum of the samples that are looked at of a part and hold data, and how many they are;
+   returns the highest. */
+static float look(Samples frame, Missing missing, int64_t beam, int64_t begin, float *total, float *count)
 {
-    Seen seen = {0.0f, LOOKED_AT, 0};
-    float values[LOOKED_AT];
+    float values[LOOKED_AT], highest = 0.0f;
+    int32_t held = LOOKED_AT;
     load_samples(frame, beam, begin, 1, LOOKED_AT, values);
-    if (missing.marks != NULL)
-        for (int64_t k = 0; k < LOOKED_AT; k++)
-            if (is_missing(missing, beam, begin + k)) {
-                values[k] = 0.0f;
-                seen.count--;
-            }
+    for (int64_t k = 0; k < LOOKED_AT && missing.marks != NULL; k++)
+        if (is_missing(missing, beam, begin + k)) {
+            values[k] = 0.0f;
+            held--;
+        }
+    *total = 0.0f, *count = (float)held;
     for (int64_t k = 0; k < LOOKED_AT; k++) {
-        seen.total += values[k];
-        seen.full += values[k] >= top;
+        *total += values[k];
+        highest = larger_f(values[k], highest);
     }
-    return seen;
+    return highest;
 }
 
-static float level_of(Seen seen, Meaning meaning)
+/* Turns sums of samples into levels, dB; NaN where too few hold data or there is no level. */
+static void turn_into_levels(float *sums, const float *counts, int64_t size, Meaning meaning)
 {
-    const float mean = seen.total / (float)seen.count;
-    if (2 * seen.count < LOOKED_AT)
-        return NAN;
-    if (meaning.db_a_count > 0.0f)
-        return mean * meaning.db_a_count;
-    return mean + meaning.offset > 1e-12f ? db_of(mean + meaning.offset) : NAN;
+    for (int64_t k = 0; k < size; k++) {
+        const float mean = sums[k] / larger_f(counts[k], 1.0f);
+        const float amplitude = mean + meaning.offset, by_count = mean * meaning.db_a_count;
+        const float level = meaning.db_a_count > 0.0f ? by_count : amplitude > 1e-12f ? db_of(amplitude) : NAN;
+        sums[k] = 2.0f * counts[k] < LOOKED_AT ? NAN : level;
+    }
 }
 
 /* Fills the plane's excess with levels, (RINGS, beams), and notes the beams that are saturated. */
 static void measure_levels(Samples frame, int64_t row, int64_t first, Missing missing, Meaning meaning, Plane plane)
 {
     const int64_t samples = frame.samples - first;
+    float *counts = SCRATCH(float, RINGS * plane.beams);
+    int64_t begin[RINGS];
+    for (int64_t r = 0; r < RINGS; r++)
+        begin[r] = first + (2 * r + 1) * samples / (2 * RINGS) - LOOKED_AT / 2;
     for (int64_t b = 0; b < plane.beams; b++) {
         int32_t full_rings = 0;
         for (int64_t r = 0; r < RINGS; r++) {
-            const int64_t begin = first + (2 * r + 1) * samples / (2 * RINGS) - LOOKED_AT / 2;
-            const Seen seen = look(frame, missing, row + b, begin, meaning.top);
-            plane.excess[r * plane.beams + b] = level_of(seen, meaning);
-            full_rings += (float)seen.full >= SATURATED_SHARE * LOOKED_AT;
+            const int64_t cell = r * plane.beams + b;
+            const float highest = look(frame, missing, row + b, begin[r], &plane.excess[cell], &counts[cell]);
+            full_rings += highest >= meaning.top;
         }
         const bool was = plane.codes[b] == SATURATED, is = full_rings >= (was ? STILL_RINGS : SATURATED_RINGS);
         plane.codes[b] = is ? SATURATED : was ? HEARS : plane.codes[b];
     }
+    turn_into_levels(plane.excess, counts, RINGS * plane.beams, meaning);
+}
+
+/* Fills low and high with the borders of values; lanes, so that it vectorises. */
+static void find_borders(const float *values, int32_t count, float *low, float *high)
+{
+    float lows[LANES], highs[LANES];
+    int32_t k = 0;
+    for (int32_t l = 0; l < LANES; l++)
+        lows[l] = INFINITY, highs[l] = -INFINITY;
+    for (; k + LANES <= count; k += LANES)
+        for (int32_t l = 0; l < LANES; l++) {
+            lows[l] = values[k + l] < lows[l] ? values[k + l] : lows[l];
+            highs[l] = values[k + l] > highs[l] ? values[k + l] : highs[l];
+        }
+    for (int32_t l = 0; k < count; k++, l++)
+        lows[l] = smaller_f(values[k], lows[l]), highs[l] = larger_f(values[k], highs[l]);
+    *low = lows[0], *high = highs[0];
+    for (int32_t l = 1; l < LANES; l++)
+        *low = smaller_f(*low, lows[l]), *high = larger_f(*high, highs[l]);
 }
 
 /* Returns the median of those levels of a ring that are known and of beams that are not saturated; NaN: too few. */
 static float median_level(const float *level, const uint8_t *codes, int64_t beams, float *kept)
 {
     int32_t count = 0;
-    float low = INFINITY, high = -INFINITY;
-    for (int64_t b = 0; b < beams; b++)
-        if (codes[b] != SATURATED && !isnan(level[b])) {
-            kept[count++] = level[b];
-            low = smaller_f(level[b], low);
-            high = larger_f(level[b], high);
-        }
+    float low, high;
+    for (int64_t b = 0; b < beams; b++) {
+        kept[count] = level[b]; /* the next one takes the place of what does not count */
+        count += codes[b] != SATURATED && !isnan(level[b]);
+    }
     if (count < FEWEST_BEAMS)
         return NAN;
+    find_borders(kept, count, &low, &high);
     for (int64_t step = 0; step < HALVINGS; step++) {
         const float at = 0.5f * (low + high);
         int32_t above = 0;
@@ -183,22 +202,38 @@ static float mean_excess(Plane plane, int64_t beam, const int64_t *rings, int64_
     return total / (float)count;
 }
 
-/* Whether a beam is louder over all of its range than its gain makes it. */
-static bool is_raised(Plane plane, int64_t beam, const int64_t *order, int64_t rings)
+/* In how many rings beams are known, and over their limit beside their gain, over it beside all, and far over it. */
+typedef struct {
+    int32_t *known, *over_gain, *over_all, *far_over_all; /* (beams,) */
+} Rings;
+
+static Rings count_rings(Plane plane)
 {
-    const float limit = plane.codes[beam] == DROWNED ? LOWERED_DB : RAISED_DB;
-    int32_t known = 0, over_gain = 0, over_all = 0, far_over_all = 0;
+    const int64_t beams = plane.beams;
+    int32_t *restrict known = ZEROS(int32_t, beams), *restrict over_gain = ZEROS(int32_t, beams);
+    int32_t *restrict over_all = ZEROS(int32_t, beams), *restrict far_over_all = ZEROS(int32_t, beams);
+    float *restrict limit = SCRATCH(float, beams);
+    for (int64_t b = 0; b < beams; b++)
+        limit[b] = plane.codes[b] == DROWNED ? LOWERED_DB : RAISED_DB;
     for (int64_t r = 0; r < RINGS; r++) {
-        const float excess = plane.excess[r * plane.beams + beam], gain = plane.gain[r * plane.beams + beam];
-        known += !isnan(excess);
-        over_gain += excess - gain >= limit;
-        over_all += excess >= limit;
-        far_over_all += excess >= NO_GAIN_DB;
+        const float *restrict excess = plane.excess + r * beams, *restrict gain = plane.gain + r * beams;
+        for (int64_t b = 0; b < beams; b++) {
+            known[b] += excess[b] == excess[b];
+            over_gain[b] += excess[b] - gain[b] >= limit[b];
+            over_all[b] += excess[b] >= limit[b];
+            far_over_all[b] += excess[b] >= NO_GAIN_DB;
+        }
     }
-    const int32_t enough = known - LEFT_OUT;
-    if (2 * known < RINGS || (over_gain < enough && over_all < enough))
+    return (Rings){known, over_gain, over_all, far_over_all};
+}
+
+/* Whether a beam is louder over all of its range than its gain makes it. */
+static bool is_raised(Plane plane, Rings counted, int64_t beam, const int64_t *order, int64_t rings)
+{
+    const int32_t known = counted.known[beam], enough = known - LEFT_OUT;
+    if (2 * known < RINGS || (counted.over_gain[beam] < enough && counted.over_all[beam] < enough))
         return false;
-    if (over_gain >= enough || far_over_all >= enough)
+    if (counted.over_gain[beam] >= enough || counted.far_over_all[beam] >= enough)
         return true;
     const float quiet = mean_excess(plane, beam, order, QUARTER, false);
     return quiet - mean_excess(plane, beam, order + rings - QUARTER, QUARTER, false) >= ADDED_DB;
@@ -221,8 +256,9 @@ static void find_drowned(Plane plane)
     int64_t order[RINGS], raised = 0;
     const int64_t rings = by_level(plane.middle, order);
     uint8_t *codes = ZEROS(uint8_t, plane.beams);
+    const Rings counted = count_rings(plane);
     for (int64_t b = 0; b < plane.beams && 2 * rings >= RINGS; b++) {
-        const bool deaf = plane.codes[b] != SATURATED && is_raised(plane, b, order, rings);
+        const bool deaf = plane.codes[b] != SATURATED && is_raised(plane, counted, b, order, rings);
         codes[b] = deaf ? DROWNED : plane.codes[b] == SATURATED ? SATURATED : HEARS;
         raised += deaf;
     }
@@ -243,17 +279,20 @@ static void find_drowned(Plane plane)
 static void follow_gains(Plane plane, double since_s)
 {
     const float learning = (float)-expm1(-since_s / LEARNING_S), forgetting = (float)-expm1(-since_s / FORGETTING_S);
-    for (int64_t r = 0; r < RINGS; r++)
+    float *restrict rate = SCRATCH(float, plane.beams), *restrict first = SCRATCH(float, plane.beams);
+    for (int64_t b = 0; b < plane.beams; b++) {
+        const uint8_t code = plane.codes[b];
+        rate[b] = code == SATURATED ? NAN : code == DROWNED ? forgetting : learning;
+        first[b] = code == SATURATED ? NAN : code == DROWNED ? 0.0f : 1.0f;
+    }
+    for (int64_t r = 0; r < RINGS; r++) {
+        const float *restrict excess = plane.excess + r * plane.beams;
+        float *restrict gain = plane.gain + r * plane.beams;
         for (int64_t b = 0; b < plane.beams; b++) {
-            const float excess = plane.excess[r * plane.beams + b];
-            float *gain = plane.gain + r * plane.beams + b;
-            if (isnan(excess) || plane.codes[b] == SATURATED)
-                continue;
-            if (isnan(*gain))
-                *gain = plane.codes[b] == DROWNED ? 0.0f : excess;
-            else
-                *gain += (plane.codes[b] == DROWNED ? forgetting : learning) * (excess - *gain);
+            const float known = gain[b] == gain[b] ? gain[b] + rate[b] * (excess[b] - gain[b]) : first[b] * excess[b];
+            gain[b] = known == known ? known : gain[b]; /* what is not known, or saturated, teaches nothing */
         }
+    }
 }
 
 /* Judges the beams of a frame from column `first` on, plane by plane; tells whether any is deaf.
