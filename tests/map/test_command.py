@@ -279,6 +279,9 @@ def test_a_prune_killed_half_way_leaves_a_whole_map(field: Path) -> None:
     store.close()
 
 
+ENDLESS = "WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SELECT id, 0.0 AS north FROM n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
@@ -289,6 +292,14 @@ def test_a_prune_killed_half_way_leaves_a_whole_map(field: Path) -> None:
         (("export", "empty", "--out", "x.gpkg"), "not a map"),
         (("list", "newer"), "schema version 99"),
         (("list", "damaged"), "object 1 is damaged"),
+        (("list", "endless"), "object is no table"),
+        (("merge", "good", "endless", "--out", "merged"), "object is no table"),
+        (("prune", "triggered", "--seen-fewer", "2"), "a trigger of its own, 'place_gone'"),
+        (("list", "far"), "farther than 1e+07 m"),
+        (("merge", "good", "huge", "--out", "merged"), "farther than 1e+07 m"),
+        (("list", "negative"), "out of bounds"),
+        (("export", "sure", "--out", "x.geojson"), "out of bounds"),
+        (("list", "skewed"), "covariance is larger"),
         (("list", "lost"), "damaged: origin"),
         (("list", "words"), "damaged: origin"),
         (("prune", "newer", "--seen-fewer", "2"), "schema version 99"),
@@ -316,12 +327,19 @@ def test_what_is_wrong_is_one_line(
         ("damaged", "UPDATE object SET radius = 'large' WHERE id = 1"),
         ("lost", "DELETE FROM mission"),
         ("words", "UPDATE mission SET latitude_deg = 'north'"),
+        ("endless", f"DROP TABLE object; CREATE VIEW object AS {ENDLESS}"),
+        ("triggered", "DROP TRIGGER place_gone; CREATE TRIGGER place_gone AFTER DELETE ON object BEGIN SELECT 1; END"),
+        ("far", "UPDATE object SET north = 1e12"),
+        ("huge", "UPDATE object SET radius = 1e300"),
+        ("negative", "UPDATE object SET sigma_north = -1"),
+        ("sure", "UPDATE object SET existence = 1.5"),
+        ("skewed", "UPDATE object SET covariance_ne = 100"),
         ("good", "PRAGMA user_version"),
     ):
         if name != "birds":
             saved(tmp_path / name, [rock(1, 0.0, 0.0)])
         with sqlite3.connect(name) as db:
-            db.execute(statement)
+            db.executescript(statement)
         db.close()
     files = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     assert run(*arguments) == 2

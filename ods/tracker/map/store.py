@@ -18,6 +18,7 @@ from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
 from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
+from ods.tracker.map.trust import MOST_BYTES, check_object, check_schema, lift_time_limit, set_bounds
 
 LOCK_WAIT_S = 2.0
 """Longest wait for another program that reads or writes the file."""
@@ -118,6 +119,9 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
             raise ValueError(reason)
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
     with _told(path, db):
+        set_bounds(db)
+        if version_of(db) > 0:
+            check_schema(db)
         if version_of(db) < SCHEMA_VERSION:
             with db:
                 db.execute("BEGIN IMMEDIATE")
@@ -133,6 +137,7 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
                 f"its origin is {latitude}, {longitude}; "
                 f"site.latitude_deg and site.longitude_deg are {latitude_deg}, {longitude_deg}"
             )
+        lift_time_limit(db)
     return store
 
 
@@ -148,15 +153,19 @@ def copy_of_map(path: Path) -> MapStore:
             _back_up(path, db, in_use=True)
         if version_of(db) == 0:
             raise ValueError("not a map of this program")
+        set_bounds(db)
+        check_schema(db)
         bring_up_to_date(db)
     return MapStore(path, db)
 
 
 def _refuse_unreadable(path: Path) -> None:
     """Raise OSError or ValueError for what cannot be opened, which says why: SQLite does not."""
-    mode = path.stat().st_mode
+    mode, size = path.stat().st_mode, path.stat().st_size
     if not stat.S_ISREG(mode):  # to open a pipe would wait for ever
         raise ValueError("is a folder" if stat.S_ISDIR(mode) else "is no file, but a device or a pipe")
+    if size > MOST_BYTES:
+        raise ValueError(f"{size / 1e9:.1f} GB: the largest map that is read has {MOST_BYTES / 1e9:.0f} GB")
     path.open("rb").close()
 
 
@@ -199,10 +208,12 @@ def sole_access(path: Path) -> MapStore:
 
 
 def _object_of(row: tuple[Any, ...]) -> MapObject:
-    """Return the object of a row of OBJECT_COLUMNS. Raises ValueError when a value is no finite number."""
+    """Return the object of a row of OBJECT_COLUMNS. Raises ValueError for one that cannot be."""
     if not all(isinstance(value, int | float) and math.isfinite(value) for value in row):
         raise ValueError(f"object {row[0]} is damaged")
-    return MapObject(row[0], row[1:4], row[4:7], *row[7:])
+    found = MapObject(row[0], row[1:4], row[4:7], *row[7:])
+    check_object(found)
+    return found
 
 
 @contextmanager
