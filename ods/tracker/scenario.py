@@ -1,10 +1,8 @@
 """`ods track`: runs the tracker over a recorded scenario and writes the tracks. Formats: docs/formats-tracks.md."""
 
 import math
-import struct
 import time
 import zipfile
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,9 +13,10 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.errors import OdsError, one_line
+from ods.base.errors import OdsError
 from ods.base.geometry import quat_from_euler
 from ods.base.mounting import AT_ORIGIN, Mounting, spread_at
+from ods.base.npz_file import load_npz
 from ods.base.out_file import opened_to_seek
 from ods.base.settings import Fraction, NonNegative, Positive
 from ods.messages import Sector
@@ -26,13 +25,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
-UNREADABLE = (
-    *(ValueError, TypeError, AttributeError, EOFError, MemoryError, NotImplementedError, RuntimeError, SyntaxError),
-    *(OverflowError, struct.error, zipfile.BadZipFile, zlib.error),
-)
-"""What numpy and zipfile raise on files that are damaged or no .npz files at all."""
-
-
+ARRAYS = ("t", "auv_pos", "auv_rpy", "det")
 MOST = 1e7
 """m, or rad: no number of a pose is farther from 0; the earth is no larger."""
 
@@ -105,17 +98,16 @@ def is_scenario(path: Path) -> bool:
 def load_scenario(path: Path) -> Scenario:
     """Read a scenario file. Raises ScenarioError."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in ("t", "auv_pos", "auv_rpy", "det")}
-            text = str(file["meta"]) if "meta" in file else "{}"
-    except KeyError as error:
-        raise ScenarioError(f"{path}: array {error.args[0].split()[0]} is missing") from error
+        arrays = load_npz(path, (*ARRAYS, "meta"))
     except OSError as error:
         raise ScenarioError(f"{path}: {error.strerror or 'not a NumPy .npz file'}") from error
-    except UNREADABLE as error:
-        raise ScenarioError(f"{path}: not a readable .npz file: {one_line(error)}") from error
+    except ValueError as error:
+        raise ScenarioError(f"{path}: {error}") from error
+    text = str(arrays.pop("meta", "{}"))
+    if missing := [name for name in ARRAYS if name not in arrays]:
+        raise ScenarioError(f"{path}: array {missing[0]} is missing")
     try:
-        return _checked(arrays, text)
+        return _checked({name: arrays[name] for name in ARRAYS}, text)
     except (ValueError, TypeError) as error:
         raise ScenarioError(f"{path}: {error}") from error
 

@@ -108,7 +108,7 @@ def replace(name: str, value: Any) -> Callable[[dict[str, Any]], dict[str, Any]]
         (replace("meta", "{"), "meta:"),
         (replace("meta", '{"range_max": -5}'), "meta:"),
         (replace("meta", '{"pd": "high"}'), "meta:"),
-        (replace("t", np.array([None] * SCANS)), "not a readable"),
+        (replace("t", np.array([None] * SCANS)), "Python objects"),
     ],
 )
 def test_one_line_for_each_mistake(

@@ -1,13 +1,13 @@
 """Height fields of rough sea-beds: square facets over a grid of nodes, made from a seed or read from a file."""
 
 import math
-import zipfile
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Floats32
+from ods.base.npz_file import load_npz
 
 MAX_FACETS = 4_000_000
 """Facets of a field; a file with more is refused."""
@@ -56,17 +56,15 @@ def load_field(path: Path) -> HeightField:
     Raises ValueError, one line that names the file, for one that cannot be read, is too large or holds bad numbers.
     """
     try:
-        with zipfile.ZipFile(path) as archive:
-            if archive.getinfo("height_m.npy").file_size > 8 * MAX_FACETS + 4096:
-                raise ValueError(f"{path}: more than {MAX_FACETS} facets")
-        with np.load(path, allow_pickle=False) as data:
-            height = data["height_m"]
-            if height.dtype.kind not in "fiu":
-                raise ValueError(f"{path}: height_m must hold numbers")
-            height = height.astype(np.float64)
-            facet, north, east = (float(data[key]) for key in ("facet_m", "north_m", "east_m"))
-    except (OSError, zipfile.BadZipFile) as error:
-        raise ValueError(f"{path}: {getattr(error, 'strerror', None) or 'not an .npz file'}") from error
+        data = load_npz(path, most_bytes=16 * MAX_FACETS)
+        if data["height_m"].dtype.kind not in "fiu":
+            raise ValueError("height_m must hold numbers")
+        height: Floats = data["height_m"].astype(np.float64)
+        facet, north, east = (float(data[key]) for key in ("facet_m", "north_m", "east_m"))
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror or 'not an .npz file'}") from error
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
     except (KeyError, TypeError) as error:
         raise ValueError(f"{path}: must hold height_m, facet_m, north_m and east_m ({error})") from error
     if height.ndim != 2 or min(height.shape) < 2:

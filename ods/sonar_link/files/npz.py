@@ -1,7 +1,6 @@
 """The project's own file of pings, .npz: one array for all frames, the geometry once. Format in docs/formats.md."""
 
 import math
-import zipfile
 from collections import defaultdict
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray, Floats
 from ods.base.clock import NS
+from ods.base.npz_file import load_npz
 from ods.messages import Ping, Scale
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import FARTHEST_M, LazyPings, PingFileError, PingSequence, recorded_ping
@@ -37,15 +37,11 @@ class NpzDecoder(Decoder):
 
 def _load(path: Path) -> Arrays:
     try:
-        if not zipfile.is_zipfile(path):
-            raise ValueError("no zip archive, or cut off")
-        with np.load(path, allow_pickle=False) as file:
-            return {name: np.asarray(file[name]) for name in file.files}
+        return load_npz(path)
     except OSError as error:
         raise PingFileError(f"{path}: {error.strerror or error}") from error
-    except Exception as error:  # what zipfile and numpy raise at damaged bytes is no list that ends
-        reason = str(error).partition("\n")[0]
-        raise PingFileError(f"{path}: not a whole .npz file: {reason}") from error
+    except ValueError as error:
+        raise PingFileError(f"{path}: {error}") from error
 
 
 def _sequence(arrays: Arrays) -> PingSequence:
