@@ -29,15 +29,19 @@ def mend(path: Path) -> None:
 
 
 def _mend_segment(path: Path) -> None:
-    open_recording(path)
-    if is_finished(path):
+    recording = open_recording(path)
+    finished = is_finished(path)
+    if not finished and _is_being_written(path):
+        raise RecordingError(f"{path}: is being written")
+    if finished:
+        for _ in recording.messages():  # finds what is damaged between its two ends
+            pass
+    if finished and not recording.losses:
         print(f"{path}: is complete")
         return
-    if _is_being_written(path):
-        raise RecordingError(f"{path}: is being written")
-    messages, losses = rewrite(path)
+    messages, losses, kept = rewrite(path)
     lost = "".join(f", {name} {count}" for name, count in sorted(losses.items()))
-    print(f"{path}: complete, {messages} messages{lost}")
+    print(f"{path}: complete, {messages} messages{lost}{f'; as it was: {kept}' if kept else ''}")
 
 
 def _is_being_written(path: Path) -> bool:

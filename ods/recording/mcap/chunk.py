@@ -18,6 +18,11 @@ BAD_RECORD = (McapError, struct.error, ValueError)
 """What decoding a record's content may raise."""
 BAD_CHUNK = (*BAD_RECORD, zstandard.ZstdError, MemoryError)
 
+LONGEST_TOPIC = 256
+"""Characters of a channel's name: a chunk of 3 kB unpacks to one of 30 MB, and all are kept while a file is read."""
+MOST_MESSAGES = 200_000
+"""In a chunk: each takes a few hundred bytes while they are put in order. The recorder's chunks are of about 1 MB."""
+
 
 def stream(content: bytes) -> ReadDataStream:
     """Return a record's content as the library reads it."""
@@ -38,18 +43,21 @@ class Channels:
         except BAD_RECORD:
             self._losses["bad_records"] += 1
             return
-        if channel.message_encoding == "msgpack":
+        if len(channel.topic) > LONGEST_TOPIC:
+            self._losses["bad_records"] += 1
+        elif channel.message_encoding == "msgpack":
             self.topics[channel.id] = channel.topic
 
     def messages(self, records: bytes) -> Iterator[tuple[int, memoryview]]:
         """Yield the messages in a chunk, where their records begin and their content; learn its channels."""
-        whole, start = memoryview(records), 0
+        whole, start, left = memoryview(records), 0, MOST_MESSAGES
         while start + RECORD.size <= len(whole):
             opcode, length = RECORD.unpack_from(whole, start)
             inside = start + RECORD.size
-            if length > len(whole) - inside:
+            if length > len(whole) - inside or not left:
                 break
             if opcode == Opcode.MESSAGE and length >= MESSAGE.size:
+                left -= 1
                 yield start, whole[inside : inside + length]
             elif opcode == Opcode.CHANNEL:
                 self.learn(bytes(whole[inside : inside + length]))

@@ -96,7 +96,8 @@ class _Scan:
     def take(self, frame: Frame) -> None:
         """Take a record, of chunks and messages the head."""
         if frame.opcode == Opcode.MESSAGE_INDEX:
-            self._listed.append(frame.content)
+            if self._chunk is not None and sum(map(len, self._listed)) < LONGEST_RECORD_BYTES:
+                self._listed.append(frame.content)
             return
         self._end_chunk(self._listed)
         if frame.opcode == Opcode.CHANNEL:
