@@ -20,7 +20,9 @@ from ods.sonar_link.settings import SonarConfig
 log = logging.getLogger(__name__)
 
 MAX_READS = 16
-"""Reads before the work loop gets its turn."""
+"""Reads before the work loop gets its turn,"""
+LONGEST_READING_S = 0.2
+"""or sooner: a stream of false headers takes time, and health has a watchdog."""
 LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
 LOSSES = frozenset(name for name in trouble_names("sonar") if not name.startswith(("port_", "control_")))
@@ -49,9 +51,12 @@ class SonarWorker(Worker[SonarConfig]):
         self.tick()
 
     def readable(self, fd: int) -> None:
-        """Read the port empty and publish the pings that this completes."""
+        """Read the port empty, if that does not take too long, and publish the pings that this completes."""
         time.sleep(self._link.gather_s)
+        end_s = time.monotonic() + LONGEST_READING_S
         for _ in range(MAX_READS):
+            if time.monotonic() > end_s:
+                break
             pings = self._link.read(clock.monotonic_ns())
             if pings is None:
                 break

@@ -1,8 +1,8 @@
 """Writes one segment of a recording: an MCAP file that is whole to its last message whatever stops its writer.
 
 Messages are appended as they come, as records of their own; `close_chunk` then puts a compressed chunk into the place
-of those since the last one. A writer that is killed leaves the last ones as they are; `ods record --finish` completes them
-for other readers.
+of those since the last one. A writer that is killed leaves the last ones as they are; `ods record --finish` completes
+them for other readers.
 Places are told to each write, so that no error leaves the file in a state of which the writer does not know.
 """
 

@@ -6,6 +6,7 @@ when no other one begins in it. Otherwise the search goes on just behind the fal
 swallows little.
 """
 
+import re
 from collections import Counter, deque
 from typing import NamedTuple
 
@@ -17,6 +18,13 @@ MAX_MESSAGE_BYTES = 4 * 1024 * 1024
 MAX_OTHER_BYTES = 65536
 """Longest message without an image."""
 WITH_IMAGE = (MessageKind.PING, MessageKind.FULL_PING)
+KIND_AT, KIND_BYTES = 6, 2
+_KNOWN_HEAD = re.compile(
+    CHECK_WORD + b".{%d}" % (KIND_AT - len(CHECK_WORD))
+    + b"(?:%b)" % b"|".join(re.escape(kind.to_bytes(KIND_BYTES, "little")) for kind in sorted(KNOWN_KINDS)),
+    re.DOTALL,
+)  # fmt: skip
+"""A sync word with a known kind: searched for at once, as a stream of sync words alone costs 1.4 us a byte else."""
 ALIKE_BYTES = 10
 """Of the header: sync word, source, destination, kind and version, the same in all results of one sonar."""
 
@@ -127,9 +135,14 @@ class Framer:
 
     def _find_sync(self) -> bool:
         """Drop what cannot begin a message; tell whether a sync word comes first."""
-        at = self._bytes.find(CHECK_WORD)
+        head = _KNOWN_HEAD.search(self._bytes)
+        untold = max(0, len(self._bytes) - KIND_AT - KIND_BYTES + 1)  # behind it a head's kind is not there yet
+        at = head.start() if head else self._bytes.find(CHECK_WORD, untold)
         tail = len(CHECK_WORD) - 1 if self._bytes.endswith(CHECK_WORD[:-1]) else 0
-        self._discard(at if at >= 0 else len(self._bytes) - tail)
+        begin = at if at >= 0 else len(self._bytes) - tail
+        if unknown := self._bytes.count(CHECK_WORD, 0, begin):
+            self.counters["unknown_message"] += unknown
+        self._discard(begin)
         return at >= 0
 
     def _take(self, header: Header) -> Message:

@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ods.sonar_link.oculus.framer import Framer
-from ods.sonar_link.oculus.messages import MessageKind
+from ods.sonar_link.oculus import framer as framer_module
+from ods.sonar_link.oculus.framer import Framer, fault_of
+from ods.sonar_link.oculus.messages import CHECK_WORD, Buffer, MessageKind
 from tests.sonar_link.oculus import wire
 
 GOOD = wire.ping(wire.image(1), number=1)
@@ -76,6 +77,22 @@ def test_wrong_bytes_never_raise_and_later_messages_come(changes: list[tuple[int
     framer.feed(bytes(spoilt))
     framer.flush()
     assert [message.data for message in framer.feed(NEXT)] == [NEXT]
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 4096, 10**6])
+def test_sync_words_alone_are_passed_over_at_once_and_all_counted(chunk: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_at = []
+
+    def counted(data: Buffer, at: int, most: int) -> str | None:
+        looked_at.append(at)
+        return fault_of(data, at, most)
+
+    monkeypatch.setattr(framer_module, "fault_of", counted)
+    framer, stream = Framer(LIMIT), CHECK_WORD * 2000 + GOOD
+    found = [message.data for at in range(0, len(stream), chunk) for message in framer.feed(stream[at : at + chunk])]
+    assert found == [GOOD]
+    assert framer.counters == {"unknown_message": 2000, "garbage_bytes": 4000, "records": 1}
+    assert chunk < 10**6 or len(looked_at) < 10
 
 
 def test_a_header_of_4_gb_costs_nothing() -> None:
