@@ -103,6 +103,8 @@ def _files(folder: Path) -> Iterator[tuple[Path, float]]:
 def _is_scene(path: Path) -> bool:
     """Tell a scene from other files of settings by its beginning."""
     try:
+        if not path.is_file():  # to open a pipe would wait for ever
+            return False
         with path.open("rb") as file:
             return b"\nseed" in b"\n" + file.read(4096)
     except OSError:

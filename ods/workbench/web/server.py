@@ -13,6 +13,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from ods.base.errors import OdsError, one_line
 from ods.workbench.session import Session
 from ods.workbench.web import frames
+from ods.workbench.web.limits import MOST_HEAD_BYTES, BoundedProtocol
 from ods.workbench.web.security import BROWSER, HOSTS, Gate
 
 ADDRESS = HOSTS[0]
@@ -67,6 +68,8 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
         log_config=None,
         log_level="warning",
         access_log=False,
+        http=BoundedProtocol,
+        h11_max_incomplete_event_size=MOST_HEAD_BYTES,
         ws_max_size=MOST_SENT,
         ws_per_message_deflate=False,  # nothing leaves the machine: packing would cost more than it saves
         timeout_graceful_shutdown=1,

@@ -1,5 +1,6 @@
 """What can be opened is listed, what lies elsewhere is not opened, and nothing is written over."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,11 @@ def test_recordings_and_scenes_are_listed_and_nothing_else(tmp_path: Path) -> No
         (tmp_path / name).write_bytes(b"[bus]\n")
     (tmp_path / "scene.toml").write_text(shipped_file("scenes/figure11.toml").read_text())
     assert {each.name for each in openable([tmp_path, tmp_path / "deep"])} == {"a.npz", "deep/b.mcap", "scene.toml"}
+
+
+def test_a_pipe_that_is_called_a_scene_is_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "x.toml")
+    assert openable([tmp_path]) == []
 
 
 def test_every_scene_that_is_listed_opens() -> None:
