@@ -12,7 +12,7 @@ from ods.workbench.web import limits
 from ods.workbench.web.limits import MOST_HEAD_BYTES, BoundedProtocol
 
 HALF = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
-FEW, SOON_S = 10, 2.0
+FEW, SOON_S = 10, 1.0
 
 
 async def answer(scope: object, receive: object, send: object) -> None:
@@ -61,7 +61,8 @@ def test_half_requests_are_closed_after_a_while_and_others_are_answered_meanwhil
     assert all(is_closed(line) for line in half)
 
 
-def test_of_very_many_the_oldest_goes(address: tuple[str, int]) -> None:
+def test_of_very_many_the_oldest_goes(address: tuple[str, int], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(limits, "PATIENCE_S", 60.0)
     first = connected(address)
     others = [connected(address) for _ in range(FEW)]
     assert is_closed(first)
