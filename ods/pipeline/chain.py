@@ -14,7 +14,7 @@ from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.measure.echoes import EchoTable, joined
-from ods.pipeline.plan import PingError, Plan, geometry_key, make_plan, sample_scale_of
+from ods.pipeline.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
 from ods.pipeline.second_way import SecondWays
@@ -31,6 +31,8 @@ LASTING_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
 HURRY = 10
 """detectors learn from so many times fewer cells, until it has."""
+KEPT_GEOMETRIES = 2
+"""That stages stay prepared for: a sonar may change between two."""
 
 
 class Chain:
@@ -58,16 +60,16 @@ class Chain:
         self.over_pings = any(entry.stage.kind == "ping" for entry in configured_stages(settings))
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
-        """Since the first ping."""
+        """Since the first ping, to one that is not alike."""
         self.prepared_anew = False
-        """For the last ping, as its geometry was another: detectors may have learned from images, which takes long."""
+        """For the last ping, as its geometry was new: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
         self._lasted = LASTING_PINGS
-        self._hurried = False
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
-        self._prepared: list[PreparedChain] = []
+        self._kept: list[_Prepared] = []
+        """The one in use first."""
         self._phase = 0
         self._sight = Sight()
         self._beams = BeamJudge()
@@ -119,7 +121,7 @@ class Chain:
         whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
         unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
         found, faint, heard_from, count = list[EchoTable](), list[EchoTable](), 0.0, 0
-        for prepared in self._prepared:
+        for prepared in self._kept[0].images:
             if prepared.phase in (EVERY_PHASE, phase):
                 more = prepared.detect(whole, context, mask, count)
                 found.append(more.echoes)
@@ -142,28 +144,53 @@ class Chain:
             self._scale = sample_scale_of(ping)
             self._sampling = sampling
         geometry = geometry_key(ping)
-        relearns = self._hurried and self._lasted >= LASTING_PINGS
-        self.prepared_anew = geometry != self._geometry or relearns
+        self.prepared_anew = False
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
-            hurried = self._lasted < LASTING_PINGS
-            prepared = self._prepared_for(plan, hurried)
-            self.geometry_changes += bool(self._geometry)
-            self._geometry, self._plan, self._prepared = geometry, plan, prepared  # all or, when one fails, none
-            self._hurried = hurried and any(each.learns for each in prepared)
-            self._lasted = 0
-        elif relearns:
-            self._prepared, self._hurried = self._prepared_for(self._plan, hurried=False), False
+            self._change_to(plan)
+            self._geometry, self._plan = geometry, plan  # all or, when one fails, none
+        elif self._kept[0].hurried and self._lasted >= LASTING_PINGS:
+            self._kept[0] = self._prepared_for(self._plan, hurried=False)
         self._lasted += 1
 
-    def _prepared_for(self, plan: Plan, hurried: bool) -> list[PreparedChain]:
+    def _change_to(self, plan: Plan) -> None:
+        """Use the stages that are prepared for such a geometry, or prepare them. Raises StageError."""
+        kept = (each for each in self._kept if are_alike(each.plan, plan, over_pings=self.over_pings))
+        alike = next(kept, None)
+        is_other = alike is None or alike is not self._kept[0]
+        if alike is None:
+            alike = self._prepared_for(plan, hurried=self._lasted < LASTING_PINGS)
+        else:
+            alike.move_to(plan)
+        self.geometry_changes += is_other and bool(self._geometry)
+        self._lasted = 0 if is_other else self._lasted
+        self._kept = [alike, *(each for each in self._kept if each is not alike)][:KEPT_GEOMETRIES]
+
+    def _prepared_for(self, plan: Plan, hurried: bool) -> "_Prepared":
+        self.prepared_anew = True
         cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
-        return [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
+        images = [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
+        return _Prepared(plan, images, hurried and any(each.learns for each in images))
 
     def _stages_of(self, settings: PipelineSettings) -> list[ConfiguredStage]:
         """Return the stages of settings that have all numbers."""
         return configured_stages(settings)
+
+
+class _Prepared(NamedTuple):
+    """The stages for geometries that are alike."""
+
+    plan: Plan
+    """The one for which they were prepared."""
+    images: list[PreparedChain]
+    hurried: bool
+    """They learnt from few cells."""
+
+    def move_to(self, plan: Plan) -> None:
+        """Go on with a geometry that is alike."""
+        for image, layout in zip(self.images, plan.images, strict=True):
+            image.move_to(layout)
 
 
 class _Seen(NamedTuple):

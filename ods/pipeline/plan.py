@@ -16,6 +16,8 @@ from ods.pipeline.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings
 from ods.pipeline.settings import PipelineSettings
 
 MAX_BEARING = math.pi
+ALIKE = 0.05
+"""Of ranges: sound speeds of the sea are within that of each other."""
 
 
 class PingError(ValueError):
@@ -94,6 +96,32 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
         first=first,
         sector=_sector(fans, math.radians(settings.vertical_half_deg)),
     )  # fmt: skip
+
+
+def are_alike(one: Plan, other: Plan, *, over_pings: bool = False) -> bool:
+    """Tell whether stages prepared for one plan will do for the other: only ranges differ, by `ALIKE` or less.
+
+    So they do where a sonar takes them from a sound speed that it measures anew for each ping. over_pings: the stages
+    compare pings, so what lies at a column must not move.
+    """
+    share = 0.0 if over_pings else ALIKE
+    return len(one.images) == len(other.images) and all(
+        _has_same_columns(a, b, share) for a, b in zip(one.images, other.images, strict=True)
+    )
+
+
+def _has_same_columns(one: ImageLayout, other: ImageLayout, share: float) -> bool:
+    a, b = one.fan, other.fan
+    if (one.rows, one.stride, one.phase, a.shape, a.seam) != (other.rows, other.stride, other.phase, b.shape, b.seam):
+        return False
+    near, far = ((fan.range0_m, fan.dr_m, fan.range_m[-1]) for fan in (a, b))
+    return (
+        a.elevation_rad == b.elevation_rad
+        and np.array_equal(one.origin, other.origin)
+        and np.array_equal(a.bearing_rad, b.bearing_rad)
+        and np.array_equal(a.beam_width_rad, b.beam_width_rad)
+        and all(abs(x - y) <= share * abs(x) for x, y in zip(near, far, strict=True))
+    )
 
 
 def _check_numbers(ping: Ping) -> None:

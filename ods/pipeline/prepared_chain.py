@@ -87,6 +87,11 @@ class PreparedChain:
         self._new_filters = partial(FilterChain, filters, fan, buffers, watch)
         self._filters = self._new_filters()
 
+    def move_to(self, layout: ImageLayout) -> None:
+        """Go on with images of the same columns whose ranges differ a little: echoes are where the layout says."""
+        self._layout = layout
+        self._fronts = Fronts(layout)
+
     def detect(self, frame: Frame, ping: PingContext, mask: RegionNumbers | None, before: int) -> Found:
         """Return the detections of these rows and ranges of the frame, and number them in `mask`, from `before` + 1 on.
 

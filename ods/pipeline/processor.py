@@ -15,8 +15,12 @@ from ods.pipeline.plan import PingError
 from ods.pipeline.repeated_image import RepeatedImage
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.speckle import Alive
+from ods.pipeline.steadiness import Steadiness
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer
+
+SOUND_SPEEDS = (1350.0, 1650.0)
+"""m/s: pure water at 0 deg C has 1403, the Red Sea at the bottom 1560, brines a little more."""
 
 
 class PingProcessor:
@@ -35,6 +39,7 @@ class PingProcessor:
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._poses.counters = self.counters
         self._repeated = RepeatedImage()
+        self._steadiness = Steadiness()
         self._poses_until, self._poses_heard = -1, 0
 
     def hear_pose(self, pose: Pose) -> None:
@@ -47,7 +52,8 @@ class PingProcessor:
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
-        caution = self._repeated.judge(ping)
+        caution = "; ".join(filter(None, (self._repeated.judge(ping), self._steadiness.judge(ping))))
+        _refuse_sound_speed(ping)
         _refuse_negative(ping)
         pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
         self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
@@ -55,6 +61,13 @@ class PingProcessor:
         return msgspec.structs.replace(
             found, caution=caution, poses_until=self._poses_until, poses_heard=self._poses_heard
         )
+
+
+def _refuse_sound_speed(ping: Ping) -> None:
+    """Raises PingError: ranges follow from it, so all of them would be wrong."""
+    low, high = SOUND_SPEEDS
+    if ping.sound_speed > 0.0 and not low < ping.sound_speed < high:
+        raise PingError(f"sound_speed: {ping.sound_speed:g} m/s is not that of water, between {low:g} and {high:g}")
 
 
 def _refuse_negative(ping: Ping) -> None:

@@ -15,8 +15,8 @@ MAX_BEAMS = 4096
 MAX_SAMPLES = 65536
 MAX_PLANES = 64
 MAX_FRAME_BYTES = 32 * 1024 * 1024
-SOUND_SPEEDS = (1000.0, 2000.0)
-"""m/s; nothing else is water."""
+SOUND_SPEEDS = (20.0, 10_000.0)
+"""m/s: nothing else is a number for one. What is not water's, the pipeline refuses by name."""
 SAMPLE_SPACINGS = (1e-5, 10.0)
 """m."""
 MAX_RANGE_M = 20_000.0

@@ -193,3 +193,29 @@ def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.M
     chain.process(make_ping(frame, dr_m=0.09))
     assert learnt[5:] == [1000]
     assert chain.geometry_changes == 4
+
+
+@pytest.mark.parametrize("detector", [{"use": "detect.cfar"}, {"use": "detect.two_level", "levels": "false_alarm"}])
+def test_detectors_learn_once_where_ranges_follow_a_sound_speed_that_changes(
+    detector: dict[str, str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And echoes are where the newest sound speed says; between two geometries there is nothing to learn either."""
+    learnt: list[int] = []
+
+    def speckle_of(filters: FilterChain, stride: int, cells: int, _: object) -> Iterator[Iterator[Image]]:
+        learnt.append(cells)
+        return filtered_speckle(filters, stride, 2000)
+
+    monkeypatch.setattr(prepared_chain, "filtered_speckle", speckle_of)
+    chain, frame = Chain(PipelineSettings(stage=(detector,), min_range_m=0.0)), scene_of("u1")
+    places = []
+    for k in range(20):
+        dr_m = 0.05 * (1480.0 + 3.0 * k) / 1500.0
+        echoes = chain.process(make_ping(frame, dr_m=dr_m)).detections
+        places.append(max(echoes, key=lambda echo: echo.snr_db).range_m / dr_m)
+    assert len(learnt) == 1
+    assert places == pytest.approx([places[0]] * 20, rel=1e-6)
+    for k in range(20):
+        chain.process(make_ping(frame, dr_m=0.05 if k % 2 else 0.1))
+    assert len(learnt) == 2
+    assert chain.geometry_changes == 20

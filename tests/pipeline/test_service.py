@@ -193,6 +193,16 @@ def test_decibels_told_as_amplitudes_are_refused_and_health_says_why(process: Pr
     process.wait(lambda: process.found, msgspec.structs.replace(wrong, scale="db", scale_factor=1.0))
 
 
+@pytest.mark.parametrize("sound_speed", [30.0, 1650.0, 5000.0])
+def test_a_sound_speed_that_is_not_waters_is_refused_by_name(process: Process, sound_speed: float) -> None:
+    frame = np.random.default_rng(0).rayleigh(20.0, (60, 1000)).astype(np.uint8)
+    wrong = make_ping(frame, sound_speed=sound_speed)
+    said = f"sound_speed: {sound_speed:g} m/s is not that of water"
+    process.wait(lambda: process.health and any(said in problem for problem in process.health.problems), wrong)
+    assert not process.found
+    process.wait(lambda: process.found, make_ping(frame, sound_speed=1480.0))
+
+
 def test_filter_over_pings_follows_the_pose() -> None:
     """The vehicle drives at a body, 1 m a ping: only where its own motion is known is it in the same place twice."""
     rng = np.random.default_rng(0)
