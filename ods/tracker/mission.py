@@ -34,6 +34,9 @@ from ods.tracker.utc import VehicleUtc
 FUTURE_NS = clock.NS
 """A ping, or a pose, stamped later than now by more than this has a wrong time."""
 
+SLOWEST = 1400.0
+"""Sound speed, m/s, where it is not told."""
+
 Complain = Callable[[str, str], None]
 """Takes a counter's name and a line: what is lost is counted, and said once."""
 
@@ -73,6 +76,8 @@ class MissionTracker:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
+        self._jumps_ns: list[int] = []
+        """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._hittable = HittableFilter(self.settings)
@@ -124,6 +129,7 @@ class MissionTracker:
         jump = self._pose_sense.hear(pose)
         if jump:
             self._complain("pose_jumps", jump)
+            self._jumps_ns.append(pose.t_ns)
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._inputs.pose(pose.t_ns)
@@ -154,7 +160,7 @@ class MissionTracker:
         if message.t_ns == self.tracker.t_ns:  # twice the same would count as two looks
             self._complain("detections_late", f"ping {message.ping_number} is of the instant of the one before")
             return None
-        pose = self._poses.at(message.t_ns)
+        pose = None if self._jumps_within(message) else self._poses.at(message.t_ns)
         sent, utc_ns = head_of(pose, self._mounting), self._utc.at(message.t_ns)
         scan, dropped, at_rest = received(message, sent, self._head_at, utc_ns, self._pings_between(message.seq))
         self.counters["pings_without_reception_pose"] += at_rest
@@ -172,6 +178,20 @@ class MissionTracker:
             self._lister.end(outcome.ended)
         gone = [] if outcome.ended is None else outcome.ended.id.tolist()
         return Told(self._list(message.t_ns, now_ns, message, pose), outcome.hibernated, gone)
+
+    def _jumps_within(self, message: Detections) -> bool:
+        """Tell whether the pose jumped while the ping's echoes came in; begin anew if it did before.
+
+        What was tracked before a jump would be ghosts after it, beside the same objects at their new places.
+        """
+        passed = [t_ns for t_ns in self._jumps_ns if t_ns <= message.t_ns]
+        if passed:
+            self._lister.end(self.tracker.begin_anew())
+            self._inputs.begin_anew(message.t_ns, "the pose jumped")
+        self._jumps_ns = self._jumps_ns[len(passed) :]
+        speed = message.sound_speed or SLOWEST
+        heard_ns = message.t_ns + round(2.0 * message.sector.range_max_m / speed * clock.NS)
+        return any(t_ns <= heard_ns for t_ns in self._jumps_ns)
 
     def silent_list_due(self, now_ns: int) -> bool:
         """Tell whether a list without a ping is due, as none came."""

@@ -1,5 +1,7 @@
 """Detections and pose to tracked objects: one `step` a ping, for all objects at once [SSIE figure 5]."""
 
+import numpy as np
+
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
@@ -122,6 +124,18 @@ class Tracker:
         self._alarms.wander.learn(of_spots.off_squares, of_spots.placed)
         self._alarms.onset.learn(of_spots.sharp, of_spots.set_in)
         self._alarms.front.learn(of_spots.fronts, of_spots.judged)
+
+    def begin_anew(self) -> Snapshot:
+        """Drop all live objects, as they lie elsewhere than they are told to; return the confirmed ones that are gone.
+
+        Objects of the map sleep again as they were, and the next image is as the first.
+        """
+        self._manager.asleep.sleep_all()
+        live = snapshot_of(self._tracks)
+        dropped = live.take(~np.isin(live.id, list(self._manager.asleep.ids())))
+        self._tracks.keep(np.zeros(len(self._tracks), np.bool_))
+        self._scans = 0
+        return dropped
 
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.

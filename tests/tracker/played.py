@@ -62,6 +62,8 @@ class Chain:
         self.last_pose = -1
         """`Pose.seq` of the newest one sent."""
         self.place = (0.0, 0.0, 4.0)
+        self.ins_turned_rad = 0.0
+        """By so much is the heading wrong."""
         """Of the vehicle."""
         self.ahead_ns = 0
         """Poses are stamped so much later than they are."""
@@ -107,7 +109,7 @@ class Chain:
         self._count += 1
         if self.poses:
             zeros = (0.0, 0.0, 0.0)
-            half = 0.5 * self.heading(now / clock.NS)
+            half = 0.5 * (self.heading(now / clock.NS) + self.ins_turned_rad)
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
             pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, zeros, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)

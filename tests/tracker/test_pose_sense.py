@@ -43,7 +43,9 @@ def test_a_jump_is_told_once_and_for_a_second() -> None:
     before = course(100)
     sense, jumps = heard(before + course(100, begin_ns=NS, ahead_m=100.0))
     assert jumps == ["the pose jumped by 100.0 m"]
-    assert sense.reasons(NS + NS // 2) == ["the pose jumped by 100.0 m: objects seen before may lie elsewhere"]
+    assert sense.reasons(NS + NS // 2) == [
+        "the pose jumped by 100.0 m: objects seen before lie elsewhere, and are dropped"
+    ]
     assert sense.reasons(2 * NS + STEP_NS) == []
 
 

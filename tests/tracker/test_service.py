@@ -100,13 +100,35 @@ def test_two_pings_of_one_instant_are_one_look(chain: Chain) -> None:
     chain.until(lambda _: chain.health is not None and chain.health.counters.get("detections_late", 0) == 2)
 
 
-def test_a_pose_that_jumps_is_told_and_counted(chain: Chain) -> None:
-    """An INS that takes a fix after a dive: what was seen before lies elsewhere now, and is listed, too."""
-    chain.until(good)
-    chain.place = (100.0, 0.0, 4.0)
-    assert not chain.until(says("the pose jumped by 100.0 m: objects seen before may lie elsewhere")).valid
-    assert len(chain.until(lambda m: m.valid).obstacles) == 4
+@pytest.mark.parametrize(("step_m", "said"), [(20.0, "jumped by 20.0 m"), (3000.0, "jumped by 3000.0 m")])
+def test_after_a_step_of_the_pose_no_valid_list_has_an_object_of_before(chain: Chain, step_m: float, said: str) -> None:
+    """An INS that takes a fix after a dive: what was seen before lies elsewhere now."""
+    old = chain.until(good).obstacles
+    chain.place = (step_m, 0.0, 4.0)
+    chain.until(says(f"the pose {said}: objects seen before lie elsewhere, and are dropped"))
+    begun = time.monotonic()
+    chain.until(lambda _: time.monotonic() > begun + 5.0)
+    valid = [message for message in chain.lists if message.valid and message.ping_number >= 0]
+    after = [message for message in valid if message.obstacles[0].id > old[-1].id]
+    assert len(after) > 5
+    for message in after:
+        places = sorted(o.position_ned[0] for o in message.obstacles if o.state == "active")
+        assert places == pytest.approx([step_m + 40.0, step_m + 60.0 * math.cos(0.3)], abs=1.0)
+    assert valid.index(after[0]) + len(after) == len(valid)  # and none between is valid with what was before
     chain.until(lambda _: chain.health is not None and chain.health.counters.get("pose_jumps", 0) == 1)
+
+
+def test_after_a_turn_of_the_pose_no_valid_list_has_an_object_of_before(chain: Chain) -> None:
+    chain.until(good)
+    chain.ins_turned_rad = math.pi
+    chain.until(says("the pose turned by 180 deg"))
+    begun = time.monotonic()
+    chain.until(lambda _: time.monotonic() > begun + 5.0)
+    newest = chain.until(lambda message: message.valid)
+    assert all(o.position_ned[0] < 0.0 for o in newest.obstacles if o.state == "active")
+    for message in chain.lists:
+        sides = {o.position_ned[0] > 0.0 for o in message.obstacles if o.state == "active"}
+        assert not message.valid or len(sides) == 1
 
 
 def test_poses_from_the_future_do_not_keep_the_others_out(chain: Chain) -> None:

@@ -69,6 +69,11 @@ class HibernatedObjects:
         known = [self._awake.pop(i) for i in ids]
         self.put([msgspec.structs.replace(o, existence=p) for o, p in zip(known, existences, strict=True)])
 
+    def sleep_all(self) -> None:
+        """Put all objects back that are awake, as they were known."""
+        known, self._awake = list(self._awake.values()), {}
+        self.put(known)
+
     def restamp(self, moved: Restamp) -> list[MapObject]:
         """Follow a step of UTC; return the objects that it changed."""
         changed = []

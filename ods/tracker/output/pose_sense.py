@@ -23,7 +23,7 @@ FASTEST_TURN = math.radians(180.0)
 """and so much a second."""
 SIGMAS = 5.0
 TOLD_S = 1.0
-"""A jump is told for so long: until all in view can have been confirmed by poses from behind it."""
+"""A jump is told for so long. What was tracked before it is dropped (mission.py), and confirmed anew by then."""
 STILL_S, STILL_M = 2.0, 1.0
 """A place that does not change for so long, while the velocity made so long a way, is not the vehicle's."""
 COMPARED_S = 10.0
@@ -82,7 +82,7 @@ class PoseSense:
         """Say what does not hold together now."""
         found = []
         if self._jump and now_ns - self._jumped_ns < TOLD_S * NS:
-            found.append(f"{self._jump}: objects seen before may lie elsewhere")
+            found.append(f"{self._jump}: objects seen before lie elsewhere, and are dropped")
         if self._newest is not None and self._settled is not None and self._way_m > STILL_M:
             still_s = (self._newest.t_ns - self._settled.t_ns) / NS
             if still_s > STILL_S:

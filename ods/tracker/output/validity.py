@@ -41,8 +41,8 @@ class InputMonitor:
         self.first_ping_ns: int | None = None
         """Transmission of the first ping, that of the tracker that this one goes on for, if it does, or of the first
         after sight was away; None before it."""
-        self._came_back = False
-        """Sight was away before that ping."""
+        self._begun = "the tracker has just started"
+        """What was before that ping."""
         self.looked_ns: int | None = None
         """Transmission of the newest ping that objects could be tracked by, here or by whom this one goes on for."""
         self._ping_ns: int | None = None
@@ -70,8 +70,12 @@ class InputMonitor:
         """Objects can be tracked by the ping transmitted at `t_ns`."""
         looked_ns = self.looked_ns
         if looked_ns is not None and t_ns - looked_ns > AWAY_S * NS:
-            self.first_ping_ns, self._came_back = t_ns, True
+            self.begin_anew(t_ns, "sight has just come back")
         self.looked_ns = t_ns if looked_ns is None else max(looked_ns, t_ns)
+
+    def begin_anew(self, t_ns: int, why: str) -> None:
+        """From the ping transmitted at `t_ns` on, objects are confirmed as after a start; why, in plain words."""
+        self.first_ping_ns, self._begun = t_ns, why
 
     def pose(self, t_ns: int) -> None:
         """A pose of the instant `t_ns` came."""
@@ -103,8 +107,7 @@ class InputMonitor:
         if lost:
             found.append(_silence("ping", self._ping_ns, now_ns))
         elif self._settling():
-            begun = "sight has just come back" if self._came_back else "the tracker has just started"
-            found.append(f"{begun}: objects are still being confirmed")
+            found.append(f"{self._begun}: objects are still being confirmed")
         if not lost and self._blind_s() > BLIND_S:
             found.append(f"{self._unseen_why}, for {self._blind_s():.1f} s")
         if self._pose_ns is None or now_ns - self._pose_ns > POSE_STALE_S * NS:
