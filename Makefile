@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark kernels sanitize wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize wheel install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -140,6 +140,10 @@ benchmark: $(VENV)/.ready
 	$(BIN)/python -m benchmarks.sonar_link --seconds 60
 	$(BIN)/python -m benchmarks.nav
 	$(BIN)/python -m benchmarks.nav --source dbc
+
+# an hour of the bench with faults at random times: what was valid and wrong, what grew
+soak: kernels $(VENV)/.ready
+	$(BIN)/python -m benchmarks.soak --minutes 60 --seed 0
 
 clean:
 	rm -rf $(VENV) out build dist

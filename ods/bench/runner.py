@@ -2,6 +2,7 @@
 
 import time
 from contextlib import closing
+from signal import Signals
 from typing import NamedTuple
 
 from ods.base import clock
@@ -9,7 +10,7 @@ from ods.bench import report
 from ods.bench.collector import Collector
 from ods.bench.program import BenchError, Program
 from ods.bench.run_files import write_configs
-from ods.bench.settings import BenchConfig
+from ods.bench.settings import BenchConfig, KillSettings
 from ods.offline.run_record import RunRecord
 
 START_S = 60.0
@@ -63,15 +64,15 @@ def _fly(collector: Collector, settings: BenchConfig, programs: _Programs, line:
             begun_s = time.monotonic()
         elapsed_s = time.monotonic() - begun_s if begun_s else 0.0
         while kills and kills[0].at_s <= elapsed_s:
-            _kill(kills.pop(0).process, programs.onboard, collector.record)
+            _kill(kills.pop(0), programs.onboard, collector.record)
         for program in programs:
             program.check()
         line.show(report.state_line(collector.record, elapsed_s, settings.seconds))
     line.show("")
 
 
-def _kill(name: str, onboard: Program, record: RunRecord) -> None:
-    """Kill -9 one on-board process of this run."""
-    for child in onboard.children(name):
-        record.kills.append((name, clock.monotonic_ns()))
-        child.kill()
+def _kill(kill: KillSettings, onboard: Program, record: RunRecord) -> None:
+    """Send a signal to one on-board process of this run."""
+    for child in onboard.children(kill.process):
+        record.kills.append((kill.process, clock.monotonic_ns()))
+        child.send_signal(Signals[f"SIG{kill.signal}"])

@@ -10,11 +10,13 @@ from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """Kill -9 of one on-board process."""
+    """A signal to one on-board process."""
 
     process: Literal["sonar", "pipeline", "tracker", "nav"]
     at_s: NonNegative
     """Mission time."""
+    signal: Literal["KILL", "STOP"] = "KILL"
+    """STOP: it hangs until it is killed."""
 
 
 class BenchLimits(Settings, frozen=True):

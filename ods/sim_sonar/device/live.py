@@ -20,7 +20,7 @@ from ods.sim_sonar.ins.place import InsPlace, over_bottom
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
 from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.settings import FaultSettings, SimSettings
+from ods.sim_sonar.settings import INS_STEP_M, FaultSettings, SimSettings
 
 log = logging.getLogger(__name__)
 
@@ -107,6 +107,8 @@ class LiveSonar:
         self._plug_as_the_faults_say(due_ns)
         if not self._mission.faulty("sonar_silent", due_ns) and self._plugged:
             telegram = self._end.wanted(self._telegram)
+            if telegram and self._mission.faulty("sonar_garbage", due_ns):
+                telegram = [_garbage(self._ping_number, sum(map(len, telegram)))]
             if telegram:
                 self._line.write(telegram, max(LEAST_PATIENCE_S, PATIENCE_OF_PERIOD * self._period_ns / clock.NS))
                 self.truths.put(self._truth(clock.monotonic_ns()))
@@ -166,6 +168,10 @@ class LiveSonar:
         self._plugged = not unplugged
 
 
+def _garbage(seed: int, count: int) -> bytes:
+    return np.random.default_rng(seed).bytes(count)
+
+
 class LiveIns:
     """The simulated INS: one epoch every period."""
 
@@ -192,8 +198,11 @@ class LiveIns:
         if not self._mission.faulty("ins_silent", now):
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
-            told = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
-            self._ins.send(device_utc_ns - beyond_ms, *told, over_bottom=self._over_bottom(told[0]))
+            place, attitude, velocity_body = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
+            over_bottom_m = self._over_bottom(place)
+            if self._mission.faulty("ins_steps", now):
+                place = place + INS_STEP_M
+            self._ins.send(device_utc_ns - beyond_ms, place, attitude, velocity_body, over_bottom=over_bottom_m)
         self._due_ns = max(self._due_ns + self._period_ns, now)
         return self._due_ns
 
