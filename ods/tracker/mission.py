@@ -20,6 +20,7 @@ from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
+from ods.tracker.output.common_motion import common_motion
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
@@ -76,6 +77,8 @@ class MissionTracker:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
+        self._common_motion = ""
+        """How all objects seem to move, "" where they do not."""
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -137,7 +140,7 @@ class MissionTracker:
 
     def problems(self) -> list[str]:
         """Say what is wrong beside the reasons why a list is not valid."""
-        return [self._pose_sense.disagreement] if self._pose_sense.disagreement else []
+        return [each for each in (self._pose_sense.disagreement, self._common_motion) if each]
 
     def hear_health(self, health: Health) -> None:
         """Take in what a process says of itself."""
@@ -219,8 +222,9 @@ class MissionTracker:
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom = bottom_below(pose)
-        hittable = self._hittable.of(self._snapshot(t_ns), bottom, self._view(t_ns, pose))
+        bottom, snapshot = bottom_below(pose), self._snapshot(t_ns)
+        reasons += self._alike(snapshot)
+        hittable = self._hittable.of(snapshot, bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)
         self.left_out = len(hittable.snapshot) - len(nearest)
@@ -248,6 +252,12 @@ class MissionTracker:
         self.seq += 1
         self._listed_ns = now_ns
         return message
+
+    def _alike(self, snapshot: Snapshot) -> list[str]:
+        """Return why the list is not valid as all objects move alike."""
+        found = None if self._vehicle is None else common_motion(snapshot, self._vehicle.position)
+        self._common_motion = "" if found is None else found.problem()
+        return [] if found is None or not found.reason() else [found.reason()]
 
     def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
         head = head_of(pose, self._mounting)

@@ -62,8 +62,11 @@ class Chain:
         self.last_pose = -1
         """`Pose.seq` of the newest one sent."""
         self.place = (0.0, 0.0, 4.0)
+        self._posed_ns = clock.monotonic_ns()
         self.ins_turned_rad = 0.0
-        """By so much is the heading wrong."""
+        """By so much is the heading wrong,"""
+        self.ins_drift = 0.0
+        """and it drifts by so much a second from now on."""
         """Of the vehicle."""
         self.ahead_ns = 0
         """Poses are stamped so much later than they are."""
@@ -109,6 +112,8 @@ class Chain:
         self._count += 1
         if self.poses:
             zeros = (0.0, 0.0, 0.0)
+            self.ins_turned_rad += self.ins_drift * max(0, now - self._posed_ns) / clock.NS
+            self._posed_ns = now
             half = 0.5 * (self.heading(now / clock.NS) + self.ins_turned_rad)
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
             pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, zeros, zeros, zeros)

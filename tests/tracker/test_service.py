@@ -131,6 +131,16 @@ def test_after_a_turn_of_the_pose_no_valid_list_has_an_object_of_before(chain: C
         assert not message.valid or len(sides) == 1
 
 
+def test_a_heading_that_drifts_at_rest_is_said_with_its_rate_and_the_list_is_not_valid(chain: Chain) -> None:
+    chain.echoes = [(40.0, 0.0), (60.0, 0.3), (30.0, -0.3), (80.0, 0.1)]
+    chain.until(lambda m: m.valid and len(m.obstacles) == 4 and min(o.times_seen for o in m.obstacles) > 20)
+    chain.ins_drift = math.radians(2.0)
+    begun = time.monotonic()
+    (reason,) = chain.until(says("objects at rest seem to turn by 2.")).reasons
+    print(f"{reason}, after {time.monotonic() - begun:.1f} s")
+    chain.until(lambda _: chain.health is not None and any("seem to turn" in each for each in chain.health.problems))
+
+
 def test_poses_from_the_future_do_not_keep_the_others_out(chain: Chain) -> None:
     chain.until(good)
     chain.ahead_ns = 60 * clock.NS
