@@ -1,6 +1,7 @@
 """The chain of stages: one ping in, its detections out."""
 
 import math
+from itertools import starmap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
-from ods.pipeline.measure.echoes import EchoTable, joined
+from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
@@ -204,7 +205,7 @@ class _Seen(NamedTuple):
 
 
 def _detections(echoes: EchoTable) -> list[Detection]:
-    return [Detection(*row) for row in echoes.tolist()]
+    return [*starmap(Detection, ROW.iter_unpack(echoes.tobytes()))]
 
 
 def _heard_from_db(heard_from: float) -> float | None:
