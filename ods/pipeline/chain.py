@@ -121,7 +121,9 @@ class Chain:
         deaf = self._beams.judge(ping, frame, first, missing)
         whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
         unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
-        found, faint, heard_from, count = list[EchoTable](), list[EchoTable](), 0.0, 0
+        found: list[EchoTable] = []
+        faint: list[EchoTable] = []
+        heard_from, count = 0.0, 0
         for prepared in self._kept[0].images:
             if prepared.phase in (EVERY_PHASE, phase):
                 more = prepared.detect(whole, context, mask, count)

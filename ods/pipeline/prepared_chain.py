@@ -18,7 +18,7 @@ from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_d
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
-from ods.pipeline.measure.echoes import NO_ECHOES, EchoTable, Wanted, joined, measure_echoes, parted
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
@@ -127,7 +127,8 @@ class PreparedChain:
         self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
     ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
-        found, faint = [NO_ECHOES], [NO_ECHOES]
+        found: list[EchoTable] = []
+        faint: list[EchoTable] = []
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
         before, least_front = numbers.before, LEAST_FRONT if is_judged else -1.0
         for band, inside in _by_band(regions, self._layout.bands):

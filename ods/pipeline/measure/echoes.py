@@ -53,10 +53,10 @@ NO_ECHOES: EchoTable = np.empty(0, ECHO)
 
 def joined(tables: Sequence[EchoTable]) -> EchoTable:
     """Return one table of all rows."""
+    if len(tables) == 1:
+        return tables[0]
     filled = [table for table in tables if table.size]
-    if len(filled) > 1:
-        return np.concatenate(filled)
-    return filled[0] if filled else NO_ECHOES
+    return np.concatenate(filled) if filled else NO_ECHOES
 
 
 class Wanted(NamedTuple):
