@@ -1,6 +1,7 @@
 """The chain of stages: one ping in, its detections out."""
 
 import math
+from itertools import starmap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +14,7 @@ from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
 from ods.pipeline.image_layout import EVERY_PHASE
-from ods.pipeline.measure.echoes import EchoTable, joined
+from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
@@ -120,7 +121,9 @@ class Chain:
         deaf = self._beams.judge(ping, frame, first, missing)
         whole = Frame(frame, self._scale, without(missing, deaf, ping.samples), ping.seq % 2**32)
         unseen = self._sight.judge(ping, frame, first, whole.missing, deaf)
-        found, faint, heard_from, count = list[EchoTable](), list[EchoTable](), 0.0, 0
+        found: list[EchoTable] = []
+        faint: list[EchoTable] = []
+        heard_from, count = 0.0, 0
         for prepared in self._kept[0].images:
             if prepared.phase in (EVERY_PHASE, phase):
                 more = prepared.detect(whole, context, mask, count)
@@ -204,7 +207,7 @@ class _Seen(NamedTuple):
 
 
 def _detections(echoes: EchoTable) -> list[Detection]:
-    return [Detection(*row) for row in echoes.tolist()]
+    return [*starmap(Detection, ROW.iter_unpack(echoes.tobytes()))]
 
 
 def _heard_from_db(heard_from: float) -> float | None:

@@ -35,6 +35,8 @@
 #define FORGETTING_S 600.0
 /* Steps of the search for a median: it is known to a 2000th of the spread. */
 #define HALVINGS 11
+/* Beams whose samples are fetched before their turn. */
+#define AHEAD 2
 #define LANES 8
 
 enum { HEARS = 0, SATURATED = 2, DROWNED = 4 };
@@ -98,6 +100,13 @@ static void turn_into_levels(float *sums, const float *counts, int64_t size, Mea
     }
 }
 
+/* Asks for what is looked at of a beam: the cache cannot foresee that. begin (RINGS,): first columns. */
+static void fetch(Samples frame, int64_t beam, const int64_t *begin)
+{
+    for (int64_t r = 0; r < RINGS; r++)
+        __builtin_prefetch(frame.data + beam * frame.row_bytes + begin[r] * sample_bytes(frame.type));
+}
+
 /* Fills the plane's excess with levels, (RINGS, beams), and notes the beams that are saturated. */
 static void measure_levels(Samples frame, int64_t row, int64_t first, Missing missing, Meaning meaning, Plane plane)
 {
@@ -108,6 +117,7 @@ static void measure_levels(Samples frame, int64_t row, int64_t first, Missing mi
         begin[r] = first + (2 * r + 1) * samples / (2 * RINGS) - LOOKED_AT / 2;
     for (int64_t b = 0; b < plane.beams; b++) {
         int32_t full_rings = 0;
+        fetch(frame, row + smaller_i(b + AHEAD, plane.beams - 1), begin);
         for (int64_t r = 0; r < RINGS; r++) {
             const int64_t cell = r * plane.beams + b;
             const float highest = look(frame, missing, row + b, begin[r], &plane.excess[cell], &counts[cell]);

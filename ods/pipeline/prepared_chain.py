@@ -18,7 +18,7 @@ from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_d
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
 from ods.pipeline.image_layout import ImageLayout, RangeBand
-from ods.pipeline.measure.echoes import NO_ECHOES, EchoTable, joined, measure_echoes
+from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
@@ -127,22 +127,20 @@ class PreparedChain:
         self, image: Image, regions: Regions, recorded: Recorded, scale: SampleScale, numbers: Numbers
     ) -> tuple[EchoTable, EchoTable]:
         """Return the echoes of regions, and the faint ones, and number those that are not. Raises NotANumberError."""
-        found, faint = [NO_ECHOES], [NO_ECHOES]
+        found: list[EchoTable] = []
+        faint: list[EchoTable] = []
         is_judged = regions.fronts and regions.faint is not None and bool(regions.faint.any())
-        before = numbers.before
+        before, least_front = numbers.before, LEAST_FRONT if is_judged else -1.0
         for band, inside in _by_band(regions, self._layout.bands):
             echoes = measure_echoes(image, inside, recorded, band.fan)
             if is_judged:
                 echoes["front"] = self._fronts.of(echoes["bearing_rad"], echoes["near_m"], recorded.samples, scale)
-            strong = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
-            if inside.faint is not None:
-                weak = strong & inside.faint
-                strong &= ~inside.faint
-                faint.append(echoes[weak & (echoes["front"] > LEAST_FRONT) if is_judged else weak])
-            found.append(echoes[strong])
+            strong, weak = parted(echoes, inside.faint, Wanted(band.from_m, band.to_m, least_front))
             if numbers.mask is not None:
-                paint(chosen(inside, strong), before, recorded, numbers.mask)
-            before += len(found[-1])
+                paint(_strong(inside, echoes, band), before, recorded, numbers.mask)
+            found.append(strong)
+            faint.append(weak)
+            before += len(strong)
         return joined(found), joined(faint)
 
     def _regions(self, image: Image, recorded: Recorded) -> Regions:
@@ -168,6 +166,12 @@ class PreparedChain:
         except StageError as error:
             return error
         return blamed(self._last.label, NotANumberError())
+
+
+def _strong(regions: Regions, echoes: EchoTable, band: RangeBand) -> Regions:
+    """Return the regions of a band whose echoes count and are not faint."""
+    strong = (echoes["range_m"] >= band.from_m) & (echoes["range_m"] < band.to_m)
+    return chosen(regions, strong if regions.faint is None else strong & ~regions.faint)
 
 
 def _by_band(regions: Regions, bands: list[RangeBand]) -> list[tuple[RangeBand, Regions]]:

@@ -120,10 +120,10 @@ static int64_t sum(const Count *histogram, int64_t bins)
     return total;
 }
 
-/* Returns the quantile of what is in the first bins, in bins, interpolated. */
-static double quantile(const Count *histogram, double share, int64_t bins)
+/* Returns the quantile of the `total` tiles that are in the first bins, in bins, interpolated. */
+static double quantile(const Count *histogram, double share, int64_t bins, int64_t total)
 {
-    const double rank = share * (double)sum(histogram, bins);
+    const double rank = share * (double)total;
     const int64_t wanted = (int64_t)ceil(rank);
     int64_t below = 0, k = 0;
     while (k < bins && below + histogram[k] < wanted)
@@ -134,12 +134,14 @@ static double quantile(const Count *histogram, double share, int64_t bins)
 /* Fills out (2,) with the two quantiles, (0, 0) where tiles are few. */
 static void two_quantiles(const Count *histogram, double *out)
 {
+    const int64_t total = sum(histogram, BINS);
     out[0] = out[1] = 0.0;
-    if (sum(histogram, BINS) < LEAST_TILES)
+    if (total < LEAST_TILES)
         return;
-    const double middle = quantile(histogram, MIDDLE, BINS);
+    const double middle = quantile(histogram, MIDDLE, BINS, total);
+    const int64_t bins = smaller_i(BINS, (int64_t)(TOO_HIGH * middle) + 1);
     out[0] = BIN * middle;
-    out[1] = BIN * quantile(histogram, UPPER, smaller_i(BINS, (int64_t)(TOO_HIGH * middle) + 1));
+    out[1] = BIN * quantile(histogram, UPPER, bins, sum(histogram, bins));
 }
 
 /* Fills quantiles (rows, columns, 2) with the two of each region and those around it; (0, 0) where tiles are few. */

@@ -82,12 +82,13 @@ def level_detector(
         def reach(exponent: float) -> Mask:
             return crests.reaching(judged, regions, (background, above), RaisedBy(factors, exponent))
 
+        runs, total = regions.runs, regions.total
         weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
         if fronts and not rough and weak.any():
             kept = reach(faint)
-            runs, total = chosen_runs(regions.runs, kept)
-            regions, weak = regions._replace(runs=runs, total=total), weak[kept]
-        return regions._replace(heard_from=heard_from, faint=weak, fronts=fronts and rough)
+            runs, total = chosen_runs(runs, kept)
+            weak = weak[kept]
+        return Regions(runs, total, background, regions.judged, weak, heard_from, fronts and rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind

@@ -29,7 +29,8 @@ static double bins_in_unit(const float *cells, int64_t count)
     return isfinite(mean) ? BINS / (SPAN * mean) : 0.0;
 }
 
-/* Counts cells above 0 into bins of 1 / unit; returns how many there are. */
+/* Counts cells above 0 into bins of 1 / unit, every other one into a histogram of its own, as many are alike and each
+   count of a bin waits for the one before; returns how many there are. */
 static int64_t fill_histogram(const float *restrict cells, int64_t count, float unit, int32_t *restrict histogram)
 {
     const float last = BINS - 1;
@@ -39,8 +40,15 @@ static int64_t fill_histogram(const float *restrict cells, int64_t count, float 
         const int32_t inside = (int32_t)(place < last ? larger_f(place, 0.0f) : last);
         bin[i] = place > 0.0f ? inside : BINS; /* the one behind the last counts the others, NaN too */
     }
-    for (int64_t i = 0; i < count; i++)
+    int32_t *restrict other = ZEROS(int32_t, BINS + 1);
+    for (int64_t i = 0; i + 1 < count; i += 2) {
         histogram[bin[i]]++;
+        other[bin[i + 1]]++;
+    }
+    if (count % 2 != 0)
+        histogram[bin[count - 1]]++;
+    for (int64_t k = 0; k <= BINS; k++)
+        histogram[k] += other[k];
     return count - histogram[BINS];
 }
 

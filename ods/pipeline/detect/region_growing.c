@@ -6,8 +6,12 @@
 #define NOT_A_NUMBER -1
 /* Runs of a region that are sorted one by one. */
 #define FEW_RUNS 32
-/* Cells that are looked at together. */
+/* Cells that are looked at together, and fewer, where they are not all low. */
 #define BLOCK 64
+#define FEW_CELLS 16
+/* Beams that are fetched before their turn: regions grow into them, which the cache cannot foresee. */
+#define AHEAD 4
+#define CELLS_OF_LINE 16
 
 /* An image whose regions are sought, by `GrowingRule`, and the runs found so far. */
 typedef struct {
@@ -21,21 +25,33 @@ typedef struct {
     int64_t count, room;
 } Growth;
 
-/* Tells whether no cell of a block is above the level, nor NaN. */
-static bool all_up_to(const float *cells, float level)
+/* Tells whether none of some cells is above the level, nor NaN. */
+static inline bool all_up_to(const float *cells, const int64_t count, float level)
 {
     int32_t others = 0;
-    for (int64_t j = 0; j < BLOCK; j++)
+    for (int64_t j = 0; j < count; j++)
         others |= !(cells[j] <= level);
     return others == 0;
 }
 
-/* Returns the first cell from `from` on that is above the level, or NaN; `count` where there is none. */
-static int64_t next_above(const float *row, int64_t from, int64_t count, float level)
+/* Asks for a block of a beam that is soon to be looked at; there may be no such beam. */
+static inline void fetch(const Growth *growth, int64_t beam, int64_t column)
 {
-    while (from + BLOCK <= count && all_up_to(row + from, level))
-        from += BLOCK;
-    while (from < count && row[from] <= level)
+    const int64_t cell = (smaller_i(beam, growth->beams - 1)) * growth->samples + column;
+    for (int64_t j = 0; j < BLOCK; j += CELLS_OF_LINE)
+        __builtin_prefetch(growth->image + cell + j);
+    __builtin_prefetch(growth->visited + cell, 1);
+}
+
+/* Returns the first cell of a beam from `from` on that is above `high`, or NaN; where there is none, one behind the last. */
+static int64_t next_high(const Growth *growth, int64_t beam, int64_t from)
+{
+    const float *row = growth->image + beam * growth->samples;
+    for (; from + BLOCK <= growth->samples && all_up_to(row + from, BLOCK, growth->high); from += BLOCK)
+        fetch(growth, beam + AHEAD, from);
+    while (from + FEW_CELLS <= growth->samples && all_up_to(row + from, FEW_CELLS, growth->high))
+        from += FEW_CELLS;
+    while (from < growth->samples && row[from] <= growth->high)
         from++;
     return from;
 }
@@ -117,12 +133,15 @@ static int64_t grow_beam(Growth *growth, int64_t beam, int64_t number)
 {
     const float *row = growth->image + beam * growth->samples;
     const bool *visited = growth->visited + beam * growth->samples;
-    int64_t j = next_above(row, 0, growth->samples, growth->high);
-    for (; j < growth->samples; j = next_above(row, j + 1, growth->samples, growth->high)) {
+    int64_t j = next_high(growth, beam, 0);
+    while (j < growth->samples) {
         if (!isfinite(row[j]))
             return NOT_A_NUMBER;
         if (!visited[j] && growth->count < growth->room)
             number = take_region(growth, beam, j, number);
+        for (j++; j < growth->samples && visited[j] && isfinite(row[j]);) /* the rest of its run */
+            j++;
+        j = next_high(growth, beam, j);
     }
     return number;
 }

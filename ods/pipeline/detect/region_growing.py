@@ -31,7 +31,7 @@ def room_for_runs(shape: tuple[int, int]) -> Runs:
 
 
 def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> tuple[Runs, int]:
-    """Return the runs of all regions of image (beams, samples), sorted, and the number of regions.
+    """Return the runs of all regions of image (beams, samples), sorted, and the number of regions; they lie in `work`.
 
     work: as `room_for_runs` makes it; visited, (beams, samples), must be all False and is so again at the end.
     Raises NotANumberError where a cell is not finite.
@@ -39,5 +39,5 @@ def find_regions(image: Image, rule: GrowingRule, work: Runs, visited: Mask) -> 
     count = native.find_regions(image, rule, work, visited)
     if count < 0:
         raise NotANumberError
-    runs = work[:count].copy()
+    runs = work[:count]
     return runs, int(runs["region"][-1]) if count else 0

@@ -25,15 +25,44 @@ static void average_row(const float *padded, int64_t window, float weight, int64
     }
 }
 
-/* Turns the mean squares into variances, in place, and returns their sum. */
+/* Samples whose sums of three are kept in the nearest cache. */
+#define COLUMNS 256
+#define SUMS 32
+
+/* The same for a window of 9: sums of three are added up, which takes two thirds of the loads. */
+static void average_row_of_9(const float *restrict padded, float weight, int64_t samples, float *restrict mean,
+                             float *restrict square)
+{
+    float sums[COLUMNS + 6], squares[COLUMNS + 6];
+    for (int64_t begin = 0; begin < samples; begin += COLUMNS) {
+        const float *restrict row = padded + begin;
+        float *restrict mean_here = mean + begin, *restrict square_here = square + begin;
+        const int64_t count = smaller_i(COLUMNS, samples - begin);
+        for (int64_t j = 0; j < count + 6; j++) {
+            sums[j] = row[j] + row[j + 1] + row[j + 2];
+            squares[j] = row[j] * row[j] + row[j + 1] * row[j + 1] + row[j + 2] * row[j + 2];
+        }
+        for (int64_t j = 0; j < count; j++) {
+            mean_here[j] = weight * (sums[j] + sums[j + 3] + sums[j + 6]);
+            square_here[j] = weight * (squares[j] + squares[j + 3] + squares[j + 6]);
+        }
+    }
+}
+
+/* Turns the mean squares into variances, in place, and returns their sum: of SUMS sums, as one would wait for itself. */
 static float to_variances(const float *restrict mean, int64_t samples, float *restrict square)
 {
-    float total = 0.0f;
-    for (int64_t j = 0; j < samples; j++) {
-        const float variance = larger_f(square[j] - mean[j] * mean[j], 0.0f);
-        total += variance;
-        square[j] = variance;
-    }
+    float sums[SUMS] = {0.0f}, total = 0.0f;
+    const int64_t whole = samples - samples % SUMS;
+    for (int64_t j = 0; j < samples; j++)
+        square[j] = larger_f(square[j] - mean[j] * mean[j], 0.0f);
+    for (int64_t j = 0; j < whole; j += SUMS)
+        for (int64_t k = 0; k < SUMS; k++)
+            sums[k] += square[j + k];
+    for (int64_t j = whole; j < samples; j++)
+        total += square[j];
+    for (int64_t k = 0; k < SUMS; k++)
+        total += sums[k];
     return total;
 }
 
@@ -63,8 +92,12 @@ KERNEL(wiener_filter, GAINED_IMAGE ", " SEPARABLE_FILTER ", out f4[beams,samples
         float *mean = out + larger_i(0, b - reach) * samples, *square = variance + larger_i(0, b - reach) * samples;
         if (b < beams) {
             load_mirrored(image, b, half, padded);
-            average_row(padded, 2 * half + 1, filter.along[0], samples, reach == 0 ? mean : row_of_ring(&means, b),
-                        reach == 0 ? square : row_of_ring(&squares, b));
+            float *mean_along = reach == 0 ? mean : row_of_ring(&means, b);
+            float *square_along = reach == 0 ? square : row_of_ring(&squares, b);
+            if (half == 4)
+                average_row_of_9(padded, filter.along[0], samples, mean_along, square_along);
+            else
+                average_row(padded, 2 * half + 1, filter.along[0], samples, mean_along, square_along);
         }
         if (b < reach)
             continue;

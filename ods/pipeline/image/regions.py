@@ -27,6 +27,7 @@ class Regions(NamedTuple):
     """The echoes of one image."""
 
     runs: Runs
+    """Good until the detector's next image."""
     total: int
     """Number of regions; they are numbered 1..total without a gap."""
     background: float

@@ -21,6 +21,18 @@ typedef struct {
     double whole;    /* 1: it is; 0: its front is */
 } Doubt;
 
+/* Asks for the cells of a region's runs, and the samples they were made of: the cache cannot foresee them. */
+static void fetch(const Region *image, Recorded recorded, const Run *runs, const Run *end)
+{
+    for (const Run *run = runs; run < end && run->region == runs->region; run++) {
+        if (run->beam < 0 || run->beam >= image->beams || run->first < 0 || run->first >= image->columns)
+            continue;
+        const int64_t sample = recorded.origin[run->first] * sample_bytes(recorded.samples.type);
+        __builtin_prefetch(row_of(image, run->beam) + run->first);
+        __builtin_prefetch(recorded.samples.data + run->beam * recorded.samples.row_bytes + sample);
+    }
+}
+
 /* Fills in peak, mean, snr_db and cells, and beam: the peak intensity over the background's of each beam. */
 static void find_levels(const Region *region, double background, Echo *echo, double *beam)
 {
@@ -133,6 +145,7 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
         while (runs < end && runs->region == k + 1)
             runs++;
         region.count = runs - region.runs;
+        fetch(&region, recorded, runs, end);
         if (!is_within(&region))
             continue;
         const Doubt doubt = measure_one(&region, speckle, &fan, echo, features);
@@ -142,4 +155,23 @@ KERNEL_FLOAT(measure_echoes, "f4[beams,columns] image, r16[runs] runs, float bac
         sum += sum_of(echo);
     }
     return isfinite(sum) ? speckle.point : NAN;
+}
+
+/* Parts echoes: fills out with those of ranges from `from_m` to less than `to_m`, first those that are not faint, then
+   those faint ones whose front is likelier than `least_front`; counts: how many of either. */
+KERNEL(part_echoes, ECHO "[echoes] echoes, b1[echoes] faint, float from_m, float to_m, float least_front, "
+                    "out " ECHO "[echoes] out, out i8[2] counts")
+{
+    const Echo *echoes = ARRAY(const Echo, 0);
+    const bool *faint = ARRAY(const bool, 1);
+    Echo *out = ARRAY(Echo, 5);
+    int64_t *counts = ARRAY(int64_t, 6), filled = 0;
+    for (int64_t kind = 0; kind < 2; kind++) {
+        const int64_t before = filled;
+        for (int64_t k = 0; k < SIZE(0, 0); k++)
+            if (faint[k] == (kind == 1) && echoes[k].range_m >= FLOAT(2) && echoes[k].range_m < FLOAT(3)
+                && (kind == 0 || echoes[k].front > FLOAT(4)))
+                out[filled++] = echoes[k];
+        counts[kind] = filled - before;
+    }
 }
