@@ -217,7 +217,6 @@ class Tracks:
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._history.keep(mask)
-        self._existence.keep(mask)
-        self._observer.keep(mask)
+        for table in self.tables():
+            table.keep(mask)
         self._told = None
