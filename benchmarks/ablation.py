@@ -134,7 +134,6 @@ MECHANISMS = {
     "motion": Mechanism((_model(motion_for=0.0),)),
     "hit rate": Mechanism((_model(object_looks=1e9, clutter_looks=1e9, crowded_looks=1e9),)),
     "learned share": Mechanism((_model(calm_share=0.1, new_share=0.0, share_tracks=1e9),)),
-    "learned onsets, edges": Mechanism((_model(onset_prior_echoes=1e9, edge_prior_echoes=1e9),)),
     "clutter by place and radius": Mechanism((partial(patch.object, Clutter, "density", _even),)),
     "limits of cut-off echoes": Mechanism((partial(patch.object, match, "nothing_twice", lambda echoes, *_: echoes),)),
     "stitching": Mechanism((partial(patch.object, stitching, "stitch", _no_pairs),)),

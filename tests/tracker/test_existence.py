@@ -13,12 +13,8 @@ from ods.base.arrays import Floats
 from ods.tracker.existence import ipda
 from ods.tracker.existence.clutter_statistics import (
     CLUTTER_TRACKS,
-    EDGE_ECHOES,
-    EDGES,
     ENDED_TRACKS,
     LENGTH,
-    ONSETS,
-    SHARP,
     STRENGTHS,
     ClutterStatistics,
 )
@@ -102,25 +98,23 @@ def test_clutter_is_crowded_by_its_echoes_a_second() -> None:
     assert crowding(0.0, 0.15) == crowding(10.0, 0.0) == 0.0, "nothing is known yet"
 
 
-@pytest.mark.parametrize("share", [0.02, 0.09, 0.5, M.most_sharp])
 @pytest.mark.parametrize(("sharp", "echoes"), [(0, 1), (1, 1), (2, 5), (9, 12), (0, 3), (1, 8), (0, 40)])
-def test_the_onsets_ratio_is_of_two_beta_binomial_laws(sharp: int, echoes: int, share: float) -> None:
+def test_the_onsets_ratio_is_of_two_beta_binomial_laws(sharp: int, echoes: int) -> None:
     of_object = betabinom(echoes, M.object_sharp, M.object_slow).logpmf(sharp)
-    of_clutter = betabinom(echoes, M.clutter_onsets * share, M.clutter_onsets * (1.0 - share)).logpmf(sharp)
+    of_clutter = betabinom(echoes, M.clutter_sharp, M.clutter_slow).logpmf(sharp)
     least = -M.onset_against if echoes >= M.onset_enough else 0.0
     onsets = [0.9 * M.sharp] * sharp + [1.1 * M.sharp] * (echoes - sharp)
-    found = ipda.log_ratio(ONSET, onsets, knowing({SHARP: share * 1e12, ONSETS: 1e12}))
+    found = ipda.log_ratio(ONSET, onsets, ClutterStatistics())
     assert found == pytest.approx(np.clip(of_object - of_clutter, least, M.onset_for), abs=1e-6)
 
 
-@pytest.mark.parametrize("mean_of_clutter", [-5.0, -2.2, 0.0, M.most_edge])
 @pytest.mark.parametrize(("mean", "echoes"), [(1.0, 1), (6.0, 3), (2.0, 10), (-3.0, 10), (9.0, 10)])
-def test_the_leading_edges_ratio_is_of_two_normal_laws(mean: float, echoes: int, mean_of_clutter: float) -> None:
+def test_the_leading_edges_ratio_is_of_two_normal_laws(mean: float, echoes: int) -> None:
     counted = sum(M.edge_fade**k for k in range(echoes))
     sigma = np.sqrt(M.edge_variance * (1.0 + M.edge_few / counted))
-    expected = norm(M.object_edge, sigma).logpdf(mean) - norm(mean_of_clutter, sigma).logpdf(mean)
+    expected = norm(M.object_edge, sigma).logpdf(mean) - norm(M.clutter_edge, sigma).logpdf(mean)
     edges = [1.0 / (1.0 + math.exp(-mean))] * echoes
-    found = ipda.log_ratio(LEADING_EDGE, edges, knowing({EDGES: mean_of_clutter * 1e12, EDGE_ECHOES: 1e12}))
+    found = ipda.log_ratio(LEADING_EDGE, edges, ClutterStatistics())
     assert found == pytest.approx(np.clip(expected, -M.edge_against, M.edge_for), abs=1e-6)
 
 
@@ -183,13 +177,12 @@ def table(**rows: float) -> Floats:
 def test_tracks_that_end_teach_what_clutter_is_like() -> None:
     """Of two tracks one ended, as clutter by 0.6 and as nothing by 0.3; then a scan in which nothing ends."""
     clutter = ClutterStatistics()
-    tracks = table(visible=0.1, clutter=0.6, nothing=0.3, sharp=4.0, onsets=5.0, edges=-7.0, edge_echoes=3.0)
+    tracks = table(visible=0.1, clutter=0.6, nothing=0.3)
     assert clutter.clutter_share == pytest.approx(M.calm_share)
     clutter.learn(tracks, np.array([True, False]))
     clutter.learn(tracks, np.zeros(2, bool))
-    learned = clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS, SHARP, ONSETS, EDGES, EDGE_ECHOES]]
-    memories = np.repeat([M.share_memory, M.feature_memory], [2, 4])
-    np.testing.assert_allclose(learned, memories * [0.6, 0.9, 2.4, 3.0, -4.2, 1.8])
+    learned = clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS]]
+    np.testing.assert_allclose(learned, M.share_memory * np.array([0.6, 0.9]))
     share = (learned[0] + M.share_tracks * M.calm_share) / (learned[1] + M.share_tracks)
     assert clutter.clutter_share == pytest.approx(share)
     clutter.values[[CLUTTER_TRACKS, ENDED_TRACKS]] = 1e6
@@ -206,10 +199,10 @@ def test_the_share_of_clutter_rises_with_echoes_that_measure_a_strength() -> Non
 def test_the_next_one_goes_on_with_the_same_statistics_and_refuses_nonsense() -> None:
     one, other = ClutterStatistics(), ClutterStatistics()
     count(one, [(25.0, 14.0), (75.0, 19.0)])
-    one.learn(table(clutter=0.9, nothing=0.1, edges=-7.0, edge_echoes=3.0), np.ones(2, bool))
+    one.learn(table(clutter=0.9, nothing=0.1), np.ones(2, bool))
     other.load(one.save())
     np.testing.assert_array_equal(one.values, other.values)
-    for place, value in ((EDGES, np.nan), (ONSETS, -1.0), (SHARP, 1.0), (CLUTTER_TRACKS, 9.0), (STRENGTHS, np.inf)):
+    for place, value in ((ENDED_TRACKS, np.nan), (CLUTTER_TRACKS, -1.0), (CLUTTER_TRACKS, 9.0), (STRENGTHS, np.inf)):
         bad = one.save()
         bad[place] = value
         with pytest.raises(ValueError, match="clutter statistics"):
@@ -249,20 +242,6 @@ def test_what_sets_in_as_an_object_does_is_told_sooner_and_a_crest_later() -> No
 
 def test_a_place_that_stays_takes_more_scans_in_a_crowd() -> None:
     assert told_after(0.1, rate_hz=10.0 * RATE_HZ) > told_after(0.1) + 0.5
-
-
-def test_clutter_that_ends_teaches_what_its_leading_edges_are_like() -> None:
-    """A real bed may be unlike those that the network was learnt from."""
-    rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
-    spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
-    for k in range(round(10.0 * RATE_HZ)):
-        lit = [(r + rng.normal(0.0, 0.8), b, 1.0) for r, b in spots if rng.random() < 0.3]
-        image = scan(k / RATE_HZ, np.array([0.0, 0.0, 4.0]), 0.0, lit)
-        image.echoes.rows.strength[:], image.echoes.rows.front[:] = 13.0, 0.8
-        tracker.step(image)
-    learned = tracker.state().clutter_statistics
-    assert learned[EDGE_ECHOES] > 20.0
-    assert learned[EDGES] / learned[EDGE_ECHOES] == pytest.approx(np.log(0.8 / 0.2))
 
 
 def after_an_echo(radius: float, onset: float, front: float) -> TrackerState:

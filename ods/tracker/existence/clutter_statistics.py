@@ -8,9 +8,9 @@ from ods.messages import Sector
 from ods.tracker.existence.model import MODEL
 from ods.tracker.measurement.scan import Echoes
 
-CLUTTER_TRACKS, ENDED_TRACKS, SHARP, ONSETS, EDGES, EDGE_ECHOES, SCANS, STRENGTHS = range(8)
-"""Places in the array: weighted counts of tracks, sharp echoes of all that measure onsets, sum of log-odds of so many
-leading edges, scans; then, by ring of range, number, sum and sum of squares of strengths, dB."""
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, STRENGTHS = range(4)
+"""Places in the array: weighted counts of tracks, and scans; then, by ring of range, number, sum and sum of squares of
+strengths, dB."""
 RINGS = 10
 LENGTH = STRENGTHS + 3 * RINGS
 ROUNDING = 1e-9
@@ -32,9 +32,8 @@ class ClutterStatistics:
         found = np.array(values, np.float64)
         if found.shape != (LENGTH,) or not np.isfinite(found).all():
             raise ValueError(f"clutter statistics: not {LENGTH} finite numbers")
-        counts = np.delete(found, [EDGES, *range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS)])
-        parts = found[[CLUTTER_TRACKS, SHARP]] > found[[ENDED_TRACKS, ONSETS]] * (1.0 + ROUNDING)
-        if (counts < 0.0).any() or parts.any():
+        counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
+        if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
             raise ValueError("clutter statistics: counts below 0, or a part above its whole")
         self.values = found
 

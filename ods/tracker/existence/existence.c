@@ -31,9 +31,9 @@
       from scan to scan (a crest keeps its shape, a strong highlight stays strong) must not count anew with each echo.
       All ratios are clamped, so that no feature alone decides.
 
-   What clutter looks like differs from bed to bed, so it is learned (ClutterStatistics): from tracks that ended without
-   having been objects, each weighted by its probability of clutter, and, strengths, from all echoes that no confirmed
-   track explains. An object that is there teaches nothing: its track does not end.
+   How much clutter there is and how strong it is differ from bed to bed, so both are learned (ClutterStatistics): its
+   share from tracks that ended without having been objects, each weighted by its probability of clutter, its strengths
+   from all echoes that no confirmed track explains. An object that is there teaches nothing: its track does not end.
 
    A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
 
@@ -58,25 +58,22 @@
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
     double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
-    double sharp, object_sharp, object_slow, clutter_onsets, onset_for, onset_against, onset_enough, odds_factor;
-    double edge_limit, object_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
+    double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow, onset_for, onset_against, onset_enough, odds_factor;
+    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
     double calm_share, new_share, many, share_tracks, most_share, share_memory;
-    double sharp_prior, onset_prior_echoes, most_sharp, edge_prior, edge_prior_echoes, most_edge, feature_memory;
     double strength_memory;
 } Model;
 
-#define MODEL "f8[42] model"
+#define MODEL "f8[37] model"
 
-/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended and were clutter; of strengths, by
-   ring, over the echoes of the last scans that no confirmed track explains. */
+/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; of strengths, by ring, over the echoes of the last scans that no confirmed track explains. */
 typedef struct {
     double clutter_tracks, ended_tracks;
-    double sharp, onsets, edges, edge_echoes;
     double scans, count[RINGS], sum[RINGS], squares[RINGS];
 } Counts;
 
-#define COUNTS "f8[37] counts"
+#define COUNTS "f8[33] counts"
 
 typedef struct {
     double visible, silent, nothing, clutter;
@@ -95,7 +92,7 @@ typedef struct {
 /* What clutter is like where a track is. */
 typedef struct {
     const Model *model;
-    double sharp_share, edge_mean, static_prior;
+    double static_prior;
     double mean_db, sigma_db, strength_known;
 } Here;
 
@@ -105,7 +102,7 @@ typedef struct {
     const Counts *counts;
     double total[3]; /* of the rings: count, sum, squares */
     double nearest, farthest;
-    double share, sharp_share, edge_mean;
+    double share;
     double static_prior; /* probability that a new object is at rest */
 } Clutter;
 
@@ -193,8 +190,8 @@ static double onset_ratio(double sum, double count, const Here *here)
     const double slow = count - sum;
     const double object = log_beta(m->object_sharp + sum, m->object_slow + slow) -
                           log_beta(m->object_sharp, m->object_slow);
-    const double a = m->clutter_onsets * here->sharp_share, b = m->clutter_onsets * (1.0 - here->sharp_share);
-    const double clutter = log_beta(a + sum, b + slow) - log_beta(a, b);
+    const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
+                           log_beta(m->clutter_sharp, m->clutter_slow);
     const double least = count >= m->onset_enough ? -m->onset_against : 0.0;
     return smaller(m->onset_for, larger(least, object - clutter));
 }
@@ -211,8 +208,8 @@ static void update_edge(double *sum, double *count, double echo, const Here *her
 static double edge_ratio(double sum, double count, const Here *here)
 {
     const Model *m = here->model;
-    const double over = sum - 0.5 * (m->object_edge + here->edge_mean) * count;
-    const double ratio = (m->object_edge - here->edge_mean) * over / (m->edge_variance * (count + m->edge_few));
+    const double over = sum - 0.5 * (m->object_edge + m->clutter_edge) * count;
+    const double ratio = (m->object_edge - m->clutter_edge) * over / (m->edge_variance * (count + m->edge_few));
     return smaller(m->edge_for, larger(-m->edge_against, ratio));
 }
 
@@ -310,10 +307,6 @@ static Clutter clutter_of(const Counts *counts, double nearest, double farthest,
     const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
     clutter.share = smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
                                                (counts->ended_tracks + m->share_tracks));
-    clutter.sharp_share = smaller(m->most_sharp, (counts->sharp + m->onset_prior_echoes * m->sharp_prior) /
-                                                     (counts->onsets + m->onset_prior_echoes));
-    clutter.edge_mean = smaller(m->most_edge, (counts->edges + m->edge_prior_echoes * m->edge_prior) /
-                                                  (counts->edge_echoes + m->edge_prior_echoes));
     return clutter;
 }
 
@@ -328,8 +321,6 @@ static Here clutter_at(const Clutter *clutter, double range_m)
     const double mean = (counts->sum[ring] + weight * clutter->total[1]) / count;
     const double mean_square = (counts->squares[ring] + weight * clutter->total[2]) / count;
     return (Here){.model = m,
-                  .sharp_share = clutter->sharp_share,
-                  .edge_mean = clutter->edge_mean,
                   .static_prior = clutter->static_prior,
                   .mean_db = mean,
                   .sigma_db = sqrt(larger(square(LEAST_SIGMA_DB), mean_square - square(mean))),
@@ -364,17 +355,11 @@ KERNEL(clutter_learn, "out " COUNTS ", f8[20,n] tracks, b1[n] ended, " MODEL)
     const bool *ended = ARRAY(const bool, 2);
     const Model *m = ARRAY(const Model, 3);
     counts->clutter_tracks *= m->share_memory, counts->ended_tracks *= m->share_memory;
-    counts->sharp *= m->feature_memory, counts->onsets *= m->feature_memory;
-    counts->edges *= m->feature_memory, counts->edge_echoes *= m->feature_memory;
     for (int64_t i = 0; i < SIZE(1, 1); i++) {
         if (!ended[i])
             continue;
         const double clutter = tracks.clutter[i];
         counts->clutter_tracks += clutter, counts->ended_tracks += clutter + tracks.nothing[i];
-        counts->sharp += clutter * tracks.features[ONSET].sum[i];
-        counts->onsets += clutter * tracks.features[ONSET].count[i];
-        counts->edges += clutter * tracks.features[LEADING_EDGE].sum[i];
-        counts->edge_echoes += clutter * tracks.features[LEADING_EDGE].count[i];
     }
 }
 

@@ -29,8 +29,10 @@ class ExistenceModel(NamedTuple):
     """Beta law of an object's share of sharp echoes: sharp ones,"""
     object_slow: float = 1.5
     """and others."""
-    clutter_onsets: float = 7.0
-    """Weight of clutter's share of sharp echoes, which is learned."""
+    clutter_sharp: float = 0.63
+    """The same of clutter's: sharp ones,"""
+    clutter_slow: float = 6.37
+    """and others."""
     onset_for: float = 3.0
     """Largest log-likelihood ratio of the onset for an object,"""
     onset_against: float = 6.0
@@ -43,7 +45,9 @@ class ExistenceModel(NamedTuple):
     edge_limit: float = 1e-4
     """No leading edge is more likely an object's than 1 less this, or less likely than this."""
     object_edge: float = 5.2
-    """Mean log-odds of objects' leading edges: lower than of most, as those among crests count."""
+    """Mean log-odds of objects' leading edges: lower than of most, as those among crests count;"""
+    clutter_edge: float = -2.2
+    """and of clutter's."""
     edge_variance: float = 2.5
     """Variance of what does not average away, for objects and clutter;"""
     edge_few: float = 6.0
@@ -82,22 +86,8 @@ class ExistenceModel(NamedTuple):
     share_memory: float = 0.99
     """Share of the counts of ended tracks that a scan leaves of those before: 15 s at 6.7 scans a second."""
 
-    sharp_prior: float = 0.09
-    """Share of clutter's echoes that are sharp before any track has ended,"""
-    onset_prior_echoes: float = 20.0
-    """and its weight."""
-    most_sharp: float = 0.95
-    """Largest share that is believed."""
-    edge_prior: float = -2.2
-    """Mean log-odds of clutter's leading edges before any track has ended,"""
-    edge_prior_echoes: float = 200.0
-    """and its weight."""
-    most_edge: float = 4.0
-    """Largest mean that is believed."""
-    feature_memory: float = 0.997
-    """Share of what clutter's onsets and edges are learned from that a scan leaves: 50 s at 6.7 scans a second."""
     strength_memory: float = 0.98
-    """The same of strengths: 7 s."""
+    """The same of clutter's strengths: 7 s."""
 
 
 EXISTENCE = ExistenceModel()
