@@ -6,7 +6,7 @@ from ods.base.arrays import Ints
 from ods.compiled import native
 from ods.tracker.association.match import ScanMatch
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.clutter_statistics import ClutterStatistics
+from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.existence.model import EXISTENCE
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.prediction import ScanPrediction

@@ -8,7 +8,7 @@ from ods.tracker.association.clutter import Clutter
 from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
 from ods.tracker.existence import lifecycle
-from ods.tracker.existence.clutter_statistics import ClutterStatistics
+from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject

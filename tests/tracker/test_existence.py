@@ -11,14 +11,14 @@ from scipy.stats import betabinom, logistic, norm
 
 from ods.base.arrays import Floats
 from ods.tracker.existence import ipda
-from ods.tracker.existence.clutter_statistics import (
+from ods.tracker.existence.evidence import (
     CLUTTER_TRACKS,
     ENDED_TRACKS,
     LENGTH,
     STRENGTHS,
     ClutterStatistics,
+    ExistenceTable,
 )
-from ods.tracker.existence.evidence import ExistenceTable
 from ods.tracker.existence.ipda import LEADING_EDGE, MOTION, ONSET, STRENGTH, ExistenceState, HitRates, Rates
 from ods.tracker.existence.model import EXISTENCE
 from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of

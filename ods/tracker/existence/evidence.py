@@ -1,4 +1,4 @@
-"""Evidence for the existence of each track, updated once per scan: the table, and the loop over it (existence.c)."""
+"""Evidence for the existence of each track, updated once per scan, and what is learned of clutter: see evidence.c."""
 
 from typing import NamedTuple
 
@@ -7,9 +7,16 @@ import numpy as np
 from ods.base.arrays import Floats, Ints, Mask
 from ods.compiled import native
 from ods.messages import Sector
-from ods.tracker.existence.clutter_statistics import ClutterStatistics
 from ods.tracker.existence.model import MODEL
+from ods.tracker.measurement.scan import Echoes
 from ods.tracker.settings import TrackerSettings
+
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, STRENGTHS = range(4)
+"""Places in the array: weighted counts of tracks, and scans; then, by ring of range, number, sum and sum of squares of
+strengths, dB."""
+RINGS = 10
+LENGTH = STRENGTHS + 3 * RINGS
+ROUNDING = 1e-9
 
 
 class ExistenceTable(NamedTuple):
@@ -86,6 +93,48 @@ class NewTrackEvidence(NamedTuple):
     strength: Floats
 
 
+class ClutterStatistics:
+    """What clutter is like before this bed and this sonar: sums and counts that fade from scan to scan."""
+
+    def __init__(self) -> None:
+        self.values: Floats = np.zeros(LENGTH)
+
+    def save(self) -> list[float]:
+        """Return the array, for a checkpoint."""
+        values: list[float] = self.values.tolist()
+        return values
+
+    def load(self, values: list[float]) -> None:
+        """Go on with a saved array. Raises ValueError for one that cannot be."""
+        found = np.array(values, np.float64)
+        if found.shape != (LENGTH,) or not np.isfinite(found).all():
+            raise ValueError(f"clutter statistics: not {LENGTH} finite numbers")
+        counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
+        if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
+            raise ValueError("clutter statistics: counts below 0, or a part above its whole")
+        self.values = found
+
+    def count_strengths(self, echoes: Echoes, free: Mask, sector: Sector) -> None:
+        """Count the echoes of a scan that no confirmed track explains, (m,) `free`."""
+        span = sector.range_min_m, sector.range_max_m
+        native.clutter_count_strengths(self.values, echoes.table, free, span, MODEL)
+
+    def learn(self, tracks: Floats, ended: Mask) -> None:
+        """Learn from the tracks that a scan ended, (n,), of a table of `ExistenceTable`. Called for every scan."""
+        native.clutter_learn(self.values, tracks, ended, MODEL)
+
+    @property
+    def clutter_share(self) -> float:
+        """Share of persistent clutter among what is no object."""
+        share: float = native.existence_clutter_share(self.values, MODEL)
+        return share
+
+    def crowding(self, dt: float) -> float:
+        """Return how crowded clutter is, 0 to 1; `dt`: from the scan before to the newest, s."""
+        crowding: float = native.existence_crowding(dt, self.values, MODEL)
+        return crowding
+
+
 def begin(
     table: Floats, first: int, births: float, new: NewTrackEvidence, sector: Sector, clutter: ClutterStatistics
 ) -> None:
@@ -114,10 +163,3 @@ def update(
     rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
     given = rates, settings.motion.static_prior
     native.existence_update(table, seen, evidence, range_m, span, dt, *given, clutter.values, MODEL)
-
-
-def visibilities(table: Floats, returned: float) -> Floats:
-    """Return (n,) the probability that an object, if it exists, gives echoes; `returned`: that a silent one does."""
-    found = np.empty(table.shape[1])
-    native.existence_visibilities(table, returned, found)
-    return found

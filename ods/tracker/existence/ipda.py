@@ -1,4 +1,4 @@
-"""The steps of the existence model for one track, as existence.c does them for all of a scan: for tests and studies."""
+"""The steps of the existence model for one track, as evidence.c does them for all of a scan: for tests and studies."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.compiled import native
-from ods.tracker.existence.clutter_statistics import ClutterStatistics
+from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.existence.model import EXISTENCE, MODEL
 
 ONSET, LEADING_EDGE, STRENGTH, MOTION = range(4)

@@ -1,4 +1,4 @@
-"""All numbers of the existence model that are set by hand; existence.c says how they are used."""
+"""All numbers of the existence model that are set by hand; evidence.c says how they are used."""
 
 from typing import NamedTuple
 

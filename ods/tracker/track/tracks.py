@@ -10,8 +10,7 @@ from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Sector
 from ods.tracker.existence import evidence, lifecycle
-from ods.tracker.existence.clutter_statistics import ClutterStatistics
-from ods.tracker.existence.evidence import ExistenceTable, NewTrackEvidence, ScanEvidence
+from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.measurement.scan import Scan
@@ -118,7 +117,9 @@ class Tracks:
 
     def visibility(self, return_rate: float) -> Floats:
         """Return (n,) the probability that an object, if it exists, gives echoes; silent ones do so again, 1/s."""
-        return evidence.visibilities(self._existence.table, -math.expm1(-return_rate * self.unjudged_s))
+        returned, found = -math.expm1(-return_rate * self.unjudged_s), np.empty(len(self))
+        native.existence_visibilities(self._existence.table, returned, found)
+        return found
 
     def take_scan(
         self,
