@@ -7,8 +7,8 @@ typedef struct {
     int64_t first, count;
 } Run;
 
-/* Removes the columns that are not `kept` from the table of so many rows at the start of `cells`; returns how many stay.
-   Returns -1 for a table that does not fit in there. */
+/* Removes the columns that are not `kept` from the table of so many rows at the start of `cells`; returns how many
+   stay, -1 for a table that does not fit in there. */
 KERNEL_INT(table_keep, "out i8[size] cells, int rows, b1[n] kept")
 {
     int64_t *cells = ARRAY(int64_t, 0), *to = cells, runs = 0, left = 0;

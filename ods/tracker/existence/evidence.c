@@ -58,7 +58,8 @@
 /* `ExistenceModel` of model.py, which says what each is. */
 typedef struct {
     double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
-    double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow, onset_for, onset_against, onset_enough, odds_factor;
+    double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
+    double onset_for, onset_against, onset_enough, odds_factor;
     double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
     double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
     double calm_share, new_share, many, share_tracks, most_share, share_memory;
@@ -67,7 +68,8 @@ typedef struct {
 
 #define MODEL "f8[37] model"
 
-/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; of strengths, by ring, over the echoes of the last scans that no confirmed track explains. */
+/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; of strengths, by ring, over the
+   echoes of the last scans that no confirmed track explains. */
 typedef struct {
     double clutter_tracks, ended_tracks;
     double scans, count[RINGS], sum[RINGS], squares[RINGS];
@@ -431,8 +433,8 @@ static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvid
 
 /* Updates n tracks by a scan, `dt` seconds after the one before. */
 KERNEL(existence_update,
-       "out f8[20,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] static, f8[n] range_m, float nearest, "
-       "float farthest, float dt, float silence, float recovery, float loss, float detection_probability, "
+       "out f8[20,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] static, f8[n] range_m, "
+       "float nearest, float farthest, float dt, float silence, float recovery, float loss, float detection_probability, "
        "float static_prior, " COUNTS ", " MODEL)
 {
     const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);

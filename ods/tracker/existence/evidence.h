@@ -24,7 +24,10 @@ static inline ExistenceTable existence_rows(double *table, int64_t count)
 #define ROW(k) (table + (k) * count)
     return (ExistenceTable){
         ROW(0), ROW(1), ROW(2), ROW(3), ROW(4), ROW(5), ROW(6), ROW(7),
-        {{ROW(8), ROW(9), ROW(10)}, {ROW(11), ROW(12), ROW(13)}, {ROW(14), ROW(15), ROW(16)}, {ROW(17), ROW(18), ROW(19)}}};
+        {{ROW(8), ROW(9), ROW(10)},
+         {ROW(11), ROW(12), ROW(13)},
+         {ROW(14), ROW(15), ROW(16)},
+         {ROW(17), ROW(18), ROW(19)}}};
 #undef ROW
 }
 
