@@ -1,4 +1,4 @@
-"""What is each mechanism of the tracker's judgement worth? The tracker alone, with each of them switched off.
+"""What is each mechanism of the tracker worth? The tracker alone, with each of them switched off.
 
 `python -m benchmarks.ablation --detections FOLDER`: scenes are simulated and gone through by the chain once; what it
 found is kept in the folder. Then the tracker gets the same detections again and again, with one mechanism switched off
