@@ -1,200 +1,108 @@
-"""`python -m benchmarks.house`: how easily the code is read, in figures: files, functions, docstrings, names, papers.
+"""`python -m benchmarks.house`: two figures of how hard the code is to follow, neither of which is met by cutting.
 
-Measured of the package `ods` alone; tests are only counted. A function's docstring is no part of its length, `self` and
-`cls` are no parameters, and a name that a module imports from another one is defined in that other one only.
+Hand-set constants a package: numbers in Python's modules and in the defaults of named tuples, and in C's defines; what
+a user may set (`Settings`) and laws that a benchmark fitted are not counted. Files entered by one scan: what
+`Tracker.step` runs through for a scan with objects and false alarms, Python and C, and how often the work goes from one
+file to another.
 """
 
-import argparse
 import ast
 import re
-from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+import sys
+from collections import Counter
+from collections.abc import Iterator
+from itertools import islice, pairwise
 from pathlib import Path
-from statistics import median
+from types import FrameType
+from typing import Any
 
-Function = ast.FunctionDef | ast.AsyncFunctionDef
-KERNEL_DECORATORS = ("kernel", "compiled", "njit", "jit", "vectorize", "cfunc")
-MOST_PARAMETERS = 6
-FRONT_DOOR = {
-    "how to contribute": "CONTRIBUTING.md",
-    "architecture page": "docs/architecture.md",
-    "pre-commit": ".pre-commit-config.yaml",
-    "CI workflow": ".github/workflows/*.yml",
-    "editor settings": ".editorconfig",
-    "py.typed": "ods/py.typed",
-    "changelog": "CHANGELOG.md",
-    "decisions": "docs/decisions/*.md",
-}
+from benchmarks.tracker import SIZES, field
+from ods.tracker import scenario
+from ods.tracker.settings import TrackerSettings
+from ods.tracker.tracker import Tracker
 
-
-@dataclass(frozen=True)
-class Source:
-    """One parsed file of the package."""
-
-    path: Path
-    text: str
-    tree: ast.Module
-
-    @property
-    def lines(self) -> int:
-        """Number of lines."""
-        return len(self.text.splitlines())
+ROOT = Path(__file__).resolve().parents[1] / "ods"
+DEFINED = re.compile(r"^#define [A-Z][A-Z0-9_]* +\(?-?[0-9]", re.MULTILINE)
+KERNEL = re.compile(r"^(?:LONG_)?KERNEL(?:_[A-Z]+)?\(\s*(\w+)", re.MULTILINE)
+FITTED = ("laws.py",)
+SCANS = 30
+"""Before the one that is followed."""
 
 
-@dataclass(frozen=True)
-class Measured:
-    """One function or method, at any depth."""
-
-    where: str
-    """Path and line."""
-    name: str
-    lines: int
-    """From `def` to the last line, without the docstring."""
-    parameters: int
-    typed: bool
-    """Every parameter and the result have a type."""
-    kernel: bool
-    """Compiled by numba."""
-
-
-def sources(folder: Path) -> list[Source]:
-    """Parse every Python file below `folder`."""
-    texts = ((path, path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py")))
-    return [Source(path, text, ast.parse(text)) for path, text in texts]
-
-
-def functions(source: Source) -> Iterator[Measured]:
-    """Measure every function of a file."""
-    for node in ast.walk(source.tree):
-        if isinstance(node, Function):
-            arguments = _parameters(node)
-            yield Measured(
-                where=f"{source.path}:{node.lineno}",
-                name=node.name,
-                lines=node.end_lineno - node.lineno + 1 - _docstring_lines(node) if node.end_lineno else 0,
-                parameters=len(arguments),
-                typed=node.returns is not None and all(argument.annotation for argument in arguments),
-                kernel=any(_last_name(decorator) in KERNEL_DECORATORS for decorator in node.decorator_list),
-            )
-
-
-def _parameters(function: Function) -> list[ast.arg]:
-    given = function.args
-    every = [*given.posonlyargs, *given.args, *given.kwonlyargs, *filter(None, (given.vararg, given.kwarg))]
-    return [argument for argument in every if argument.arg not in ("self", "cls")]
-
-
-def _docstring_lines(function: Function) -> int:
-    first = function.body[0]
-    return (first.end_lineno or first.lineno) - first.lineno + 1 if ast.get_docstring(function) else 0
-
-
-def _last_name(decorator: ast.expr) -> str:
-    """Return `c` of the decorator @c, @a.c or @a.c(...)."""
-    inner = decorator.func if isinstance(decorator, ast.Call) else decorator
-    return inner.attr if isinstance(inner, ast.Attribute) else inner.id if isinstance(inner, ast.Name) else ""
-
-
-def documented(module: ast.Module) -> Iterator[bool]:
-    """Yield, for the module and each public class, function and method of it, whether it has a docstring."""
-    yield ast.get_docstring(module) is not None
-    containers: list[ast.Module | ast.ClassDef] = [module]
-    while containers:
-        for node in containers.pop().body:
-            if isinstance(node, Function | ast.ClassDef) and not node.name.startswith("_"):
-                yield ast.get_docstring(node) is not None
-                if isinstance(node, ast.ClassDef):
-                    containers.append(node)
-
-
-def public_definitions(module: ast.Module) -> set[str]:
-    """Return the public classes and functions that a module itself defines."""
-    found = (node.name for node in module.body if isinstance(node, Function | ast.ClassDef))
-    return {name for name in found if not name.startswith("_")}
-
-
-def public_constants(module: ast.Module) -> set[str]:
-    """Return the public names that a module itself gives a value: constants, type aliases."""
-    names: set[str] = set()
-    for node in module.body:
+def constants(path: Path) -> int:
+    """Return how many numbers a file sets by hand."""
+    text = path.read_text(encoding="utf-8")
+    if path.name in FITTED:
+        return 0
+    if path.suffix in (".c", ".h"):
+        return len(DEFINED.findall(text))
+    found = 0
+    for node in ast.parse(text).body:
         if isinstance(node, ast.Assign | ast.AnnAssign):
-            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-            names.update(name.id for target in targets for name in ast.walk(target) if isinstance(name, ast.Name))
-    return {name for name in names if not name.startswith("_")}
+            found += _numbers(node.value)
+        elif isinstance(node, ast.ClassDef) and any(ast.unparse(base) == "NamedTuple" for base in node.bases):
+            found += sum(_numbers(each.value) for each in node.body if isinstance(each, ast.AnnAssign))
+    return found
 
 
-def in_several_modules(package: Sequence[Source], names_of: Callable[[ast.Module], set[str]]) -> dict[str, list[Path]]:
-    """Return the names that `names_of` finds in more than one module, with those modules."""
-    homes: defaultdict[str, list[Path]] = defaultdict(list)
-    for source in package:
-        for name in names_of(source.tree):
-            homes[name].append(source.path)
-    return {name: paths for name, paths in sorted(homes.items()) if len(paths) > 1}
+def _numbers(value: ast.expr | None) -> int:
+    literals = [node.value for node in ast.walk(value) if isinstance(node, ast.Constant)] if value else []
+    return sum(isinstance(number, int | float) and not isinstance(number, bool) for number in literals)
 
 
-def front_door(root: Path) -> dict[str, bool]:
-    """Return which of the things that a newcomer looks for first are there."""
-    return {what: any(root.glob(pattern)) for what, pattern in FRONT_DOOR.items()}
+def sources(folder: Path) -> Iterator[Path]:
+    """Yield the Python and C files below a folder."""
+    for pattern in ("*.py", "*.c", "*.h"):
+        yield from folder.rglob(pattern)
 
 
-def table(root: Path, package: Sequence[Source], all_functions: Sequence[Measured]) -> dict[str, str]:
-    """Return what is measured, and the figures."""
-    lengths = [source.lines for source in package]
-    folders = Counter(source.path.parent for source in package)
-    (largest, files), *_ = folders.most_common(1)
-    many = [found for found in all_functions if found.parameters > MOST_PARAMETERS]
-    kernels = sum(found.kernel for found in many)
-    documents = [has for source in package for has in documented(source.tree)]
-    test_lines = sum(source.lines for source in sources(root / "tests"))
-    doors = front_door(root)
-    missing = [what for what, there in doors.items() if not there]
-    return {
-        "files; lines, median / max": f"{len(lengths)}; {median(lengths):.0f} / {max(lengths)}",
-        "functions; lines, median": f"{len(all_functions)}; {median(found.lines for found in all_functions):.0f}",
-        "functions over 50 / 30 lines": " / ".join(
-            _share([f.lines > most for f in all_functions]) for most in (50, 30)
-        ),
-        f"more than {MOST_PARAMETERS} parameters": f"{_share([f in many for f in all_functions])}"
-        f" ({len(many)}, of them {kernels} numba kernels)",
-        "public docstrings; typed": f"{_share(documents)}; {_share([found.typed for found in all_functions])}",
-        "test / source lines": f"{test_lines / sum(lengths):.2f}",
-        "largest flat folder, files": f"{files} ({largest.relative_to(root)})",
-        "names of several modules: classes and functions; constants": "; ".join(
-            f"{len(in_several_modules(package, names_of))}" for names_of in (public_definitions, public_constants)
-        ),
-        "`type: ignore`": f"{sum(len(re.findall(r'# type: ignore', source.text)) for source in package)}",
-        f"front door, of {len(doors)}": f"{sum(doors.values())}" + (f" (no {', '.join(missing)})" if missing else ""),
-    }
+def kernels() -> dict[str, Path]:
+    """Return the C file of each kernel."""
+    return {name: path for path in ROOT.rglob("*.c") for name in KERNEL.findall(path.read_text(encoding="utf-8"))}
 
 
-def _share(flags: Sequence[bool]) -> str:
-    return f"{100 * sum(flags) / len(flags):.2f} %"
+def files_of_a_scan() -> list[Path]:
+    """Return the files that one scan goes through, in order: a file again each time the work comes back to it."""
+    tracker, scans, files, of_kernel = (
+        Tracker(TrackerSettings()),
+        scenario.scans(field(*SIZES[0]).scenario),
+        [],
+        kernels(),
+    )
 
+    def note(frame: FrameType, event: str, argument: Any) -> None:
+        file = Path(frame.f_code.co_filename)
+        if event == "c_call" and argument.__name__ in of_kernel:
+            files.append(of_kernel[argument.__name__])
+        elif event in ("call", "return", "c_return") and file.is_relative_to(ROOT):
+            files.append(file)
 
-def details(package: Sequence[Source], all_functions: Sequence[Measured]) -> Iterator[str]:
-    """Yield the functions of many parameters and the names of several modules, one a line."""
-    for found in all_functions:
-        if found.parameters > MOST_PARAMETERS:
-            yield f"{found.where}: {found.name}, {found.parameters} parameters{', kernel' * found.kernel}"
-    for names_of in (public_definitions, public_constants):
-        for name, paths in in_several_modules(package, names_of).items():
-            yield f"{name}: {', '.join(map(str, paths))}"
+    for scan in islice(scans, SCANS):
+        tracker.step(scan)
+    scan = next(iter(scans))
+    sys.setprofile(note)
+    try:
+        tracker.step(scan)
+    finally:
+        sys.setprofile(None)
+    return files[:1] + [here for before, here in pairwise(files) if here != before]
 
 
 def main() -> None:
-    """Print the table; with --list, the functions and names behind its figures too."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
-    parser.add_argument("root", type=Path, nargs="?", default=Path(), help="folder of the project (default: here)")
-    parser.add_argument("--list", action="store_true", help="name the functions and names behind the figures")
-    args = parser.parse_args()
-    package = sources(args.root / "ods")
-    all_functions = [found for source in package for found in functions(source)]
-    print("| | here |\n|---|---|")
-    for what, figures in table(args.root, package, all_functions).items():
-        print(f"| {what} | {figures} |")
-    if args.list:
-        print("", *details(package, all_functions), sep="\n")
+    """Print both."""
+    numbers: Counter[str] = Counter()
+    lines: Counter[str] = Counter()
+    for path in sources(ROOT):
+        package = path.relative_to(ROOT).parts[0]
+        numbers[package] += constants(path)
+        lines[package] += len(path.read_text(encoding="utf-8").splitlines())
+    print("| package | lines | hand-set constants |\n|---|---|---|")
+    for package, count in numbers.most_common():
+        if count:
+            print(f"| {package} | {lines[package]} | {count} |")
+    print(f"| all | {lines.total()} | {numbers.total()} |")
+    stays = files_of_a_scan()
+    print(f"\nfiles entered by one scan: {len(set(stays))}, in {len(stays)} stays")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.horizontal import HorizontalState, Learned, NewPlaces
@@ -117,7 +117,3 @@ class PlainAxes:
         weight = s.place_variance[:, heirs] / (s.place_variance[:, heirs] + s.place_variance[:, old])
         s.place[:, heirs] += weight * (s.place[:, old] - s.place[:, heirs])
         s.place_variance[:, heirs] *= 1.0 - weight
-
-    def keep(self, mask: Mask) -> None:
-        """Forget the other objects."""
-        self._table.keep(mask)

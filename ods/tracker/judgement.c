@@ -1,7 +1,7 @@
 /* Which state follows for each object from what an image proves of it (judgement.py). */
 
-#include "ods/tracker/track/doubt.h"
-#include "ods/tracker/track/lifecycle.h"
+#include "ods/tracker/existence/evidence.h"
+#include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/track/stitching.h"
 
 #define NS_A_SECOND 1e9
@@ -42,15 +42,16 @@ static void find_missed_and_hiding(const History *history, const Known *known, c
     }
 }
 
-/* Fills in the next states; `dearer`: `onset.DEARER`; `rest`, `static_from`: `REST` and `STATIC` of the settings. */
+/* Fills in the next states; `odds_factor`: of `ExistenceModel`; `rest`, `static_from`: `REST` and `STATIC` of the
+   settings. */
 KERNEL(next_states,
-       "i8[8,n] history, f8[22,n] doubt, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
-       "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float detection_probability, float dearer, float rest, "
+       "i8[8,n] history, f8[20,n] existence, b1[n] hit, b1[n] inside, b1[n] skipped, f8[3,n] position, f8[3,n] variance, "
+       "f8[3,n] shared, f8[n] radius, f8[n] static, int t_ns, float odds_factor, float rest, "
        "float static_from, " LIFE_LIMITS ", out i8[n] states")
 {
     const int64_t n = SIZE(0, 1), t_ns = INT(10);
     const History history = history_rows(ARRAY(int64_t, 0), n);
-    const Doubt d = doubt_rows(ARRAY(double, 1), n);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 1), n);
     const Shown shown = {ARRAY(const bool, 2), ARRAY(const bool, 3), ARRAY(const bool, 4)};
     const Known known = {.position = ARRAY(const double, 5),
                          .variance = ARRAY(const double, 6),
@@ -58,11 +59,11 @@ KERNEL(next_states,
                          .radius = ARRAY(const double, 8),
                          .is_static = ARRAY(const double, 9),
                          .n = n,
-                         .at_rest = FLOAT(13),
-                         .surely_at_rest = FLOAT(14)};
+                         .at_rest = FLOAT(12),
+                         .surely_at_rest = FLOAT(13)};
     const Circles circles = {known.position, known.position + n, known.radius};
-    const LifeLimits limits = limits_from(arguments, 15);
-    int64_t *states = ARRAY(int64_t, 22);
+    const LifeLimits limits = limits_from(arguments, 14);
+    int64_t *states = ARRAY(int64_t, 21);
     Some missed, hiding;
     find_missed_and_hiding(&history, &known, shown.hit, &missed, &hiding);
     for (int64_t i = 0; i < n; i++) {
@@ -76,13 +77,13 @@ KERNEL(next_states,
             .echoes = history.echoes[i],
             .unseen_s = (double)unseen_ns / NS_A_SECOND,
             .missed_s = (double)(unseen_ns - history.unwatched[i]) / NS_A_SECOND,
-            .existence = state == TENTATIVE ? proof_of(&d, i, FLOAT(12)) : d.visible[i] + d.silent[i],
-            .visible = d.visible[i],
-            .first_visible = d.first_visible[i],
+            .existence = state == TENTATIVE ? confirmation_probability(&tracks, i, FLOAT(11))
+                                            : tracks.visible[i] + tracks.silent[i],
+            .visible = tracks.visible[i],
+            .first_visible = tracks.first_visible[i],
             .is_static = known.is_static[i] >= known.at_rest,
             .covered = rests && is_covered(i, hiding, &circles),
             .duplicate = young && is_duplicate(i, missed, &history, &circles),
-            .intermittent = is_intermittent(&d, i, FLOAT(11)),
             .sigma = sigma_of(&known, i),
         };
         states[i] = next_state_of(state, &evidence, &limits);

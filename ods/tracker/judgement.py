@@ -5,10 +5,12 @@ import numpy as np
 from ods.base.arrays import Ints
 from ods.compiled import native
 from ods.tracker.association.match import ScanMatch
-from ods.tracker.association.onset import DEARER
+from ods.tracker.existence import lifecycle
+from ods.tracker.existence.evidence import ClutterStatistics
+from ods.tracker.existence.model import EXISTENCE
+from ods.tracker.measurement.scan import Scan
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import REST, STATIC, TrackerSettings
-from ods.tracker.track import doubt, lifecycle
 from ods.tracker.track.tracks import Tracks
 
 
@@ -16,20 +18,21 @@ def judge(
     tracks: Tracks,
     prediction: ScanPrediction,
     match: ScanMatch,
-    spots: doubt.Spots,
-    t_ns: int,
+    clutter: ClutterStatistics,
+    scan: Scan,
     settings: TrackerSettings,
 ) -> Ints:
-    """Judge existence by the image taken at `t_ns`; return (n,) the next state of each object of `tracks`.
+    """Judge existence by a scan; return (n,) the next state of each object of `tracks`.
 
-    `spots`: what is known of their echoes.
+    `clutter` learns from the scan: from echoes that no confirmed object explains, and from tracks that it ends.
     """
-    known = doubt.assumed(settings.echo, settings.motion, spots)
-    judged = match.hit, prediction.reported
-    tracks.take_image(judged, prediction.estimate.radius, match.look, match.nothing, known)
+    clutter.count_strengths(scan.echoes, match.free, scan.sector)
+    places = prediction.measurement.rows.range_m, scan.sector
+    tracks.take_scan((match.hit, prediction.reported), match.evidence, places, settings, clutter)
     seen = match.hit, prediction.field_of_view.inside, prediction.field_of_view.skipped
     estimate, states = prediction.estimate, np.empty(len(match.hit), np.int64)
     place = estimate.position, estimate.variance, estimate.shared, estimate.radius, estimate.static
-    told = t_ns, known.detection_probability, DEARER, REST, STATIC
-    native.next_states(tracks.known, seen, place, told, lifecycle.limits_of(settings.life), states)
+    given = scan.t_ns, EXISTENCE.odds_factor, REST, STATIC
+    native.next_states(tracks.known, seen, place, given, lifecycle.limits_of(settings.life), states)
+    clutter.learn(tracks.known[1], (states == lifecycle.TERMINATED) & prediction.field_of_view.inside)
     return states

@@ -1,6 +1,6 @@
 /* Whether changes of state ask for more than to take note of them (management.py). */
 
-#include "ods/tracker/track/lifecycle.h"
+#include "ods/tracker/existence/lifecycle.h"
 
 /* Tells whether any object is lost out of view, is confirmed, and ends or rests once confirmed. */
 KERNEL(management_events, "i8[n] before, i8[n] states, b1[n] inside, out b1[3] events")

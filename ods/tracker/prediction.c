@@ -1,7 +1,7 @@
 /* What of the live objects has been silent for long: it is not looked for behind others, and takes no single echo. */
 
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/track/lifecycle.h"
+#include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/track/tracks.h"
 
 /* A silent object whose place is less certain than this, m, is vague. */

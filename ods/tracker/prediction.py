@@ -6,7 +6,6 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.tracker.association.flicker import Places
 from ods.tracker.measurement.field_of_view import Coverage, FieldOfView, coverage_of, field_of_view
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import Scan, Vehicle
@@ -38,12 +37,6 @@ class ScanPrediction(NamedTuple):
     vague: Mask
     """(n,) those silent for so long that they take no single echo, which may be a false alarm: they are found again by
     a new object that is confirmed there."""
-
-    @property
-    def places(self) -> Places:
-        """Where they are, in the fan and in the world."""
-        predicted, position = self.measurement.rows, self.estimate.position
-        return Places(predicted.range_m, predicted.bearing, position[0], position[1])
 
 
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:

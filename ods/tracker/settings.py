@@ -75,7 +75,7 @@ class LifeSettings(Settings, frozen=True):
 
     confirm_echoes: Annotated[int, msgspec.Meta(ge=2), slider(2, 10)] = 3
     """Echoes before a new object is reported."""
-    confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.99
+    confirm_existence: Annotated[Probability, slider(0.5, 0.99, step=0.01)] = 0.98
     """Existence probability before a new object is reported."""
     drop_existence: Annotated[Probability, slider(0.05, 0.95, step=0.01)] = 0.4
     """A reported object below this existence probability is given up."""

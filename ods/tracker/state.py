@@ -11,7 +11,7 @@ class TracksState(msgspec.Struct, frozen=True):
 
     unjudged_s: float
     tables: list[bytes]
-    """As they lie in memory, an object a column: history, doubt, looks, and those of the observer."""
+    """As they lie in memory, an object a column: history, existence, and those of the observer."""
 
 
 class ClutterState(msgspec.Struct, frozen=True):
@@ -23,53 +23,6 @@ class ClutterState(msgspec.Struct, frozen=True):
     by_radius: list[float]
 
 
-class FlickerState(msgspec.Struct, frozen=True):
-    """How often echoes came back to places without an object."""
-
-    fan: bytes
-    """By part of the fan."""
-    cells: bytes
-    """Numbers of the world's cells that have counts,"""
-    counts: bytes
-    """and these."""
-
-
-class StrengthState(msgspec.Struct, frozen=True):
-    """How strong the echoes of nothing are."""
-
-    rings: list[float]
-    """Number, sum and sum of squares by class of range,"""
-    images: float
-    """of so many images."""
-
-
-class WanderState(msgspec.Struct, frozen=True):
-    """How far the echoes of spots wander."""
-
-    squares: float
-    """Sum of squares, m2, of"""
-    echoes: float
-    """so many."""
-
-
-class OnsetState(msgspec.Struct, frozen=True):
-    """How many echoes of spots set in sharply."""
-
-    sharp: float
-    """So many, of"""
-    echoes: float
-    """so many."""
-
-
-class FrontState(msgspec.Struct, frozen=True):
-    """How the fronts of spots are judged."""
-
-    total: float
-    """Sum of the log-odds of"""
-    echoes: float
-    """so many."""
-
-
 class TrackerState(msgspec.Struct, frozen=True):
     """All but the objects of the map."""
 
@@ -77,11 +30,8 @@ class TrackerState(msgspec.Struct, frozen=True):
     scans: int
     tracks: TracksState
     clutter: ClutterState
-    flicker: FlickerState
-    strength: StrengthState
-    wander: WanderState
-    onset: OnsetState
-    front: FrontState
+    clutter_statistics: list[float]
+    """See `ClutterStatistics`."""
 
 
 class MapChanges(msgspec.Struct, frozen=True):

@@ -2,26 +2,22 @@
 
 import numpy as np
 
-from ods.base.arrays import Floats, Ints
+from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.tracker.association.clutter import Clutter
-from ods.tracker.association.flicker import Flicker
-from ods.tracker.association.front import Front
-from ods.tracker.association.match import FalseAlarms, match_scan
-from ods.tracker.association.onset import Onset
+from ods.tracker.association.match import match_scan
 from ods.tracker.association.registry import association_of
-from ods.tracker.association.strength import Strength
-from ods.tracker.association.wander import Wander
+from ods.tracker.existence import lifecycle
+from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
-from ods.tracker.prediction import ScanPrediction, predict_scan
+from ods.tracker.prediction import predict_scan
 from ods.tracker.settings import PLUGINS, STATIC, TrackerSettings
 from ods.tracker.state import MapChanges, TrackerState
-from ods.tracker.track import doubt, lifecycle
 from ods.tracker.track.plausibility import refuse_absurd
 from ods.tracker.track.tracks import Tracks
 from ods.tracker.utc import Restamp
@@ -39,8 +35,7 @@ class Tracker:
         self.settings = settings
         self._tracks = Tracks(make_observer(settings.observer, settings.motion))
         self._associate = association_of(settings.association)
-        counted = Clutter(settings.echo.clutter_per_scan), Flicker(), Strength(), Wander(), Onset(), Front()
-        self._alarms = FalseAlarms(*counted)
+        self._clutter, self._clutter_statistics = Clutter(settings.echo.clutter_per_scan), ClutterStatistics()
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
         self._t_ns: int | None = None
         self._scans = 0
@@ -61,8 +56,7 @@ class Tracker:
 
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
-        clutter, flicker, strength, wander, onset, front = self._alarms
-        counted = clutter.state(), flicker.state(), strength.state(), wander.state(), onset.state(), front.state()
+        counted = self._clutter.state(), self._clutter_statistics.save()
         return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
 
     def map_changes(self) -> MapChanges:
@@ -81,12 +75,8 @@ class Tracker:
         self._t_ns, self._scans = state.t_ns, state.scans
         self._tracks.restore(state.tracks)
         refuse_absurd(self._tracks, state.t_ns or 0)
-        self._alarms.clutter.restore(state.clutter)
-        self._alarms.flicker.restore(state.flicker)
-        self._alarms.strength.restore(state.strength)
-        self._alarms.wander.restore(state.wander)
-        self._alarms.onset.restore(state.onset)
-        self._alarms.front.restore(state.front)
+        self._clutter.restore(state.clutter)
+        self._clutter_statistics.load(state.clutter_statistics)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -105,25 +95,15 @@ class Tracker:
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
-        match = match_scan(scan, prediction, self._alarms, self._associate, settings.echo)
+        match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
-        states = judge(tracks, prediction, match, self._alarms.spots(since_ns / NS), scan.t_ns, settings)
-        self._learn_of_ended(states, prediction, scan)
+        states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)
         outcome = self._manager.manage(tracks, states, prediction, scan.utc_ns)
         if match.unexplained is not None:
             echo = settings.echo
             births = echo.births_at_start if self._scans <= FIRST_SCANS else echo.births_per_scan
-            tracks.start(match.unexplained, scan.t_ns, scan.utc_ns, births, match.unknown)
+            tracks.start(match.unexplained, scan, births, match.new, self._clutter_statistics)
         return outcome
-
-    def _learn_of_ended(self, states: Ints, prediction: ScanPrediction, scan: Scan) -> None:
-        """Take the objects that this image ends, (n,) next states, as places where echoes come and go."""
-        ended = (states == lifecycle.TERMINATED) & prediction.field_of_view.inside
-        spots, of_spots = doubt.as_nothing(self._tracks.known[1], ended)
-        self._alarms.flicker.learn(prediction.places, spots, scan.sector)
-        self._alarms.wander.learn(of_spots.off_squares, of_spots.placed)
-        self._alarms.onset.learn(of_spots.sharp, of_spots.set_in)
-        self._alarms.front.learn(of_spots.fronts, of_spots.judged)
 
     def begin_anew(self) -> Snapshot:
         """Drop all live objects, as they lie elsewhere than they are told to; return the confirmed ones that are gone.

@@ -17,7 +17,7 @@ from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, Veh
 from ods.sim_sonar.scene.timeline import Scene, load_scene
 from ods.sim_sonar.sea_bed.settings import Roughness, SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 pytestmark = pytest.mark.slow
 

@@ -14,7 +14,7 @@ from ods.assess.track.measure import nees_band
 from ods.assess.track.record import ID, SCAN, STATUS, Record
 from ods.assess.track.scores import score
 from ods.tracker import scenario
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 pytestmark = pytest.mark.slow
 

@@ -8,20 +8,12 @@ from tests.tracker.samples import RATE_HZ, scan
 
 
 def told_after(
-    wander_m: float,
-    *,
-    cut: bool = False,
-    onset: float = 0.0,
-    of_spots: float = 0.0,
-    front: float = 0.0,
-    fronts_of_spots: float = 0.0,
-    radius: float = 1.0,
-    rate_hz: float = RATE_HZ,
+    wander_m: float, *, onset: float = 0.0, of_spots: float = 0.0, front: float = 0.0, rate_hz: float = RATE_HZ
 ) -> float:
     """Return when it is told, s, among 20 spots that have an echo in one image of three for 10 s before it begins.
 
-    cut: the fan's edge cuts its echoes off; onset, front: of its echoes; of_spots, fronts_of_spots: those of theirs;
-    radius: its own, m; rate_hz: the same images come so fast, and all times are those of `RATE_HZ`.
+    onset, front: of its echoes; of_spots: the onset of theirs; rate_hz: the same images come so fast, and all times are
+    those of `RATE_HZ`.
     """
     rng, tracker = np.random.default_rng(6), Tracker(TrackerSettings())
     spots = [(rng.uniform(45.0, 75.0), rng.uniform(-0.7, 0.7)) for _ in range(20)]
@@ -30,13 +22,11 @@ def told_after(
         there = k > 10.0 * RATE_HZ
         lit += [(60.0 + rng.normal(0.0, wander_m), 0.1)] * there
         rows = [(r, b + rng.normal(0.0, 0.008), 1.0) for r, b in lit]
-        if there:
-            rows[-1] = (*rows[-1][:2], radius)
         image = scan(k / rate_hz, np.array([0.0, 0.0, 4.0]), 0.0, rows)
         image.echoes.rows.strength[:] = rng.normal(13.0, 1.0, len(lit))
-        image.echoes.rows.onset[:], image.echoes.rows.front[:] = of_spots, fronts_of_spots
+        image.echoes.rows.onset[:] = of_spots
         if there:
-            image.echoes.rows.cut[-1], image.echoes.rows.onset[-1], image.echoes.rows.front[-1] = cut, onset, front
+            image.echoes.rows.onset[-1], image.echoes.rows.front[-1] = onset, front
         tracker.step(image)
         where = tracker.snapshot().position[:2] - 60.0 * np.array([[np.cos(0.1)], [np.sin(0.1)]])
         if (np.hypot(*where) < 1.5).any():

@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle
+from ods.tracker.existence import lifecycle
 from ods.tracker.observer import axis_kalman
 from ods.tracker.observer.axis_kalman import AxisState
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
-from ods.tracker.track import lifecycle
 
 STILL = MotionSettings(acceleration_noise=0.0, static_noise=0.0)
 HORIZON_S = 300.0

@@ -160,6 +160,6 @@ def test_parts_are_found_inside_the_circle_only() -> None:
     together = shown(asked, answer, view, clutter, Detectability(one, 0.9))
     assert together.unexplained.tolist() == [2]
     assert together.objects.tolist() == [0]
-    assert together.look.rows.llr.tolist() == [pytest.approx(3.0)]
+    assert together.evidence.rows.llr.tolist() == [pytest.approx(3.0)]
     assert together.echoes.rows.range_m.tolist() == [52.5]
     assert together.echoes.rows.bearing[0] == pytest.approx(0.04)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ods.tracker.association.clutter import Clutter
+from ods.tracker.existence import lifecycle
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RANGE_MAX_M, RATE_HZ, SECTOR, course, echoes, run
 

@@ -194,7 +194,7 @@ def test_objects_of_the_map_have_files_of_their_own(tmp_path: Path) -> None:
 
 
 TABLES = 2 + 3
-"""History, doubt, and what `coupled` has."""
+"""History, existence, and what `coupled` has."""
 
 
 @given(st.integers(0, TABLES - 1), st.integers(0), st.sampled_from([np.nan, np.inf, -np.inf, 1e300, -1.0, -1e9, 0.0]))

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats
+from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.common_motion import common_motion
 from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
-from ods.tracker.track.lifecycle import ACTIVE
 
 CENTRE = np.array([100.0, -50.0, 5.0])
 OFFSETS = np.array([[40.0, 0.0], [60.0, 20.0], [30.0, -15.0], [80.0, 5.0]]).T

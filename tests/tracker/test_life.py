@@ -1,23 +1,20 @@
-"""Figure 5: whatever the evidence, no path leads where it has no arrow; existence is a probability."""
+"""Figure 5: whatever the evidence, no path leads where it has no arrow."""
 
-import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.special import betaln
 
+from ods.tracker.existence import lifecycle
+from ods.tracker.existence.lifecycle import Evidence
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.settings import EchoSettings, LifeSettings, TrackerSettings
-from ods.tracker.track import existence, lifecycle
-from ods.tracker.track.existence import Chain, Often, Rates
-from ods.tracker.track.lifecycle import Evidence
+from ods.tracker.settings import LifeSettings, TrackerSettings
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import scan
 
-LIFE, ECHO = LifeSettings(), EchoSettings()
+LIFE = LifeSettings()
 
 
 def evidence(rng: np.random.Generator) -> Evidence:
@@ -35,7 +32,6 @@ def evidence(rng: np.random.Generator) -> Evidence:
         static=static,
         covered=covered,
         duplicate=other,
-        intermittent=bool(rng.random() < 0.3),
         sigma=rng.exponential(3.0),
     )
 
@@ -76,64 +72,14 @@ def test_an_object_only_walks_along_the_arrows(plan: list[tuple[str, int]]) -> N
     assert all(i < tracker.next_id for i in ids)
 
 
-@given(st.integers(0, 100_000), st.floats(0.0, 1e6))
-def test_existence_stays_a_probability(seed: int, dt: float) -> None:
-    rng, rates = np.random.default_rng(seed), Rates(ECHO.silence_rate, ECHO.return_rate, ECHO.loss_rate)
-    for probabilities in rng.dirichlet(np.ones(4), 50).tolist():
-        start = Chain(*probabilities)
-        carried = existence.carried_on(start, int(rng.integers(1, 1000)), rng.random(), dt, rates)
-        often = existence.how_often(np.floor(50.0 * rng.random()), 50.0 + 10.0 * rng.random(), 0.9, rng.random())
-        hit = bool(rng.random() < 0.5)
-        judged = existence.after_image(carried, hit, rng.normal(0.0, 50.0), rng.random() * 0.99, often)
-        told = existence.told_apart(judged, rng.normal(0.0, 5.0), rng.normal(0.0, 5.0))
-        for chain in (carried, judged, told):
-            assert sum(chain) == pytest.approx(1.0)
-            assert min(chain) >= 0.0
-        assert carried.nothing >= start.nothing - 1e-12  # time alone gives no life
-
-
-def test_bayes_by_hand() -> None:
-    """Prior 0.2 visible, 0.3 silent, 0.4 nothing, 0.1 spot; a body has an echo in 0.9 of the images, a spot in 0.45.
-
-    An echo 9 times as likely from the object, at its setting of 0.9: (0.1 + 9) 0.2 : 0.3 : 0.4 : (0.55 + 4.5) 0.1. To
-    the silent object the echo is a false alarm: it is no proof against it.
-    """
-    start, often = Chain(0.2, 0.3, 0.4, 0.1), Often(1.0, 0.5)
-    hit = existence.after_image(start, True, math.log(9.0), 0.9, often)
-    np.testing.assert_allclose(hit, np.array([1.82, 0.3, 0.4, 0.505]) / 3.025)
-    missed = existence.after_image(start, False, 0.0, 0.9, often)
-    np.testing.assert_allclose(missed, np.array([0.02, 0.3, 0.4, 0.055]) / 0.775)
-
-
-@pytest.mark.parametrize(("hits", "looks"), [(0, 3), (3, 3), (20, 40), (36, 40), (150, 200)])
-def test_many_images_prove_what_the_beta_binomial_law_says(hits: int, looks: int) -> None:
-    """A body over a spot, whatever the order: no place where it is known how often it is seen beforehand."""
-    order = np.random.default_rng(1).permutation(np.arange(looks) < hits)
-    told, seen, often = Chain(0.5, 0.0, 0.0, 0.5), 0.0, 0.9
-    for k, hit in enumerate(order.tolist()):
-        how = existence.how_often(seen, float(k), often, 0.0)
-        # a sharp echo: 1e6 times as likely as a false alarm, which then is no other explanation
-        told = existence.after_image(told, hit, math.log(1e6), often, how)
-        seen += float(hit)
-
-    def log_law(share: float, weight: float) -> float:
-        a, b = weight * share, weight * (1.0 - share)
-        return float(betaln(a + hits, b + looks - hits) - betaln(a, b))
-
-    expected = log_law(existence.BODY_SEEN, existence.BODY_LOOKS) - log_law(existence.SPOT_SEEN, existence.SPOT_LOOKS)
-    ratio = np.log(told.visible / told.spot)
-    assert ratio == pytest.approx(expected, abs=1e-3)
-
-
-def test_a_drop_out_counts_against_nobody() -> None:
-    tracker = Tracker(TrackerSettings())
-    rows = [(30.0 + 10 * i, 0.2 * i - 0.4, 1.0) for i in range(4)]
-    for k in range(20):
-        tracker.step(scan(k / 7, np.zeros(3), 0.0, rows))
-    before = tracker.snapshot().existence
-    tracker.step(scan(20 / 7, np.zeros(3), 0.0, []))
-    np.testing.assert_allclose(tracker.snapshot().existence, before, atol=5e-3)
-    assert len(before) == 4
+@pytest.mark.parametrize("images", [1, 7])
+def test_objects_outlive_a_drop_out_of_a_second(images: int) -> None:
+    """All echoes stay away at once; after it the same objects are told."""
+    tracker, rows = Tracker(TrackerSettings()), [(30.0 + 10 * i, 0.2 * i - 0.4, 1.0) for i in range(4)]
+    for k in range(30 + images):
+        tracker.step(scan(k / 7, np.zeros(3), 0.0, rows if k < 20 or k >= 20 + images else []))
+        if k >= 3:
+            assert sorted(tracker.snapshot().id) == [1, 2, 3, 4]
 
 
 def test_a_hibernated_object_that_is_gone_is_terminated() -> None:

@@ -8,12 +8,12 @@ import pytest
 
 from ods.base.clock import NS
 from ods.messages import Health, Obstacle
+from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of_map
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings, TrackerSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import scan
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import HALF_VERTICAL, Course, Run, course, run, scan
 

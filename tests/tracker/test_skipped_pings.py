@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 
+from ods.tracker.existence import lifecycle
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RATE_HZ, scan
 

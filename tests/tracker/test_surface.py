@@ -9,12 +9,12 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.geometry import quat_from_euler
 from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
 from ods.tracker.output.surface import View, Waves
 from ods.tracker.settings import SurfaceSettings, TrackerSettings
-from ods.tracker.track import lifecycle
 
 HALF = np.radians(10.0)
 RUN = np.array([-1.6, 0.4])

@@ -19,10 +19,10 @@ from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, Vehicle
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.sonar.model import load_sonar
+from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, vehicle_at
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track.lifecycle import ACTIVE
 from ods.tracker.tracker import Tracker
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")

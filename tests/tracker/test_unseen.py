@@ -8,10 +8,10 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.messages import UnseenPart
+from ods.tracker.existence import lifecycle
 from ods.tracker.measurement.scan import unseen_of
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import LifeSettings, TrackerSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import HALF_FOV, RATE_HZ, SIGMA_BEARING, SIGMA_RANGE, scan
 

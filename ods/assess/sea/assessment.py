@@ -16,7 +16,7 @@ from ods.assess.scene_files import scene_files
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.command import FOLDER
 from ods.assess.sea.judge import SceneScore, judge
-from ods.assess.sea.run import images_of, listed, scene_with_seed
+from ods.assess.sea.run import detected, images_of, listed, scene_with_seed
 from ods.assess.sea.table import condensed, margin_table, scene_table, target_table
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
@@ -115,5 +115,6 @@ def score_of(trial: Trial, draw: Draw) -> SceneScore:
     """Return how a scene goes. Raises OdsError."""
     scene = scene_with_seed(draw.file, draw.seed)
     shots = images_of(scene, trial.sonar, trial.seconds, trial.kept)
-    lists = listed(shots, scene, trial.pipeline, trial.tracker, knows_altitude=trial.knows_altitude)
+    pings = detected(shots, scene, trial.pipeline, knows_altitude=trial.knows_altitude)
+    lists = listed(pings, scene, trial.tracker, knows_altitude=trial.knows_altitude)
     return judge(draw.name, lists, SceneBodies(scene, trial.clearance_m), draw.seed)

@@ -12,7 +12,7 @@ from ods.assess.sea.run import Listed
 from ods.base.arrays import Mask
 from ods.base.clock import NS
 from ods.messages import Truth
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 LOUD_DB = 10.0
 """An object has to be tracked while its echo is so much over its surroundings,"""

@@ -15,7 +15,7 @@ from ods.base import clock
 from ods.base.arrays import Floats, Ints
 from ods.base.errors import OdsError
 from ods.base.geometry import rotation_matrix
-from ods.messages import Ping, Truth
+from ods.messages import Detections, Ping, Truth
 from ods.nav_bridge.settings import SigmaSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
@@ -32,6 +32,14 @@ from ods.tracker.output.surface import View
 from ods.tracker.output.validity import SETTLE_S
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
+
+
+class DetectedPing(NamedTuple):
+    """One ping: what is true, and what the chain found."""
+
+    truth: Truth
+    found: Detections
+    chain_ms: float
 
 
 class Listed(NamedTuple):
@@ -82,32 +90,33 @@ def images_of(scene: Scene, sonar: SonarModel, seconds: float, kept: Path | None
     yield from (Shot(*pair) for pair in pairs)
 
 
-def listed(
-    shots: Iterable[Shot],
-    scene: Scene,
-    pipeline: PipelineSettings,
-    settings: TrackerSettings,
-    *,
-    knows_altitude: bool = True,
-) -> list[Listed]:
-    """Return what chain and tracker tell a planner of pings, in order. Raises OdsError.
-
-    knows_altitude: the vehicle's pose tells it.
-    """
-    chain, tracker, hittable = Chain(pipeline), Tracker(settings), HittableFilter(settings)
-    lists: list[Listed] = []
+def detected(
+    shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, *, knows_altitude: bool = True
+) -> Iterator[DetectedPing]:
+    """Yield what the chain finds in pings, in order; knows_altitude: the vehicle's pose tells it. Raises OdsError."""
+    chain = Chain(pipeline)
     for ping, truth in shots:
         head = head_at(scene, ping.t_ns, knows_altitude=knows_altitude)
         began = time.perf_counter()
         found = chain.process(ping, pose=head)
-        between = time.perf_counter()
-        tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), ping.utc_ns).scan)
-        ended = time.perf_counter()
-        view = View(ping.utc_ns, head, found.sector.half_vertical_rad)
+        yield DetectedPing(truth, found, 1e3 * (time.perf_counter() - began))
+
+
+def listed(
+    pings: Iterable[DetectedPing], scene: Scene, settings: TrackerSettings, *, knows_altitude: bool = True
+) -> list[Listed]:
+    """Return what the tracker tells a planner of what the chain found in pings, in order. Raises OdsError."""
+    tracker, hittable = Tracker(settings), HittableFilter(settings)
+    lists: list[Listed] = []
+    for truth, found, chain_ms in pings:
+        head = head_at(scene, found.t_ns, knows_altitude=knows_altitude)
+        began = time.perf_counter()
+        tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), found.utc_ns).scan)
+        spent = chain_ms, 1e3 * (time.perf_counter() - began)
+        view = View(found.utc_ns, head, found.sector.half_vertical_rad)
         told = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
-        spent = 1e3 * (between - began), 1e3 * (ended - between)
         places = told.position[:2].T.copy()
-        valid = bool(lists) and ping.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
+        valid = bool(lists) and found.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
         heard_from_db = math.nan if found.heard_from_db is None else found.heard_from_db
         of_list = told.id, told.state, places, told.radius, *spent, valid, heard_from_db
         lists.append(Listed(truth, len(found.detections), *of_list))

@@ -19,9 +19,9 @@ from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.plots.chart import dress, label_points
 from ods.plots.style import BAD, QUIET, SERIES, STRONG
 from ods.tracker import scenario
+from ods.tracker.existence import lifecycle
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.track import lifecycle
 
 SEED = 7
 BURST_S = (1.5, 4.0)

@@ -13,7 +13,7 @@ import numpy as np
 
 from ods.assess.track.case import Case
 from ods.assess.track.record import Record
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 CONFIRMED = 5
 ACCELERATION_NOISE = 0.01

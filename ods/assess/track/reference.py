@@ -12,7 +12,7 @@ import numpy as np
 from ods.assess.track.case import VX, VY, Case
 from ods.assess.track.record import Record
 from ods.base.arrays import Floats, Indices, Mask
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 ECHOES = 3
 KEPT_S = 10.0

@@ -8,7 +8,7 @@ from ods.assess.track.case import Case, polar
 from ods.assess.track.gospa import CUTOFF_M, gospa, pair
 from ods.assess.track.record import EAST_M, ID, NORTH_M, SCAN, STATUS, Record
 from ods.base.arrays import Floats, Indices, Ints, Mask
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 BAND_M, BAND_RAD = 2.0, np.deg2rad(1.5)
 """Objects and tracks so near to the sector's edge do not count in view."""

@@ -3,38 +3,18 @@
 #include "ods/tracker/association/gating.h"
 #include "ods/tracker/association/split_merged.h"
 #include "ods/tracker/measurement/model.h"
-#include "ods/tracker/track/doubt.h"
+#include "ods/tracker/existence/evidence.h"
 
-/* So many confirmed objects expected, */
-#define DROP_OUT_EXPECTED 3.0
-/* and no more than this share of them seen: a drop-out of the image, which counts against nobody. */
-#define DROP_OUT_SHARE 0.25
 /* An echo that is so many times as wide as its object, taken to have at least this radius, is joined with neighbours':
    it sets in as the first of these does. */
 #define JOINED 1.6
 #define LEAST_JOINED_M 1.5
 /* An echo is smaller than its object, and so may be a part of it, if it is by so many of its standard deviations. */
 #define SMALLER_SIGMAS 3.0
-/* Rows of the tables of echoes and of looks. */
+/* Rows of the tables of echoes and of evidence. */
 #define ECHO_ROWS 12
-#define LOOK_ROWS 7
+#define EVIDENCE_ROWS 6
 #define AREA_OF_UNIT_CIRCLE 3.14159265358979323846
-
-/* Tells whether far fewer of the confirmed objects have an echo than are in view. */
-KERNEL_BOOL(match_is_drop_out, "i8[p] objects, f8[n] watched, b1[n] confirmed")
-{
-    const int64_t *objects = ARRAY(const int64_t, 0), n = SIZE(1, 0);
-    const double *watched = ARRAY(const double, 1);
-    const bool *confirmed = ARRAY(const bool, 2);
-    double expected = 0.0, seen = 0.0;
-    for (int64_t i = 0; i < n; i++)
-        expected += confirmed[i] ? watched[i] : 0.0;
-    for (int64_t k = 0; k < SIZE(0, 0); k++) {
-        const int64_t i = objects[k];
-        seen += i >= 0 && i < n && confirmed[i] && watched[i] != 0.0;
-    }
-    return expected >= DROP_OUT_EXPECTED && seen <= DROP_OUT_SHARE * expected;
-}
 
 /* An image of m echoes, and what is expected of n objects in it. */
 typedef struct {
@@ -136,36 +116,35 @@ typedef struct {
     const bool *inside, *skipped;
 } View;
 
-/* Sets of the look at object i what its echo k tells, which can be of no other object and is all of it. */
-static void look_at_echo(const Look *look, int64_t i, const EchoRows *echoes, int64_t k, const Bodies *bodies)
+/* Sets how the echo k of object i sets in, which can be of no other object and is all of it. */
+static void fill_in_how_it_sets_in(const ScanEvidence *evidence, int64_t i, const EchoRows *echoes, int64_t k,
+                                   const Bodies *bodies)
 {
     if (!(echoes->strength[k] > 0.0))
         return;
     const bool joined = echoes->radius[k] > JOINED * larger(LEAST_JOINED_M, bodies->radius[i]);
-    look->off_range[i] = echoes->range_m[k] - bodies->predicted.range_m[i];
-    look->onset[i] = joined ? 0.0 : echoes->onset[k];
-    look->front[i] = joined ? 0.0 : echoes->front[k];
+    evidence->onset[i] = joined ? 0.0 : echoes->onset[k];
+    evidence->leading_edge[i] = joined ? 0.0 : echoes->front[k];
 }
 
-/* Fills in the look at n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
+/* Fills in the evidence of n objects; `merged`: of `find_merged`: above 0, a missing echo may be in that of a neighbour;
    `expected`: probability that one that is watched has an echo. */
-static void fill_look(const Look *look, const Shown *shown, const Bodies *bodies, View view, const bool *hit,
-                      const double *merged, double expected)
+static void fill_evidence(const ScanEvidence *evidence, const Shown *shown, const Bodies *bodies, View view,
+                          const bool *hit, const double *merged, double expected)
 {
     const EchoRows echoes = echo_rows(shown->table, shown->count);
-    memset(look->llr, 0, sizeof(double) * LOOK_ROWS * (size_t)bodies->n);
+    memset(evidence->llr, 0, sizeof(double) * EVIDENCE_ROWS * (size_t)bodies->n);
     for (int64_t i = 0; i < bodies->n; i++) {
         if (hit[i] || merged[i] == 0.0)
-            look->watched[i] = bodies->confirmed[i] ? view.watched[i] : view.inside[i] && !view.skipped[i];
-        look->expected[i] = look->watched[i] * expected;
-        look->off_range[i] = NAN;
+            evidence->watched[i] = bodies->confirmed[i] ? view.watched[i] : view.inside[i] && !view.skipped[i];
+        evidence->expected[i] = evidence->watched[i] * expected;
     }
     for (int64_t k = 0; k < shown->count; k++) {
         const int64_t i = shown->objects[k];
-        look->llr[i] = shown->llr[k];
-        look->strength[i] = echoes.strength[k];
+        evidence->llr[i] = shown->llr[k];
+        evidence->strength[i] = echoes.strength[k];
         if (shown->off_centre[k] == 0.0 && merged[i] == 0.0 && echoes.cut[k] == 0.0)
-            look_at_echo(look, i, &echoes, k, bodies);
+            fill_in_how_it_sets_in(evidence, i, &echoes, k, bodies);
     }
 }
 
@@ -180,16 +159,15 @@ static void fill_free(bool *is_free, int64_t m, const Hypotheses *pairs, const b
 
 /* Says what is seen of n objects, as wholes or only in parts, and which of m echoes nobody explains: see `match.shown`.
 
-   assigned, explained: of the `Assignment` of these pairs; per_m2: of `ClutterDensity`; expected: probability that an
-   object that is watched has an echo. Fills in the fields of `Shown`, as many numbers as `counts` says: of objects
-   shown, the table (12, k) from its first number on, and of unexplained echoes. Returns false for pairs of no objects
-   or echoes. */
+   assigned, explained: of the `Assignment` of these pairs; per_m2: of `ClutterDensity`. Fills in the fields of
+   `Shown`, as many numbers as `counts` says: of objects shown, the table (12, k) from its first number on, and of
+   unexplained echoes. Returns false for pairs of no objects or echoes. */
 KERNEL_BOOL(
     match_shown, HYPOTHESES
     ", f8[12,p] assigned, b1[m] explained, f8[12,m] echo_table, f8[m] per_m2, f8[8,n] predicted, "
     "f8[3,n] position, f8[n] radius, b1[n] confirmed, f8[n] visibility, f8[n] watched, b1[n] inside, b1[n] skipped, "
-    "float detection_probability, float expected, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
-    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[7,n] look, out b1[m] free, out i8[2] counts")
+    "float detection_probability, out i8[room] objects, out f8[12,room] table, out f8[room] llr, "
+    "out f8[room] off_centre, out i8[m] unexplained, out b1[n] hit, out f8[6,n] evidence, out b1[m] free, out i8[2] counts")
 {
     const Hypotheses pairs = hypotheses_from(arguments, 0);
     const int64_t n = SIZE(10, 0), m = SIZE(5, 0);
@@ -198,8 +176,8 @@ KERNEL_BOOL(
     const Image image = {table,  echo_rows(table, m),     m,        ARRAY(const double, 7),
                          bodies, ARRAY(const double, 12), FLOAT(16)};
     const View view = {ARRAY(const double, 13), ARRAY(const bool, 14), ARRAY(const bool, 15)};
-    bool *also_part = SCRATCH(bool, pairs.count), *loose = SCRATCH(bool, m), *hit = ARRAY(bool, 23);
-    int64_t *unexplained = ARRAY(int64_t, 22), *counts = ARRAY(int64_t, 26), left = 0;
+    bool *also_part = SCRATCH(bool, pairs.count), *loose = SCRATCH(bool, m), *hit = ARRAY(bool, 22);
+    int64_t *unexplained = ARRAY(int64_t, 21), *counts = ARRAY(int64_t, 25), left = 0;
     for (int64_t k = 0; k < pairs.count; k++)
         if (!is_pair(&pairs, k, n, m))
             return false;
@@ -207,24 +185,24 @@ KERNEL_BOOL(
         loose[j] = !ARRAY(const bool, 5)[j];
     const Parts split = parts_inside(&image, loose);
     const Together parts = seen_in_parts(&image, &pairs, &split, also_part);
-    Shown shown = {ARRAY(int64_t, 18), ARRAY(double, 20), ARRAY(double, 21), ARRAY(double, 19), parts.count};
+    Shown shown = {ARRAY(int64_t, 17), ARRAY(double, 19), ARRAY(double, 20), ARRAY(double, 18), parts.count};
     for (int64_t k = 0; k < pairs.count; k++)
         shown.count += !also_part[k];
-    if (shown.count > SIZE(18, 0))
+    if (shown.count > SIZE(17, 0))
         return false;
     fill_shown(&shown, &image, &pairs, ARRAY(const double, 4), also_part, &parts);
     memset(hit, 0, (size_t)n * sizeof *hit);
     for (int64_t k = 0; k < shown.count; k++)
         hit[shown.objects[k]] = true;
     find_merged(&bodies, ARRAY(const double, 9), hit, view.watched, merged);
-    const Look look = look_rows(ARRAY(double, 24), n);
-    fill_look(&look, &shown, &bodies, view, hit, merged, FLOAT(17));
+    const ScanEvidence evidence = evidence_rows(ARRAY(double, 23), n);
+    fill_evidence(&evidence, &shown, &bodies, view, hit, merged, FLOAT(16));
     for (int64_t k = 0; k < shown.count; k++)
         shown.off_centre[k] += merged[shown.objects[k]];
     for (int64_t j = 0; j < m; j++)
         if (loose[j])
             unexplained[left++] = j;
-    fill_free(ARRAY(bool, 25), m, &pairs, bodies.confirmed);
+    fill_free(ARRAY(bool, 24), m, &pairs, bodies.confirmed);
     counts[0] = shown.count, counts[1] = left;
     return true;
 }

@@ -1,6 +1,5 @@
 """What one image says about the objects: which echo is whose, who was missed, which echoes are of nobody."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,14 +10,9 @@ from ods.messages import Sector
 from ods.tracker.association import gating
 from ods.tracker.association.assignment import Assignment, Question
 from ods.tracker.association.clutter import Clutter, ClutterDensity
-from ods.tracker.association.crowd import crowding
-from ods.tracker.association.flicker import Flicker, Places
-from ods.tracker.association.front import Front
 from ods.tracker.association.gating import Detectability
-from ods.tracker.association.onset import Onset
 from ods.tracker.association.registry import Association
-from ods.tracker.association.strength import Strength
-from ods.tracker.association.wander import Wander
+from ods.tracker.existence.evidence import NewTrackEvidence, ScanEvidence
 from ods.tracker.measurement.cut_off import nothing_twice
 from ods.tracker.measurement.field_of_view import FieldOfView
 from ods.tracker.measurement.model import PositionMeasurement, position_measurement
@@ -26,34 +20,9 @@ from ods.tracker.measurement.scan import Echoes, Scan
 from ods.tracker.named import Named
 from ods.tracker.prediction import ScanPrediction
 from ods.tracker.settings import EchoSettings
-from ods.tracker.track.doubt import AtPlaces, Look, Spots, Unexplained
 
-DROP_OUT_DETECTION = 0.005
-"""In a drop-out of the image an object has an echo with this probability: what is found is more likely a false
-alarm."""
 NO_RADIUS = 1e6
 """Variance of a radius that was not measured, m^2."""
-
-
-class FalseAlarms(NamedTuple):
-    """What is known of echoes that are no object's."""
-
-    clutter: Clutter
-    flicker: Flicker
-    strength: Strength
-    wander: Wander
-    onset: Onset
-    front: Front
-
-    def spots(self, dt: float) -> Spots:
-        """Return what is known of the echoes of spots; `dt`: from the image before to the newest, s."""
-        crowd = crowding(self.strength.per_scan, dt)
-        return Spots(self.wander.of_spots_m2, self.onset.of_spots, self.front.of_spots, crowd)
-
-    def at(self, places: Places, sector: Sector) -> AtPlaces:
-        """Return what echoes of nothing are like at n places."""
-        spots = self.flicker.share(places, sector, self.strength.per_scan)
-        return AtPlaces(spots, self.strength.typical(places.range_m, sector).table)
 
 
 class ScanMatch(NamedTuple):
@@ -65,14 +34,14 @@ class ScanMatch(NamedTuple):
     """and where (k,)."""
     hit: Mask
     """(n,) seen."""
-    look: Named[Look]
+    evidence: Named[ScanEvidence]
     """What the image shows of each."""
-    nothing: AtPlaces
-    """What echoes of nothing are like where the objects are."""
     unexplained: PositionMeasurement | None
     """Where echoes come from that no object explains, k; None: there are none,"""
-    unknown: Unexplained
+    new: NewTrackEvidence
     """and what is known of them."""
+    free: Mask
+    """(m,) echoes that no confirmed object explains."""
 
 
 class Shown(NamedTuple):
@@ -88,44 +57,36 @@ class Shown(NamedTuple):
     """Echoes that nobody explains."""
     hit: Mask
     """(n,) seen."""
-    look: Named[Look]
+    evidence: Named[ScanEvidence]
     free: Mask
     """(m,) echoes that no confirmed object explains."""
 
 
 def match_scan(
-    scan: Scan, prediction: ScanPrediction, alarms: FalseAlarms, associate: Association, settings: EchoSettings
+    scan: Scan, prediction: ScanPrediction, clutter: Clutter, associate: Association, settings: EchoSettings
 ) -> ScanMatch:
-    """Compare an image with what was predicted of n objects; `alarms` learn from the echoes that none explains."""
-    clutter, echoes, view = alarms.clutter, scan.echoes, prediction.field_of_view
+    """Compare an image with what was predicted of n objects; `clutter` learns from the echoes that none explains."""
+    echoes, view = scan.echoes, prediction.field_of_view
     density = clutter.density(echoes, scan.sector)
     chance = Detectability(prediction.visibility, settings.detection_probability)
     moving, belief = prediction.by_hypothesis, prediction.belief
     found = gating.hypotheses(moving, belief, echoes, density, chance, settings.gate_sigmas, prediction.vague)
     ask = Question(found, prediction.reported, echoes, prediction.measurement, prediction.estimate)
     assignment = _plain(associate(ask))
-    drop_out = native.match_is_drop_out(assignment.pairs.objects, view.watched, prediction.reported)
-    if drop_out:
-        chance = chance._replace(detection_probability=DROP_OUT_DETECTION)
-        less = math.log(DROP_OUT_DETECTION / settings.detection_probability)
-        found = gating.scored(found.objects, found.echoes, found.llr + less, chance)
-        assignment = _plain(associate(ask._replace(hypotheses=found)))
-    seen = shown(ask, assignment, view, density, chance, drop_out)
+    seen = shown(ask, assignment, view, density, chance)
     rest, half_vertical = echoes.take(seen.unexplained), scan.sector.half_vertical_rad
     measurement = _measured(seen, prediction, half_vertical)
     elsewhere = position_measurement(rest, prediction.vehicle, half_vertical) if len(rest) else None
-    alarms.strength.count(echoes, seen.free, scan.sector)
-    nothing = alarms.at(prediction.places, scan.sector)
     if len(seen.hit):
         clutter.count(rest, scan.sector, scan.processed_ranges_m)
     return ScanMatch(
         objects=seen.objects,
         measurement=measurement,
         hit=seen.hit,
-        look=seen.look,
-        nothing=nothing,
+        evidence=seen.evidence,
         unexplained=elsewhere,
-        unknown=_unknown(rest, elsewhere, alarms, scan.sector),
+        new=_new_track_evidence(rest, clutter, scan.sector),
+        free=seen.free,
     )
 
 
@@ -137,14 +98,9 @@ def _plain(assignment: Assignment) -> Assignment:
 
 
 def shown(
-    question: Question,
-    assignment: Assignment,
-    view: FieldOfView,
-    density: ClutterDensity,
-    chance: Detectability,
-    drop_out: bool = False,
+    question: Question, assignment: Assignment, view: FieldOfView, density: ClutterDensity, chance: Detectability
 ) -> Shown:
-    """Return what is seen of the objects; in a `drop_out` no echo is expected of any. Raises IndexError.
+    """Return what is seen of the objects. Raises IndexError.
 
     Echoes that are left and lie inside the circle of a confirmed object are parts of it. Their middle is what such an
     object is seen by, unless it has an echo of its own that is as large as it is.
@@ -154,27 +110,22 @@ def shown(
     objects, table = np.empty(room, np.intp), np.empty((len(question.echoes.table), room))
     llr, off_centre = np.empty((2, room))
     unexplained, hit, free = np.empty(m, np.intp), np.empty(n, np.bool_), np.empty(m, np.bool_)
-    look, counts = np.empty((len(Look._fields), n)), np.empty(2, np.intp)
+    evidence, counts = np.empty((len(ScanEvidence._fields), n)), np.empty(2, np.intp)
     asked = assignment.echoes.table, assignment.explained, question.echoes.table, density.per_m2
     expected = question.predicted.table, question.estimate.position, question.estimate.radius, question.first
     seen = chance.visibility, view.watched, view.inside, view.skipped
-    probability = chance.detection_probability, 0.0 if drop_out else chance.detection_probability
-    answer = objects, table, llr, off_centre, unexplained, hit, look, free, counts
-    if not native.match_shown(pairs, asked, expected, seen, probability, answer):
+    answer = objects, table, llr, off_centre, unexplained, hit, evidence, free, counts
+    if not native.match_shown(pairs, asked, expected, seen, chance.detection_probability, answer):
         raise IndexError("an association's pairs are of the question's objects and echoes")
     k, left = counts.tolist()
     echoes = Echoes(table.ravel()[: len(table) * k].reshape(len(table), k))
-    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(Look, look), free)
+    return Shown(objects[:k], echoes, off_centre[:k], unexplained[:left], hit, Named(ScanEvidence, evidence), free)
 
 
-def _unknown(rest: Echoes, places: PositionMeasurement | None, alarms: FalseAlarms, sector: Sector) -> Unexplained:
-    """Return what is known of the echoes `rest`, which no object explains and which come from `places`."""
-    clutter, nowhere = alarms.clutter, np.zeros(0)
-    north, east = (nowhere, nowhere) if places is None else places.position[:2]
-    where = Places(rest.rows.range_m, rest.rows.bearing, north, east)
-    density, nothing = clutter.density(rest, sector).per_scan, alarms.at(where, sector)
-    told = rest.rows.strength, rest.rows.onset, rest.rows.front
-    return Unexplained(density, *told, nothing, alarms.onset.of_spots, alarms.front.of_spots)
+def _new_track_evidence(rest: Echoes, clutter: Clutter, sector: Sector) -> NewTrackEvidence:
+    """Return what is known of the echoes `rest`, which no object explains."""
+    rows, density = rest.rows, clutter.density(rest, sector).per_scan
+    return NewTrackEvidence(density, rows.range_m, rows.onset, rows.front, rows.strength)
 
 
 def _measured(shown: Shown, prediction: ScanPrediction, half_vertical: float) -> PositionMeasurement:

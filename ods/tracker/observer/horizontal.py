@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple, Protocol
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
 from ods.tracker.measurement.model import PositionMeasurement
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.sensitivity import Heights
@@ -91,9 +91,6 @@ class HorizontalFilter(Protocol):
 
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
-
-    def keep(self, mask: Mask) -> None:
-        """Remove the objects where `mask` is False."""
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""

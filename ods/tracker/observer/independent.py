@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
 from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable, each
@@ -123,11 +123,6 @@ class IndependentAxes:
     def join(self, heirs: Indices, old: Indices) -> None:
         """Let the static hypotheses of `heirs` learn where those of `old`, the same objects, were."""
         native.independent_join(self._numbers(), heirs, old)
-
-    def keep(self, mask: Mask) -> None:
-        """Remove the objects where `mask` is False."""
-        for table in self.tables():
-            table.keep(mask)
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""

@@ -2,20 +2,19 @@
 
 Each object is followed by filters for one that stays where it is and by filters for one that moves, and the ratio of
 their likelihoods says which to believe. How north and east are filtered is what observers differ in (`horizontal`);
-height and radius have filters of their own (`common`).
+height and radius have filters of their own.
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
+from ods.compiled import native
 from ods.tracker.measurement.model import UNSEEN, PositionMeasurement
 from ods.tracker.named import Named, TrackTable
-from ods.tracker.observer import common
 from ods.tracker.observer.belief import Belief
-from ods.tracker.observer.common import DISPROVED, LEAST_VARIANCE, PROVED, CommonState, NewCommon, Velocities
 from ods.tracker.observer.horizontal import RESTING, HorizontalFilter, KindsOfMotion, NewPlaces
 from ods.tracker.observer.sensitivity import Heights
 from ods.tracker.settings import STATIC, MotionSettings
@@ -29,6 +28,66 @@ KNOWN_SPEED = 0.4
 CREEPING = 0.1
 """and one that might move, but no faster than this share (root mean square), rests: such a motion is mostly made by
 chance, or by what pings share, of one that rests."""
+
+DISPROVED = -5.0
+"""Log-odds at which the static hypothesis starts anew from where the moving one is now."""
+PROVED = 8.0
+"""Largest log-odds, so that an object that starts to move is believed in time."""
+LEAST_VARIANCE = 1e-12
+
+
+class CommonState(NamedTuple):
+    """What all observers filter alike of n objects: (n,) each."""
+
+    rest_height: Floats
+    """Down, if the object does not move;"""
+    rest_height_variance: Floats
+    height: Floats
+    """and if it moves,"""
+    height_variance: Floats
+    climb: Floats
+    """with a velocity, and the other factors of the covariance (see `axis_kalman`):"""
+    slope: Floats
+    residual: Floats
+    radius: Floats
+    radius_variance: Floats
+    odds: Floats
+    """Log of P(static) / P(moving); infinite once settled."""
+    pose_north: Floats
+    """Variance of the vehicle's own position when the object was last seen, m^2: it is a bias, which echoes share."""
+    pose_east: Floats
+    rest_square: Floats
+    """What is known of the square of the height, about its mean: mean and variance (`sensitivity.Heights`)."""
+    rest_square_variance: Floats
+    square: Floats
+    """And if it moves."""
+    square_variance: Floats
+
+
+class NewCommon(NamedTuple):
+    """Of k new objects."""
+
+    height: Floats
+    """(k,)."""
+    variance: Floats
+    """(k,) of the height."""
+    radius: Floats
+    """(k,)."""
+    radius_variance: Floats
+    """(k,)."""
+    pose_variance: Floats
+    """(2,), as in `PositionMeasurement`."""
+    odds: float
+
+
+class Velocities(NamedTuple):
+    """Mean and variance, (2, n) north and east each, of n objects if they move."""
+
+    mean: Floats
+    variance: Floats
+    steady_mean: Floats
+    """Those of the first kind of motion, with which an object may creep."""
+    steady_variance: Floats
 
 
 class StaticOrMovingObserver:
@@ -47,13 +106,17 @@ class StaticOrMovingObserver:
     def predict(self, dt: float) -> None:
         """Carry all objects on over `dt` >= 0 seconds."""
         motion = self._settings
+        noise = motion.acceleration_noise, motion.static_noise, motion.radius_noise
         self._horizontal.predict(dt)
-        common.predict(self._table.table, dt, motion.acceleration_noise, motion.static_noise, motion.radius_noise)
+        native.common_predict(self._table.table, dt, noise)
 
     def belief(self) -> Belief:
         """Return all hypotheses of all objects, the static one first."""
         s, horizontal = self._table.rows, self._horizontal.state()
-        weight, position, variance, by_height, shared = common.moments(self._table.table, horizontal)
+        hypotheses, n = horizontal.covariance_ne.shape
+        weight, by_height = np.empty((hypotheses, n)), np.empty((hypotheses, 2, n))
+        position, variance, shared = np.empty((3, hypotheses, 3, n))
+        native.hypotheses(self._table.table, horizontal, weight, position, variance, by_height, shared)
         return Belief(
             weight=weight,
             position=position,
@@ -69,7 +132,9 @@ class StaticOrMovingObserver:
 
     def static(self) -> Floats:
         """Return (n,) the probability that each object does not move."""
-        return common.all_static(self._table.rows.odds)
+        static = np.empty(len(self._table))
+        native.all_static(self._table.rows.odds, static)
+        return static
 
     def _restless(self) -> Floats | None:
         if self._kinds is None:
@@ -82,12 +147,12 @@ class StaticOrMovingObserver:
         At rest the mean is 0, but what echoes cannot tell from that yet is part of the variance, whatever the odds are:
         they weigh rest against velocities of `velocity_sigma`, among which slow ones are few.
         """
-        moving = self._horizontal.velocity()
+        moving, moments = self._horizontal.velocity(), np.empty((2, 3, len(self._table)))
         # A velocity that may change at any time never becomes sure: what rests creeps only if its place speaks for it.
         steady, by_place = (moving, True) if self._kinds is None else (self._kinds.steady(), False)
-        mean, variance = common.velocity(
-            self._table.table, self._horizontal.state(), Velocities(*moving, *steady), by_place
-        )
+        velocities = Velocities(*moving, *steady)
+        native.velocities(self._table.table, self._horizontal.state(), velocities, by_place, moments)
+        mean, variance = moments
         return mean, variance
 
     def start(self, measured: PositionMeasurement) -> None:
@@ -111,18 +176,19 @@ class StaticOrMovingObserver:
     def _append(self, new: NewCommon) -> None:
         first = len(self._table)
         self._table.extend(len(new.radius))
-        common.start(self._table.table, first, new, self._settings.vertical_velocity_sigma**2)
+        native.common_start(self._table.table, first, new, self._settings.vertical_velocity_sigma**2)
 
     def update(self, rows: Indices, measured: PositionMeasurement, since_s: Floats) -> None:
         """Take one measurement an object, `since_s` after its last one."""
-        heights = Named(Heights, common.in_fan(self._table.table, rows, measured.position[2], measured.half_height))
-        learned = self._horizontal.update(rows, measured, since_s, heights).table
+        table, heights = self._table.table, np.empty((5, 2, len(rows)))
+        native.in_fan(table, rows, measured.position[2], measured.half_height, heights)
+        learned = self._horizontal.update(rows, measured, since_s, Named(Heights, heights)).table
         seen = measured.radius, measured.radius_variance, measured.pose_variance
-        disproved = common.update(
-            self._table.table, rows, seen, heights.table, learned, since_s, self._settings.change_rate
-        )
-        if len(disproved):
-            self._horizontal.rest_there(disproved)
+        limits, disproved = (LEAST_VARIANCE, DISPROVED, PROVED), np.empty(len(rows), np.intp)
+        given = self._settings.change_rate, limits
+        count = native.common_update(table, rows, seen, heights, learned, since_s, given, disproved)
+        if count:
+            self._horizontal.rest_there(disproved[:count])
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each object moves, where that is established; in doubt both remain possible."""
@@ -165,11 +231,6 @@ class StaticOrMovingObserver:
         heirs, old = heirs[rest], old[rest]
         odds[heirs] = np.minimum(odds[heirs] + REOPENED, PROVED)
         self._horizontal.join(heirs, old)
-
-    def keep(self, mask: Mask) -> None:
-        """Remove the objects where `mask` is False."""
-        self._table.keep(mask)
-        self._horizontal.keep(mask)
 
     def tables(self) -> list[TrackTable[Any]]:
         """Return all that is known of the objects."""

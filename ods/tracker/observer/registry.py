@@ -11,7 +11,7 @@ step. `OBSERVERS` maps the name in the configuration to a factory that takes the
 from collections.abc import Callable
 from typing import Any, Protocol
 
-from ods.base.arrays import Floats, Indices, Mask
+from ods.base.arrays import Floats, Indices
 from ods.base.choices import none_of
 from ods.base.plugins import PluginError, add
 from ods.tracker.measurement.model import PositionMeasurement
@@ -69,11 +69,8 @@ class Observer(Protocol):
     def inherit(self, heirs: Indices, old: Indices) -> None:
         """Let `heirs` go on with what is settled of `old`: they are the same objects, seen again."""
 
-    def keep(self, mask: Mask) -> None:
-        """Remove the objects where `mask` is False."""
-
     def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects: what a tracker leaves to its successor."""
+        """Return all that is known of the objects: objects that end are removed from there; a successor gets it."""
 
 
 def _independent(settings: MotionSettings) -> Observer:

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.output.snapshot import Snapshot
-from ods.tracker.track.lifecycle import ACTIVE
 
 FEWEST = 3
 """Objects. Two may be movers by chance."""

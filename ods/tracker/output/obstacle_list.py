@@ -9,12 +9,12 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.messages import ClosestApproach, Obstacle, Prediction, TrackState
+from ods.tracker.existence import lifecycle
 from ods.tracker.output.bottom import Bottom, stand_of
 from ods.tracker.output.closest_approach import Course, closest_approach
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import BottomSettings, MotionSettings, PlannerSettings
 from ods.tracker.state import Announced
-from ods.tracker.track import lifecycle
 
 NAMES: dict[int, TrackState] = {
     lifecycle.ACTIVE: "active",

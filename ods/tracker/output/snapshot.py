@@ -6,10 +6,10 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
+from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.observer.registry import CHANGE_RATE
 from ods.tracker.settings import MotionSettings
-from ods.tracker.track import lifecycle
 from ods.tracker.track.tracks import Tracks
 
 

@@ -14,9 +14,9 @@ from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS
 from ods.base.geometry import body_to_polar, global_to_body
 from ods.runtime.pose_buffer import PoseEstimate
+from ods.tracker.existence import lifecycle
 from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import SurfaceSettings
-from ods.tracker.track import lifecycle
 
 LOBES = 2.0
 """Waves are seen to so many times the half vertical opening: the sides of the main lobe hear them, too."""

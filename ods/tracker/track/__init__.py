@@ -1,1 +1,1 @@
-"""The table of tracks and their life: existence, states, stitching."""
+"""The table of tracks: history, existence, filters; stitching."""

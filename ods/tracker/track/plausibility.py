@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 from ods.tracker.track.tracks import Tracks
 
 LONGEST_S, FARTHEST = 1e6, 1e9
@@ -15,17 +15,16 @@ ROUNDING = 1e-6
 def refuse_absurd(tracks: Tracks, t_ns: int) -> None:
     """Raise ValueError when a history, a probability or a filter cannot be, at the time `t_ns`."""
     _refuse_absurd_histories(tracks, t_ns)
-    doubt = tracks.doubt
-    chances = np.stack([doubt.visible, doubt.silent, doubt.nothing, doubt.spot, doubt.first_visible])
+    known = tracks.judged
+    chances = np.stack([known.visible, known.silent, known.nothing, known.clutter, known.first_visible])
     if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
         raise ValueError("probabilities that are none")
-    hits, looks, flickers = doubt.hits, doubt.looks, doubt.flickers
-    most = looks * (1.0 + ROUNDING)
-    if not (np.isfinite(looks) & (hits >= 0.0) & (flickers >= 0.0) & (hits <= most) & (flickers <= most)).all():
-        raise ValueError("looks that are none")
-    bounded = (np.abs(np.stack(doubt)) < FARTHEST).all()
-    if not bounded or not ((doubt.told >= 0.0) & (doubt.spots > 0.0) & (doubt.spots < 1.0)).all():
-        raise ValueError("strengths or shares of spots that are none")
+    if not ((known.hits >= 0.0) & (known.hits <= known.looks * (1.0 + ROUNDING))).all():
+        raise ValueError("invalid checkpoint: looks must be finite and >= hits")
+    counts, share = np.stack([known.onsets, known.edge_echoes, known.strength_echoes]), known.clutter_share
+    bounded = (np.abs(np.stack(known)) < FARTHEST).all()
+    if not bounded or not (counts >= 0.0).all() or not ((share > 0.0) & (share < 1.0)).all():
+        raise ValueError("invalid checkpoint: features must be finite, counts >= 0, and shares of clutter in (0, 1)")
     _refuse_absurd_filters(tracks)
 
 

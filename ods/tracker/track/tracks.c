@@ -1,6 +1,6 @@
 /* Changes to the table of what became of the live objects (tracks.py). */
 
-#include "ods/tracker/track/lifecycle.h"
+#include "ods/tracker/existence/lifecycle.h"
 #include "ods/tracker/track/tracks.h"
 
 /* Takes note that the objects `rows` were seen. */

@@ -8,18 +8,21 @@ import numpy as np
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.base.clock import NS
 from ods.compiled import native
+from ods.messages import Sector
+from ods.tracker.existence import evidence, lifecycle
+from ods.tracker.existence.evidence import ClutterStatistics, ExistenceTable, NewTrackEvidence, ScanEvidence
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.model import PositionMeasurement
+from ods.tracker.measurement.scan import Scan
 from ods.tracker.named import Named, TrackTable
 from ods.tracker.observer.belief import Belief, Estimate, moment_match
 from ods.tracker.observer.registry import Observer
+from ods.tracker.settings import TrackerSettings
 from ods.tracker.state import TracksState
-from ods.tracker.track import doubt, lifecycle
-from ods.tracker.track.doubt import Assumed, AtPlaces, Doubt, Look, Unexplained
 from ods.tracker.utc import Restamp
 
 EVEN = 0.5
-"""Share of spots that an object of the map, which is none, is judged by."""
+"""Share of clutter by which an object of the map is judged."""
 
 
 class History(NamedTuple):
@@ -51,7 +54,7 @@ class Tracks:
         """Time since existence was judged last."""
         self._observer = observer
         self._history = TrackTable(History, (len(History._fields),), np.int64)
-        self._doubt = TrackTable(Doubt, (len(Doubt._fields),))
+        self._existence = TrackTable(ExistenceTable, (len(ExistenceTable._fields),))
         self._told: tuple[Belief, Estimate] | None = None
 
     def __len__(self) -> int:
@@ -63,19 +66,19 @@ class Tracks:
         return self._history.rows
 
     @property
-    def doubt(self) -> Doubt:
+    def judged(self) -> ExistenceTable:
         """Views."""
-        return self._doubt.rows
+        return self._existence.rows
 
     @property
     def known(self) -> tuple[Ints, Floats]:
-        """Tables of `History` and `Doubt`, for kernels."""
-        return self._history.table, self._doubt.table
+        """Tables of `History` and `ExistenceTable`, for kernels."""
+        return self._history.table, self._existence.table
 
     @property
     def existence(self) -> Floats:
         """(n,) probability."""
-        return self._doubt.rows.visible + self._doubt.rows.silent
+        return self._existence.rows.visible + self._existence.rows.silent
 
     def told(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
@@ -114,31 +117,48 @@ class Tracks:
 
     def visibility(self, return_rate: float) -> Floats:
         """Return (n,) the probability that an object, if it exists, gives echoes; silent ones do so again, 1/s."""
-        return doubt.visibilities(self._doubt.table, -math.expm1(-return_rate * self.unjudged_s))
+        returned, found = -math.expm1(-return_rate * self.unjudged_s), np.empty(len(self))
+        native.existence_visibilities(self._existence.table, returned, found)
+        return found
 
-    def take_image(
-        self, seen: tuple[Mask, Mask], radius: Floats, look: Named[Look], nothing: AtPlaces, known: Assumed
+    def take_scan(
+        self,
+        seen: tuple[Mask, Mask],
+        of_scan: Named[ScanEvidence],
+        places: tuple[Floats, Sector],
+        settings: TrackerSettings,
+        clutter: ClutterStatistics,
     ) -> None:
-        """Judge existence by an image: (n,) which objects had an echo, which are confirmed, how large they are, m."""
+        """Judge existence by a scan.
+
+        seen: (n,) which objects had an echo, and which are confirmed; places: (n,) expected ranges, m, in this fan.
+        """
         hit, confirmed = seen
-        shape = self._observer.static(), radius
         counted = self.history.echoes, confirmed, hit
-        doubt.take_image(self._doubt.table, counted, look.table, nothing, shape, self.unjudged_s, known)
+        measured = of_scan.table, self._observer.static()
+        evidence.update(self._existence.table, counted, measured, places, self.unjudged_s, settings, clutter)
         self.unjudged_s = 0.0
 
-    def start(self, measured: PositionMeasurement, t_ns: int, utc_ns: int, births: float, unknown: Unexplained) -> None:
+    def start(
+        self,
+        measured: PositionMeasurement,
+        scan: Scan,
+        births: float,
+        new: NewTrackEvidence,
+        clutter: ClutterStatistics,
+    ) -> None:
         """Append tentative objects, one a measurement, given births a scan and what is known of these k echoes."""
         first, count = len(self), len(measured.radius)
         self._history.extend(count)
-        self._doubt.extend(count)
-        native.tracks_begin(self._history.table, first, t_ns, utc_ns)
-        doubt.begin(self._doubt.table, first, births, unknown)
+        self._existence.extend(count)
+        native.tracks_begin(self._history.table, first, scan.t_ns, scan.utc_ns)
+        evidence.begin(self._existence.table, first, births, new, scan.sector, clutter)
         self._observer.start(measured)
         self._told = None
 
     def recall(self, objects: list[MapObject], t_ns: int) -> None:
         """Append hibernated objects of the map."""
-        new, exists = self._history.grow(len(objects)), self._doubt.grow(len(objects))
+        new, exists = self._history.grow(len(objects)), self._existence.grow(len(objects))
         new.id[:], new.echoes[:] = [o.id for o in objects], [o.times_seen for o in objects]
         new.first_utc[:], new.last_utc[:] = zip(
             *((o.first_seen_utc_ns, o.last_seen_utc_ns) for o in objects), strict=True
@@ -148,7 +168,7 @@ class Tracks:
         new.unwatched[:] = 0
         exists.visible[:] = exists.first_visible[:] = [o.existence for o in objects]
         exists.nothing[:] = 1.0 - exists.visible
-        exists.spots[:] = EVEN
+        exists.clutter_share[:] = EVEN
         self._observer.recall(
             np.array([o.position for o in objects]).T.copy(),
             np.array([o.sigma for o in objects]).T.copy() ** 2,
@@ -172,8 +192,8 @@ class Tracks:
         self.unjudged_s, self._told = state.unjudged_s, None
 
     def tables(self) -> list[TrackTable[Any]]:
-        """Return all that is known of the objects: history, doubt, and the observer's."""
-        return [self._history, self._doubt, *self._observer.tables()]
+        """Return all that is known of the objects: history, existence, and the observer's."""
+        return [self._history, self._existence, *self._observer.tables()]
 
     def settle(self, rows: Indices) -> None:
         """Decide for good whether each of `rows` moves, where that is established."""
@@ -198,7 +218,6 @@ class Tracks:
 
     def keep(self, mask: Mask) -> None:
         """Remove the objects where `mask` is False."""
-        self._history.keep(mask)
-        self._doubt.keep(mask)
-        self._observer.keep(mask)
+        for table in self.tables():
+            table.keep(mask)
         self._told = None

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from ods.base.errors import OdsError
-from ods.tracker.track.lifecycle import ACTIVE, STAND_BY
+from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.tracked import Course, Tracked
 from ods.workbench.model.state import Bookmark

@@ -19,9 +19,9 @@ from ods.messages import Obstacle, ObstacleList, Pose, Quaternion, Sector, Truth
 from ods.offline.mission import Found
 from ods.offline.run_record import RunRecord
 from ods.offline.score import ObjectScore, score_objects
+from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.obstacle_list import NAMES
-from ods.tracker.track.lifecycle import ACTIVE, TENTATIVE
 
 SETTLE_S = 3.0
 """From the first sight of an object until it counts as missed, as `ods track` has it."""

@@ -9,7 +9,7 @@ import pytest
 
 from ods.messages import ObstacleList
 from ods.offline.mission import Mission, Step
-from ods.tracker.track.lifecycle import ACTIVE, TENTATIVE
+from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
 from ods.workbench.engine import rerun
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.rerun import Rerun, Wanted, wanted

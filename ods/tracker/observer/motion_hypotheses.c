@@ -1,5 +1,5 @@
 /* What all observers filter alike, height and radius of objects and the odds that they rest, and what they tell of them
-   together with north and east [SSIE eq. 2]: see common.py. */
+   together with north and east [SSIE eq. 2]: see motion_hypotheses.py. */
 
 #include "ods/tracker/observer/axis_kalman.h"
 #include "ods/tracker/observer/creep.h"

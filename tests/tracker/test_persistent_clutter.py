@@ -1,24 +1,10 @@
-"""Places where echoes come and go: counted by place, told from objects, and kept out of the map."""
+"""Places whose echoes come and go: few become objects, objects among them are found, and they stay out of the map."""
 
 import numpy as np
-import pytest
 
-from ods.tracker.association.flicker import (
-    CALM,
-    CALM_TRACKS,
-    FAN_MEMORY,
-    MANY,
-    MOST,
-    NEW,
-    POOLED_TRACKS,
-    WORLD_MEMORY,
-    Flicker,
-    Places,
-)
 from ods.tracker.settings import TrackerSettings
-from ods.tracker.state import FlickerState
 from ods.tracker.tracker import Tracker
-from tests.tracker.samples import RATE_HZ, SECTOR, scan
+from tests.tracker.samples import RATE_HZ, scan
 
 HERE = np.array([0.0, 0.0, 4.0])
 SETTLED_S = 1.0
@@ -27,68 +13,6 @@ LATER_S = 2.5
 """and by so much later than in calm water, on average, an object may be found where 18 spots a ping come and go and no
 echo tells its strength; 1.0 is wanted, and not reached: 2.46 measured, 1.71 when a spot's usual share counted for 20
 images instead of 12, 1.43 when all spots were taken to be seen equally often."""
-
-
-def places(*rows: tuple[float, float, float, float]) -> Places:
-    return Places(*np.array(rows, np.float64).reshape(-1, 4).T.copy())
-
-
-def pooled(counts: list[tuple[float, float]], prior: float) -> float:
-    """The share from (spots, tracks) of the image, the ring, the part and the cell, one inside the other."""
-    for (spots, tracks), weight in zip(counts, (CALM_TRACKS, *[POOLED_TRACKS] * 3), strict=True):
-        prior = (spots + weight * prior) / (tracks + weight)
-    return prior
-
-
-def test_the_share_is_that_of_the_place_where_tracks_ended() -> None:
-    """Against the counts of the image, the ring, its part and the world's cell, put together by hand."""
-    flicker = Flicker()
-    spots = places((55.0, 0.3, 52.0, 16.0), (55.0, -0.3, 52.0, -16.0), (15.0, 0.3, 14.0, 4.0))
-    flicker.learn(spots, np.array([[6.0, 1.0, 0.0], [10.0, 10.0, 2.0]]), SECTOR)
-    prior = CALM + NEW * 9.0 / (9.0 + MANY**2)
-    whole, ring = (7.0, 22.0), (7.0, 20.0)
-    expected = [
-        pooled([whole, ring, (6.0, 10.0), (6.0, 10.0)], prior),
-        pooled([whole, ring, (6.0, 10.0), (0.0, 0.0)], prior),
-        pooled([whole, (0.0, 2.0), (0.0, 0.0), (0.0, 0.0)], prior),
-    ]
-    asked = places((55.0, 0.3, 52.5, 16.5), (55.0, 0.3, 58.5, 16.5), (15.0, -0.3, 14.0, -4.0))
-    np.testing.assert_allclose(flicker.share(asked, SECTOR, 3.0), expected, rtol=1e-6)
-    for _ in range(100):
-        flicker.learn(asked, np.zeros((2, 3)), SECTOR)
-    fan, world = FAN_MEMORY**100, WORLD_MEMORY**100
-    faded = [(7.0 * fan, 22.0 * fan), (7.0 * fan, 20.0 * fan), (6.0 * fan, 10.0 * fan), (6.0 * world, 10.0 * world)]
-    assert flicker.share(asked, SECTOR, 3.0)[0] == pytest.approx(pooled(faded, prior), rel=1e-4)
-
-
-def test_the_share_is_never_all() -> None:
-    flicker, spot = Flicker(), places((55.0, 0.3, 52.0, 16.0))
-    for _ in range(200):
-        flicker.learn(spot, np.array([[9.0], [9.0]]), SECTOR)
-    assert flicker.share(spot, SECTOR, 30.0)[0] == MOST
-
-
-def test_the_next_one_goes_on_with_the_same_counts_and_refuses_nonsense() -> None:
-    one, other = Flicker(), Flicker()
-    rng = np.random.default_rng(3)
-    spots = Places(*rng.uniform((5.0, -0.7, -80.0, -80.0), (95.0, 0.7, 80.0, 80.0), (200, 4)).T.copy())
-    tracks = rng.random(200)
-    one.learn(spots, np.array([tracks * rng.random(200), tracks]), SECTOR)
-    other.restore(one.state())
-    np.testing.assert_array_equal(one.share(spots, SECTOR, 1.0), other.share(spots, SECTOR, 1.0))
-    good = one.state()
-    bad_fan = np.frombuffer(good.fan).copy()
-    bad_fan[0] = np.nan
-    counts = np.frombuffer(good.counts, np.float32).reshape(2, -1)
-    for bad in (
-        FlickerState(bad_fan.tobytes(), good.cells, good.counts),
-        FlickerState(good.fan[:-8], good.cells, good.counts),
-        FlickerState(good.fan, good.cells[:-4], good.counts),
-        FlickerState(good.fan, np.full(counts.shape[1], 10**6, np.int32).tobytes(), good.counts),
-        FlickerState(good.fan, good.cells, counts[::-1].tobytes()),  # more spots than tracks
-    ):
-        with pytest.raises(ValueError, match=r"echoes|reshape|size"):
-            Flicker().restore(bad)
 
 
 class Bed:

@@ -17,7 +17,7 @@ typedef struct {
     bool hit, inside, skipped;
     int64_t echoes;
     double unseen_s, missed_s, existence, visible, first_visible;
-    bool is_static, covered, duplicate, intermittent;
+    bool is_static, covered, duplicate;
     double sigma;
 } Evidence;
 
@@ -56,9 +56,8 @@ static inline int64_t found_again_or_not(int64_t state, const Evidence *e, bool 
 {
     if (e->hit)
         return ACTIVE;
-    const bool lasting = e->is_static && !e->intermittent;
     const bool overdue = (!e->inside && e->unseen_s > limits->stand_by_s) || e->sigma > limits->lost_sigma_m;
-    if (doubted || (state == STAND_BY && (e->covered || (overdue && !lasting))))
+    if (doubted || (state == STAND_BY && (e->covered || (overdue && !e->is_static))))
         return TERMINATED;
     return overdue ? HIBERNATED : state;
 }

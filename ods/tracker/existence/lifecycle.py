@@ -5,7 +5,7 @@ TENTATIVE -> TERMINATED             not proved
 ACTIVE    -> STAND_BY               out of view, or silent, or unseen until its place is not known: time updates only
 STAND_BY  -> ACTIVE                 seen again
 STAND_BY  -> HIBERNATED             out of view too long, not moving: into the map
-STAND_BY  -> TERMINATED             out of view too long, moving or intermittent; or gone
+STAND_BY  -> TERMINATED             out of view too long, moving; or gone
 HIBERNATED -> ACTIVE                found again
 HIBERNATED -> TERMINATED            its place is in full view, and it is gone
 """
@@ -56,8 +56,6 @@ class Evidence(NamedTuple):
     """It lies inside another object that is seen."""
     duplicate: bool
     """Its echoes may be those of a confirmed object beside it."""
-    intermittent: bool
-    """Seen as places are where echoes come and go, not as objects are: nothing for the map."""
     sigma: float
     """Standard deviation of its horizontal position, m."""
 

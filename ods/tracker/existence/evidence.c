@@ -1,0 +1,532 @@
+/* Does a track follow a real object? One model decides: this file.
+
+   A track is in one of four hidden states:
+
+       visible   an object that gives echoes
+       silent    an object that gives none just now (its aspect, a shadow): missing some echoes is normal
+       nothing   a chain of unrelated false alarms, or an object that is gone
+       clutter   a place that shows echoes now and then without an object, as the highlights of a rough sea-bed do
+
+   The first three are integrated probabilistic data association (IPDA; D. Musicki, R. Evans, S. Stankovic, IEEE Trans.
+   Automatic Control 39(6), 1994, its second form). The fourth, persistent clutter, is what that model lacks before a
+   sea-bed: a highlight comes back to its place, so chance explains its echoes no better than it explains an object's.
+
+   Each scan goes through the same steps, for all tracks in one loop (`update_track`):
+
+   1. Time passes (`predict`): an object may fall silent, return, or be lost.
+   2. The scan had an echo for the track, or it had none where one was expected (`update`): Bayes' rule. An echo is
+      e^llr times as likely from an object as from noise. To "nothing" and "silent", an echo is noise.
+      How often a track is seen tells an object from clutter. Neither rate is known beforehand: each is beta
+      distributed and follows the track's own hits, so that the product over all scans is the ratio of two
+      beta-binomial laws (J. G. Skellam, J. Royal Statistical Society B 10(2), 1948). The first echoes prove much, the
+      hundredth next to nothing (`hit_rate_ratio`).
+   3. What the echo looks like tells an object from clutter, too, and so does motion. Features, in the table FEATURE:
+        onset         how sharply the echo sets in: how many of a track's echoes are sharp, beta-binomial
+        leading edge  how likely it sets in as an object does, by the pipeline's network: mean of the last log-odds,
+                      normal
+        strength      its level over the background: mean of the track's echoes against those of clutter, logistic
+        motion        how likely the track's filter takes it to be at rest: clutter does not move
+      Each keeps two sums a track (`update`), and turns them into one log-likelihood ratio (`log_ratio`). An echo
+      replaces the ratio applied so far by the new one. Ratios are of the sums, not products over echoes: what lasts
+      from scan to scan (a crest keeps its shape, a strong highlight stays strong) must not count anew with each echo.
+      All ratios are clamped, so that no feature alone decides.
+
+   How much clutter there is and how strong it is differ from bed to bed, so both are learned (ClutterStatistics): its
+   share from tracks that ended without having been objects, each weighted by its probability of clutter, its strengths
+   from all echoes that no confirmed track explains. An object that is there teaches nothing: its track does not end.
+
+   A new feature is one more line in FEATURE, its two functions, three rows of the table, and what is measured. */
+
+#include "ods/tracker/existence/evidence.h"
+#include "ods/tracker/measurement/scan.h"
+
+/* A track seen once is lost so many times sooner than an old one; the excess falls with the number of echoes. */
+#define YOUNG 300.0
+/* Keeps quotients finite. */
+#define SMALLEST 1e-300
+/* A miss is never more certain than this. */
+#define LEAST_MISSED 1e-3
+/* Largest log-likelihood ratio of one echo; e^30 leaves nothing of any doubt. */
+#define MOST_EVIDENCE 30.0
+/* Keeps means over no echoes finite. */
+#define LEAST_ECHOES 1e-9
+/* Strengths of clutter are never taken to be more alike than this. */
+#define LEAST_SIGMA_DB 0.5
+/* Classes of range whose strengths are counted apart. */
+#define RINGS 10
+
+/* `ExistenceModel` of model.py, which says what each is. */
+typedef struct {
+    double object_hit_rate, object_looks, clutter_hit_rate, clutter_looks, crowded_looks, crowd_a_second, crowd_power;
+    double sharp, object_sharp, object_slow, clutter_sharp, clutter_slow;
+    double onset_for, onset_against, onset_enough, odds_factor;
+    double edge_limit, object_edge, clutter_edge, edge_variance, edge_few, edge_fade, edge_for, edge_against;
+    double lasting, span_db, strength_limit, pooled, strength_few, motion_for;
+    double calm_share, new_share, many, share_tracks, most_share, share_memory;
+    double strength_memory;
+} Model;
+
+#define MODEL "f8[37] model"
+
+/* What was counted: `values` of `ClutterStatistics`. Sums over the tracks that ended; of strengths, by ring, over the
+   echoes of the last scans that no confirmed track explains. */
+typedef struct {
+    double clutter_tracks, ended_tracks;
+    double scans, count[RINGS], sum[RINGS], squares[RINGS];
+} Counts;
+
+#define COUNTS "f8[33] counts"
+
+typedef struct {
+    double visible, silent, nothing, clutter;
+} State;
+
+/* How often an object falls silent, gives echoes again, and is lost: 1/s each. */
+typedef struct {
+    double silence, recovery, loss;
+} Rates;
+
+/* How often a track has an echo, if it is an object and if it is clutter, over the setting's probability. */
+typedef struct {
+    double object, clutter;
+} HitRates;
+
+/* What clutter is like where a track is. */
+typedef struct {
+    const Model *model;
+    double static_prior;
+    double mean_db, sigma_db, strength_known;
+} Here;
+
+/* Clutter of a scan. */
+typedef struct {
+    const Model *model;
+    const Counts *counts;
+    double total[3]; /* of the rings: count, sum, squares */
+    double nearest, farthest;
+    double share;
+    double static_prior; /* probability that a new object is at rest */
+} Clutter;
+
+/* --- The four states: IPDA --- */
+
+static State normalized(double visible, double silent, double nothing, double clutter)
+{
+    const double total = visible + silent + nothing + clutter;
+    return (State){visible / total, silent / total, nothing / total, clutter / total};
+}
+
+/* Returns the state `dt` seconds later.
+
+   `watched`: share of the time that the track was in the sonar's view: only there does it fall silent or return.
+   `echoes`: so far; a young track is more often an error of association, and in view is lost sooner. */
+static State predict(State state, int64_t echoes, double watched, double dt, Rates rates)
+{
+    const double time = dt * watched;
+    const double falls_silent = state.visible * -expm1(-rates.silence * time);
+    const double returns = state.silent * -expm1(-rates.recovery * time);
+    const double lost = -expm1(-rates.loss * (dt + time * YOUNG / (double)echoes));
+    const double moved = returns - falls_silent;
+    return (State){(1.0 - lost) * (state.visible + moved), (1.0 - lost) * (state.silent - moved),
+                   state.nothing + lost * (state.visible + state.silent), state.clutter};
+}
+
+static double likelihood(double rate, double expected, double weight)
+{
+    return larger(LEAST_MISSED, 1.0 - expected * rate) + weight * rate;
+}
+
+/* Returns the state after a scan; `expected`: probability that a visible object of the setting's rate had an echo. */
+static State update(State state, bool hit, double llr, double expected, HitRates rates)
+{
+    const double weight = hit ? exp(smaller(MOST_EVIDENCE, llr)) : 0.0;
+    return normalized(state.visible * likelihood(rates.object, expected, weight), state.silent, state.nothing,
+                      state.clutter * likelihood(rates.clutter, expected, weight));
+}
+
+/* Returns the state given log-likelihood ratios of an object over nothing and over clutter. */
+static State apply_likelihood_ratio(State state, double over_nothing, double over_clutter)
+{
+    if (over_nothing == 0.0 && over_clutter == 0.0)
+        return state;
+    return normalized(state.visible, state.silent, state.nothing * exp(-over_nothing),
+                      state.clutter * exp(-over_clutter));
+}
+
+/* --- Hit rate --- */
+
+/* Returns the rates by a track's hits in so many looks: means of the beta laws given these. */
+static HitRates hit_rate_ratio(double hits, double looks, double detection_probability, double crowding, const Model *m)
+{
+    const double weight = m->clutter_looks + crowding * (m->crowded_looks - m->clutter_looks);
+    const double object = (hits + m->object_looks * m->object_hit_rate) / (looks + m->object_looks);
+    const double clutter = (hits + weight * m->clutter_hit_rate) / (looks + weight);
+    return (HitRates){object / detection_probability, clutter / detection_probability};
+}
+
+/* Returns how crowded clutter is, 0 to 1: among hundreds of highlights a second some are seen nearly always. */
+static double crowding_of(double echoes, double dt, const Model *m)
+{
+    if (!(echoes > 0.0 && dt > 0.0))
+        return 0.0;
+    return 1.0 / (1.0 + pow(m->crowd_a_second * dt / echoes, m->crowd_power));
+}
+
+/* --- Features of echoes --- */
+
+static double log_beta(double a, double b)
+{
+    return lgamma(a) + lgamma(b) - lgamma(a + b);
+}
+
+static void update_onset(double *sum, double *count, double echo, const Here *here)
+{
+    *sum += echo < here->model->sharp;
+    *count += 1.0;
+}
+
+/* Beta-binomial: `sum` of `count` echoes are sharp. */
+static double onset_ratio(double sum, double count, const Here *here)
+{
+    const Model *m = here->model;
+    const double slow = count - sum;
+    const double object = log_beta(m->object_sharp + sum, m->object_slow + slow) -
+                          log_beta(m->object_sharp, m->object_slow);
+    const double clutter = log_beta(m->clutter_sharp + sum, m->clutter_slow + slow) -
+                           log_beta(m->clutter_sharp, m->clutter_slow);
+    const double least = count >= m->onset_enough ? -m->onset_against : 0.0;
+    return smaller(m->onset_for, larger(least, object - clutter));
+}
+
+static void update_edge(double *sum, double *count, double echo, const Here *here)
+{
+    const Model *m = here->model;
+    const double share = smaller(1.0 - m->edge_limit, larger(m->edge_limit, echo));
+    *sum = m->edge_fade * *sum + log(share / (1.0 - share));
+    *count = m->edge_fade * *count + 1.0;
+}
+
+/* Normal: the mean of n log-odds has a variance of `edge_variance` (1 + `edge_few` / n) for either. */
+static double edge_ratio(double sum, double count, const Here *here)
+{
+    const Model *m = here->model;
+    const double over = sum - 0.5 * (m->object_edge + m->clutter_edge) * count;
+    const double ratio = (m->object_edge - m->clutter_edge) * over / (m->edge_variance * (count + m->edge_few));
+    return smaller(m->edge_for, larger(-m->edge_against, ratio));
+}
+
+static void update_strength(double *sum, double *count, double echo, const Here *here)
+{
+    *sum += (echo - here->mean_db) / here->sigma_db;
+    *count += 1.0;
+}
+
+/* Objects are of any strength within `span_db`; clutter is logistic, whose tail falls as slowly as an exponential.
+   What is no stronger than clutter on average is taken to be at its mean. */
+static double strength_ratio(double sum, double count, const Here *here)
+{
+    const Model *m = here->model;
+    if (count == 0.0)
+        return 0.0;
+    /* pi / sqrt(3): standard deviation of the logistic law of scale 1 */
+    const double scale = sqrt(m->lasting + (1.0 - m->lasting) / larger(1.0, count)) / 1.8137993642342178;
+    const double over = larger(0.0, sum / count) / scale;
+    const double of_clutter = -over - 2.0 * log1p(exp(-over)) - log(scale * here->sigma_db);
+    const double ratio = here->strength_known * (-log(m->span_db) - of_clutter);
+    return smaller(m->strength_limit, larger(-m->strength_limit, ratio));
+}
+
+/* The last value counts: the filter has put all echoes together. */
+static void update_motion(double *sum, double *count, double at_rest, const Here *here)
+{
+    (void)here;
+    *sum = at_rest;
+    *count = 1.0;
+}
+
+static double motion_ratio(double sum, double count, const Here *here)
+{
+    return count == 0.0 ? 0.0 : smaller(here->model->motion_for, larger(0.0, log(here->static_prior / sum)));
+}
+
+static const struct {
+    void (*update)(double *sum, double *count, double echo, const Here *here);
+    double (*log_ratio)(double sum, double count, const Here *here);
+    bool over_nothing;     /* tells an object from noise, too, not only from clutter */
+    bool spares_confirmed; /* is not held against a confirmed track */
+} FEATURE[FEATURES] = {
+    [ONSET] = {update_onset, onset_ratio, false, true},
+    [LEADING_EDGE] = {update_edge, edge_ratio, false, true},
+    [STRENGTH] = {update_strength, strength_ratio, true, false},
+    [MOTION] = {update_motion, motion_ratio, false, false},
+};
+
+/* Returns the state of track i given what was measured of each feature, number k of these; NULL: of none. */
+static State apply_features(const ExistenceTable *tracks, int64_t i, State state,
+                            const double *const measured[FEATURES], int64_t k, bool confirmed, const Here *here)
+{
+    for (int f = 0; f < FEATURES; f++) {
+        if (!measured[f] || !(measured[f][k] > 0.0))
+            continue;
+        double *sum = tracks->features[f].sum + i, *count = tracks->features[f].count + i;
+        FEATURE[f].update(sum, count, measured[f][k], here);
+        const double ratio = FEATURE[f].log_ratio(*sum, *count, here);
+        const double change = ratio - tracks->features[f].ratio[i];
+        if (confirmed && FEATURE[f].spares_confirmed && change < 0.0)
+            continue;
+        tracks->features[f].ratio[i] = ratio;
+        state = apply_likelihood_ratio(state, FEATURE[f].over_nothing ? change : 0.0, change);
+    }
+    return state;
+}
+
+/* --- Clutter statistics --- */
+
+static int64_t ring_of(double range_m, double nearest, double farthest)
+{
+    const double place = (range_m - nearest) / (farthest - nearest) * RINGS;
+    return (int64_t)smaller(larger(place, 0.0), RINGS - 1.0);
+}
+
+static double echoes_a_scan(const Counts *counts)
+{
+    double sum = 0.0;
+    for (int ring = 0; ring < RINGS; ring++)
+        sum += counts->count[ring];
+    return sum / larger(counts->scans, 1.0);
+}
+
+/* Returns the clutter of a scan. What is known beforehand counts for so many tracks, or echoes. */
+static Clutter clutter_of(const Counts *counts, double nearest, double farthest, const Model *m)
+{
+    Clutter clutter = {.model = m, .counts = counts, .nearest = nearest, .farthest = farthest, .static_prior = 0.5};
+    for (int ring = 0; ring < RINGS; ring++) {
+        clutter.total[0] += counts->count[ring];
+        clutter.total[1] += counts->sum[ring];
+        clutter.total[2] += counts->squares[ring];
+    }
+    const double echoes = square(echoes_a_scan(counts));
+    const double prior = m->calm_share + m->new_share * echoes / (echoes + square(m->many));
+    clutter.share = smaller(m->most_share, (counts->clutter_tracks + m->share_tracks * prior) /
+                                               (counts->ended_tracks + m->share_tracks));
+    return clutter;
+}
+
+/* Returns what clutter is like at a range: strengths of its ring, to which those of all rings add as `pooled` echoes. */
+static Here clutter_at(const Clutter *clutter, double range_m)
+{
+    const Model *m = clutter->model;
+    const Counts *counts = clutter->counts;
+    const int64_t ring = ring_of(range_m, clutter->nearest, clutter->farthest);
+    const double weight = m->pooled / larger(clutter->total[0], LEAST_ECHOES);
+    const double count = larger(counts->count[ring] + weight * clutter->total[0], LEAST_ECHOES);
+    const double mean = (counts->sum[ring] + weight * clutter->total[1]) / count;
+    const double mean_square = (counts->squares[ring] + weight * clutter->total[2]) / count;
+    return (Here){.model = m,
+                  .static_prior = clutter->static_prior,
+                  .mean_db = mean,
+                  .sigma_db = sqrt(larger(square(LEAST_SIGMA_DB), mean_square - square(mean))),
+                  .strength_known = counts->count[ring] / (counts->count[ring] + m->strength_few)};
+}
+
+/* Counts the strengths of the `is_free` echoes, those that no confirmed track explains. */
+KERNEL(clutter_count_strengths,
+       "out " COUNTS ", f8[12,m] echoes, b1[m] free, float nearest, float farthest, " MODEL)
+{
+    Counts *counts = ARRAY(Counts, 0);
+    const EchoRows echoes = echo_rows(ARRAY(double, 1), SIZE(1, 1));
+    const bool *is_free = ARRAY(const bool, 2);
+    const double memory = ARRAY(const Model, 5)->strength_memory;
+    counts->scans = memory * counts->scans + 1.0;
+    for (int ring = 0; ring < RINGS; ring++)
+        counts->count[ring] *= memory, counts->sum[ring] *= memory, counts->squares[ring] *= memory;
+    for (int64_t j = 0; j < SIZE(1, 1); j++) {
+        const double strength = echoes.strength[j];
+        if (!is_free[j] || !(strength > 0.0))
+            continue;
+        const int64_t ring = ring_of(echoes.range_m[j], FLOAT(3), FLOAT(4));
+        counts->count[ring] += 1.0, counts->sum[ring] += strength, counts->squares[ring] += square(strength);
+    }
+}
+
+/* Learns from the tracks that a scan `ended`. Called for every scan: what was counted before fades. */
+KERNEL(clutter_learn, "out " COUNTS ", f8[20,n] tracks, b1[n] ended, " MODEL)
+{
+    Counts *counts = ARRAY(Counts, 0);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 1), SIZE(1, 1));
+    const bool *ended = ARRAY(const bool, 2);
+    const Model *m = ARRAY(const Model, 3);
+    counts->clutter_tracks *= m->share_memory, counts->ended_tracks *= m->share_memory;
+    for (int64_t i = 0; i < SIZE(1, 1); i++) {
+        if (!ended[i])
+            continue;
+        const double clutter = tracks.clutter[i];
+        counts->clutter_tracks += clutter, counts->ended_tracks += clutter + tracks.nothing[i];
+    }
+}
+
+/* --- All tracks of a scan --- */
+
+static State state_of(const ExistenceTable *tracks, int64_t i)
+{
+    return (State){tracks->visible[i], tracks->silent[i], tracks->nothing[i], tracks->clutter[i]};
+}
+
+static void keep(const ExistenceTable *tracks, int64_t i, State state)
+{
+    tracks->visible[i] = state.visible, tracks->silent[i] = state.silent;
+    tracks->nothing[i] = state.nothing, tracks->clutter[i] = state.clutter;
+}
+
+/* Sets tracks from `first` on, one an unexplained echo, given births a scan and false alarms a scan at each. */
+KERNEL(existence_begin,
+       "out f8[20,n] tracks, int first, float births, f8[k] density, f8[k] range_m, f8[k] onset, f8[k] edge, "
+       "f8[k] strength, float nearest, float farthest, " COUNTS ", " MODEL)
+{
+    const int64_t first = INT(1), n = SIZE(0, 1);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
+    const double births = FLOAT(2), *density = ARRAY(const double, 3), *range_m = ARRAY(const double, 4);
+    const double *const measured[FEATURES] = {ARRAY(const double, 5), ARRAY(const double, 6), ARRAY(const double, 7)};
+    const Clutter clutter = clutter_of(ARRAY(const Counts, 10), FLOAT(8), FLOAT(9), ARRAY(const Model, 11));
+    for (int64_t k = 0; k < SIZE(3, 0) && first + k < n; k++) {
+        const int64_t i = first + k;
+        const Here here = clutter_at(&clutter, range_m[k]);
+        const double none = density[k] / (births + density[k]);
+        const State state = {1.0 - none, 0.0, (1.0 - clutter.share) * none, clutter.share * none};
+        tracks.clutter_share[i] = clutter.share;
+        keep(&tracks, i, apply_features(&tracks, i, state, measured, k, false, &here));
+        tracks.first_visible[i] = tracks.visible[i];
+    }
+}
+
+static double logit(double share)
+{
+    return log(share / (1.0 - share));
+}
+
+/* What is the same for all tracks of a scan, `dt` s after the one before. */
+typedef struct {
+    double dt, detection_probability, crowding;
+    Rates rates;
+    const double *const *measured; /* of each feature, (n,) */
+} OfScan;
+
+static void update_track(const ExistenceTable *tracks, int64_t i, const ScanEvidence *evidence, int64_t echoes,
+                         bool hit, bool confirmed, const OfScan *of, const Clutter *clutter, double range_m)
+{
+    const double watched = evidence->watched[i];
+    const Here here = clutter_at(clutter, range_m);
+    State state = predict(state_of(tracks, i), echoes, watched, of->dt, of->rates);
+    const HitRates rates = hit_rate_ratio(tracks->hits[i], tracks->looks[i], of->detection_probability, of->crowding,
+                                          clutter->model);
+    state = update(state, hit, evidence->llr[i], evidence->expected[i], rates);
+    state = apply_features(tracks, i, state, of->measured, i, confirmed, &here);
+    if (confirmed && clutter->share != tracks->clutter_share[i]) {
+        /* what was confirmed before any clutter was known is judged by what is known now */
+        state = apply_likelihood_ratio(state, 0.0, logit(tracks->clutter_share[i]) - logit(clutter->share));
+        tracks->clutter_share[i] = clutter->share;
+    }
+    keep(tracks, i, state);
+    tracks->hits[i] += hit;
+    tracks->looks[i] += hit ? 1.0 : watched;
+}
+
+/* Updates n tracks by a scan, `dt` seconds after the one before. */
+KERNEL(existence_update,
+       "out f8[20,n] tracks, i8[n] echoes, b1[n] confirmed, b1[n] hit, f8[6,n] evidence, f8[n] static, f8[n] range_m, "
+       "float nearest, float farthest, float dt, float silence, float recovery, float loss, float detection_probability, "
+       "float static_prior, " COUNTS ", " MODEL)
+{
+    const int64_t n = SIZE(0, 1), *echoes = ARRAY(const int64_t, 1);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
+    const bool *confirmed = ARRAY(const bool, 2), *hit = ARRAY(const bool, 3);
+    const ScanEvidence evidence = evidence_rows(ARRAY(double, 4), n);
+    const double *const measured[FEATURES] = {evidence.onset, evidence.leading_edge, evidence.strength,
+                                              ARRAY(const double, 5)};
+    const double *range_m = ARRAY(const double, 6), dt = FLOAT(9);
+    const Model *m = ARRAY(const Model, 16);
+    Clutter clutter = clutter_of(ARRAY(const Counts, 15), FLOAT(7), FLOAT(8), m);
+    clutter.static_prior = FLOAT(14);
+    const OfScan of = {dt, FLOAT(13), crowding_of(echoes_a_scan(clutter.counts), dt, m),
+                       {FLOAT(10), FLOAT(11), FLOAT(12)}, measured};
+    for (int64_t i = 0; i < n; i++)
+        update_track(&tracks, i, &evidence, echoes[i], hit[i], confirmed[i], &of, &clutter, range_m[i]);
+}
+
+/* Fills in the probability that a track's object, if it exists, gives echoes; `returned`: that a silent one does. */
+KERNEL(existence_visibilities, "f8[20,n] tracks, float returned, out f8[n] visibility")
+{
+    const int64_t n = SIZE(0, 1);
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), n);
+    double *found = ARRAY(double, 2);
+    for (int64_t i = 0; i < n; i++)
+        found[i] = (tracks.visible[i] + tracks.silent[i] * FLOAT(1)) /
+                   larger(SMALLEST, tracks.visible[i] + tracks.silent[i]);
+}
+
+/* --- The parts, asked by Python: for tests, and to be tried by hand --- */
+
+#define STATE "float visible, float silent, float nothing, float clutter"
+#define STATE_FROM(k) ((State){FLOAT(k), FLOAT((k) + 1), FLOAT((k) + 2), FLOAT((k) + 3)})
+
+static void put(double *out, State state)
+{
+    out[0] = state.visible, out[1] = state.silent, out[2] = state.nothing, out[3] = state.clutter;
+}
+
+KERNEL(existence_predict,
+       STATE ", int echoes, float watched, float dt, float silence, float recovery, float loss, out f8[4] state")
+{
+    put(ARRAY(double, 10),
+        predict(STATE_FROM(0), INT(4), FLOAT(5), FLOAT(6), (Rates){FLOAT(7), FLOAT(8), FLOAT(9)}));
+}
+
+KERNEL(existence_update_one,
+       STATE ", bool hit, float llr, float expected, float of_object, float of_clutter, out f8[4] state")
+{
+    put(ARRAY(double, 9), update(STATE_FROM(0), BOOL(4), FLOAT(5), FLOAT(6), (HitRates){FLOAT(7), FLOAT(8)}));
+}
+
+KERNEL(existence_apply_likelihood_ratio, STATE ", float over_nothing, float over_clutter, out f8[4] state")
+{
+    put(ARRAY(double, 6), apply_likelihood_ratio(STATE_FROM(0), FLOAT(4), FLOAT(5)));
+}
+
+KERNEL_FLOAT(existence_confirmation_probability, "f8[20,n] tracks, int i, float odds_factor")
+{
+    const ExistenceTable tracks = existence_rows(ARRAY(double, 0), SIZE(0, 1));
+    return INT(1) >= 0 && INT(1) < SIZE(0, 1) ? confirmation_probability(&tracks, INT(1), FLOAT(2)) : NAN;
+}
+
+KERNEL(existence_hit_rate_ratio,
+       "float hits, float looks, float detection_probability, float crowding, " MODEL ", out f8[2] rates")
+{
+    const HitRates rates = hit_rate_ratio(FLOAT(0), FLOAT(1), FLOAT(2), FLOAT(3), ARRAY(const Model, 4));
+    double *out = ARRAY(double, 5);
+    out[0] = rates.object, out[1] = rates.clutter;
+}
+
+KERNEL_FLOAT(existence_crowding, "float dt, " COUNTS ", " MODEL)
+{
+    return crowding_of(echoes_a_scan(ARRAY(const Counts, 1)), FLOAT(0), ARRAY(const Model, 2));
+}
+
+KERNEL_FLOAT(existence_clutter_share, COUNTS ", " MODEL)
+{
+    return clutter_of(ARRAY(const Counts, 0), 0.0, 1.0, ARRAY(const Model, 1)).share;
+}
+
+/* Feeds echoes to a feature; returns its log-likelihood ratio. */
+KERNEL_FLOAT(existence_log_ratio,
+             "int feature, f8[k] echoes, float range_m, float nearest, float farthest, " COUNTS ", " MODEL)
+{
+    const Clutter clutter = clutter_of(ARRAY(const Counts, 5), FLOAT(3), FLOAT(4), ARRAY(const Model, 6));
+    const Here here = clutter_at(&clutter, FLOAT(2));
+    const int64_t f = INT(0);
+    double sum = 0.0, count = 0.0;
+    if (f < 0 || f >= FEATURES)
+        return NAN;
+    for (int64_t k = 0; k < SIZE(1, 0); k++)
+        FEATURE[f].update(&sum, &count, ARRAY(const double, 1)[k], &here);
+    return FEATURE[f].log_ratio(sum, count, &here);
+}

@@ -1,0 +1,165 @@
+"""Evidence for the existence of each track, updated once per scan, and what is learned of clutter: see evidence.c."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Ints, Mask
+from ods.compiled import native
+from ods.messages import Sector
+from ods.tracker.existence.model import MODEL
+from ods.tracker.measurement.scan import Echoes
+from ods.tracker.settings import TrackerSettings
+
+CLUTTER_TRACKS, ENDED_TRACKS, SCANS, STRENGTHS = range(4)
+"""Places in the array: weighted counts of tracks, and scans; then, by ring of range, number, sum and sum of squares of
+strengths, dB."""
+RINGS = 10
+LENGTH = STRENGTHS + 3 * RINGS
+ROUNDING = 1e-9
+
+
+class ExistenceTable(NamedTuple):
+    """Of n tracks: (n,) each. `evidence.h` has the same rows."""
+
+    visible: Floats
+    """Probability that there is an object and it gives echoes,"""
+    silent: Floats
+    """that there is one that gives none just now,"""
+    nothing: Floats
+    """that there is none,"""
+    clutter: Floats
+    """and that it is persistent clutter."""
+    first_visible: Floats
+    """`visible` after the first echo."""
+    clutter_share: Floats
+    """Share of clutter among what is no object by which it is judged."""
+    hits: Floats
+    """Echoes after the first, or since it was recalled from the map,"""
+    looks: Floats
+    """and scans that could have had one."""
+    sharp: Floats
+    """Onset: number of sharp echoes,"""
+    onsets: Floats
+    """of so many that measure it;"""
+    onset_ratio: Floats
+    """log-likelihood ratio applied so far."""
+    edges: Floats
+    """Leading edge: fading sum of log-odds,"""
+    edge_echoes: Floats
+    """fading number of echoes,"""
+    edge_ratio: Floats
+    """log-likelihood ratio applied so far."""
+    strengths: Floats
+    """Strength: sum of (strength - mean of clutter) / standard deviation of clutter,"""
+    strength_echoes: Floats
+    """number of echoes,"""
+    strength_ratio: Floats
+    """log-likelihood ratio applied so far."""
+    at_rest: Floats
+    """Motion: probability of rest,"""
+    rests: Floats
+    """1 once that is known;"""
+    motion_ratio: Floats
+    """log-likelihood ratio applied so far."""
+
+
+class ScanEvidence(NamedTuple):
+    """What a scan shows of n tracks: (n,) each."""
+
+    llr: Floats
+    """Log-likelihood ratio of the echo: of the object over a false alarm; 0 where there is none."""
+    watched: Floats
+    """Probability that the sonar looked at the object,"""
+    expected: Floats
+    """and that a visible object would have had an echo."""
+    onset: Floats
+    """Of the echo, see `Detection`; 0: none, not measured, or an echo that is not all of the object and only of it."""
+    leading_edge: Floats
+    """`Detection.front`, likewise."""
+    strength: Floats
+    """Of the echo, dB; 0: none, or not measured."""
+
+
+class NewTrackEvidence(NamedTuple):
+    """What is known of k echoes that no track explains: (k,) each."""
+
+    density: Floats
+    """False alarms a scan if there were as many everywhere as there."""
+    range_m: Floats
+    onset: Floats
+    """Of the echo; 0: not measured."""
+    leading_edge: Floats
+    strength: Floats
+
+
+class ClutterStatistics:
+    """What clutter is like before this bed and this sonar: sums and counts that fade from scan to scan."""
+
+    def __init__(self) -> None:
+        self.values: Floats = np.zeros(LENGTH)
+
+    def save(self) -> list[float]:
+        """Return the array, for a checkpoint."""
+        values: list[float] = self.values.tolist()
+        return values
+
+    def load(self, values: list[float]) -> None:
+        """Go on with a saved array. Raises ValueError for one that cannot be."""
+        found = np.array(values, np.float64)
+        if found.shape != (LENGTH,) or not np.isfinite(found).all():
+            raise ValueError(f"clutter statistics: not {LENGTH} finite numbers")
+        counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
+        if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
+            raise ValueError("clutter statistics: counts below 0, or a part above its whole")
+        self.values = found
+
+    def count_strengths(self, echoes: Echoes, free: Mask, sector: Sector) -> None:
+        """Count the echoes of a scan that no confirmed track explains, (m,) `free`."""
+        span = sector.range_min_m, sector.range_max_m
+        native.clutter_count_strengths(self.values, echoes.table, free, span, MODEL)
+
+    def learn(self, tracks: Floats, ended: Mask) -> None:
+        """Learn from the tracks that a scan ended, (n,), of a table of `ExistenceTable`. Called for every scan."""
+        native.clutter_learn(self.values, tracks, ended, MODEL)
+
+    @property
+    def clutter_share(self) -> float:
+        """Share of persistent clutter among what is no object."""
+        share: float = native.existence_clutter_share(self.values, MODEL)
+        return share
+
+    def crowding(self, dt: float) -> float:
+        """Return how crowded clutter is, 0 to 1; `dt`: from the scan before to the newest, s."""
+        crowding: float = native.existence_crowding(dt, self.values, MODEL)
+        return crowding
+
+
+def begin(
+    table: Floats, first: int, births: float, new: NewTrackEvidence, sector: Sector, clutter: ClutterStatistics
+) -> None:
+    """Set tracks from `first` on in a table of `ExistenceTable`, one an unexplained echo, given births a scan."""
+    span = sector.range_min_m, sector.range_max_m
+    native.existence_begin(table, first, births, new, span, clutter.values, MODEL)
+
+
+def update(
+    table: Floats,
+    seen: tuple[Ints, Mask, Mask],
+    evidence: tuple[Floats, Floats],
+    places: tuple[Floats, Sector],
+    dt: float,
+    settings: TrackerSettings,
+    clutter: ClutterStatistics,
+) -> None:
+    """Judge by a scan, `dt` seconds after the one before; `table`: of `ExistenceTable`.
+
+    seen: (n,) echoes so far, this one too, which tracks are confirmed, and which had an echo; evidence: table of
+    `ScanEvidence`, and (n,) probability of rest; places: (n,) expected ranges, m, and the fan that they are in.
+    """
+    range_m, sector = places
+    span = sector.range_min_m, sector.range_max_m
+    echo = settings.echo
+    rates = echo.silence_rate, echo.return_rate, echo.loss_rate, echo.detection_probability
+    given = rates, settings.motion.static_prior
+    native.existence_update(table, seen, evidence, range_m, span, dt, *given, clutter.values, MODEL)

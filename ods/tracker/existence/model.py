@@ -1,0 +1,95 @@
+"""All numbers of the existence model that are set by hand; evidence.c says how they are used."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class ExistenceModel(NamedTuple):
+    """Looks are scans in which a track could have had an echo; "weight": a prior counts for so many looks or echoes."""
+
+    object_hit_rate: float = 0.85
+    """Mean of the beta law of an object's hit rate,"""
+    object_looks: float = 8.0
+    """and its weight."""
+    clutter_hit_rate: float = 0.3
+    """The same of persistent clutter,"""
+    clutter_looks: float = 12.0
+    """and its weight,"""
+    crowded_looks: float = 8.0
+    """and its weight where clutter is crowded: there more of it is seen in nearly all scans."""
+    crowd_a_second: float = 180.0
+    """Clutter is half crowded with so many of its echoes a second:"""
+    crowd_power: float = 8.0
+    """1 / (1 + (crowd / echoes)^power)."""
+
+    sharp: float = 1.06
+    """An echo that sets in within so many widths of a point is sharp."""
+    object_sharp: float = 3.0
+    """Beta law of an object's share of sharp echoes: sharp ones,"""
+    object_slow: float = 1.5
+    """and others."""
+    clutter_sharp: float = 0.63
+    """The same of clutter's: sharp ones,"""
+    clutter_slow: float = 6.37
+    """and others."""
+    onset_for: float = 3.0
+    """Largest log-likelihood ratio of the onset for an object,"""
+    onset_against: float = 6.0
+    """and against one,"""
+    onset_enough: float = 8.0
+    """which takes so many echoes."""
+    odds_factor: float = 3.3
+    """A new track needs so many times the odds where onsets are measured: a few sharp echoes may be chance."""
+
+    edge_limit: float = 1e-4
+    """No leading edge is more likely an object's than 1 less this, or less likely than this."""
+    object_edge: float = 5.2
+    """Mean log-odds of objects' leading edges: lower than of most, as those among crests count;"""
+    clutter_edge: float = -2.2
+    """and of clutter's."""
+    edge_variance: float = 2.5
+    """Variance of what does not average away, for objects and clutter;"""
+    edge_few: float = 6.0
+    """a mean of n echoes has 1 + edge_few / n times that."""
+    edge_fade: float = 0.85
+    """Share of the sums that an echo leaves of those before: the last seven count."""
+    edge_for: float = 9.0
+    """Largest log-likelihood ratio of the leading edge for an object,"""
+    edge_against: float = 3.0
+    """and against one."""
+
+    lasting: float = 0.4
+    """Share of the variance of clutter's strengths that is one of places, and does not average away."""
+    span_db: float = 20.0
+    """Objects are of any strength within so wide a span."""
+    strength_limit: float = 7.0
+    """Largest log-likelihood ratio of the strength, for and against an object."""
+    pooled: float = 10.0
+    """Strengths of all ranges count for so many echoes at each."""
+    strength_few: float = 10.0
+    """So many echoes tell half of what there is to know of clutter's strengths."""
+
+    motion_for: float = 2.5
+    """Largest log-likelihood ratio of motion for an object; against one it says nothing."""
+
+    calm_share: float = 1e-4
+    """Share of clutter among false tracks before any ended, in calm water;"""
+    new_share: float = 0.1
+    """it rises by this with the echoes a scan that measure a strength: the chain leaves few of noise;"""
+    many: float = 10.0
+    """with so many it has half of that."""
+    share_tracks: float = 30.0
+    """Weight of that prior, tracks."""
+    most_share: float = 0.8
+    """Largest share that is believed: some echoes are of noise everywhere."""
+    share_memory: float = 0.99
+    """Share of the counts of ended tracks that a scan leaves of those before: 15 s at 6.7 scans a second."""
+
+    strength_memory: float = 0.98
+    """The same of clutter's strengths: 7 s."""
+
+
+EXISTENCE = ExistenceModel()
+MODEL = np.array(EXISTENCE)
+"""For C: `Model`."""
