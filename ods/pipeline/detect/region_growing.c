@@ -37,13 +37,14 @@ static inline bool all_up_to(const float *cells, const int64_t count, float leve
 /* Asks for a block of a beam that is soon to be looked at; there may be no such beam. */
 static inline void fetch(const Growth *growth, int64_t beam, int64_t column)
 {
-    const int64_t cell = (smaller_i(beam, growth->beams - 1)) * growth->samples + column;
+    const int64_t cell = smaller_i(beam, growth->beams - 1) * growth->samples + column;
     for (int64_t j = 0; j < BLOCK; j += CELLS_OF_LINE)
         __builtin_prefetch(growth->image + cell + j);
     __builtin_prefetch(growth->visited + cell, 1);
 }
 
-/* Returns the first cell of a beam from `from` on that is above `high`, or NaN; where there is none, one behind the last. */
+/* Returns the first cell of a beam from `from` on that is above `high`, or NaN; where there is none, one behind the
+   last. */
 static int64_t next_high(const Growth *growth, int64_t beam, int64_t from)
 {
     const float *row = growth->image + beam * growth->samples;

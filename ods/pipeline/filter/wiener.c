@@ -49,7 +49,8 @@ static void average_row_of_9(const float *restrict padded, float weight, int64_t
     }
 }
 
-/* Turns the mean squares into variances, in place, and returns their sum: of SUMS sums, as one would wait for itself. */
+/* Turns the mean squares into variances, in place, and returns their sum: of SUMS sums, as one would wait for
+   itself. */
 static float to_variances(const float *restrict mean, int64_t samples, float *restrict square)
 {
     float sums[SUMS] = {0.0f}, total = 0.0f;
