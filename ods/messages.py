@@ -399,6 +399,52 @@ class ObstacleList(msgspec.Struct, frozen=True):
     was processed, or there was no ping."""
 
 
+Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
+"""Horizontal, m."""
+
+
+class Clearance(msgspec.Struct, frozen=True):
+    """Where nothing is, as far as it was looked at: by sectors of bearing around the vehicle's origin, with each list.
+
+    The n sectors are of one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n.
+    Known to be empty is what lies from `clear_from_m` to `clear_to_m`, and nothing else: what is nearer or farther may
+    be unknown as well as taken, and where both are 0 nothing is known. Unknown is what was not insonified, not
+    processed or not seen by the ping (`Detections.unseen`), what lies behind an echo, and all while the list is not
+    valid.
+
+    It is held over pings, for what the fan's vertical opening covered then, and given up by when something that is as
+    fast as `fastest_m_s` could have come from what was not seen. What echoes more faintly than
+    `ObstacleList.heard_from_db` may be there all the same.
+    """
+
+    seq: Count
+    """That of the list that it goes with."""
+    ping_number: int
+    """The ping behind it; -1 when none is."""
+    t_ns: int
+    """Time it is valid for, as the list's."""
+    utc_ns: int
+    valid: bool
+    """As the list's; false: nothing is known to be empty."""
+    clear_from_m: list[Distance]
+    """(n,) of each sector: there the water known to be empty begins,"""
+    clear_to_m: list[Distance]
+    """(n,) and there it ends, two standard deviations before the nearest obstacle or echo at the latest."""
+    nearest_m: list[Distance | None]
+    """(n,) to the edge of the nearest obstacle of the list or, two standard deviations nearer, echo of the ping; none:
+    there is none, which says nothing of what is not known."""
+    pose: PoseAt | None = None
+    """The vehicle's at `t_ns`: the sectors are around its place. None: not known."""
+    site: Site | None = None
+    half_height_m: float = 0.0
+    """The layer that is empty reaches so far above and below the vehicle's origin: `tracker.clearance`."""
+    fastest_m_s: float = 0.0
+    """What is faster may have come in: `tracker.clearance`."""
+    made_ns: Instant = 0
+    """When it was made; 0: not told."""
+    made_utc_ns: Instant = 0
+
+
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """A planner's wish to the sonar process: what is given is set, until the next request; nothing given asks only.
 

@@ -1,5 +1,4 @@
-"""For path planners: the obstacle list, as it comes, with a word of its own when it stays away; what may come near; and
-the sonar's range.
+"""For path planners: the obstacle list as it comes, what may come near, and the sonar's range.
 
 from ods.client import Obstacles, near_misses
 
