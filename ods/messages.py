@@ -2,6 +2,9 @@
 
 Conventions: angles in radians, SI units, world frame NED, body frame FRD, bearing positive to starboard,
 elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is nanoseconds since 1970 (UTC).
+On another machine only UTC means anything. Fields whose name ends in `_ns` are integers of 64 bits, and the only ones
+that may exceed 2^53: as JavaScript's Number, UTC is rounded to 256 ns; ask the decoder for BigInt where that matters
+(`useBigInt64` of @msgpack/msgpack). New ids are below 2^31.
 The reference in docs/messages.md is generated from these types.
 """
 
@@ -29,6 +32,8 @@ Speed = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 Velocity = tuple[Speed, Speed, Speed]
 Uncertainty = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 """rad; what is below 0 is a bad pose."""
+ObjectId = Annotated[int, msgspec.Meta(ge=-(2**53), le=2**53)]
+"""New ones are below 2^31."""
 Height = Annotated[float, msgspec.Meta(ge=0.0, le=2e4)]
 """m, over the bottom; no sea is deeper."""
 Part = Annotated[float, msgspec.Meta(ge=-2.0, le=2.0)]
@@ -278,7 +283,7 @@ class Prediction(msgspec.Struct, frozen=True, gc=False):
 class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
-    id: int
+    id: ObjectId
     state: TrackState
     position_ned: Vector3
     velocity_ned: Vector3
@@ -312,6 +317,29 @@ class Obstacle(msgspec.Struct, frozen=True):
     multipath_of: CountOrNone = -1
     """It is likely no body, but the echo of the obstacle of this id by a longer way (`Detections.second_ways_m`); -1:
     nothing says so. It stays in the list, as a body may stand there."""
+
+
+class Site(msgspec.Struct, frozen=True):
+    """The origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+
+    latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+    longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+
+
+class PoseAt(msgspec.Struct, frozen=True):
+    """The pose of the vehicle's origin, or of the sonar's head, at one instant: from `Pose`s, by interpolation."""
+
+    position_ned: Vector3
+    attitude: Quaternion
+    """w, x, y, z; body, or head, to global."""
+    velocity_ned: Vector3
+    """Of the vehicle's origin, m/s."""
+    sigma_position: Vector3
+    """Standard deviations, m, north east down."""
+    sigma_attitude: Vector3
+    """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
+    extrapolated_s: float = 0.0
+    """Time to the `Pose` that it was carried on from; 0: it lies between two."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
@@ -354,6 +382,67 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
     made_ns: Instant = 0
     """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
+    made_utc_ns: Instant = 0
+    """The same, UTC; 0: not told."""
+    frame: Literal["ned"] = "ned"
+    """Of all places in the list: the local frame, north east down."""
+    site: Site | None = None
+    """The origin of that frame; none: not told."""
+    pose: PoseAt | None = None
+    """The vehicle's at `t_ns`, as it was used; none: not known."""
+    head: PoseAt | None = None
+    """Of the sonar's head at `t_ns`, in whose frame `sector` and `unseen` are; none: not known."""
+    sector: Sector | None = None
+    """What the ping could show; none: there was no ping."""
+    processed_ranges_m: list[tuple[Metres, Metres]] = []
+    """`Detections.processed_ranges_m` of the ping: elsewhere in the sector nobody looked for objects; empty: all of it
+    was processed, or there was no ping."""
+
+
+Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
+"""Horizontal, m."""
+
+
+class Clearance(msgspec.Struct, frozen=True):
+    """Where nothing is, as far as it was looked at: by sectors of bearing around the vehicle's origin, with each list.
+
+    The n sectors are of one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n.
+    Known to be empty is what lies from `clear_from_m` to `clear_to_m`, and nothing else: what is nearer or farther may
+    be unknown as well as taken, and where both are 0 nothing is known. Unknown is what was not insonified, not
+    processed or not seen by the ping (`Detections.unseen`), what lies behind an echo, and all while the list is not
+    valid.
+
+    It is held over pings, for what the fan's vertical opening covered then, and given up by when something that is as
+    fast as `fastest_m_s` could have come from what was not seen. What echoes more faintly than
+    `ObstacleList.heard_from_db` may be there all the same.
+    """
+
+    seq: Count
+    """That of the list that it goes with."""
+    ping_number: int
+    """The ping behind it; -1 when none is."""
+    t_ns: int
+    """Time it is valid for, as the list's."""
+    utc_ns: int
+    valid: bool
+    """As the list's; false: nothing is known to be empty."""
+    clear_from_m: list[Distance]
+    """(n,) of each sector: there the water known to be empty begins,"""
+    clear_to_m: list[Distance]
+    """(n,) and there it ends, two standard deviations before the nearest obstacle or echo at the latest."""
+    nearest_m: list[Distance | None]
+    """(n,) to the edge of the nearest obstacle of the list or, two standard deviations nearer, echo of the ping; none:
+    there is none, which says nothing of what is not known."""
+    pose: PoseAt | None = None
+    """The vehicle's at `t_ns`: the sectors are around its place. None: not known."""
+    site: Site | None = None
+    half_height_m: float = 0.0
+    """The layer that is empty reaches so far above and below the vehicle's origin: `tracker.clearance`."""
+    fastest_m_s: float = 0.0
+    """What is faster may have come in: `tracker.clearance`."""
+    made_ns: Instant = 0
+    """When it was made; 0: not told."""
+    made_utc_ns: Instant = 0
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from ods.base import clock
 from ods.base.geodesy import SiteSettings
-from ods.messages import Detections, ObstacleList, Ping, Pose
+from ods.messages import Clearance, Detections, ObstacleList, Ping, Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineSettings
@@ -147,7 +147,7 @@ class TrackerAlone:
     """A tracker's worker without a bus."""
 
     def __init__(self, folder: Path) -> None:
-        self.lists: list[ObstacleList] = []
+        self.lists: list[ObstacleList | Clearance] = []
         self.counters: Counter[str] = Counter()
         self.process, self.run_dir = PROCESSES["tracker"], folder
         alone: Any = self
@@ -163,7 +163,7 @@ class TrackerAlone:
     def complain_once(self, key: str, _text: str) -> None:
         self.counters[key] += 1
 
-    def publish(self, _topic: str, message: ObstacleList) -> None:
+    def publish(self, _topic: str, message: ObstacleList | Clearance) -> None:
         self.lists.append(message)
 
 

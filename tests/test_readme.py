@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import zmq
 
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, SonarAnswer, SonarRequest
+from ods.messages import Obstacle, ObstacleList, PoseAt, SonarAnswer, SonarRequest
 from ods.runtime import bus
 
 README = Path(__file__).parents[1] / "README.md"
@@ -21,8 +21,10 @@ SONAR_EXAMPLES = [example for example in ALL if "sonar" in example and example n
 ROCK = Obstacle(
     id=7, state="active", position_ned=(31.5, -2.25, 20.0), velocity_ned=(0.0, 0.0, 0.0), radius_m=1.5,
     sigma_position=(0.1, 0.1, 3.0), sigma_velocity=(0.0, 0.0, 0.0), sigma_radius=0.1, first_seen_utc_ns=0,
-    last_seen_utc_ns=0, times_seen=9, existence=1.0, cpa=ClosestApproach(time_s=15.0, distance_m=5.5, sigma_m=0.5),
+    last_seen_utc_ns=0, times_seen=9, existence=1.0,
 )  # fmt: skip
+NORTHBOUND = PoseAt((0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), (1.75, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+"""It is within 5 m of the rock's edge after 14.8 s, looked at once a second."""
 
 
 @pytest.fixture
@@ -42,12 +44,12 @@ def test_planner_example_prints_the_obstacles(example: str, run_dir: Path) -> No
     assert planner.stdout is not None
     try:
         for seq in range(200):
-            publisher.publish("obstacles", ObstacleList(seq, seq, 0, 0, 0, True, [], [ROCK]))
+            publisher.publish("obstacles", ObstacleList(seq, seq, 0, 0, 0, True, [], [ROCK], pose=NORTHBOUND))
             if select.select([planner.stdout], [], [], 0.05)[0]:
                 break
         assert "31.5, -2.25, 20.0" in planner.stdout.readline()
-        if "cpa" in example:
-            assert planner.stdout.readline() == "may come within 5 m in 15 s\n"
+        if "near_misses" in example:
+            assert planner.stdout.readline() == "7 may come within 5 m in 15 s\n"
     finally:
         planner.kill()
         planner.wait()

@@ -1,5 +1,6 @@
 """`ods watch`: a live table of obstacles and health in the terminal."""
 
+import math
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from rich.text import Text
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.messages import Health, ObstacleList
+from ods.messages import Clearance, Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.caution import cautions
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
@@ -35,23 +36,50 @@ def watch(run_dir: Path) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     names = [*(process.name for process in may_be_on_board()), SUPERVISOR]
     newest: ObstacleList | None = None
+    clear: Clearance | None = None
     health: dict[str, Health] = {}
-    with bus.Subscriber(context, run_dir, ["obstacles"], names) as subscriber, Live(console=Console()) as live:
+    with (
+        bus.Subscriber(context, run_dir, ["obstacles", "clearance"], names) as subscriber,
+        Live(console=Console()) as live,
+    ):
         while True:
             received, _ = subscriber.receive(REFRESH_S)
             for _, message in received:
                 if isinstance(message, Health):
                     health[message.process] = message
+                elif isinstance(message, Clearance):
+                    clear = message
                 else:
                     newest = message
             now_ns = clock.monotonic_ns()
             silent = newest is None or _age_s(newest, now_ns) > bus.TOPICS["obstacles"].stale_s
-            live.update(screen(newest, health, now_ns, bus.hindrance(run_dir, "tracker") if silent else ""))
+            hindrance = bus.hindrance(run_dir, "tracker") if silent else ""
+            live.update(screen(newest, health, now_ns, hindrance, None if silent else clear))
 
 
-def screen(newest: ObstacleList | None, health: dict[str, Health], now_ns: int, hindrance: str = "") -> Group:
+def screen(
+    newest: ObstacleList | None,
+    health: dict[str, Health],
+    now_ns: int,
+    hindrance: str = "",
+    clear: Clearance | None = None,
+) -> Group:
     """Return what the terminal shows at `now_ns`; `hindrance`: what keeps the list away, after a colon."""
-    return Group(_verdict(newest, now_ns, hindrance), _obstacles(newest), _processes(health, now_ns))
+    lines = [_verdict(newest, now_ns, hindrance), *([Text(_ahead(clear))] if clear and clear.pose else [])]
+    return Group(*lines, _obstacles(newest), _processes(health, now_ns))
+
+
+def _ahead(clear: Clearance) -> str:
+    """Say how much water is known to be empty straight ahead, and in how many sectors any is."""
+    if clear.pose is None or not clear.clear_to_m:
+        return ""
+    w, x, y, z = clear.pose.attitude
+    heading = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+    count = len(clear.clear_to_m)
+    k = math.floor(heading / (2.0 * math.pi) * count) % count
+    known = sum(to > 0.0 for to in clear.clear_to_m)
+    ahead = f"from {clear.clear_from_m[k]:.0f} to {clear.clear_to_m[k]:.0f} m" if clear.clear_to_m[k] else "not known"
+    return f"clear ahead: {ahead}; something is known in {known} of {count} sectors"
 
 
 def _age_s(newest: ObstacleList, now_ns: int) -> float:

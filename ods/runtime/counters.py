@@ -214,7 +214,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("dropped_messages", "messages dropped: the disk was full, or too slow for longer than "
                    "`record.queue_mb` lasts"),
         *(CounterRow(f"missed_{topic}", f"`{topic}` messages that were published and never came: gaps in `seq`")
-          for topic in ("ping", "pose", "detections", "obstacles", "truth", "raw", "health")),
+          for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "health")),
         CounterRow("oversized_messages", "messages not written, as they are longer than 32 MB"),
         CounterRow("write_failed", "attempts to write that failed", trouble=False),
         CounterRow("deleted_segments", "files deleted as the disk was full: `record.when_full`", trouble=False),

@@ -38,7 +38,10 @@ PROCESSES: dict[str, Process] = {
     for process in (
         Process(
             "record", "everything on the bus to files",
-            reads=("ping", "pose", "detections", "obstacles", "truth", "raw", "sonar-requests", "sonar-answers"),
+            reads=(
+                "ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "sonar-requests",
+                "sonar-answers",
+            ),
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
@@ -48,7 +51,8 @@ PROCESSES: dict[str, Process] = {
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
         ),
         Process(
-            "tracker", "detections and pose to obstacles", reads=("detections", "pose"), publishes=("obstacles",),
+            "tracker", "detections and pose to obstacles", reads=("detections", "pose"),
+            publishes=("obstacles", "clearance"),
             worker="ods.tracker.service:TrackerWorker", settings="ods.tracker.settings:TrackerConfig",
             watches=("sonar", "pipeline", "nav"),
         ),

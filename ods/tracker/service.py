@@ -13,7 +13,8 @@ from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
 from ods.tracker.checkpoint import Checkpoints
-from ods.tracker.ids import provisional_first_id, reserved_id
+from ods.tracker.clearance.clearance import ClearanceKeeper
+from ods.tracker.ids import first_of, provisional_first_id, reserved_id
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
@@ -41,6 +42,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._told: set[int] = set()
         """Ids of the last list."""
         self._mission: MissionTracker
+        self._clearance = ClearanceKeeper(settings.tracker.clearance)
 
     def start(self) -> None:
         """Go on where a tracker that was killed left off, and warm up while the map is read."""
@@ -121,7 +123,7 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._work_off()
         now_ns = clock.monotonic_ns()
         if self._mission.silent_list_due(now_ns):
-            self._publish(self._mission.silent_list(now_ns), now_ns)
+            self._publish(self._mission.silent_list(now_ns), None, now_ns)
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
@@ -157,15 +159,15 @@ class TrackerWorker(Worker[TrackerConfig]):
         told = self._mission.track(scan, now_ns)
         if told is not None:
             self._map.note(told.hibernated, told.gone)
-            self._publish(told.message, now_ns)
+            self._publish(told.message, scan, now_ns)
 
     def _look_after_map(self, now_ns: int) -> None:
         known = self._map.poll(now_ns, self._mission.tracker.next_id)
         if known is not None:
-            first_id = None if known.first_id is None else max(known.first_id, self._least_id)
+            first_id = None if known.first_id is None else first_of(known.first_id, self._least_id)
             self._mission.tracker.join(known.objects, first_id)
 
-    def _publish(self, message: ObstacleList, now_ns: int) -> None:
+    def _publish(self, message: ObstacleList, scan: Detections | None, now_ns: int) -> None:
         told = {o.id for o in message.obstacles}
         if told <= self._told:
             self.service.publish("obstacles", message)
@@ -174,3 +176,4 @@ class TrackerWorker(Worker[TrackerConfig]):
             self._leave(now_ns)  # or an object might be heard of that a next tracker does not know
             self.service.publish("obstacles", message)
         self._told = told
+        self.service.publish("clearance", self._clearance.after(message, scan))

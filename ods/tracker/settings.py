@@ -139,6 +139,19 @@ class SurfaceSettings(Settings, frozen=True):
     """What is known to hang lower under the surface is no wave, m."""
 
 
+class ClearanceSettings(Settings, frozen=True):
+    """The message `clearance`: what is known to be empty around the vehicle."""
+
+    sectors: Annotated[int, msgspec.Meta(ge=8, le=360), slider(8, 360)] = 72
+    """So many sectors of bearing, from north clockwise."""
+    half_height_m: Annotated[NonNegative, slider(0.1, 5.0, log=True, unit="m")] = 0.3
+    """Water counts as looked at where the fan covers so much above and below the vehicle's origin, m."""
+    fastest_m_s: Annotated[Positive, slider(0.1, 10.0, log=True, unit="m/s")] = 2.0
+    """Something so fast may come into water that is not looked at any more, m/s,"""
+    fastest_vertical_m_s: Annotated[Positive, slider(0.05, 5.0, log=True, unit="m/s")] = 0.5
+    """and so fast from above and below, m/s."""
+
+
 class MapSettings(Settings, frozen=True):
     """The store of hibernated objects."""
 
@@ -165,6 +178,7 @@ class TrackerSettings(Settings, frozen=True):
     planner: PlannerSettings = PlannerSettings()
     bottom: BottomSettings = BottomSettings()
     surface: SurfaceSettings = SurfaceSettings()
+    clearance: ClearanceSettings = ClearanceSettings()
     map: MapSettings = MapSettings()
     resume_within_s: Annotated[NonNegativeSeconds, slider(0.0, 60.0, step=1.0, unit="s")] = 10.0
     """A tracker that was killed goes on with its objects if it is up again within this time; 0: never."""

@@ -1,5 +1,6 @@
 """What `ods watch` shows: obstacles, and above all what is not right."""
 
+import math
 from io import StringIO
 
 import msgspec
@@ -7,7 +8,7 @@ from rich.console import Console
 
 from ods.base.clock import NS
 from ods.commands.watch import screen
-from ods.messages import ClosestApproach, Health, Obstacle, ObstacleList, UnseenPart
+from ods.messages import Clearance, ClosestApproach, Health, Obstacle, ObstacleList, PoseAt, UnseenPart
 
 NOW = 100 * NS
 SEEN = Obstacle(
@@ -48,6 +49,21 @@ def test_an_obstacle_is_shown_with_its_uncertainty() -> None:
         "42",
     ):
         assert part in text
+
+
+def test_how_far_it_is_clear_ahead_is_one_line() -> None:
+    half = math.radians(-40.0)
+    west = PoseAt((0.0, 0.0, 5.0), (math.cos(half), 0.0, 0.0, math.sin(half)), (0.0,) * 3, (0.0,) * 3, (0.0,) * 3)
+    to_m = [0.0] * 8
+    to_m[6] = 42.0  # 270 to 315 deg
+    clear = Clearance(1, 9, NOW, 0, True, [3.0 if each else 0.0 for each in to_m], to_m, [None] * 8, pose=west)
+    console = Console(width=200, record=True, file=StringIO())
+    console.print(screen(picture(0.1), {}, NOW, "", clear))
+    north = msgspec.structs.replace(west, attitude=(1.0, 0.0, 0.0, 0.0))
+    console.print(screen(picture(0.1), {}, NOW, "", msgspec.structs.replace(clear, pose=north)))
+    text = console.export_text()
+    assert "clear ahead: from 3 to 42 m; something is known in 1 of 8 sectors" in text
+    assert "clear ahead: not known; something is known in 1 of 8 sectors" in text
 
 
 def test_a_list_of_a_far_range_is_as_old_as_it_was_made() -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import zmq
 
 from ods.base import clock
-from ods.messages import Detection, Detections, Health, ObstacleList, Pose
+from ods.messages import Clearance, Detection, Detections, Health, ObstacleList, Pose
 from ods.runtime import bus
 from tests.tracker.samples import SECTOR
 
@@ -55,6 +55,7 @@ class Chain:
         """`settings`: what SETTINGS leave out of `[tracker]`; `environment`: what the tracker's has beside our own."""
         self.folder = folder
         self.lists: list[ObstacleList] = []
+        self.clearances: list[Clearance] = []
         self.health: Health | None = None
         self.alive = {"sonar", "pipeline", "nav"}
         self.problems: dict[str, list[str]] = {}
@@ -75,7 +76,7 @@ class Chain:
         """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._publishers = {name: bus.Publisher(self._context, folder, name) for name in ("sonar", "pipeline", "nav")}
-        self._subscriber = bus.Subscriber(self._context, folder, ["obstacles"], ["tracker"])
+        self._subscriber = bus.Subscriber(self._context, folder, ["obstacles", "clearance"], ["tracker"])
         self._count = 0
         self._environment = os.environ | environment
         self.settings: dict[str, object] = SETTINGS | dict(settings)
@@ -103,6 +104,8 @@ class Chain:
                     self.lists.append(message)
                     if wanted(self.lists[-1]):
                         return self.lists[-1]
+                elif topic == "clearance":
+                    self.clearances.append(message)
                 else:
                     self.health = message
         raise AssertionError((self.lists[-1:], self.health))

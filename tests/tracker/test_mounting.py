@@ -75,8 +75,9 @@ class Desk:
         self.worker = TrackerWorker(cast(Service, service), config)
         self.worker.start()
 
-    def publish(self, _topic: str, message: Any) -> None:
-        self.lists.append(message)
+    def publish(self, topic: str, message: Any) -> None:
+        if topic == "obstacles":
+            self.lists.append(message)
 
     def place(self, found: list[Detections], body: Rotation) -> Place:
         """Track; return the place of the one obstacle."""

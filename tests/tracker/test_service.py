@@ -13,6 +13,7 @@ from ods.messages import ObstacleList
 from ods.tracker.map.store import open_map
 from ods.tracker.output.validity import AWAY_S
 from tests.tracker.played import LISTENING_NS, Chain, good, played, says
+from tests.tracker.samples import RANGE_MAX_M
 
 pytestmark = pytest.mark.slow
 
@@ -35,8 +36,17 @@ def test_pings_make_lists_and_silence_makes_reasons(chain: Chain) -> None:
     assert approach is not None
     assert approach.distance_m == pytest.approx(40.0 - message.obstacles[0].radius_m, abs=0.5)
 
+    chain.until(lambda _: any(max(each.clear_to_m) for each in chain.clearances))
+    clear = next(each for each in reversed(chain.clearances) if max(each.clear_to_m))
+    assert clear.valid
+    assert clear.seq in [each.seq for each in chain.lists]
+    assert 30.0 < max(clear.clear_to_m) < RANGE_MAX_M  # it looks north, and has two objects before it
+    assert clear.clear_to_m[len(clear.clear_to_m) // 2] == 0.0
+
     chain.pings = False
     silent = chain.until(says("no ping for 1."))
+    chain.until(lambda _: not chain.clearances[-1].valid)
+    assert max(chain.clearances[-1].clear_to_m) == 0.0
     assert (silent.ping_number, silent.t_rx_ns) == (-1, 0)
     assert len(silent.obstacles) == 2  # the full picture goes on
     first = chain.until(lambda _: True)

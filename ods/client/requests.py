@@ -1,98 +1,17 @@
-"""For path planners: the obstacle list, as it comes, with a word of its own when it stays away; and the sonar's range.
+"""Requests: the sonar's range, and what a live replay shall do."""
 
-from ods.client import Obstacles
-
-for picture in Obstacles("/run/ods"):
-    if not picture.valid:
-        print("do not rely on it:", picture.reasons)
-    for obstacle in picture.obstacles:
-        print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
-
-Sonar("/run/ods").set_range(50.0)
-Replay("/run/ods").step()
-"""
-
-import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Generic, TypeVar
 
 import msgspec
 import zmq
 
-from ods.base import clock
 from ods.base.errors import OdsError
-from ods.messages import (
-    ClosestApproach,
-    Obstacle,
-    ObstacleList,
-    Prediction,
-    ReplayAnswer,
-    ReplayRequest,
-    SonarAnswer,
-    SonarRequest,
-    UnseenPart,
-)
+from ods.messages import ReplayAnswer, ReplayRequest, SonarAnswer, SonarRequest
 from ods.runtime import bus
-from ods.runtime.processes import SUPERVISOR
-
-__all__ = [
-    "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Replay", "ReplayAnswer", "ReplayError",
-    "ReplayRequest", "Sonar", "SonarAnswer", "SonarError", "SonarRequest", "UnseenPart",
-]  # fmt: skip
 
 RequestT = TypeVar("RequestT", bound=msgspec.Struct)
 AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer)
-
-
-class Obstacles:
-    """Iterates over obstacle lists: each call of next() returns the newest one, however long nobody called.
-
-    A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
-    """
-
-    def __init__(self, run_dir: str | Path, stale_s: float = bus.TOPICS["obstacles"].stale_s) -> None:
-        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._run_dir = Path(run_dir)
-        self._subscriber = bus.Subscriber(self._context, self._run_dir, ["obstacles"], [SUPERVISOR])
-        self._stale_s = stale_s
-        self._last: ObstacleList | None = None
-        self._last_ns = clock.monotonic_ns()
-        self._why = ""
-
-    def __iter__(self) -> Iterator[ObstacleList]:
-        while True:
-            yield self.next()
-
-    def next(self) -> ObstacleList:
-        """Wait for the next list, at most `stale_s`."""
-        deadline_s = time.monotonic() + self._stale_s
-        while (left_s := deadline_s - time.monotonic()) > 0.0:
-            for _, message in reversed(self._subscriber.receive(left_s)[0]):
-                if isinstance(message, ObstacleList):
-                    now = clock.monotonic_ns()
-                    self._last, self._last_ns = message, message.made_ns or now
-                    if now - self._last_ns > self._stale_s * clock.NS:
-                        break  # nobody read for long: a full queue keeps the oldest, newer lists are on their way
-                    self._why = ""
-                    return message
-                if message.process == "tracker":
-                    self._why = "; " + "; ".join(message.problems)
-        return self._silence()
-
-    def _silence(self) -> ObstacleList:
-        now = clock.monotonic_ns()
-        silent_s = (now - self._last_ns) / clock.NS
-        why = self._why or bus.hindrance(self._run_dir, "tracker")
-        reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
-        if self._last is None:
-            return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
-        return msgspec.structs.replace(self._last, valid=False, reasons=[reason])
-
-    def close(self) -> None:
-        """Give the socket back."""
-        self._subscriber.close()
-        self._context.term()
 
 
 class SonarError(OdsError):

@@ -1,0 +1,37 @@
+"""For path planners: the obstacle list as it comes, what may come near, and the sonar's range.
+
+from ods.client import Obstacles, near_misses
+
+for picture in Obstacles("/run/ods"):
+    if not picture.valid:
+        print("do not rely on it:", picture.reasons)
+    for obstacle in picture.obstacles:
+        print(obstacle.id, obstacle.state, obstacle.position_ned, obstacle.radius_m)
+    for miss in near_misses(picture, within_m=5.0, horizon_s=60.0):
+        print(miss.obstacle.id, "may come within 5 m in", miss.time_s, "s")
+
+Sonar("/run/ods").set_range(50.0)
+Replay("/run/ods").step()
+"""
+
+from ods.client.ahead import Ahead, at
+from ods.client.lists import NoListError, Obstacles
+from ods.client.near_misses import NearMiss, near_misses
+from ods.client.requests import Replay, ReplayError, Sonar, SonarError
+from ods.messages import (
+    ClosestApproach,
+    Obstacle,
+    ObstacleList,
+    Prediction,
+    ReplayAnswer,
+    ReplayRequest,
+    SonarAnswer,
+    SonarRequest,
+    UnseenPart,
+)
+
+__all__ = [
+    "Ahead", "ClosestApproach", "NearMiss", "NoListError", "Obstacle", "ObstacleList", "Obstacles", "Prediction",
+    "Replay", "ReplayAnswer", "ReplayError", "ReplayRequest", "Sonar", "SonarAnswer", "SonarError", "SonarRequest",
+    "UnseenPart", "at", "near_misses",
+]  # fmt: skip

@@ -1,0 +1,78 @@
+"""The obstacle list as it comes, with a word of its own when it stays away."""
+
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import zmq
+
+from ods.base import clock
+from ods.base.errors import OdsError
+from ods.client.ahead import Ahead, at
+from ods.messages import ObstacleList
+from ods.runtime import bus
+from ods.runtime.processes import SUPERVISOR
+
+
+class NoListError(OdsError):
+    """No obstacle list came yet: nothing can be said of obstacles, nor that there are none."""
+
+
+class Obstacles:
+    """Iterates over obstacle lists: each call of next() returns the newest one, however long nobody called.
+
+    A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
+    """
+
+    def __init__(self, run_dir: str | Path, stale_s: float = bus.TOPICS["obstacles"].stale_s) -> None:
+        self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        self._run_dir = Path(run_dir)
+        self._subscriber = bus.Subscriber(self._context, self._run_dir, ["obstacles"], [SUPERVISOR])
+        self._stale_s = stale_s
+        self._last: ObstacleList | None = None
+        self._last_ns = clock.monotonic_ns()
+        self._why = ""
+
+    def __iter__(self) -> Iterator[ObstacleList]:
+        while True:
+            yield self.next()
+
+    def next(self) -> ObstacleList:
+        """Wait for the next list, at most `stale_s`."""
+        deadline_s = time.monotonic() + self._stale_s
+        while (left_s := deadline_s - time.monotonic()) > 0.0:
+            for _, message in reversed(self._subscriber.receive(left_s)[0]):
+                if isinstance(message, ObstacleList):
+                    now = clock.monotonic_ns()
+                    self._last, self._last_ns = message, message.made_ns or now
+                    if now - self._last_ns > self._stale_s * clock.NS:
+                        break  # nobody read for long: a full queue keeps the oldest, newer lists are on their way
+                    self._why = ""
+                    return message
+                if message.process == "tracker":
+                    self._why = "; " + "; ".join(message.problems)
+        return self._silence()
+
+    def at(self, t_ns: int) -> list[Ahead]:
+        """Return where the obstacles of the newest list that came are at `t_ns`, CLOCK_MONOTONIC. Raises NoListError.
+
+        They say nothing of whether that list is valid, nor of how old it is.
+        """
+        if self._last is None:
+            raise NoListError("no obstacle list came yet")
+        return at(self._last, t_ns)
+
+    def _silence(self) -> ObstacleList:
+        now = clock.monotonic_ns()
+        silent_s = (now - self._last_ns) / clock.NS
+        why = self._why or bus.hindrance(self._run_dir, "tracker")
+        reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
+        if self._last is None:
+            return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
+        return msgspec.structs.replace(self._last, valid=False, reasons=[reason])
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._subscriber.close()
+        self._context.term()

@@ -1,0 +1,137 @@
+"""The message to the planner: what is known to be empty, held over pings, never what is not known."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.base.clock import NS
+from ods.base.geometry import body_to_global, polar_to_body, rotation_matrix, wrap_angle
+from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleList, PoseAt
+from ods.tracker.clearance.fan_mask import SIGMAS, extent_of, fan_mask
+from ods.tracker.clearance.free_grid import FreeGrid, Head
+from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
+from ods.tracker.settings import ClearanceSettings
+
+FAR_TURN_S = 5.0
+"""A rate of turn is that between two pings no farther apart; else it is not known."""
+
+
+class ClearanceKeeper:
+    """Goes on from list to list. A list that is not valid makes it forget: then nothing is known to be empty."""
+
+    def __init__(self, settings: ClearanceSettings) -> None:
+        self._settings = settings
+        self._grid: FreeGrid | None = None
+        self._before: tuple[int, float] | None = None
+        """When the head looked where: t_ns and azimuth."""
+
+    def after(self, told: ObstacleList, shown: Detections | None) -> Clearance:
+        """Return what goes with a list; `shown`: the detections behind it, if there are any."""
+        if told.valid and told.pose is not None and told.head is not None and shown is not None:
+            self._look(told.pose, told.head, shown)
+        else:
+            self._grid = self._before = None
+        return self._message(told, shown)
+
+    def _look(self, pose: PoseAt, pose_of_head: PoseAt, shown: Detections) -> None:
+        sector = shown.sector
+        if not sector.range_max_m > 0.0:
+            self._grid = None
+            return
+        if self._grid is None or not self._grid.fits(sector.range_max_m):
+            self._grid = FreeGrid(sector.range_max_m, self._settings)
+        self._grid.move(np.array(pose.position_ned))
+        head = Head(np.array(pose_of_head.position_ned), rotation_matrix(np.array(pose_of_head.attitude)))
+        turn = self._turn_until_heard(head, shown)
+        if not shown.usable:
+            return
+        echoes = [echo for echo in shown.detections if _is_sound(echo)]
+        mask = fan_mask(sector, shown.processed_ranges_m, shown.unseen, echoes, turn)
+        if mask is not None:
+            self._grid.look(shown.t_ns / NS, mask, head)
+
+    def _turn_until_heard(self, head: Head, shown: Detections) -> float:
+        """Return by how much the head turns until the farthest echo is back, rad; infinite if that is not known."""
+        azimuth = math.atan2(head.turned[1, 0], head.turned[0, 0])
+        before, self._before = self._before, (shown.t_ns, azimuth)
+        if before is None or not shown.sound_speed > 0.0:
+            return math.inf
+        since_s = (shown.t_ns - before[0]) / NS
+        if not 0.0 < since_s <= FAR_TURN_S:
+            return math.inf
+        turned = abs(math.remainder(azimuth - before[1], 2.0 * math.pi))
+        return turned / since_s * 2.0 * shown.sector.range_max_m / shown.sound_speed
+
+    def _message(self, told: ObstacleList, shown: Detections | None) -> Clearance:
+        n = self._settings.sectors
+        bodies = _bodies(told, shown)
+        to_m, from_m = np.zeros(n), np.zeros(n)
+        if self._grid is not None:
+            from_m, to_m = clear_water(self._grid.free(told.t_ns / NS), self._grid.cell_m, n)
+            to_m = np.minimum(to_m, nearest_body(bodies, n, SIGMAS))
+            if told.left_out:
+                to_m = np.minimum(to_m, max(bodies.distance_m, default=0.0))
+            nothing = to_m <= from_m
+            from_m[nothing] = to_m[nothing] = 0.0
+        nearest = nearest_body(bodies, n).tolist()
+        return Clearance(
+            seq=told.seq,
+            ping_number=told.ping_number,
+            t_ns=told.t_ns,
+            utc_ns=told.utc_ns,
+            valid=told.valid,
+            clear_from_m=from_m.tolist(),
+            clear_to_m=to_m.tolist(),
+            nearest_m=[distance if math.isfinite(distance) else None for distance in nearest],
+            pose=told.pose,
+            site=told.site,
+            half_height_m=self._settings.half_height_m,
+            fastest_m_s=self._settings.fastest_m_s,
+            made_ns=told.made_ns,
+            made_utc_ns=told.made_utc_ns,
+        )
+
+
+def _bodies(told: ObstacleList, shown: Detections | None) -> Bodies:
+    """Return the obstacles of a list and the echoes of its ping, as seen from the vehicle; none without its pose."""
+    if told.pose is None:
+        return Bodies(*np.zeros((4, 0)))
+    place = told.pose.position_ned
+    found = np.array([_of_obstacle(each, place) for each in told.obstacles if each.state != "terminated"])
+    bodies = found.reshape(-1, 4).T
+    if told.head is not None and shown is not None:
+        bodies = np.hstack(
+            [bodies, _of_echoes([each for each in shown.detections if _is_sound(each)], told.head, place)]
+        )
+    return Bodies(*bodies)
+
+
+_Body = tuple[float, float, float, float]
+"""Azimuth, half width, distance, standard deviation."""
+
+
+def _of_obstacle(obstacle: Obstacle, place: Sequence[float]) -> _Body:
+    north, east = (obstacle.position_ned[axis] - place[axis] for axis in (0, 1))
+    sigma = math.hypot(max(obstacle.sigma_position[:2]), obstacle.sigma_radius)
+    away, wide = math.hypot(north, east), obstacle.radius_m + SIGMAS * sigma
+    half = math.pi if away <= wide else math.asin(wide / away)
+    return math.atan2(east, north), half, max(away - obstacle.radius_m, 0.0), sigma
+
+
+def _of_echoes(echoes: list[Detection], head: PoseAt, place: Sequence[float]) -> Floats:
+    """Return (4, m) echoes as seen from the vehicle: each by its near edge, in the middle and at both sides."""
+    extents = [(*extent_of(echo), echo.bearing_rad, echo.elevation_rad) for echo in echoes]
+    near, _, half, bearing, elevation = np.array(extents, np.float64).reshape(-1, 5).T[..., None]
+    edge = polar_to_body(near, bearing + half * np.array([0.0, -1.0, 1.0]), elevation)
+    points = body_to_global(edge, np.array(head.position_ned) - np.array(place), np.array(head.attitude))
+    azimuth = np.arctan2(points[..., 1], points[..., 0])
+    half_width = np.abs(wrap_angle(azimuth - azimuth[:, :1])).max(axis=1)
+    distance = np.hypot(points[..., 0], points[..., 1]).min(axis=1)
+    return np.stack([azimuth[:, 0], half_width, distance, np.zeros(len(echoes))])
+
+
+def _is_sound(echo: Detection) -> bool:
+    near, far, half = extent_of(echo)
+    return math.isfinite(near + far + half + echo.bearing_rad + echo.elevation_rad)

@@ -1,0 +1,99 @@
+"""What a ping showed to be empty, and where it heard something, over bearing and range in the frame of the head."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Mask
+from ods.messages import Detection, Sector, UnseenPart
+
+BEARINGS, RANGES = 128, 128
+SIGMAS = 2.0
+"""Echoes may be by so many standard deviations nearer and wider."""
+
+
+class FanMask(NamedTuple):
+    """(BEARINGS, RANGES) each, evenly spaced over the sector."""
+
+    sector: Sector
+    empty: Mask
+    """It was insonified and processed, and nothing was heard there, nor nearer on the same bearing."""
+    heard: Mask
+    """Something was heard there."""
+
+    def at(self, bearing: Floats, range_m: Floats) -> tuple[Mask, Mask]:
+        """Return both at places; outside of the sector neither."""
+        low, high = self.sector.bearing_min_rad, self.sector.bearing_max_rad
+        near, far = self.sector.range_min_m, self.sector.range_max_m
+        inside = (bearing >= low) & (bearing < high) & (range_m >= near) & (range_m < far)
+        column = ((bearing - low) * (BEARINGS / (high - low))).astype(np.intp)
+        row = ((range_m - near) * (RANGES / (far - near))).astype(np.intp)
+        cell = np.clip(column, 0, BEARINGS - 1) * RANGES + np.clip(row, 0, RANGES - 1)
+        return inside & self.empty.ravel()[cell], inside & self.heard.ravel()[cell]
+
+
+def fan_mask(
+    sector: Sector,
+    processed_ranges_m: Sequence[tuple[float, float]],
+    unseen: Sequence[UnseenPart],
+    echoes: Sequence[Detection],
+    turn_rad: float = 0.0,
+) -> FanMask | None:
+    """Return what a ping showed; None: nothing, as its sector makes no sense.
+
+    turn_rad: by how much the head turned until the last echo was back: the borders are so uncertain.
+    """
+    borders = sector.bearing_min_rad, sector.bearing_max_rad, sector.range_min_m, sector.range_max_m
+    if not math.isfinite(sum(borders)) or borders[0] >= borders[1] or borders[2] >= borders[3]:
+        return None
+    empty = np.zeros((BEARINGS, RANGES), bool)
+    heard = np.zeros_like(empty)
+    for near, far in processed_ranges_m or [(borders[2], borders[3])]:
+        empty[:, _within(near, far, borders[2], borders[3], RANGES)] = True
+    for part in unseen:
+        bearings = _touched(part.bearing_min_rad, part.bearing_max_rad, borders[0], borders[1], BEARINGS)
+        empty[bearings, _touched(part.range_min_m, part.range_max_m, borders[2], borders[3], RANGES)] = False
+    for echo in echoes:
+        near, far, half = extent_of(echo)
+        bearings = _touched(echo.bearing_rad - half, echo.bearing_rad + half, borders[0], borders[1], BEARINGS)
+        ranges = _touched(near, far, borders[2], borders[3], RANGES)
+        heard[bearings, ranges] = True
+        empty[bearings, ranges.start :] = False
+    if not turn_rad < borders[1] - borders[0]:  # not known, or too much
+        empty[:] = False
+    edge = math.ceil(min(turn_rad / (borders[1] - borders[0]), 1.0) * BEARINGS) if turn_rad > 0.0 else 0
+    empty[:edge] = empty[BEARINGS - edge :] = False
+    return FanMask(sector, empty, heard)
+
+
+def extent_of(echo: Detection) -> tuple[float, float, float]:
+    """Return how near and how far an echo may be, m, and half its width, rad."""
+    near = echo.near_m - SIGMAS * echo.sigma_near_m
+    if not echo.sigma_near_m > 0.0:  # not told
+        near = echo.range_m - echo.radius_m - SIGMAS * echo.sigma_range_m
+    far = max(echo.range_m + echo.radius_m, near + echo.range_extent_m)
+    half = 0.5 * echo.bearing_extent_rad + SIGMAS * echo.sigma_bearing_rad
+    return max(near, 0.0), far, min(half, math.pi)
+
+
+def _touched(low: float, high: float, first: float, last: float, count: int) -> slice:
+    """Return the cells of [first, last] that [low, high] touches; all for what is no number."""
+    if not math.isfinite(low + high):
+        return slice(0, count)
+    per = count / (last - first)
+    return slice(_bounded(math.floor((low - first) * per), count), _bounded(math.ceil((high - first) * per), count))
+
+
+def _within(low: float, high: float, first: float, last: float, count: int) -> slice:
+    """Return the cells of [first, last] that lie in [low, high] as a whole; none for what is no number."""
+    if not math.isfinite(low + high):
+        return slice(0, 0)
+    per, slack = count / (last - first), 1e-9
+    start, stop = math.ceil((low - first) * per - slack), math.floor((high - first) * per + slack)
+    return slice(_bounded(start, count), _bounded(stop, count))
+
+
+def _bounded(index: int, count: int) -> int:
+    return min(max(index, 0), count)

@@ -1,0 +1,127 @@
+"""The water around the vehicle in square cells: until when each is known to be empty.
+
+What was seen to be empty stays so until something could have moved in, by the shortest way from what was not seen.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Mask
+from ods.tracker.clearance.fan_mask import FanMask
+from ods.tracker.settings import ClearanceSettings
+
+REACH = 80
+"""Cells from the vehicle's to the border."""
+ROOM = 1.05
+"""The grid reaches so many times as far as the sonar; it is made anew when the sonar's range has outgrown it,"""
+SMALLEST = 0.4
+"""or is less than this share of it."""
+SIDE = 2 * REACH + 1
+HALF_DIAGONAL = math.sqrt(0.5)
+"""Of a cell, in cells."""
+NEVER = -1e18
+
+
+class Head(NamedTuple):
+    """The sonar's head."""
+
+    place: Floats
+    """(3,) NED, m."""
+    turned: Floats
+    """(3, 3) head to global."""
+
+
+class FreeGrid:
+    """Cells of `cell_m`, north and east, with the vehicle in the middle one. Times are s since any instant."""
+
+    def __init__(self, range_m: float, settings: ClearanceSettings) -> None:
+        self.cell_m = ROOM * range_m / REACH
+        self._settings = settings
+        self._free_until = np.full((SIDE, SIDE), NEVER)
+        self._middle: tuple[int, int] | None = None
+        self._down = 0.0
+
+    def fits(self, range_m: float) -> bool:
+        """Tell whether the grid is made for a sonar of this range."""
+        return SMALLEST * REACH * self.cell_m <= range_m <= REACH * self.cell_m
+
+    def free(self, t_s: float) -> Mask:
+        """Return (SIDE, SIDE) which cells are known to be empty; rows north, columns east."""
+        return np.asarray(self._free_until >= t_s)
+
+    def move(self, place: Floats) -> None:
+        """Let the vehicle be at `place`, (3,) NED. The layer that is looked at goes down and up with it.
+
+        By as much as it does, what is above and below is nearer to the layer.
+        """
+        north, east = (math.floor(float(p) / self.cell_m) for p in place[:2])
+        if self._middle is not None:
+            self._scroll(north - self._middle[0], east - self._middle[1])
+            self._free_until -= abs(float(place[2]) - self._down) / self._settings.fastest_vertical_m_s
+        self._middle, self._down = (north, east), float(place[2])
+
+    def _scroll(self, north: int, east: int) -> None:
+        for axis, steps in enumerate((north, east)):
+            if not steps:
+                continue
+            self._free_until = np.roll(self._free_until, -steps, axis)
+            fresh = slice(max(0, SIDE - steps), SIDE) if steps > 0 else slice(0, min(SIDE, -steps))
+            self._free_until[(slice(None),) * axis + (fresh,)] = NEVER
+
+    def look(self, t_s: float, mask: FanMask, head: Head) -> None:
+        """Take in what a ping at `t_s` showed."""
+        if self._middle is None:
+            return
+        rows, columns = self._around(mask, head)
+        forward, starboard, down = self._in_head(rows, columns, head)
+        across = np.hypot(forward, starboard)
+        range_m = np.hypot(across, down)
+        empty, heard = mask.at(np.arctan2(starboard, forward), range_m)
+        room = range_m * math.sin(mask.sector.half_vertical_rad) - np.abs(down) - self._settings.half_height_m
+        away = _cells_from_others(empty & (room >= 0.0))
+        hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
+        hold_s = np.minimum(hold_m / self._settings.fastest_m_s, room / self._settings.fastest_vertical_m_s)
+        until = self._free_until[rows, columns]
+        np.copyto(until, np.maximum(until, t_s + hold_s), where=away >= 2.0)
+        until[heard] = NEVER
+
+    def _around(self, mask: FanMask, head: Head) -> tuple[slice, slice]:
+        """Return the rows and columns that the fan is in."""
+        bearing = np.linspace(mask.sector.bearing_min_rad, mask.sector.bearing_max_rad, 33)
+        rim = mask.sector.range_max_m * np.stack([np.cos(bearing), np.sin(bearing), np.zeros(33)], axis=1)
+        points = np.vstack([rim @ head.turned.T, np.zeros(3)])[:, :2] + head.place[:2]
+        low = np.floor(points.min(axis=0) / self.cell_m).astype(int) - 2
+        high = np.ceil(points.max(axis=0) / self.cell_m).astype(int) + 3
+        first = np.array(self._middle) - REACH
+        (row0, column0), (row1, column1) = (np.clip(each - first, 0, SIDE).tolist() for each in (low, high))
+        return slice(row0, row1), slice(column0, column1)
+
+    def _in_head(self, rows: slice, columns: slice, head: Head) -> tuple[Floats, Floats, Floats]:
+        """Return the middles of cells at the vehicle's depth, forward, starboard and down of the head, m."""
+        first = np.array(self._middle) - REACH + 0.5
+        north = (first[0] + np.arange(rows.start, rows.stop)) * self.cell_m - head.place[0]
+        east = (first[1] + np.arange(columns.start, columns.stop)) * self.cell_m - head.place[1]
+        below = self._down - float(head.place[2])
+        to_head = head.turned.T
+        forward, starboard, down = (
+            (axis[0] * north + axis[2] * below)[:, None] + (axis[1] * east)[None, :] for axis in to_head
+        )
+        return forward, starboard, down
+
+
+def _cells_from_others(mask: Mask) -> Floats:
+    """Return by how many steps to a neighbour each cell is away from one that is not in the mask, or from the rim.
+
+    The straight way is at least sqrt(1/2) of that.
+    """
+    away = np.where(mask, float(SIDE * 2), 0.0)
+    for axis in (0, 1):
+        count = np.arange(away.shape[axis], dtype=np.float64)
+        place = count[:, None] if axis == 0 else count[None, :]
+        rim = np.minimum(place, count[-1] - place) + 1.0 if len(count) else place
+        before = np.minimum.accumulate(away - place, axis) + place
+        after = np.flip(np.minimum.accumulate(np.flip(away + place, axis), axis), axis) - place
+        away = np.minimum(np.minimum(before, after), rim)
+    return np.asarray(np.where(mask, away, 0.0))
