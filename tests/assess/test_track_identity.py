@@ -8,9 +8,11 @@ import pytest
 from ods.assess.track.identity import Frame, hota, idf1, similarity
 from ods.base.arrays import Floats
 
+Scan = tuple[list[int], list[int], list[list[float]]]
+"""Objects, tracks, and how near each pair is."""
 
-def run(*scans: tuple[list[int], list[int], list[list[float]]]) -> list[Frame]:
-    """Return scans of objects, tracks, and how near each pair is."""
+
+def run(*scans: Scan) -> list[Frame]:
     return [
         Frame(np.array(objects, np.int64), np.array(tracks, np.int64), _table(near, len(objects), len(tracks)))
         for objects, tracks, near in scans
@@ -25,7 +27,8 @@ PERFECT = [([0, 1], [5, 7], [[1.0, 0.0], [0.0, 1.0]])] * 3
 # each of four pairs shares 2 of 4 scans with its other self
 RENAMED = [([0], [1], [[1.0]])] * 2 + [([0], [2], [[1.0]])] * 2
 # pairs from 0.05 to 0.6, 12 of 19 similarities: 2 of 4 found, 2 of 4 together
-LATE: list[tuple[list[int], list[int], list[list[float]]]] = [([0], [], [[]])] * 2 + [([0], [1], [[0.6]])] * 2
+UNSEEN: Scan = ([0], [], [[]])
+LATE = [UNSEEN, UNSEEN, ([0], [1], [[0.6]]), ([0], [1], [[0.6]])]
 # 4 found, 4 false
 FALSE = [([0], [1, 2], [[1.0, 0.0]])] * 4
 # each of 8 pairs: 2 scans together of 4 and 4, 6 in all
@@ -48,7 +51,7 @@ STRANGER = [([0], [1], [[0.8]]), ([0], [1, 2], [[0.8, 0.9]]), ([0], [1], [[0.8]]
     ],
 )
 def test_cases_worked_by_hand(
-    scans: list[tuple[list[int], list[int], list[list[float]]]],
+    scans: list[Scan],
     expected: tuple[float, float, float],
     expected_f1: float,
 ) -> None:

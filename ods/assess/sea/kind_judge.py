@@ -32,8 +32,8 @@ class KindScore(NamedTuple):
     """Ids that were marked as multipath."""
     valid: float
     """Share of the lists from `LATER_S` on."""
-    said: dict[str, float]
-    """What lists said of themselves from then on, words only, and when first, s."""
+    said: list[tuple[str, float]]
+    """What lists said of themselves from then on, and when first, s; said again with other figures it counts once."""
     error_m: float
     """Of active obstacles near bodies, root mean square, horizontal; NaN without any."""
     nees: float
@@ -55,20 +55,20 @@ def judged(kind: Kind, told: Sequence[ToldList], bodies: SceneBodies, seed: int)
     score = judge(kind.name, [_listed(item) for item in told], bodies, seed)
     marked = {each.id for item in told for each in item.list.obstacles if each.multipath_of >= 0}
     settled = [item for item in told if item.truth.t_ns - told[0].truth.t_ns >= LATER_S * NS]
-    said: dict[str, float] = {}
+    said: dict[str, tuple[str, float]] = {}
     for item in settled:
         for text in (*item.list.reasons, item.list.unseen_why, item.list.caution):
             if text:
-                said.setdefault(words_of(text), item.truth.t_ns / NS)
+                said.setdefault(words_of(text), (text, item.truth.t_ns / NS))
     errors = np.array([each for item in settled for each in _errors(item, bodies)]).reshape(-1, 2)
     valid = float(np.mean([item.list.valid for item in settled])) if settled else math.nan
     error_m = float(np.sqrt(errors[:, 0].mean())) if len(errors) else math.nan
     nees = float(errors[:, 1].mean()) if len(errors) else math.nan
-    return KindScore(kind, score, len(marked), valid, said, error_m, nees)
+    return KindScore(kind, score, len(marked), valid, list(said.values()), error_m, nees)
 
 
 def words_of(text: str) -> str:
-    """Return a text without its figures, so that the same thing said again counts once."""
+    """Return a text without its figures."""
     return " ".join(word for word in text.split() if not any(letter.isdigit() for letter in word))
 
 

@@ -32,7 +32,7 @@ def _cells(score: KindScore) -> list[str]:
         times(scene),
         str(score.marked),
         f"{score.valid:.0%}",
-        "; ".join(f"{text} ({t_s:.1f})" for text, t_s in score.said.items()),
+        "; ".join(f"{text} ({t_s:.1f})" for text, t_s in score.said),
         _number(score.error_m),
         _number(score.nees),
     ]

@@ -27,7 +27,7 @@ SOURCES_NED = (120.0, 25.0, 20.0), (110.0, -40.0, 20.0)
 """Where other sonars are, m: ahead of the vehicle, to starboard and to port."""
 PULSE_COUNTS, SPOKE_FROM_S, WAY_LONGER_M = 1000.0, 10.0, 6.0
 ROWS, COLUMNS, APART_M, NEAREST_M = 5, 8, 5.0, 35.0
-SPHERE_RADIUS_M, BODY = 0.5, Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
+SPHERE_RADIUS_M, BODY = 0.5, Surface(cd=0.5, cs=0.25, sigma_deg=15.0)
 DOWN_M, SPEED = 20.0, 0.5
 """Of vehicle and many spheres, and the vehicle's speed towards them, m/s."""
 

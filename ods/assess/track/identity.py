@@ -14,7 +14,7 @@ import numpy as np
 from ods.base.arrays import Floats, Ints
 
 ZERO_M = 6.0
-"""Distance, m, at which a track has nothing of an object: an identity is held, at a similarity of 0.5, within its half."""
+"""Distance, m, at which a track has nothing of an object: an identity is held, at a similarity of 0.5, within half."""
 ALPHAS = np.arange(1, 20) / 20.0
 """Similarities from which on a pair is one: HOTA is the mean over them."""
 ID_SIMILARITY = 0.5
