@@ -48,7 +48,7 @@ MOST_SAMPLES = 200_000
 SMOOTHING = 0.5
 """Added to each bin's count: an empty one is not infinitely improbable."""
 DOWN_M, NEAR_SHARE, BED_SHARE, HEIGHT_SHARE, LENGTH_SHARE = 20.0, 0.012, 0.1, 0.005, 0.05
-"""Of the look-alike's scene: depth, and shares of the range: bodies' radius, altitude, the bed's rms height and length."""
+"""Of the look-alike's scene: depth, and shares of the range: bodies' radius, altitude, the bed's height and length."""
 SEA_SONAR, SEA_SCENES = "seabat6012", ("gentle", "rocky", "gravel")
 
 
