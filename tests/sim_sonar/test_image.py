@@ -198,6 +198,14 @@ def test_near_object_hides_the_far_one() -> None:
     assert np.linalg.norm(image_of(both, shadows=False) - apart) < 0.02 * np.linalg.norm(apart)
 
 
+def test_a_small_body_hides_of_a_wall_what_lies_behind_it_and_no_more() -> None:
+    facing = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]])
+    wall = body(bodies.PLANE, (40.0, 0.0, 0.0), (8.0, 8.0, 0.0), facing)
+    dark = body(bodies.SPHERE, (10.0, 0.0, 0.0), (0.2,) * 3, surface=(0.0, 0.0, 0.3))
+    hidden = heard(wall) - heard(np.concatenate([wall, dark]))
+    assert hidden == pytest.approx(np.pi * (4 * 0.2) ** 2, rel=0.2)
+
+
 def test_shadow_lies_behind_the_object_and_only_there() -> None:
     bed = SeaBed(depth_m=4.0)
     rock = sphere(30.0, 0.0, 1.0, down=3.0)

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple
 
 from rich.console import Console
 from rich.progress import track as progress
@@ -16,8 +15,10 @@ from ods.assess.scene_files import scene_files
 from ods.assess.sea.bodies import SceneBodies
 from ods.assess.sea.command import FOLDER
 from ods.assess.sea.judge import SceneScore, judge
+from ods.assess.sea.kind_run import run_kinds
 from ods.assess.sea.run import detected, images_of, listed, scene_with_seed
 from ods.assess.sea.table import condensed, margin_table, scene_table, target_table
+from ods.assess.sea.trial import Draw, Trial
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.base.settings_file import load_table
@@ -26,30 +27,7 @@ from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
 from ods.plots.style import drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.settings import TrackerSettings
-
-
-class Trial(NamedTuple):
-    """What is tried on every scene."""
-
-    sonar: SonarModel
-    seconds: float
-    clearance_m: float
-    kept: Path | None
-    """Folder of the images."""
-    pipeline: PipelineSettings
-    tracker: TrackerSettings
-    knows_altitude: bool = True
-    """The vehicle's pose tells it."""
-
-
-class Draw(NamedTuple):
-    """A scene, and which of its sea-beds and speckles."""
-
-    name: str
-    file: Path
-    seed: int
 
 
 def run(args: Namespace) -> None:
@@ -64,6 +42,9 @@ def run(args: Namespace) -> None:
     trial = Trial(
         find_sonar(args.sonar), args.seconds, args.clearance, args.images, pipeline, tracker, not args.no_altitude
     )
+    if args.kinds is not None:
+        run_kinds(args.kinds, trial, args.seeds, args.jobs)
+        return
     files = list(scene_files(args.scene)) if args.scene else shipped_scenes(args.scenes)
     named = list(zip(names_of(files), files, strict=True))
     scores = scores_of([Draw(*each, seed) for each in named for seed in range(args.seeds)], trial, args.jobs)

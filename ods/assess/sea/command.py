@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import duration_s, number, positive_int
+from ods.base.errors import OdsError
 from ods.base.in_file import refuse_missing
 from ods.base.out_file import refuse_unwritable
 from ods.plots.style import add_style
@@ -22,6 +23,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--scene", type=Path, action="append", default=[], metavar="SCENE.toml",
         help="this scene, or all in a folder, instead; may be given again",
     )  # fmt: skip
+    parser.add_argument(
+        "--kinds", nargs="*", metavar="KIND", help="of scenes beyond sea-beds, instead: other sonars, hovering, other "
+        "sonars' sound, second ways, many bodies, noisy poses (default: all of them)",
+    )  # fmt: skip
     parser.add_argument("--sonar", default="seabat6012", metavar="NAME", help="that sees them, or a path")
     parser.add_argument("--seconds", type=duration_s, default=SECONDS, help=f"of each scene (default: {SECONDS:g})")
     parser.add_argument("--seeds", type=positive_int, default=1, metavar="N", help="runs of each scene, each with "
@@ -36,6 +41,8 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the scenes, print the tables, draw the chart. Raises OdsError."""
+    if args.kinds is not None and (args.scenes or args.scene or args.out):
+        raise OdsError("--kinds: goes without --scenes, --scene and --out")
     refuse_missing(args.config, *args.scene)
     refuse_unwritable(args.out, read=(args.config,))
     from ods.assess.sea.assessment import run as work  # takes seconds: after what may be wrong

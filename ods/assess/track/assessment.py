@@ -58,7 +58,7 @@ def assess(
         raise OdsError("--peers: the library is not installed: pip install stonesoup")
     names = progress(tuple(kinds), description="assessing", transient=True)
     found = [row for name in names for row in rows({name: kinds[name]}, count, trackers, with_peers)]
-    Console(width=200).print(table_of(found, count))
+    Console(width=224).print(table_of(found, count))
     return found
 
 

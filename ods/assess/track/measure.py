@@ -51,6 +51,11 @@ class Row:
     nees_band: tuple[float, float]
     """Where 95 % of the means of so many consistent, independent objects lie."""
     ms: float
+    hota: float
+    hota_reference: float
+    association: float
+    """AssA: HOTA's share of identities."""
+    idf1: float
     limits: Limits
 
     @property
@@ -127,6 +132,10 @@ def _row_of(tracker: str, scores: Sequence[Scores], truth: Sequence[Scores]) -> 
         nees_reference=_mean(np.concatenate([one.nees for one in truth])),
         nees_band=nees_band(len(nees)),
         ms=float(np.median([one.ms for one in scores])),
+        hota=_mean([one.hota.hota for one in scores]),
+        hota_reference=_mean([one.hota.hota for one in truth]),
+        association=_mean([one.hota.association for one in scores]),
+        idf1=_mean([one.idf1 for one in scores]),
         limits=Limits(),
     )
 

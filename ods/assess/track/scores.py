@@ -1,11 +1,13 @@
 """Scores of one run: GOSPA in view and of the memory, errors, identities, false tracks, latency, consistency."""
 
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from ods.assess.track.case import Case, polar
 from ods.assess.track.gospa import CUTOFF_M, gospa, pair
+from ods.assess.track.identity import Frame, Hota, hota, idf1, similarity
 from ods.assess.track.record import EAST_M, ID, NORTH_M, SCAN, STATUS, Record
 from ods.base.arrays import Floats, Indices, Ints, Mask
 from ods.tracker.existence import lifecycle
@@ -43,6 +45,9 @@ class Scores:
     """(objects,) mean of each one's normalised squared error in north and east: 2 if errors are as large as told."""
     ms: float
     """CPU time of a scan, median."""
+    hota: Hota
+    """Of what is in view now."""
+    idf1: float
 
 
 @dataclass
@@ -61,6 +66,7 @@ class _Tally:
     """(pairs, 2) squared error, squared error over range."""
     nees: list[Floats] = field(default_factory=list)
     """(pairs, 2) object, normalised squared error."""
+    frames: list[Frame] = field(default_factory=list)
 
 
 def score(case: Case, record: Record) -> Scores:
@@ -83,7 +89,9 @@ def score(case: Case, record: Record) -> Scores:
         settled = now - first_echo[objects] >= SETTLED_S
         objects, tracks = objects[settled], tracks[settled]
         _count_nees(tally, objects, offset[objects, tracks], spread[tracks])
-        tally.in_view.append(_in_view(case, k, trk, distance, views[k]))
+        judged = _judged(case, k, trk)
+        tally.in_view.append(partial_gospa(distance[:, judged.counts], views[k], ~views[k], judged.edge))
+        tally.frames.append(_frame(trk[judged.counts, ID], distance[:, judged.counts], views[k], judged.edge))
         optional = (seen[k] >= 1) & (seen[k] < REMEMBERED_SCANS)
         tally.memory.append(partial_gospa(distance, remembered[k], optional, np.zeros(len(trk), bool)))
     return _summary(record, tally, first_echo, seen[-1] >= REMEMBERED_SCANS)
@@ -152,8 +160,16 @@ def _count_nees(tally: _Tally, objects: Indices, error: Floats, spread: Floats) 
     tally.nees.append(np.column_stack([objects, normalised]))
 
 
-def _in_view(case: Case, k: int, trk: Floats, distance: Floats, view: Mask) -> float:
-    """Return GOSPA of what is in view now: active tracks, and any other one inside the sector."""
+class _Judged(NamedTuple):
+    """Which tracks of a scan count in view."""
+
+    counts: Mask
+    """(tracks,): active ones, and any other one inside the sector."""
+    edge: Mask
+    """(those that count,): in the band at the sector's edge."""
+
+
+def _judged(case: Case, k: int, trk: Floats) -> _Judged:
     meta = case.scenario.meta
     places = np.zeros((len(trk), 7))
     places[:, :2] = trk[:, (NORTH_M, EAST_M)]
@@ -163,7 +179,14 @@ def _in_view(case: Case, k: int, trk: Floats, distance: Floats, view: Mask) -> f
     edge = np.abs(slant - meta.range_max) < BAND_M
     edge |= (np.abs(np.abs(bearing) - meta.half_fov) < BAND_RAD) & (slant < meta.range_max + BAND_M)
     counts = (trk[:, STATUS] == lifecycle.ACTIVE) | inside
-    return partial_gospa(distance[:, counts], view, ~view, edge[counts])
+    return _Judged(counts, edge[counts])
+
+
+def _frame(ids: Floats, distance: Floats, view: Mask, edge: Mask) -> Frame:
+    """Return a scan for identities: what GOSPA excuses is left out, unless it may be an object's in view."""
+    excused = edge | (distance[~view] < GATE_M).any(axis=0)
+    kept = ~excused | (distance[view] < GATE_M).any(axis=0)
+    return Frame(np.flatnonzero(view), ids[kept].astype(np.int64), similarity(distance[np.ix_(view, kept)]))
 
 
 def partial_gospa(distance: Floats, wanted: Mask, optional: Mask, excused: Mask) -> float:
@@ -195,6 +218,8 @@ def _summary(record: Record, tally: _Tally, first_echo: Floats, seen: Mask) -> S
         latency_s=float(np.mean(delays)) if delays else float("nan"),
         nees=np.array([nees[nees[:, 0] == thing, 1].mean() for thing in np.unique(nees[:, 0])]),
         ms=float(np.median(record.cpu_ms)),
+        hota=hota(tally.frames),
+        idf1=idf1(tally.frames),
     )
 
 

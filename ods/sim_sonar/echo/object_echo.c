@@ -189,21 +189,27 @@ static void smear(double *row, int64_t bins, double width, double *total)
 
 /* Adds a plane's echo at one bearing, m2 per radian, to `rows` (planes, samples), which are zero.
 
-   All runs of its visible cells are drawn at the middle of the column and smeared over the range that it spans. */
+   All runs of its visible cells are drawn at the middle of the column and smeared over the range that the column spans
+   in the middle of the longest run: the column's own middle may be hidden. */
 static Bins plane_column(double *rows, const FlatSurface *flat, const Traced *object, int64_t column, const Grid *grid)
 {
     const int64_t cells = object->rays.cells, samples = grid->samples;
     const double *elevation = elevations_of(&object->rays, column), *ranges = object->ranges + column * cells;
     const double middle = middle_of(&object->rays, column);
     Bins bins = NO_BINS;
+    int64_t longest = 0, seen = 0;
     for (int64_t e = 0; e < cells; e++) {
         const int64_t start = e;
         while (e < cells && ranges[e] < FAR)
             e++;
         if (e > start)
             bins = both_bins(bins, surface_column(flat, grid, middle, elevation[start], elevation[e], rows, samples));
+        if (e - start > longest) {
+            longest = e - start;
+            seen = start + longest / 2;
+        }
     }
-    const double width = extent_of(object->ranges + cells / 2, column, object->rays.columns, cells) / grid->dr_m;
+    const double width = extent_of(object->ranges + seen, column, object->rays.columns, cells) / grid->dr_m;
     if (bins.first >= bins.last || width < LEAST_SMEAR)
         return bins;
     const int64_t reach = node_at(0.5 * width, (double)samples) + 2;
