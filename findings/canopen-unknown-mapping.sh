@@ -20,7 +20,8 @@ import struct
 import sys
 
 import canopen
-from canopen.objectdictionary import INTEGER32, UNSIGNED8, UNSIGNED16, UNSIGNED32, ObjectDictionary, ODRecord, ODVariable
+from canopen.objectdictionary import INTEGER32, UNSIGNED8, UNSIGNED16, UNSIGNED32
+from canopen.objectdictionary import ObjectDictionary, ODRecord, ODVariable
 
 logging.disable()
 STATUS, HEADING = 0x2100, 0x2000

@@ -4,8 +4,8 @@
 # Version:   cantools 45.1.0; compared: nmea2000 2026.10.3
 # Behaviour: decode_message() scales whatever bits came; the [minimum|maximum] of the DBC is looked at in encoding only.
 # Seen:      heading 0xFFFF in PGN 127250 with [0|6.2831]: 6.5535 rad by cantools, None by the package nmea2000
-# Expected:  no value, an error, or a mark: in J1939-71 and NMEA 2000 all bits set say that a value is not available (and
-#            the next lower raw value, or range of values, an error), and 6.5535 rad is outside the DBC's limits.
+# Expected:  no value, an error, or a mark: in J1939-71 and NMEA 2000 all bits set say that a value is not available
+#            (and the next lower raw value, or range of values, an error), and 6.5535 rad is outside the DBC's limits.
 # Matters:   an INS that has lost its heading sends this 10 times a second. 6.5535 rad is a plausible angle, 15.5
 #            degrees beyond north: all obstacles turn with it.
 set -eu

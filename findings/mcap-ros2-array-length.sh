@@ -7,8 +7,8 @@
 #            It extends the caller's own list, by None.
 # Seen:      a 3 x 3 covariance (9 values) in a field of 36: read back as 9 values and 27 zeros; five values in four:
 #            four; {"covarance": ...}: all zeros; the list that was handed over has 36 elements afterwards
-# Expected:  an error: a fixed array has exactly its number of elements (ROS 2 interface definition). rosbags refuses the
-#            9 values ("Unexpected array length").
+# Expected:  an error: a fixed array has exactly its number of elements (ROS 2 interface definition). rosbags refuses
+#            the 9 values ("Unexpected array length").
 # Matters:   a covariance with zeros on its diagonal says that a pose is known exactly: the consumer then trusts it more
 #            than any other, and gates obstacles that are 1 m off.
 set -eu
@@ -58,7 +58,8 @@ misspelt = round_trip("float64[4] covariance", {"covarance": VARIANCES[:4]})
 silent = short == VARIANCES + 27 * [0.0] and long == VARIANCES[:4] and misspelt == 4 * [0.0]
 extended = handed_over == VARIANCES + 27 * [None]
 refused = rosbags_refuses()
-seen = f"9 values for 36: {short[:10]}...; list extended: {extended}; 5 for 4: {long}; misspelt: {misspelt}; rosbags refuses: {refused}"
+seen = f"9 values for 36: {short[:10]}..., list extended: {extended}, rosbags refuses: {refused}; "
+seen += f"5 for 4: {long}; misspelt: {misspelt}"
 if not (silent and extended and refused):
     sys.exit(f"changed: {seen}")
 print(f"as before: {seen}")

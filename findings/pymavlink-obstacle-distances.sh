@@ -23,7 +23,9 @@ FREE, MAXIMUM = 4001, 4000  # cm; maximum + 1 says that nothing is there
 
 def read_back(distances):
     # time, sensor type, distances, increment, minimum, maximum, increment and first angle in degrees, frame
-    sent = common.MAVLink_obstacle_distance_message(0, 0, distances, 1, 50, MAXIMUM, 1.0, -45.0, common.MAV_FRAME_BODY_FRD)
+    sent = common.MAVLink_obstacle_distance_message(
+        0, 0, distances, 1, 50, MAXIMUM, 1.0, -45.0, common.MAV_FRAME_BODY_FRD
+    )
     (read,) = common.MAVLink(None).parse_buffer(sent.pack(common.MAVLink(None, srcSystem=1, srcComponent=1)))
     return read.distances
 

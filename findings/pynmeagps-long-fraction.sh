@@ -2,8 +2,8 @@
 # pynmeagps gives no time for a sentence whose seconds have more than six decimals.
 #
 # Version:   pynmeagps 1.1.8
-# Behaviour: the time field is read with a format of at most six decimals; longer ones become an empty string, without an
-#            error.
+# Behaviour: the time field is read with a format of at most six decimals; longer ones become an empty string, without
+#            an error.
 # Seen:      120000.123456 is 12:00:00.123456, 120000.1234567 is ''
 # Expected:  12:00:00.123456 (pynmea2 1.19.0 cuts), or an error. NMEA 0183 lets the fraction of a second have any number
 #            of digits.

@@ -23,7 +23,8 @@ import can
 START = 1_700_000_000.5
 with can.ASCWriter(sys.argv[1]) as log:
     for after in (0.0, 0.1, -0.002, 0.2):
-        log.on_message_received(can.Message(timestamp=START + after, arbitration_id=0x181, is_extended_id=False, data=[1]))
+        frame = can.Message(timestamp=START + after, arbitration_id=0x181, is_extended_id=False, data=[1])
+        log.on_message_received(frame)
 
 with can.ASCReader(sys.argv[1]) as log:
     read = [frame.timestamp for frame in log]

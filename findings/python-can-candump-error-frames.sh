@@ -7,7 +7,8 @@
 # Seen:      20000040#... (bus off) gives a data frame, id 0x40, extended, 8 bytes; 20000004#... (controller
 #            problem) gives a data frame, id 0x4; 20000088#... gives an error frame, but with id 0: the class is gone
 # Expected:  three error frames that say what happened. linux/can.h: 0x20000000 alone marks an error frame;
-#            linux/can/error.h: the other bits are classes, of which 0x80 is one. candump -l can0,0:0,#FFFFFFFF writes them so.
+#            linux/can/error.h: the other bits are classes, of which 0x80 is one. They are written so by
+#            candump -l can0,0:0,#FFFFFFFF.
 # Matters:   that a bus went off is why poses stop: it must be seen in the log, and must not come to a decoder as a
 #            frame that no device sent. A search for error frames in a recorded dive finds none.
 set -eu

@@ -6,8 +6,8 @@
 #            nothing is said at writing.
 # Seen:      a transmitted CAN FD frame of 12 bytes on can1, written and read back: received, no channel, not FD, yet
 #            12 bytes long (a classic frame has 8 at most)
-# Expected:  what was written, or a word: the documentation lists the columns, and nobody warns at run time. BLF and candump
-#            logs of the same library keep it; its TRC writer warns about each frame that it cannot write.
+# Expected:  what was written, or a word: the documentation lists the columns, and nobody warns at run time. BLF and
+#            candump logs of the same library keep it; its TRC writer warns about each frame that it cannot write.
 # Matters:   a log that is played back to a CAN node then also plays the node's own heartbeats and requests to it as
 #            if others had sent them, and frames of two buses with the same identifier (two INSs) become one stream.
 set -eu

@@ -6,8 +6,8 @@
 #            big-endian float32 in a float32 field, or int8 in a uint8 field, are not.
 # Seen:      LaserScan.ranges [1, 2, 3] as int32 come back as [1e-45, 3e-45, 4e-45], as big-endian float32 as
 #            [4.6e-41, 9.0e-44, 2.3e-41]
-# Expected:  [1.0, 2.0, 3.0] or an error, as for float64: a CDR encapsulation says its byte order once for the whole
-#            message (DDS-XTypes 7.4).
+# Expected:  [1.0, 2.0, 3.0], or an error as for float64: the definition says float32[], and the four bytes before a
+#            CDR message say its byte order, here little-endian, for all of it.
 # Matters:   ranges in whole millimetres, or read from a big-endian sonar record, become denormal numbers: zero
 #            distance, below range_min, so a planner that follows the message's definition drops every obstacle.
 set -eu
