@@ -3,7 +3,8 @@
 #
 # Version:   cantools 45.1.0
 # Behaviour: logreader and `cantools decode` know candump's lines with and without stamps, but not those of
-#            `candump -x`, which have RX or TX and two flags behind the channel; such lines are no frames to them, without a word.
+#            `candump -x`, which have RX or TX and two flags behind the channel; such lines are no frames
+#            to them, without a word.
 # Seen:      three frames by `candump -t a`: three depths; the same by `candump -t a -x`: none, and exit status 0
 # Expected:  three depths, or an error: the documentation offers `candump | cantools decode` and a reader of candump's
 #            formats, and -x is candump's option for "extra message infos".
