@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -47,6 +47,12 @@ test-missions: $(VENV)/.ready kernels
 # `make install` on a real Debian with a real systemd: as root, on Debian, x86-64; CONTRIBUTING.md says when
 test-systemd: $(VENV)/.ready
 	$(BIN)/pytest tests/systemd
+
+# surprises about the libraries and formats of others, each on its own: fetches their packages; no part of CI
+findings:
+	@failed=0; for one in findings/*.sh; do \
+	  if said=$$(sh $$one 2>&1); then echo "pass $$one"; else echo "FAIL $$one: $$(echo "$$said" | tail -n 1)"; failed=1; fi; \
+	done; exit $$failed
 
 lint: $(VENV)/.ready
 	$(BIN)/ruff check

@@ -14,7 +14,7 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Obstacle, ObstacleList, Truth
 from ods.tracker.output.validity import SETTLE_S
-from ods.tracker.track import lifecycle
+from ods.tracker.existence import lifecycle
 
 STATES = {"active": lifecycle.ACTIVE, "stand_by": lifecycle.STAND_BY, "hibernated": lifecycle.HIBERNATED}
 
