@@ -2,6 +2,9 @@
 
 Conventions: angles in radians, SI units, world frame NED, body frame FRD, bearing positive to starboard,
 elevation positive up. `t_ns` is CLOCK_MONOTONIC of this machine, `utc_ns` is nanoseconds since 1970 (UTC).
+On another machine only UTC means anything. Fields whose name ends in `_ns` are integers of 64 bits, and the only ones
+that may exceed 2^53: as JavaScript's Number, UTC is rounded to 256 ns; ask the decoder for BigInt where that matters
+(`useBigInt64` of @msgpack/msgpack). New ids are below 2^31.
 The reference in docs/messages.md is generated from these types.
 """
 
@@ -29,6 +32,8 @@ Speed = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 Velocity = tuple[Speed, Speed, Speed]
 Uncertainty = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 """rad; what is below 0 is a bad pose."""
+ObjectId = Annotated[int, msgspec.Meta(ge=-(2**53), le=2**53)]
+"""New ones are below 2^31."""
 Height = Annotated[float, msgspec.Meta(ge=0.0, le=2e4)]
 """m, over the bottom; no sea is deeper."""
 Part = Annotated[float, msgspec.Meta(ge=-2.0, le=2.0)]
@@ -278,7 +283,7 @@ class Prediction(msgspec.Struct, frozen=True, gc=False):
 class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
-    id: int
+    id: ObjectId
     state: TrackState
     position_ned: Vector3
     velocity_ned: Vector3
@@ -312,6 +317,29 @@ class Obstacle(msgspec.Struct, frozen=True):
     multipath_of: CountOrNone = -1
     """It is likely no body, but the echo of the obstacle of this id by a longer way (`Detections.second_ways_m`); -1:
     nothing says so. It stays in the list, as a body may stand there."""
+
+
+class Site(msgspec.Struct, frozen=True):
+    """The origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+
+    latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+    longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+
+
+class PoseAt(msgspec.Struct, frozen=True):
+    """The pose of the vehicle's origin, or of the sonar's head, at one instant: from `Pose`s, by interpolation."""
+
+    position_ned: Vector3
+    attitude: Quaternion
+    """w, x, y, z; body, or head, to global."""
+    velocity_ned: Vector3
+    """Of the vehicle's origin, m/s."""
+    sigma_position: Vector3
+    """Standard deviations, m, north east down."""
+    sigma_attitude: Vector3
+    """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
+    extrapolated_s: float = 0.0
+    """Time to the `Pose` that it was carried on from; 0: it lies between two."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
@@ -354,6 +382,21 @@ class ObstacleList(msgspec.Struct, frozen=True):
     """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
     made_ns: Instant = 0
     """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
+    made_utc_ns: Instant = 0
+    """The same, UTC; 0: not told."""
+    frame: Literal["ned"] = "ned"
+    """Of all places in the list: the local frame, north east down."""
+    site: Site | None = None
+    """The origin of that frame; none: not told."""
+    pose: PoseAt | None = None
+    """The vehicle's at `t_ns`, as it was used; none: not known."""
+    head: PoseAt | None = None
+    """Of the sonar's head at `t_ns`, in whose frame `sector` and `unseen` are; none: not known."""
+    sector: Sector | None = None
+    """What the ping could show; none: there was no ping."""
+    processed_ranges_m: list[tuple[Metres, Metres]] = []
+    """`Detections.processed_ranges_m` of the ping: elsewhere in the sector nobody looked for objects; empty: all of it
+    was processed, or there was no ping."""
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):

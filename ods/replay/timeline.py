@@ -43,6 +43,8 @@ def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> m
     changes: dict[str, object] = {}
     for name in message.__struct_fields__:
         value = getattr(message, name)
+        if name == "made_utc_ns" and not value:
+            continue
         if name.endswith("utc_ns"):
             changes[name] = line.utc(value, recorded_offset_ns)
         elif name.endswith("_ns") and value:

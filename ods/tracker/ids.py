@@ -2,16 +2,25 @@
 
 import secrets
 
-PROVISIONAL_IDS = 1 << 40
-"""From here on ids are those given while the map could not be read; they do not tell which ordinary ones are free."""
+PROVISIONAL_IDS, ABOVE_ALL = 1 << 30, 1 << 31
+"""From here on ids are those given while the map could not be read; they do not tell which ordinary ones are free. All
+new ids fit in 32 bits, with a sign; maps of before have provisional ones up to 2^53."""
+MOST_A_MISSION = 1 << 20
+"""No mission gives more provisional ids."""
 ID_BLOCK = 1000
 """Ids are reserved on disk by so many at a time."""
 
 
 def provisional_first_id() -> int:
     """Return where ids begin while those of the map are not known: where no other mission's ids are, but for a chance
-    of 1e-11. They stay below 2^53, so that planners may keep them as floating point numbers."""
-    return PROVISIONAL_IDS + secrets.randbelow(1 << 52)
+    of 2e-6 for another that began like that, if both give a thousand."""
+    return PROVISIONAL_IDS + secrets.randbelow(ABOVE_ALL - PROVISIONAL_IDS - MOST_A_MISSION)
+
+
+def first_of(of_map: int, of_former: int) -> int:
+    """Return where ids begin once those of the map are known; `of_former`: from here on a former tracker gave none. If
+    it knew of provisional ones only, they do not go on."""
+    return of_map if of_former >= PROVISIONAL_IDS else max(of_map, of_former)
 
 
 def reserved_id(next_id: int) -> int:

@@ -11,7 +11,7 @@ import msgspec
 
 from ods.base import clock
 from ods.base.mounting import Mounting
-from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose
+from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.checkpoint import Mission
@@ -26,6 +26,7 @@ from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.pose_sense import PoseSense
 from ods.tracker.output.snapshot import Snapshot
+from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
@@ -74,6 +75,7 @@ class MissionTracker:
         self.counters: Counter[str] = Counter() if counters is None else counters
         self._complain = self._count if complain is None else complain
         self.tracker = Tracker(self.settings, first_id=first_id)
+        self._site = Site(settings.site.latitude_deg, settings.site.longitude_deg)
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
@@ -248,6 +250,12 @@ class MissionTracker:
             poses_until=self._poses_until,
             poses_heard=self._poses_heard,
             made_ns=now_ns,
+            made_utc_ns=self._utc.at(now_ns),
+            site=self._site,
+            pose=pose_at(pose),
+            head=pose_at(head_of(pose, self._mounting)),
+            sector=None if shown is None else shown.sector,
+            processed_ranges_m=[] if shown is None else shown.processed_ranges_m,
         )
         self.seq += 1
         self._listed_ns = now_ns

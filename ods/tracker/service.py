@@ -13,7 +13,7 @@ from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
 from ods.tracker.checkpoint import Checkpoints
-from ods.tracker.ids import provisional_first_id, reserved_id
+from ods.tracker.ids import first_of, provisional_first_id, reserved_id
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
@@ -162,7 +162,7 @@ class TrackerWorker(Worker[TrackerConfig]):
     def _look_after_map(self, now_ns: int) -> None:
         known = self._map.poll(now_ns, self._mission.tracker.next_id)
         if known is not None:
-            first_id = None if known.first_id is None else max(known.first_id, self._least_id)
+            first_id = None if known.first_id is None else first_of(known.first_id, self._least_id)
             self._mission.tracker.join(known.objects, first_id)
 
     def _publish(self, message: ObstacleList, now_ns: int) -> None:
