@@ -1,6 +1,6 @@
 """The bridge to MOOS with a real MOOSDB, pShare and pObstacleMgr: alerts come, and end when the bridge falls silent.
 
-The programs are built by tests/peers/build_moos.sh; ODS_MOOS names their folder, without it there is nothing to test with.
+tests/peers/build_moos.sh builds the programs; ODS_MOOS names their folder, without it there is nothing to test with.
 """
 
 import os

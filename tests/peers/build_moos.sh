@@ -22,7 +22,10 @@ configure "$source/MOOS_Jul2724/MOOSCore" "$out/core" -DENABLE_EXPORT=ON -DUSE_A
 make -C "$out/core" -j "$jobs" MOOS MOOSDB >"$out/core.log" 2>&1
 configure "$source/MOOS_Jul2724/MOOSEssentials" "$out/essentials" -DMOOS_DIR="$out/core"
 make -C "$out/essentials" -j "$jobs" pShare >"$out/essentials.log" 2>&1
-configure "$source/ivp/src" "$out/ivp" -DMOOS_DIR="$out/core" -DIVP_BUILD_GUI_CODE=OFF \
+configure "$source/MOOS_Jul2724/MOOSGeodesy" "$out/geodesy" -DMOOS_DIR="$out/core" -DMOOSGEODESY_USE_PROJ=OFF \
+    -DMOOSGEODESY_FETCH_PROJ=OFF
+make -C "$out/geodesy" -j "$jobs" >"$out/geodesy.log" 2>&1
+configure "$source/ivp/src" "$out/ivp" -DMOOS_DIR="$out/core" -DMOOSGeodesy_DIR="$out/geodesy" -DIVP_BUILD_GUI_CODE=OFF \
     -DIVP_BIN_DIRECTORY="$out/bin" -DIVP_LIB_DIRECTORY="$out/lib"
 make -C "$out/ivp" -j "$jobs" pObstacleMgr >"$out/ivp.log" 2>&1
 ls "$out/bin"
