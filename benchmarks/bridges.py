@@ -1,6 +1,6 @@
 """What bridges cost: `python -m benchmarks.bridges`, real processes on real sockets, beside a direct subscriber.
 
-7 lists of 20 obstacles and 100 poses a second. How much later a receiver has a list than a subscriber to the topic has it,
+7 lists of 20 obstacles a second. How much later a receiver has a list than a subscriber to the topic has it,
 over all lists, and the share of a core that the bridge takes.
 """
 
@@ -19,11 +19,12 @@ import psutil
 import zmq
 
 from ods.base import clock
-from ods.messages import Obstacle, ObstacleList, Pose
+from ods.messages import Obstacle, ObstacleList, PoseAt
 from ods.runtime import bus
 
-LISTS_HZ, POSES_HZ, OBSTACLES = 7, 100, 20
+LISTS_HZ, OBSTACLES = 7, 20
 SETTLE_S = 3.0
+POSE = PoseAt((0.0, 0.0, 5.0), (1.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.1, 0.1, 0.1), (0.01, 0.01, 0.01))
 MOST_SHARE, MOST_MS = 0.02, 5.0
 """What is wanted."""
 BRIDGES = ("json", "ttm", "moos")
@@ -62,30 +63,25 @@ def _measured(name: str, seconds: float) -> tuple[float, list[float]]:
 
 def _played(run_dir: Path, peer: socket.socket, usage: psutil.Process, seconds: float) -> tuple[float, list[float]]:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-    publishers = {name: bus.Publisher(context, run_dir, name) for name in ("nav", "tracker")}
+    tracker = bus.Publisher(context, run_dir, "tracker")
     with bus.Subscriber(context, run_dir, ["obstacles"]) as direct:
-        _play(publishers, direct, peer, SETTLE_S)
+        _play(tracker, direct, peer, SETTLE_S)
         begun, cpu = time.monotonic(), _cpu_s(usage)
-        late_ms = _play(publishers, direct, peer, seconds)
+        late_ms = _play(tracker, direct, peer, seconds)
         share = (_cpu_s(usage) - cpu) / (time.monotonic() - begun)
-    for publisher in publishers.values():
-        publisher.close()
+    tracker.close()
     context.term()
     return share, late_ms
 
 
-def _play(
-    publishers: dict[str, bus.Publisher], direct: bus.Subscriber, peer: socket.socket, seconds: float
-) -> list[float]:
+def _play(tracker: bus.Publisher, direct: bus.Subscriber, peer: socket.socket, seconds: float) -> list[float]:
     late_ms: list[float] = []
     begun, turn = clock.monotonic_ns(), 0
     while (now := clock.monotonic_ns()) - begun < seconds * clock.NS:
-        publishers["nav"].publish("pose", _pose(turn, now))
-        if turn * LISTS_HZ // POSES_HZ != (turn + 1) * LISTS_HZ // POSES_HZ:
-            publishers["tracker"].publish("obstacles", _list(turn, now))
-            late_ms += _late_ms(direct, peer)
+        tracker.publish("obstacles", _list(turn, now))
+        late_ms += _late_ms(direct, peer)
         turn += 1
-        time.sleep(max(0.0, (begun + turn * clock.NS // POSES_HZ - clock.monotonic_ns()) / clock.NS))
+        time.sleep(max(0.0, (begun + turn * clock.NS // LISTS_HZ - clock.monotonic_ns()) / clock.NS))
     return late_ms
 
 
@@ -106,7 +102,9 @@ def _late_ms(direct: bus.Subscriber, peer: socket.socket) -> list[float]:
 
 def _list(turn: int, now_ns: int) -> ObstacleList:
     obstacles = [_obstacle(number, now_ns) for number in range(OBSTACLES)]
-    return ObstacleList(turn, turn, now_ns, clock.utc_ns(now_ns), now_ns, True, [], obstacles, made_ns=now_ns)
+    return ObstacleList(
+        turn, turn, now_ns, clock.utc_ns(now_ns), now_ns, True, [], obstacles, made_ns=now_ns, pose=POSE
+    )
 
 
 def _obstacle(number: int, now_ns: int) -> Obstacle:
@@ -123,19 +121,6 @@ def _obstacle(number: int, now_ns: int) -> Obstacle:
         last_seen_utc_ns=now_ns,
         times_seen=9,
         existence=0.99,
-    )
-
-
-def _pose(turn: int, now_ns: int) -> Pose:
-    return Pose(
-        seq=turn,
-        t_ns=now_ns,
-        utc_ns=clock.utc_ns(now_ns),
-        position_ned=(0.0, 0.0, 5.0),
-        attitude=(1.0, 0.0, 0.0, 0.0),
-        velocity_body=(2.0, 0.0, 0.0),
-        sigma_position_ned=(0.1, 0.1, 0.1),
-        sigma_attitude=(0.01, 0.01, 0.01),
     )
 
 

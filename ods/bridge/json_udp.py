@@ -44,18 +44,18 @@ class JsonEncoder:
 
 
 def _head(moment: Moment) -> dict[str, Any]:
-    picture, site = moment.picture, moment.site
+    picture, site = moment.picture, moment.picture.site
     return {
         "ods": FORMAT,
         "seq": picture.seq,
         "utc_ms": moment.utc_ns // MS,
         "utc_source": picture.utc_source,
         "age_s": round(moment.age_s, 3),
-        "site": {"latitude_deg": site.latitude_deg, "longitude_deg": site.longitude_deg},
-        "frame": "ned",
+        "site": site,
+        "frame": picture.frame,
         "vehicle": {
             "position_ned": _rounded(moment.vehicle()),
-            "velocity_ned": _rounded(moment.velocity()),
+            "velocity_ned": _rounded(moment.pose.velocity_ned),
             "heading_deg": round(heading_deg(moment.pose.attitude), 2),
         },
         "bottom_left_out": picture.bottom_left_out,

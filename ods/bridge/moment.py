@@ -7,19 +7,17 @@ import math
 from dataclasses import dataclass
 
 from ods.base.clock import NS
-from ods.base.geodesy import SiteSettings
-from ods.base.quaternion import Vector3, rotated
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, Pose
+from ods.base.quaternion import Vector3
+from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt
 
 
 @dataclass(frozen=True, slots=True)
 class Moment:
-    """A list that is valid, the newest pose, and the instant of sending, CLOCK_MONOTONIC."""
+    """A list that is valid, the vehicle's pose in it, and the instant of sending, CLOCK_MONOTONIC."""
 
     picture: ObstacleList
-    pose: Pose
+    pose: PoseAt
     now_ns: int
-    site: SiteSettings
 
     @property
     def age_s(self) -> float:
@@ -33,11 +31,7 @@ class Moment:
 
     def vehicle(self) -> Vector3:
         """Return where the vehicle is now, NED, m."""
-        return _moved(self.pose.position_ned, self.velocity(), (self.now_ns - self.pose.t_ns) / NS)
-
-    def velocity(self) -> Vector3:
-        """Return the vehicle's velocity, NED, m/s."""
-        return rotated(self.pose.attitude, self.pose.velocity_body)
+        return _moved(self.pose.position_ned, self.pose.velocity_ned, self.age_s)
 
     def place(self, obstacle: Obstacle) -> Vector3:
         """Return where an obstacle's centre is now, NED, m, if it keeps its velocity."""
@@ -65,9 +59,9 @@ class Moment:
         return self.picture.left_out + present - sent
 
 
-def is_finite(pose: Pose) -> bool:
+def is_finite(pose: PoseAt) -> bool:
     """Tell whether a pose is one: places are counted from it."""
-    return math.isfinite(sum((*pose.position_ned, *pose.attitude, *pose.velocity_body)))
+    return math.isfinite(sum((*pose.position_ned, *pose.attitude, *pose.velocity_ned)))
 
 
 def _is_there(obstacle: Obstacle) -> bool:

@@ -14,12 +14,11 @@ from ods.bridge.moos import MoosEncoder
 from ods.bridge.settings import BridgeConfig, JsonSettings, MoosSettings, TtmSettings, UdpSettings, destination_of
 from ods.bridge.ttm import TtmEncoder
 from ods.bridge.udp_sender import UdpSender
-from ods.messages import ObstacleList, Pose
+from ods.messages import ObstacleList
 from ods.runtime import bus
 from ods.runtime.service import Service, StartError, Worker
 
 STALE_NS = round(bus.TOPICS["obstacles"].stale_s * clock.NS)
-POSE_STALE_NS = round(bus.TOPICS["pose"].stale_s * clock.NS)
 
 TableT = TypeVar("TableT", bound=UdpSettings)
 
@@ -36,7 +35,6 @@ class BridgeWorker(Worker[BridgeConfig]):
     def __init__(self, service: Service, settings: BridgeConfig) -> None:
         super().__init__(service, settings)
         self._picture: ObstacleList | None = None
-        self._pose: Pose | None = None
         self._heard_ns = clock.monotonic_ns()
         self._due_ns = 0
         self._silent = ""
@@ -58,11 +56,8 @@ class BridgeWorker(Worker[BridgeConfig]):
         assert isinstance(found, kind)
         return found
 
-    def handle(self, topic: str, message: ObstacleList | Pose) -> None:
-        """Keep the newest of each; what waits for its turn is never older than that."""
-        if isinstance(message, Pose):
-            self._pose = message
-            return
+    def handle(self, topic: str, message: ObstacleList) -> None:
+        """Keep the newest list; what waits for its turn is never older than that."""
         self._heard_ns = clock.monotonic_ns()
         if self._picture is not None:
             self.service.counters["paced_lists"] += 1
@@ -75,11 +70,11 @@ class BridgeWorker(Worker[BridgeConfig]):
             return
         picture, self._picture = self._picture, None
         self._silent = self._why_silent(picture, now_ns)
-        if self._silent or self._pose is None:
+        if self._silent or picture.pose is None:
             self.service.complain_once("withheld_lists", f"nothing is sent: {self._silent}")
             return
         self._due_ns = now_ns + self._period_ns
-        self._send(Moment(picture, self._pose, now_ns, self.settings.site))
+        self._send(Moment(picture, picture.pose, now_ns))
 
     def _why_silent(self, picture: ObstacleList, now_ns: int) -> str:
         if not picture.valid:
@@ -87,7 +82,7 @@ class BridgeWorker(Worker[BridgeConfig]):
         age_ns = now_ns - (picture.made_ns or picture.t_ns)
         if age_ns > STALE_NS:
             return f"the list is {age_ns / clock.NS:.1f} s old"
-        if self._pose is None or now_ns - self._pose.t_ns > POSE_STALE_NS or not is_finite(self._pose):
+        if picture.pose is None or not is_finite(picture.pose):
             return "the vehicle's pose is not known"
         return ""
 

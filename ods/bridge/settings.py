@@ -6,7 +6,6 @@ from urllib.parse import urlsplit
 
 import msgspec
 
-from ods.base.geodesy import SiteSettings
 from ods.base.settings import Settings
 
 BROADCAST = ipaddress.ip_address("255.255.255.255")
@@ -90,5 +89,4 @@ class BridgeSettings(Settings, frozen=True):
 class BridgeConfig(Settings, frozen=True):
     """What a bridge's process reads of the configuration."""
 
-    site: SiteSettings
     bridge: BridgeSettings = BridgeSettings()

@@ -49,17 +49,17 @@ PROCESSES: dict[str, Process] = {
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
         ),
         Process(
-            "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles", "pose"), publishes=(),
+            "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles",), publishes=(),
             worker="ods.bridge.service:JsonWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
         ),
         Process(
-            "bridge_ttm", "obstacles as NMEA TTM, over UDP", reads=("obstacles", "pose"), publishes=(),
+            "bridge_ttm", "obstacles as NMEA TTM, over UDP", reads=("obstacles",), publishes=(),
             worker="ods.bridge.service:TtmWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
         ),
         Process(
-            "bridge_moos", "obstacles to MOOS-IvP, over UDP", reads=("obstacles", "pose"), publishes=(),
+            "bridge_moos", "obstacles to MOOS-IvP, over UDP", reads=("obstacles",), publishes=(),
             worker="ods.bridge.service:MoosWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
         ),

@@ -1,4 +1,4 @@
-"""A bridge as a process, with nav and tracker played, and a receiver: real sockets on all sides."""
+"""A bridge as a process, with a tracker played, and a receiver: real sockets on all sides."""
 
 import os
 import socket
@@ -16,7 +16,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle
 from ods.runtime import bus
-from tests.bridge.samples import picture, pose
+from tests.bridge.samples import picture
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -42,20 +42,20 @@ class Bridge:
         self.health: Health | None = None
         self._seq = 0
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._publishers = {who: bus.Publisher(self._context, folder, who) for who in ("nav", "tracker")}
+        self._tracker = bus.Publisher(self._context, folder, "tracker")
         self._health = bus.Subscriber(self._context, folder, [], [self.process_name])
 
     def publish(self) -> None:
-        """Publish a pose and a list, as they are wanted."""
+        """Publish a list, as it is wanted."""
         now_ns = clock.monotonic_ns()
-        if self.posed:
-            self._publishers["nav"].publish("pose", pose(now_ns))
         if self.published:
             listed = picture(*self.obstacles, t_ns=now_ns - round(self.late_s * clock.NS))
             told = msgspec.structs.replace(listed, seq=self._seq, utc_ns=clock.utc_ns(listed.t_ns))
             if not self.valid:
                 told = msgspec.structs.replace(told, valid=False, reasons=["the INS is silent"])
-            self._publishers["tracker"].publish("obstacles", told)
+            if not self.posed:
+                told = msgspec.structs.replace(told, pose=None)
+            self._tracker.publish("obstacles", told)
         self._seq += 1
 
     def until(self, wanted: Callable[[], bool]) -> None:
@@ -84,8 +84,7 @@ class Bridge:
         """End all."""
         self.process.terminate()
         assert self.process.wait(10.0) == 0
-        for publisher in self._publishers.values():
-            publisher.close()
+        self._tracker.close()
         self._health.close()
         self._context.term()
 
