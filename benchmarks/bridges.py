@@ -126,7 +126,7 @@ def _obstacle(number: int, now_ns: int) -> Obstacle:
 
 def _cpu_s(usage: psutil.Process) -> float:
     times = usage.cpu_times()
-    return times.user + times.system
+    return float(times.user + times.system)
 
 
 if __name__ == "__main__":

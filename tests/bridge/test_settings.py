@@ -5,9 +5,13 @@ from pathlib import Path
 import pytest
 
 from ods.base.settings_file import ConfigError, load
+from ods.bridge.settings import BridgeSettings
 from ods.cli import main
 from ods.config import OnboardConfig
+from ods.runtime import supervisor
+from ods.runtime.processes import PROCESSES
 
+DEPLOY = Path(__file__).parents[2] / "deploy"
 ONBOARD = Path(__file__).parents[2] / "config" / "onboard.toml"
 
 
@@ -61,3 +65,25 @@ def test_a_bridge_without_its_table_says_so(tmp_path: Path, capsys: pytest.Captu
     file.write_text(ONBOARD.read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}"'))
     assert main(["bridge", "json", "--config", str(file)]) == 2
     assert capsys.readouterr().err == "ods bridge: bridge.json: missing: `to` says where to send\n"
+
+
+def test_each_table_has_its_process_and_its_unit() -> None:
+    names = [f"bridge_{name}" for name in BridgeSettings.__struct_fields__]
+    assert names == [name for name in PROCESSES if name.startswith("bridge_")]
+    install = (DEPLOY / "install.sh").read_text()
+    assert f"for bridge in {' '.join(BridgeSettings.__struct_fields__)}; do" in install
+    unit = (DEPLOY / "bridge.conf").read_text()
+    assert "ExecCondition=/opt/ods/bin/ods bridge NAME --is-on --config" in unit
+    assert "\nExecStart=\nExecStart=/opt/ods/bin/ods bridge NAME --config" in unit
+
+
+def test_ods_run_starts_the_bridges_that_are_given(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    started: list[str] = []
+    monkeypatch.setattr(supervisor, "supervise", lambda processes, *_: started.extend(each.name for each in processes))
+    assert main(["run", "--config", str(ONBOARD)]) == 0
+    assert not [name for name in started if name.startswith("bridge")]
+    started.clear()
+    assert main(["run", "--config", str(config(tmp_path, '\n[bridge.moos]\nto = "udp://127.0.0.1:9300"\n'))]) == 0
+    assert started.count("bridge_moos") == 1
+    command = supervisor._command(PROCESSES["bridge_moos"], Path("some.toml"), "info")
+    assert command[3:] == ["ods", "bridge", "moos", "--config", "some.toml", "--log-level", "info"]
