@@ -41,8 +41,10 @@ def _text(data: bytes, place: int) -> tuple[str, int]:
     return data[place + 4 : place + 4 + length].decode(), place + 4 + length
 
 
-def number(key: str, value: float, time_s: float) -> bytes:
-    """Return the datagram of a number, such as NAV_X."""
-    texts = b"".join(struct.pack("<i", len(text)) + text for text in (b"test", b"", b"test", key.encode()))
-    body = struct.pack("<icc", -1, b"N", b"D") + texts + struct.pack("<dddi", time_s, value, -1.0, 0)
+def written(key: str, value: float | str, time_s: float) -> bytes:
+    """Return the datagram of a number, such as NAV_X, or of a text."""
+    text, number = (value.encode(), -1.0) if isinstance(value, str) else (b"", value)
+    texts = b"".join(struct.pack("<i", len(name)) + name for name in (b"test", b"", b"test", key.encode()))
+    body = struct.pack("<icc", -1, b"N", b"S" if text else b"D") + texts
+    body += struct.pack("<dddi", time_s, number, -1.0, len(text)) + text
     return struct.pack("<i", 4 + len(body)) + body
