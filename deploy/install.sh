@@ -108,6 +108,10 @@ install_units() {
     install -m 644 "$scratch/ods@.service" deploy/ods.target $UNITS
     sed "s|/opt/ods/|$PREFIX/|" deploy/record.conf >"$scratch/record.conf"
     install -D -m 644 "$scratch/record.conf" $UNITS/ods@record.service.d/record.conf
+    for bridge in json ttm moos; do
+        sed "s|/opt/ods/|$PREFIX/|; s|NAME|$bridge|" deploy/bridge.conf >"$scratch/bridge.conf"
+        install -D -m 644 "$scratch/bridge.conf" "$UNITS/ods@bridge_$bridge.service.d/bridge.conf"
+    done
     install -D -m 644 deploy/90-ods-serial.rules /etc/udev/rules.d/90-ods-serial.rules
     install -D -m 644 deploy/90-ods.conf /etc/sysctl.d/90-ods.conf
     [ -n "$there" ] || systemctl --quiet enable ods.target # whoever disabled it since, meant it

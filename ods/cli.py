@@ -38,7 +38,7 @@ ONE_THREAD = ("OPENBLAS_NUM_THREADS", "1")
 """Products are of small matrices: threads that wait for each other would cost pings more than they gain."""
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as of shells."""
-GO_ON = frozenset({"run", *PROCESSES})
+GO_ON = frozenset({"run", "bridge", *PROCESSES})
 """Commands that wait for nobody who reads what they log."""
 NO_PLACE = (errno.ENAMETOOLONG, errno.ELOOP, errno.EACCES)
 """Of a name that no file can have, of links in a circle, and of a folder that may not be looked into."""
@@ -60,12 +60,14 @@ class Command(NamedTuple):
 
 GROUPS = {
     "map": ("ACTION", "the map of objects at rest: list, export, merge, prune"),
+    "bridge": ("NAME", "obstacles to planners and displays of others"),
     "assess": ("WHAT", "accuracy and speed of every setting, on one chart"),
 }
 COMMANDS = (
     Command("run", "ods.commands.run", "keep the on-board processes up", ONBOARD),
-    *(Command(process.name, "ods.commands.process", f"one process: {process.job}",
-              ONBOARD if process.on_board else BENCH) for process in PROCESSES.values() if process.name != "record"),
+    *(Command(process.command, f"ods.commands.{'bridge' if ' ' in process.command else 'process'}",
+              f"one process: {process.job}", ONBOARD if process.on_board else BENCH)
+      for process in PROCESSES.values() if process.name != "record"),
     Command("bench", "ods.bench.command", "whole chain against the simulated sonar and vehicle", BENCH),
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),
@@ -113,7 +115,7 @@ def _run(argv: Sequence[str] | None) -> int:
     args = _parser().parse_args(argv)
     logging.basicConfig(
         level=args.log_level.upper(),
-        format=f"%(asctime)s {args.command}: %(message)s",
+        format=f"%(asctime)s {_logs_as(args)}: %(message)s",
         datefmt="%H:%M:%S",
         handlers=[LogWriter()] if args.command in GO_ON else None,
     )
@@ -142,6 +144,10 @@ def _run(argv: Sequence[str] | None) -> int:
         print(f"ods {args.command}: cannot write what it prints: {reason_of(error)}", file=sys.stderr)
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # for what is left of it
         return 2
+
+
+def _logs_as(args: argparse.Namespace) -> str:
+    return f"bridge {args.name}" if args.command == "bridge" else str(args.command)
 
 
 def _refuse_no_place(values: Iterable[Any]) -> None:

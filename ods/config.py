@@ -5,6 +5,7 @@ from typing import TypeVar
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
+from ods.bridge.settings import BridgeSettings
 from ods.nav_bridge.settings import NavSettings
 from ods.pipeline.settings import PipelineSettings
 from ods.recording.settings import RecordSettings
@@ -31,6 +32,7 @@ class OnboardConfig(Settings, frozen=True):
     supervise: SuperviseSettings = SuperviseSettings()
     recordings: RecordingsSettings = RecordingsSettings()
     record: RecordSettings = RecordSettings()
+    bridge: BridgeSettings = BridgeSettings()
 
     @property
     def mounting(self) -> MountingSettings:

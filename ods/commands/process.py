@@ -2,11 +2,12 @@
 
 import importlib
 from argparse import ArgumentParser, Namespace
+from pathlib import Path
 from typing import Any
 
 from ods.base.settings_file import load
 from ods.config import part_of
-from ods.runtime.processes import PROCESSES
+from ods.runtime.processes import PROCESSES, Process
 from ods.runtime.service import run_worker, words_at_the_end
 
 
@@ -16,9 +17,13 @@ def add_arguments(_parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Run the process that the command is named after until SIGTERM or SIGINT. Raises OdsError."""
-    process = PROCESSES[args.command]
+    run_process(PROCESSES[args.command], args.config)
+
+
+def run_process(process: Process, file: Path) -> None:
+    """Run a process by a configuration until SIGTERM or SIGINT. Raises OdsError."""
     with words_at_the_end(process.name) as home:
-        config = load(args.config, _named(process.config))
+        config = load(file, _named(process.config))
         home.run_dir = config.bus.run_dir
         run_worker(_named(process.worker), process, config.bus.run_dir, part_of(config, _named(process.settings)))
 

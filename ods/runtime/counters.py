@@ -37,7 +37,20 @@ _POSE_BUFFER = (
     CounterRow("pose_thinned", "poses of no use: they come faster than `pose.max_rate_hz`", trouble=False),
 )
 
+_BRIDGE = (
+    CounterRow("sent_lists", "lists of which every datagram was sent", trouble=False),
+    CounterRow("sent_datagrams", "datagrams sent", trouble=False),
+    CounterRow(
+        "withheld_lists", "lists not sent: not valid, too old, or the vehicle's pose is not known", trouble=False
+    ),
+    CounterRow("paced_lists", "lists not sent: newer ones came before it was their turn", trouble=False),
+    CounterRow("left_out_obstacles", "obstacles of lists sent that were not sent: others are nearer", trouble=False),
+    CounterRow("refused_datagrams", "datagrams that came to a computer on which nobody listens"),
+    CounterRow("unsent_datagrams", "datagrams that could not be sent: no way there, no room"),
+)
+
 _OWN: dict[str, tuple[CounterRow, ...]] = {
+    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
         CounterRow("lost_pings", "ping numbers that never became a ping, for whatever reason", logged=True,

@@ -27,7 +27,12 @@ class Process:
     raw: bool = False
     """It gets messages as the bytes that they are on the wire."""
     by_configuration: bool = False
-    """It runs only where the configuration says so: its table has `on = true`."""
+    """It runs only where the configuration says so: `[record] on = true`, a table `[bridge.NAME]`."""
+
+    @property
+    def command(self) -> str:
+        """What runs it behind `ods`: "bridge json" of `bridge_json`."""
+        return self.name.replace("_", " ")
 
 
 SUPERVISOR = "run"
@@ -45,6 +50,21 @@ PROCESSES: dict[str, Process] = {
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
+        ),
+        Process(
+            "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles",), publishes=(),
+            worker="ods.bridge.service:JsonWorker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
+            "bridge_ttm", "obstacles as NMEA TTM, over UDP", reads=("obstacles",), publishes=(),
+            worker="ods.bridge.service:TtmWorker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
+            "bridge_moos", "obstacles to MOOS-IvP, over UDP", reads=("obstacles",), publishes=(),
+            worker="ods.bridge.service:MoosWorker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
         ),
         Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),

@@ -323,4 +323,5 @@ def _stop(children: Sequence[Child], within_s: float) -> None:
 
 def _command(process: Process, config: Path, log_level: str) -> list[str]:
     safe_path = "-P"  # or whoever can write in the current folder has his numpy.py run
-    return [sys.executable, safe_path, "-m", "ods", process.name, "--config", str(config), "--log-level", log_level]
+    options = ["--config", str(config), "--log-level", log_level]
+    return [sys.executable, safe_path, "-m", "ods", *process.command.split(), *options]

@@ -1,0 +1,20 @@
+"""What every bridge has: an encoder of lists, without any input or output."""
+
+from typing import NamedTuple, Protocol
+
+from ods.bridge.moment import Moment
+
+
+class Encoded(NamedTuple):
+    """One list as datagrams."""
+
+    datagrams: list[bytes]
+    left_out: int
+    """Obstacles that are known and in none of them."""
+
+
+class Encoder(Protocol):
+    """Turns lists into datagrams."""
+
+    def encode(self, moment: Moment) -> Encoded:
+        """Return the datagrams of a list that is valid."""

@@ -1,0 +1,63 @@
+"""Obstacles as GIVEN_OBSTACLE of MOOS-IvP, each in a datagram as pShare takes it.
+
+Formats as read in moos-ivp a2a9b716c: CMOOSMsg::Serialize (little endian; texts by their length and bytes) and
+pObstacleMgr's handleGivenObstacle, which wants a convex polygon and a duration of 60 s at most. MOOS's local frame has
+x to the east and y to the north.
+"""
+
+import math
+import struct
+
+from ods.base.clock import NS
+from ods.bridge.encoder import Encoded
+from ods.bridge.moment import Moment
+from ods.bridge.settings import MoosSettings
+from ods.messages import Obstacle
+
+SOURCE = "ods"
+CORNERS = 8
+NO_NUMBER = -1.0
+NO_ID = -1
+
+
+class MoosEncoder:
+    """Lists to datagrams for pShare."""
+
+    def __init__(self, settings: MoosSettings) -> None:
+        self._settings = settings
+
+    def encode(self, moment: Moment) -> Encoded:
+        """Return a datagram for each obstacle, the nearest first."""
+        nearest = moment.nearest(self._settings.most_obstacles)
+        utc_s = moment.utc_ns / NS
+        texts = (given_obstacle(obstacle, moment, self._settings) for obstacle in nearest)
+        return Encoded([message("GIVEN_OBSTACLE", text, utc_s) for text in texts], moment.left_out(len(nearest)))
+
+
+def given_obstacle(obstacle: Obstacle, moment: Moment, settings: MoosSettings) -> str:
+    """Return an octagon around an obstacle where it is now; its sides touch the circle from without."""
+    north, east, _ = moment.place(obstacle)
+    sigma = math.hypot(obstacle.sigma_radius, _widest_sigma(obstacle))
+    corner_m = (obstacle.radius_m + settings.sigmas * sigma) / math.cos(math.pi / CORNERS)
+    angles = [2.0 * math.pi * corner / CORNERS for corner in range(CORNERS)]
+    points = ":".join(f"{east + corner_m * math.cos(a):.2f},{north + corner_m * math.sin(a):.2f}" for a in angles)
+    return f"pts={{{points}}},label={SOURCE}_{obstacle.id},vsource={SOURCE},duration={settings.duration_s:g}"
+
+
+def _widest_sigma(obstacle: Obstacle) -> float:
+    """Return the long half axis of the ellipse of one standard deviation, m: the root of the larger eigenvalue."""
+    north, east = obstacle.sigma_position[0] ** 2, obstacle.sigma_position[1] ** 2
+    return math.sqrt(0.5 * (north + east) + math.hypot(0.5 * (north - east), obstacle.covariance_ne))
+
+
+def message(key: str, text: str, utc_s: float) -> bytes:
+    """Return a notification of a text as pShare takes it: a serialised CMOOSMsg."""
+    names = b"".join(map(_packed, (SOURCE, "", SOURCE, key)))
+    body = struct.pack("<icc", NO_ID, b"N", b"S") + names
+    body += struct.pack("<ddd", utc_s, NO_NUMBER, NO_NUMBER) + _packed(text)
+    return struct.pack("<i", 4 + len(body)) + body
+
+
+def _packed(text: str) -> bytes:
+    data = text.encode()
+    return struct.pack("<i", len(data)) + data
