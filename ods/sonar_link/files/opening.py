@@ -8,6 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from ods.base.errors import OdsError
+from ods.base.in_file import opened
 from ods.base.plugins import reason
 from ods.sonar_link.files.aris import ArisDecoder
 from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
@@ -58,9 +59,7 @@ def _place(decoder: Decoder) -> int:
 
 def _start_of(path: Path) -> bytes:
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # to open a pipe would wait for ever
-            raise PingFileError(f"{path}: no file, but a device or a pipe")
-        with path.open("rb") as file:
+        with opened(path) as file:
             start = file.read(START_BYTES)
     except OSError as error:
         raise PingFileError(f"{path}: {error.strerror}") from error
