@@ -24,6 +24,7 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.messages import (
     ClosestApproach,
+    Health,
     Obstacle,
     ObstacleList,
     Prediction,
@@ -35,6 +36,7 @@ from ods.messages import (
 )
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
+from ods.runtime.run_dir import RunDirError, is_safe_to_hear
 
 __all__ = [
     "ClosestApproach", "Obstacle", "ObstacleList", "Obstacles", "Prediction", "Replay", "ReplayAnswer", "ReplayError",
@@ -68,7 +70,7 @@ class Obstacles:
         """Wait for the next list, at most `stale_s`."""
         deadline_s = time.monotonic() + self._stale_s
         while (left_s := deadline_s - time.monotonic()) > 0.0:
-            for _, message in reversed(self._subscriber.receive(left_s)[0]):
+            for _, message in reversed(self._received(left_s)):
                 if isinstance(message, ObstacleList):
                     now = clock.monotonic_ns()
                     self._last, self._last_ns = message, message.made_ns or now
@@ -79,6 +81,13 @@ class Obstacles:
                 if message.process == "tracker":
                     self._why = "; " + "; ".join(message.problems)
         return self._silence()
+
+    def _received(self, timeout_s: float) -> list[tuple[str, ObstacleList | Health]]:
+        try:
+            return self._subscriber.receive(timeout_s)[0]
+        except RunDirError as error:  # who speaks there may be anybody
+            self._why = f"; {error}"
+            return []
 
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
@@ -123,8 +132,11 @@ class _Asker(Generic[RequestT, AnswerT]):
         """Send a request, wait for its answer. Raises `error` when it is not ok, or none comes in time."""
         process = f"{self._row.process} process"
         try:
+            is_safe_to_hear(self._run_dir)
             self._socket.send(msgspec.msgpack.encode(request))
             answer = self._decoder.decode(self._socket.recv())
+        except RunDirError as unsafe:
+            raise error(str(unsafe)) from None
         except zmq.Again:
             why = bus.hindrance(self._run_dir, self._row.name) or ": does it run?"
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
