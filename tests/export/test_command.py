@@ -72,7 +72,7 @@ def test_the_site_may_be_another_configurations(record: Path, tmp_path: Path) ->
     (tmp_path / "other.toml").write_text("[site]\nlatitude_deg = -10.0\nlongitude_deg = 20.0\n[new]\nx = 1\n")
     out = tmp_path / "out"
     assert main(["export", str(record), "--geojson", str(out), "--config", str(tmp_path / "other.toml")]) == 0
-    first = json.loads(out.read_text())["features"][0]["geometry"]["coordinates"][0]
+    first = json.loads(out.read_text())["features"][0]["geometry"]["coordinates"]
     assert first[:2] == pytest.approx([20.0, -10.0], abs=0.01)
 
 

@@ -122,18 +122,18 @@ def test_geopackage_has_what_the_standard_requires(field: Path, tmp_path: Path) 
     assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     assert db.execute("PRAGMA foreign_key_check").fetchall() == []
     systems = db.execute("SELECT srs_id, organization, organization_coordsys_id FROM gpkg_spatial_ref_sys").fetchall()
-    assert sorted(systems) == [(-1, "NONE", -1), (0, "NONE", 0), (4326, "EPSG", 4326)]
+    assert sorted(systems) == [(-1, "NONE", -1), (0, "NONE", 0), (4326, "EPSG", 4326), (4979, "EPSG", 4979)]
     (contents,) = db.execute("SELECT table_name, data_type, srs_id, min_x, max_y, last_change FROM gpkg_contents")
-    assert contents[:3] == ("obstacles", "features", 4326)
+    assert contents[:3] == ("obstacles", "features", 4979)
     assert contents[3:5] == (10.038811, 57.0590851)
     assert contents[5].endswith("Z")
     geometry = db.execute("SELECT * FROM gpkg_geometry_columns").fetchall()
-    assert geometry == [("obstacles", "geom", "POINT", 4326, 1, 0)]
+    assert geometry == [("obstacles", "geom", "POINT", 4979, 1, 0)]
     columns = [(c[1], c[2], c[5]) for c in db.execute("PRAGMA table_info(obstacles)")]
     assert columns[:2] == [("id", "INTEGER", 1), ("geom", "POINT", 0)]
     assert {kind for _, kind, _ in columns} <= {"INTEGER", "POINT", "DOUBLE", "DATETIME"}
     blob, down, seen = db.execute("SELECT geom, down_m, last_seen_utc FROM obstacles WHERE id = 1").fetchone()
-    assert struct.unpack("<2sBBiBI3d", blob) == (b"GP", 0, 1, 4326, 1, 1001, 10.038811, 57.0590851, -19.845)
+    assert struct.unpack("<2sBBiBI3d", blob) == (b"GP", 0, 1, 4979, 1, 1001, 10.038811, 57.0590851, -19.845)
     assert (down, seen) == (20.0, "2026-09-21T14:13:20.123Z")
     db.close()
     assert run("export", saved(tmp_path / "none", []), "--out", out) == 0  # replaced, and empty is a map too

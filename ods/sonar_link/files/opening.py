@@ -15,17 +15,25 @@ from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
 from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
 from ods.sonar_link.files.npz import NpzDecoder
 from ods.sonar_link.files.oculus import OculusDecoder
+from ods.sonar_link.files.oculus_log import OculusLogDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.files.s7k.decoder import S7kDecoder
 
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
-DECODERS: tuple[Decoder, ...] = (NpzDecoder(), S7kDecoder(), ArisDecoder(), OculusDecoder(), FanClipDecoder())
+DECODERS: tuple[Decoder, ...] = (
+    NpzDecoder(),
+    S7kDecoder(),
+    ArisDecoder(),
+    OculusDecoder(),
+    OculusLogDecoder(),
+    FanClipDecoder(),
+)
 """Every format that comes with ODS, in any order."""
 
 
 def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
-    """Open a .npz, .s7k, .aris or Oculus .raw recording, or an .avi clip of fan images whose geometry is `fan`.
+    """Open a recording of one of DECODERS; `fan`: the geometry of the fan images of an .avi clip.
 
     Raises PingFileError, whose text is one line.
     """
