@@ -117,10 +117,11 @@ def test_what_processes_say_is_in_order_of_time(tmp_path: Path) -> None:
         sink.take(UTC_NS + late_ns, message)
     sink.close()
     with AnyReader([tmp_path / "bag"]) as reader:
-        said = [
-            (stamp_ns, reader.deserialize(data, connection.msgtype).header.stamp)
+        said: list[tuple[int, Any]] = [
+            (stamp_ns, reader.deserialize(data, connection.msgtype))
             for connection, stamp_ns, data in reader.messages()
             if connection.topic == "/diagnostics"
         ]
     assert [stamp_ns - UTC_NS for stamp_ns, _ in said] == [100_000_000, 160_000_000, 160_000_000]
-    assert all(stamp.sec * 10**9 + stamp.nanosec == stamp_ns for stamp_ns, stamp in said)
+    stamps = [(stamp_ns, array.header.stamp) for stamp_ns, array in said]
+    assert all(stamp.sec * 10**9 + stamp.nanosec == stamp_ns for stamp_ns, stamp in stamps)
