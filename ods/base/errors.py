@@ -34,7 +34,7 @@ def reason_of(error: BaseException) -> str:
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, OSError) and cause.errno:
-            text = os.strerror(cause.errno)
+            text = cause.strerror or os.strerror(cause.errno)
             return text[:1].lower() + text[1:]
         if isinstance(cause, UnicodeEncodeError):
             beyond = ascii(cause.object[cause.start : cause.end])

@@ -9,9 +9,8 @@ import numpy as np
 
 from ods.base.arrays import AnyArray
 from ods.base.errors import one_line
+from ods.base.in_file import MOST_BYTES, opened
 
-MOST_BYTES = 1_000_000_000
-"""Of all arrays of a file together, unpacked: 4,000 pings of 60 x 2000 samples of 2 bytes are 960 MB."""
 _SUFFIX = ".npy"
 
 
@@ -21,10 +20,8 @@ def load_npz(path: Path, names: Collection[str] | None = None, most_bytes: int =
     Raises OSError, and ValueError, one line that does not name the file, where it is damaged, holds Python objects,
     or would unpack to more than `most_bytes`.
     """
-    if path.exists() and not path.is_file():  # to open a pipe would wait for ever
-        raise ValueError("no file, but a folder, a device or a pipe")
     try:
-        with zipfile.ZipFile(path) as archive:
+        with opened(path) as file, zipfile.ZipFile(file) as archive:
             wanted = [each for each in archive.infolist() if _is_wanted(each.filename, names)]
             size = sum(member.file_size for member in wanted)
             if size > most_bytes:

@@ -3,6 +3,7 @@
 import copy
 import math
 import os
+import re
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -11,10 +12,11 @@ from typing import Any, TypeVar
 import msgspec
 
 from ods.base.errors import OdsError, one_line
+from ods.base.in_file import content_of
 from ods.base.settings import Settings, complaint_of
 
-MOST_BYTES = 4 << 20
-"""Of a file; it takes seconds to read."""
+MOST_DOTS = 200
+"""Between two commas, brackets or equals signs: in a key each costs the parser as much as all before it."""
 KINDS = {
     "site": "a configuration of the processes",
     "onboard": "one of the bench",
@@ -60,17 +62,20 @@ def load_table(path: Path, name: str, kind: type[SettingsT], whole: type[Setting
 
 def _read(path: Path) -> dict[str, Any]:
     try:
-        with path.open("rb") as file:
-            content = file.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise ConfigError(f"{path}: larger than {MOST_BYTES >> 20} MB: no file of settings")
-        data = tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
+        data = parsed_toml(content_of(path))
     except OSError as error:
         raise ConfigError(f"{path}: {error.strerror}") from error
     except (ValueError, RecursionError) as error:  # no TOML, no UTF-8, a number of 5000 digits, brackets in brackets
         raise ConfigError(f"{path}: not valid TOML: {one_line(error)}") from error
     _refuse_non_finite(data, path, "")
     return data
+
+
+def parsed_toml(content: bytes) -> dict[str, Any]:
+    """Return what a file of settings holds. Raises ValueError, RecursionError."""
+    if any(part.count(b".") > MOST_DOTS for part in re.split(rb"[=,\[\]{}\n]", content)):
+        raise ValueError(f"a key of more than {MOST_DOTS} parts")
+    return tomllib.loads(content.decode("utf-8-sig").replace("\r\n", "\n"))
 
 
 def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:

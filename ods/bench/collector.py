@@ -1,12 +1,15 @@
 """The bench's planner client: listens to everything and keeps what the summary and the picture need."""
 
-from collections import deque
+from collections import defaultdict, deque
+from functools import partial
 from pathlib import Path
 
 import zmq
 
 from ods.base import clock
+from ods.bench.spool import Spool
 from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.offline.recorded import TruthsByNumber
 from ods.offline.run_record import RunRecord
 from ods.runtime import bus
 from ods.runtime.processes import PROCESSES, SUPERVISOR
@@ -15,8 +18,14 @@ from ods.runtime.processes import PROCESSES, SUPERVISOR
 class Collector:
     """Subscribes to all topics and all health reports of a run folder."""
 
-    def __init__(self, run_dir: Path) -> None:
-        self.record = RunRecord()
+    def __init__(self, run_dir: Path, folder: Path | None = None) -> None:
+        """`folder`: of the results, which has room for what is heard."""
+        self._truths: Spool[Truth] = Spool(Truth, folder)
+        self.record = RunRecord(
+            lists=Spool(tuple[int, ObstacleList], folder),
+            truths=TruthsByNumber(self._truths),
+            health=defaultdict(partial(Spool, Health, folder)),
+        )
         self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         topics = ["obstacles", "truth", "detections", "ping"]
@@ -35,7 +44,7 @@ class Collector:
             case ObstacleList():
                 record.lists.append((now_ns, message))
             case Truth():
-                record.truths[message.ping_number] = message
+                self._truths.append(message)
             case Health():
                 record.health[message.process].append(message)
             case Ping():

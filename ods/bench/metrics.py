@@ -9,8 +9,8 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
-from ods.messages import Health, ObstacleList
-from ods.offline.run_record import RunRecord
+from ods.messages import Health
+from ods.offline.run_record import Log, RunRecord
 from ods.offline.score import ObjectScore, position_rms_m, score_objects
 
 
@@ -72,7 +72,9 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float, machine: 
     machine: how busy the computer was; by default idle.
     """
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
-    answered = {item.ping_number: (arrival, item) for arrival, item in reversed(record.lists) if item.ping_number >= 0}
+    answered = {
+        item.ping_number: (arrival, item.t_rx_ns) for arrival, item in reversed(record.lists) if item.ping_number >= 0
+    }
     latencies_ms = _latencies_ms(record, answered)
     objects, false_ids = score_objects(record, settle_s)
     times = [truth.t_ns for truth in record.truths.values()]
@@ -122,7 +124,7 @@ def _is_the_machines(name: str, summary: Summary, limits: BenchLimits) -> bool:
     return name in TIMES or name in summary.back_s
 
 
-def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList]]) -> Floats:
+def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, int]]) -> Floats:
     """Return the time from each ping's last byte to its list.
 
     Writer and reader both stamp the last byte, each a little late when it has to wait for a core: the earlier counts.
@@ -130,8 +132,8 @@ def _latencies_ms(record: RunRecord, answered: dict[int, tuple[int, ObstacleList
     found = []
     for number, truth in record.truths.items():
         if number in answered:
-            arrival, item = answered[number]
-            found.append((arrival - min(truth.t_sent_ns, item.t_rx_ns)) / 1e6)
+            arrival, read_ns = answered[number]
+            found.append((arrival - min(truth.t_sent_ns, read_ns)) / 1e6)
     return np.array(found)
 
 
@@ -143,7 +145,7 @@ def _percentile(values: Floats, percent: float) -> float:
     return float(np.percentile(values, percent)) if len(values) else math.inf
 
 
-def _process_score(name: str, reports: list[Health]) -> ProcessScore:
+def _process_score(name: str, reports: Log[Health]) -> ProcessScore:
     return ProcessScore(
         name=name,
         cpu_percent=float(np.mean([report.cpu_percent for report in reports])),

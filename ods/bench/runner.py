@@ -29,7 +29,7 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
     onboard_file, sim_file = write_configs(settings)
     line = report.ProgressLine()
     with (
-        closing(Collector(settings.bus.run_dir)) as collector,
+        closing(Collector(settings.bus.run_dir, settings.out)) as collector,
         Program("run", onboard_file, settings.out / "run.log") as onboard,
     ):
         _wait_ready(collector, ["pipeline", "tracker"], onboard, line)

@@ -10,9 +10,10 @@ import zmq
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.client.ahead import Ahead, at
-from ods.messages import ObstacleList
+from ods.messages import Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
+from ods.runtime.run_dir import RunDirError
 
 
 class NoListError(OdsError):
@@ -42,7 +43,7 @@ class Obstacles:
         """Wait for the next list, at most `stale_s`."""
         deadline_s = time.monotonic() + self._stale_s
         while (left_s := deadline_s - time.monotonic()) > 0.0:
-            for _, message in reversed(self._subscriber.receive(left_s)[0]):
+            for _, message in reversed(self._received(left_s)):
                 if isinstance(message, ObstacleList):
                     now = clock.monotonic_ns()
                     self._last, self._last_ns = message, message.made_ns or now
@@ -53,6 +54,13 @@ class Obstacles:
                 if message.process == "tracker":
                     self._why = "; " + "; ".join(message.problems)
         return self._silence()
+
+    def _received(self, timeout_s: float) -> list[tuple[str, ObstacleList | Health]]:
+        try:
+            return self._subscriber.receive(timeout_s)[0]
+        except RunDirError as error:  # who speaks there may be anybody
+            self._why = f"; {error}"
+            return []
 
     def at(self, t_ns: int) -> list[Ahead]:
         """Return where the obstacles of the newest list that came are at `t_ns`, CLOCK_MONOTONIC. Raises NoListError.

@@ -9,6 +9,7 @@ import zmq
 from ods.base.errors import OdsError
 from ods.messages import ReplayAnswer, ReplayRequest, SonarAnswer, SonarRequest
 from ods.runtime import bus
+from ods.runtime.run_dir import RunDirError, is_safe_to_hear
 
 RequestT = TypeVar("RequestT", bound=msgspec.Struct)
 AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer)
@@ -42,8 +43,11 @@ class _Asker(Generic[RequestT, AnswerT]):
         """Send a request, wait for its answer. Raises `error` when it is not ok, or none comes in time."""
         process = f"{self._row.process} process"
         try:
+            is_safe_to_hear(self._run_dir)
             self._socket.send(msgspec.msgpack.encode(request))
             answer = self._decoder.decode(self._socket.recv())
+        except RunDirError as unsafe:
+            raise error(str(unsafe)) from None
         except zmq.Again:
             why = bus.hindrance(self._run_dir, self._row.name) or ": does it run?"
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None

@@ -12,7 +12,10 @@ from ods.plots.style import add_style
 def add_arguments(parser: ArgumentParser) -> None:
     """Recording, which pings of it, and what is made of them."""
     parser.add_argument(
-        "file", type=Path, metavar="FILE", help=".npz pings, .s7k, .aris, Oculus .raw, .avi, a recording of ods record"
+        "file",
+        type=Path,
+        metavar="FILE",
+        help=".npz, .s7k, .aris, .raw, .oculus, .avi, or a recording of ods record",
     )
     parser.add_argument("--fan", type=Path, metavar="FAN.toml", help="geometry of the fan images of an .avi clip")
     parser.add_argument(

@@ -4,6 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import duration_s
+from ods.base.in_file import text_of
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.recording.errors import RecordingError
@@ -48,7 +49,7 @@ def _record(args: Namespace) -> None:
         settings = RecordConfig(
             record=config.record,
             tracker=config.tracker,
-            text=args.config.read_text(encoding="utf-8"),
+            text=text_of(args.config),
             out=None if args.out is None else _new(args.out),
             seconds=args.seconds,
         )

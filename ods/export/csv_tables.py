@@ -21,17 +21,17 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     ),
     "detections": ("utc_ns", "t_ns", "seq", "ping_number", *Detection.__struct_fields__),
     "scans": ("utc_ns", "t_ns", "seq", "ping_number", "detections", "usable", "unseen_share", "unseen_why",
-              "heard_from_db"),
+              "heard_from_db", "caution"),
     "lists": (
         "utc_ns", "t_ns", "seq", "ping_number", "valid", "reasons", "obstacles", "left_out", "bottom_left_out",
-        "unseen_share", "heard_from_db",
+        "unseen_share", "heard_from_db", "caution",
     ),
     "obstacles": (
         "utc_ns", "t_ns", "list_seq", "valid", "id", "state", *(f"{a}_m" for a in NED), *(f"v_{a}_mps" for a in NED),
         "radius_m", *(f"sigma_{a}_m" for a in NED), *(f"sigma_v_{a}_mps" for a in NED), "sigma_radius_m",
         "covariance_ne_m2", "existence", "times_seen", "unseen_s", "first_seen_utc_ns", "last_seen_utc_ns",
         "cpa_time_s", "cpa_distance_m", "cpa_sigma_m", "bottom_probability", "height_above_bottom_m",
-        "sigma_height_above_bottom_m",
+        "sigma_height_above_bottom_m", "multipath_of",
     ),
     "poses": (
         "utc_ns", "t_ns", "seq", *(f"{a}_m" for a in NED), "qw", "qx", "qy", "qz", "v_forward_mps", "v_starboard_mps",
@@ -89,7 +89,7 @@ def _values(stamp_ns: int, message: msgspec.Struct, names: Iterable[str]) -> tup
 
 def _detections(stamp_ns: int, message: Detections) -> Iterable[tuple[str, tuple[Cell, ...]]]:
     head = _values(stamp_ns, message, ("t_ns", "seq", "ping_number"))
-    seen = message.unseen_share, message.unseen_why, message.heard_from_db
+    seen = message.unseen_share, message.unseen_why, message.heard_from_db, message.caution
     yield "scans", (*head, len(message.detections), message.usable, *seen)
     for detection in message.detections:
         yield "detections", (*head, *msgspec.structs.astuple(detection))
@@ -99,7 +99,7 @@ def _list(stamp_ns: int, message: ObstacleList) -> tuple[Cell, ...]:
     return (
         *_values(stamp_ns, message, ("t_ns", "seq", "ping_number", "valid")),
         "; ".join(message.reasons), len(message.obstacles), message.left_out, message.bottom_left_out,
-        message.unseen_share, message.heard_from_db,
+        message.unseen_share, message.heard_from_db, message.caution,
     )  # fmt: skip
 
 
@@ -109,6 +109,7 @@ def _obstacle(o: Obstacle) -> tuple[Cell, ...]:
         o.id, o.state, *o.position_ned, *o.velocity_ned, o.radius_m, *o.sigma_position, *o.sigma_velocity,
         o.sigma_radius, o.covariance_ne, o.existence, o.times_seen, o.unseen_s, o.first_seen_utc_ns,
         o.last_seen_utc_ns, *nearest, o.bottom_probability, o.height_above_bottom_m, o.sigma_height_above_bottom_m,
+        o.multipath_of,
     )  # fmt: skip
 
 

@@ -89,6 +89,7 @@ class FoxgloveMessages:
             return [("/tf", self._frames(stamp, message)), ("/location", self._location(stamp, message))]
         if isinstance(message, ObstacleList):
             verdict = message.reasons or ([] if message.valid else ["not valid"])
+            verdict = [*verdict, message.caution] if message.caution else verdict
             return [("/obstacles", scene(stamp, message)), *self._news(stamp, "obstacles", verdict)]
         if isinstance(message, Health):
             return self._news(stamp, message.process, message.problems)
@@ -185,7 +186,7 @@ def _told(o: Obstacle) -> dict[str, object]:
         "sigma_radius_m": o.sigma_radius, "velocity_ned_mps": o.velocity_ned, "sigma_ned_m": o.sigma_position,
         "times_seen": o.times_seen, "unseen_s": o.unseen_s,
         "closest_approach_m": o.cpa.distance_m if o.cpa else None,
-        "closest_approach_in_s": o.cpa.time_s if o.cpa else None,
+        "closest_approach_in_s": o.cpa.time_s if o.cpa else None, "multipath_of": o.multipath_of,
     }  # fmt: skip
 
 

@@ -55,13 +55,8 @@ class Tracks:
         return {"type": "FeatureCollection", "features": [f for f in features if _finite(f["geometry"])]}
 
     def _line(self, name: str, about: dict[str, Any], way: "_Way") -> dict[str, Any]:
-        parts = _parts(self._coordinates(way.nodes))
-        lines = [part if len(part) > 1 else part * 2 for part in parts]
         about = {**about, "begin_utc": _utc(way.begin_ns), "end_utc": _utc(way.end_ns)}
-        geometry: dict[str, Any] = {"type": "MultiLineString", "coordinates": lines}
-        if len(lines) == 1:
-            geometry = {"type": "LineString", "coordinates": lines[0]}
-        return {"type": "Feature", "id": name, "geometry": geometry, "properties": about}
+        return {"type": "Feature", "id": name, "geometry": _way_in(self._coordinates(way.nodes)), "properties": about}
 
     def _coordinates(self, nodes: list[Vector3]) -> list[list[float]]:
         """Return longitude, latitude, deg, and height, m."""
@@ -117,7 +112,7 @@ def attributes(o: Obstacle) -> dict[str, Any]:
         "existence": o.existence,
     }  # fmt: skip
     return {
-        "what": "object", "id": o.id, "state": o.state,
+        "what": "object", "object": o.id, "state": o.state,
         **{name: round(value, 4) if math.isfinite(value) else None for name, value in numbers.items()},
         "times_seen": o.times_seen, "first_seen_utc": _utc(o.first_seen_utc_ns),
         "last_seen_utc": _utc(o.last_seen_utc_ns),
@@ -130,6 +125,19 @@ def _utc(utc_ns: int) -> str | None:
         return utc_text(utc_ns)
     except OverflowError:
         return None
+
+
+def _way_in(nodes: list[list[float]]) -> dict[str, Any]:
+    """Return a way as a line, in parts at the date line; as a point where it has one node: a line needs two.
+
+    A part of one node is left out: its end is within STEP_M of the other part's.
+    """
+    lines = [part for part in _parts(nodes) if len(part) > 1]
+    if not lines:
+        return {"type": "Point", "coordinates": nodes[0]}
+    if len(lines) == 1:
+        return {"type": "LineString", "coordinates": lines[0]}
+    return {"type": "MultiLineString", "coordinates": lines}
 
 
 def _parts(nodes: list[list[float]]) -> list[list[list[float]]]:

@@ -1,6 +1,5 @@
 """Where a mission was and where the sonar sat: what formats need of a configuration, as a rule the recording's own."""
 
-import tomllib
 from pathlib import Path
 
 import msgspec
@@ -9,7 +8,7 @@ from ods.base.errors import OdsError, one_line
 from ods.base.geodesy import LocalFrame, SiteSettings
 from ods.base.mounting import Mounting, MountingSettings
 from ods.base.settings import Settings, complaint_of
-from ods.base.settings_file import load
+from ods.base.settings_file import load, parsed_toml
 
 ATTACHMENT = "config.toml"
 """Name of the configuration in a recording."""
@@ -40,11 +39,11 @@ class Place(msgspec.Struct, frozen=True):
 def place_in(text: bytes, where: str) -> Place:
     """Return the place that a configuration tells; `where` it comes from, for errors. Raises PlaceError."""
     try:
-        found = msgspec.convert(tomllib.loads(text.decode()), _File)
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
-        raise PlaceError(f"{where}: not valid TOML: {one_line(error)}") from error
+        found = msgspec.convert(parsed_toml(text), _File)
     except msgspec.ValidationError as error:
         raise PlaceError(f"{where}: {complaint_of(error, _File)}") from error
+    except (ValueError, RecursionError) as error:
+        raise PlaceError(f"{where}: not valid TOML: {one_line(error)}") from error
     return _place(found)
 
 

@@ -70,7 +70,8 @@ class Ros2Bag:
             found.insert(0, ("/tf_static", self._messages.mounting(stamp_ns)))
         for topic, content in found:
             data = self._messages.store.serialize_cdr(content, TOPICS[topic])
-            self._writer.write(self._connections[topic], stamp_ns, data)
+            at_ns = self._messages.diagnosed_ns if topic == "/diagnostics" else stamp_ns
+            self._writer.write(self._connections[topic], at_ns, data)
 
     def close(self) -> None:
         """Raises OSError."""
@@ -84,6 +85,8 @@ class Ros2Messages:
         self.store = get_typestore(Stores.ROS2_JAZZY)
         for name, text in texts.DEFINITIONS.items():
             self.store.register(get_types_from_msg(text, name))
+        self.diagnosed_ns = 0
+        """Of the newest DiagnosticArray: of several processes, in the order in which they were heard."""
         self._mounting = mounting
         self._fan: tuple[list[float], list[float]] = [], []
         self._directions: list[Any] = []
@@ -170,6 +173,7 @@ class Ros2Messages:
 
     def verdict(self, stamp_ns: int, picture: ObstacleList) -> Any:
         """Return whether the list is to be relied on: ObstacleArray cannot tell."""
+        stamp_ns += picture.made_ns - picture.t_ns if picture.made_ns else 0  # the instant for which it holds
         said = "; ".join(picture.reasons) or ("valid" if picture.valid else "not valid")
         values = {"seq": picture.seq, "ping_number": picture.ping_number, "left_out": picture.left_out}
         return self._diagnostic(stamp_ns, "ods: obstacles", OK if picture.valid else ERROR, said, values)
@@ -197,9 +201,11 @@ class Ros2Messages:
         return self._directions
 
     def _diagnostic(self, stamp_ns: int, name: str, level: int, said: str, values: dict[str, int]) -> Any:
+        """Return a DiagnosticArray, of no earlier time than the last: what processes say comes in another order."""
+        self.diagnosed_ns = max(self.diagnosed_ns, stamp_ns)
         pairs = [self._new("diagnostic_msgs/msg/KeyValue", key, str(value)) for key, value in values.items()]
         status = self._new("diagnostic_msgs/msg/DiagnosticStatus", level, name, said, "", pairs)
-        return self._new("diagnostic_msgs/msg/DiagnosticArray", self._header(stamp_ns, ""), [status])
+        return self._new("diagnostic_msgs/msg/DiagnosticArray", self._header(self.diagnosed_ns, ""), [status])
 
     def _transform(self, stamp_ns: int, frames: tuple[str, str], place: Vector3, turn: Quaternion) -> Any:
         """`frames`: parent and child; place and turn of the child."""

@@ -11,11 +11,18 @@ from pathlib import Path
 APPLICATION_ID = 0x47504B47
 """`GPKG`."""
 VERSION = 10300
-WGS84_SRS = 4326
+WGS84_SRS, WGS84_3D_SRS = 4326, 4979
+"""EPSG codes. The points have heights above the ellipsoid, as GeoJSON's have: readers take that for the latter."""
 WGS84_WKT = (
     'GEOGCS["WGS 84",DATUM["World Geodetic System 1984",SPHEROID["WGS 84",6378137,298.257223563,'
     'AUTHORITY["EPSG","7030"]],AUTHORITY["EPSG","6326"]],PRIMEM["Greenwich",0,AUTHORITY["EPSG","8901"]],'
     'UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AUTHORITY["EPSG","4326"]]'
+)
+WGS84_3D_WKT = (
+    'GEOGCS["WGS 84",DATUM["World Geodetic System 1984",SPHEROID["WGS 84",6378137,298.257223563,'
+    'AUTHORITY["EPSG","7030"]],AUTHORITY["EPSG","6326"]],PRIMEM["Greenwich",0,AUTHORITY["EPSG","8901"]],'
+    'UNIT["degree",0.0174532925199433,AUTHORITY["EPSG","9122"]],AXIS["Latitude",NORTH],AXIS["Longitude",EAST],'
+    'AXIS["Ellipsoidal height",UP],AUTHORITY["EPSG","4979"]]'
 )
 SCHEMA = """
 CREATE TABLE gpkg_spatial_ref_sys (
@@ -41,6 +48,7 @@ SYSTEMS = (
     ("Undefined Cartesian", -1, "NONE", -1, "undefined", None),
     ("Undefined geographic", 0, "NONE", 0, "undefined", None),
     ("WGS 84 geodetic", WGS84_SRS, "EPSG", WGS84_SRS, WGS84_WKT, "longitude and latitude in degrees"),
+    ("WGS 84 3D", WGS84_3D_SRS, "EPSG", WGS84_3D_SRS, WGS84_3D_WKT, "and height above the ellipsoid in metres"),
 )
 
 
@@ -71,9 +79,9 @@ def write_points(
         db.execute(
             "INSERT INTO gpkg_contents (table_name, data_type, identifier, min_x, min_y, max_x, max_y, srs_id)"
             " VALUES (?, 'features', ?, ?, ?, ?, ?, ?)",
-            (table, table, *extent, WGS84_SRS),
+            (table, table, *extent, WGS84_3D_SRS),
         )
-        db.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', 'POINT', ?, 1, 0)", (table, WGS84_SRS))
+        db.execute("INSERT INTO gpkg_geometry_columns VALUES (?, 'geom', 'POINT', ?, 1, 0)", (table, WGS84_3D_SRS))
         marks = ", ".join("?" * (len(fields) + 1))
         filled = ((row[0], point_blob(*point), *row[1:]) for point, row in zip(points, rows, strict=True))
         db.executemany(f"INSERT INTO {table} VALUES ({marks})", filled)
@@ -84,5 +92,5 @@ def write_points(
 
 def point_blob(x: float, y: float, z: float) -> bytes:
     """Return a point in the GeoPackage's binary form: header without envelope, then ISO WKB, all little endian."""
-    header = struct.pack("<2sBBi", b"GP", 0, 0b00000001, WGS84_SRS)
+    header = struct.pack("<2sBBi", b"GP", 0, 0b00000001, WGS84_3D_SRS)
     return header + struct.pack("<BI3d", 1, 1001, x, y, z)

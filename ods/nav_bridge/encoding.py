@@ -2,10 +2,12 @@
 
 from pathlib import Path
 
+from ods.base.in_file import content_of
+
 
 def read_text(file: Path, encoding: str) -> str:
     """Return the text of a file in UTF-8 or, if it is not that, in `encoding`. Raises OSError."""
-    raw = file.read_bytes()
+    raw = content_of(file)
     try:
         return raw.decode("utf-8")
     except UnicodeDecodeError:

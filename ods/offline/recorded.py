@@ -8,6 +8,7 @@ import msgspec
 
 from ods.base.by_place import ByPlace, UnreadableItemError, place_after
 from ods.base.errors import one_line
+from ods.base.in_file import opened
 from ods.messages import Ping, Pose, Truth
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.framing import MAGIC
@@ -25,7 +26,7 @@ TOPICS: dict[type[msgspec.Struct], str] = {Ping: "ping", Pose: "pose", Truth: "t
 def is_recording(path: Path) -> bool:
     """Tell whether a path is a recording of `ods record`, or a folder of its segments."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             return file.read(len(MAGIC)) == MAGIC
     except IsADirectoryError:
         return True

@@ -1,22 +1,45 @@
 """What a run leaves, on the bench or from a file."""
 
 from collections import defaultdict
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from typing import Protocol, TypeVar
 
 from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+
+ItemT = TypeVar("ItemT")
+
+
+class Log(Protocol[ItemT]):
+    """A list that grows at its end, in memory or not."""
+
+    def append(self, item: ItemT, /) -> None:
+        """Add one."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, place: int, /) -> ItemT: ...
+
+    def __iter__(self) -> Iterator[ItemT]: ...
+
+    def __reversed__(self) -> Iterator[ItemT]: ...
+
+
+def _reports() -> Mapping[str, Log[Health]]:
+    return defaultdict(list)
 
 
 @dataclass
 class RunRecord:
     """What a run leaves."""
 
-    lists: list[tuple[int, ObstacleList]] = field(default_factory=list)
+    lists: Log[tuple[int, ObstacleList]] = field(default_factory=list)
     """(arrival, list) in order of arrival; arrival in CLOCK_MONOTONIC ns."""
-    truths: dict[int, Truth] = field(default_factory=dict)
+    truths: Mapping[int, Truth] = field(default_factory=dict)
     """By ping number."""
     received: set[int] = field(default_factory=set)
     """Numbers of the pings that the sonar process has published."""
-    health: dict[str, list[Health]] = field(default_factory=lambda: defaultdict(list))
+    health: Mapping[str, Log[Health]] = field(default_factory=_reports)
     """By process."""
     kills: list[tuple[str, int]] = field(default_factory=list)
     """(process, monotonic ns)."""

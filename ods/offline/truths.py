@@ -5,6 +5,7 @@ from pathlib import Path
 import msgspec
 
 from ods.base.errors import OdsError
+from ods.base.in_file import MOST_BYTES, content_of
 from ods.messages import Truth
 
 TRUTH_SUFFIX = ".truth.jsonl"
@@ -16,7 +17,7 @@ def truths_beside(path: Path) -> dict[int, Truth]:
     if not file.is_file():
         return {}
     try:
-        truths = [msgspec.json.decode(line, type=Truth) for line in file.read_bytes().splitlines()]
+        truths = [msgspec.json.decode(line, type=Truth) for line in content_of(file, MOST_BYTES // 10).splitlines()]
     except (OSError, msgspec.MsgspecError) as error:
         raise OdsError(f"{file}: {error}") from error
     return {truth.ping_number: truth for truth in truths}

@@ -4,6 +4,7 @@ import fcntl
 from pathlib import Path
 
 from ods.base.errors import one_line
+from ods.base.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.reader import SUFFIX, open_recording
 from ods.recording.mcap.rewrite import rewrite
@@ -45,7 +46,7 @@ def _mend_segment(path: Path) -> None:
 
 
 def _is_being_written(path: Path) -> bool:
-    with path.open("rb") as file:
+    with opened(path) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -25,7 +25,7 @@ from ods import messages
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
 from ods.runtime.raw_bytes import RawBytes
-from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, sockets_made
+from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, is_safe_to_hear, sockets_made
 
 log = logging.getLogger(__name__)
 
@@ -342,6 +342,7 @@ class Subscriber:
             Subscription(context, run_dir, topic, publisher, message, length)
             for topic, publisher, message, length in wanted
         ]
+        self._run_dir, self._safe = run_dir, False
         self._poller = zmq.Poller()
         for subscription in self.subscriptions:
             self._poller.register(subscription.socket, zmq.POLLIN)
@@ -363,7 +364,10 @@ class Subscriber:
         self._poller.unregister(fd)
 
     def receive(self, timeout_s: float) -> tuple[list[tuple[str, Any]], list[int]]:
-        """Wait at most `timeout_s`; return (topic, message) pairs and the watched descriptors that are readable."""
+        """Wait at most `timeout_s`; return (topic, message) pairs and the watched descriptors that are readable.
+
+        Raises RunDirError, and drops what came, where another user could have sent it.
+        """
         if not self._poller.sockets:  # ZeroMQ would not wait at all
             time.sleep(timeout_s)
             return [], []
@@ -372,6 +376,7 @@ class Subscriber:
         for subscription in self.subscriptions:
             if ready.pop(subscription.socket, None):
                 received += [(subscription.topic, message) for message in subscription.receive()]
+        self._safe = self._safe or (bool(received) and is_safe_to_hear(self._run_dir))
         return received, [fd for fd in ready if isinstance(fd, int)]
 
     def close(self) -> None:

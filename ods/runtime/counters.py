@@ -251,7 +251,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("corrupt_frames", "ARIS: frames that are none; clips: frames that show what the one before showed"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
         CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
-        CounterRow("other_messages", "Oculus: messages of no use here"),
+        CounterRow("other_messages", "Oculus: messages, and items of a log, of no use here"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (

@@ -55,13 +55,38 @@ def prepare(run_dir: Path) -> None:
         raise RunDirError(f"bus.run_dir: {complaint}")
 
 
-def _complaint(run_dir: Path) -> str | None:
+def is_safe_to_hear(run_dir: Path) -> bool:
+    """Tell whether the folder is there, for one who listens, also as another user than the processes.
+
+    Raises RunDirError where somebody could speak in their place: where `prepare` would, but that the processes' user
+    may be another one where root gave him the folder, as the units do.
+    """
+    try:
+        complaint = _complaint(run_dir, _owner_of(run_dir))
+    except OSError:  # it comes with the first process, or may not be looked at, which connecting says
+        return False
+    if complaint is not None:
+        raise RunDirError(f"bus.run_dir: {complaint}")
+    return True
+
+
+def _owner_of(run_dir: Path) -> int:
+    """Return who may speak there: whose the folder is, unless anybody could have made it, as in /tmp, or the group may
+    write in it."""
+    state = run_dir.lstat()
+    anybodys = run_dir.resolve().parent.stat().st_mode & stat.S_IWOTH or state.st_mode & stat.S_IWGRP
+    return os.geteuid() if anybodys and state.st_uid != 0 else state.st_uid
+
+
+def _complaint(run_dir: Path, owner: int | None = None) -> str | None:
+    """Say why another user than `owner`, by default this one, could speak there; None where none could."""
+    owner = os.geteuid() if owner is None else owner
     state = run_dir.lstat()
     if stat.S_ISLNK(state.st_mode):
         return f"{run_dir} is a symbolic link: name the folder itself"
     if not stat.S_ISDIR(state.st_mode):
         return f"{run_dir} is no folder"
-    if state.st_uid != os.geteuid():
+    if state.st_uid != owner:
         return (
             f"{run_dir} belongs to {_user(state.st_uid)}, and this runs as {_user(os.geteuid())}: name another folder"
         )

@@ -1,9 +1,10 @@
 """A run as a moving picture: each ping's image beside the plan, as an animated WebP or GIF."""
 
+from collections.abc import Sequence
 from io import BytesIO
+from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
 from matplotlib.figure import Figure
 from PIL import Image
 
@@ -15,6 +16,9 @@ MOST_FRAMES = 120
 """All are in memory while the file is written, 1 MB each."""
 SIZE_INCHES, DPI = (11.0, 5.0), 80
 FAN_PIXELS = 360
+GIF_UNIT_MS = 10
+LEAST_MS = 20
+"""Browsers show what is to be seen for less as if it were 100 ms: frames are left out instead."""
 LAST_MS = 2000
 """The last picture stands so long before it begins anew."""
 
@@ -48,6 +52,19 @@ class Movie:
         """Write the file, in the mission's own time. Raises OSError, ValueError."""
         if not self._frames:
             raise ValueError("no picture to show")
-        spent_ms = [max(20, round(span / MS)) for span in np.diff(self._times_ns).tolist()]
-        first, *others = self._frames
-        first.save(path, save_all=True, append_images=others, duration=[*spent_ms, LAST_MS], loop=0)
+        places, spans_ms = shown(self._times_ns, GIF_UNIT_MS if path.suffix.lower() == ".gif" else 1)
+        first, *others = (self._frames[place] for place in places)
+        first.save(path, save_all=True, append_images=others, duration=[*spans_ms, LAST_MS], loop=0)
+
+
+def shown(times_ns: Sequence[int], unit_ms: int) -> tuple[list[int], list[int]]:
+    """Return which frames are shown, and for how long each but the last one, ms: whole units, LEAST_MS or longer.
+
+    Rounded are the times since the first frame, not those of each: errors would add up to minutes.
+    """
+    since_ms = [round((t_ns - times_ns[0]) / (unit_ms * MS)) * unit_ms for t_ns in times_ns]
+    places = [0]
+    for place, at_ms in enumerate(since_ms):
+        if at_ms - since_ms[places[-1]] >= LEAST_MS:
+            places.append(place)
+    return places, [since_ms[after] - since_ms[before] for before, after in pairwise(places)]

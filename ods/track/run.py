@@ -15,10 +15,13 @@ from ods.base.mounting import AT_ORIGIN, Mounting, mounting_in
 from ods.base.out_file import refuse_unwritable
 from ods.base.settings_file import load, load_table
 from ods.config import OnboardConfig, part_of
+from ods.export.place import place_of
 from ods.messages import Ping
 from ods.offline.mission import Mission, MissionSettings
+from ods.offline.recorded import is_recording
 from ods.offline.source import Source, open_source
 from ods.plots.style import drawn_in
+from ods.recording.mcap.reader import open_recording
 from ods.sonar_link.files.decoder import PLUGINS
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.track.outputs import Outputs, Wanted
@@ -67,6 +70,8 @@ def _track_scenario(args: Namespace) -> None:
 
 def _prepared(args: Namespace) -> _Run:
     settings, site = MissionSettings(), None
+    if args.geojson and not args.config and is_recording(args.file):
+        site = place_of(open_recording(args.file).attachments, None).frame
     if args.config:
         config = load(args.config, OnboardConfig)
         PLUGINS.load(config.recordings.plugins)

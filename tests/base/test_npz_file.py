@@ -50,7 +50,7 @@ def test_a_head_that_tells_of_more_than_there_is_reserves_nothing(tmp_path: Path
 
 def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "a.npz")
-    with pytest.raises(ValueError, match="no file, but"):
+    with pytest.raises(OSError, match="no file, but"):
         load_npz(tmp_path / "a.npz")
 
 

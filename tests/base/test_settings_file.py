@@ -80,3 +80,18 @@ def test_a_file_of_another_kind_is_told_to_be_that(file: str, kind: type[Setting
     with pytest.raises(ConfigError) as refused:
         load(CONFIG / file, kind)
     assert str(refused.value) == f"{CONFIG / file}: {complaint}"
+
+
+def test_a_key_of_very_many_parts_costs_no_time(tmp_path: Path) -> None:
+    """4 MB of them took the parser minutes."""
+    file = tmp_path / "x.toml"
+    file.write_text("".join("a." * 20_000 + f"b{line} = 1\n" for line in range(50)))
+    with pytest.raises(ConfigError, match="a key of more than 200 parts"):
+        load(file, SceneFile)
+
+
+def test_many_numbers_in_a_line_are_no_key(tmp_path: Path) -> None:
+    file = tmp_path / "x.toml"
+    file.write_text(f"bearing_deg = [{', '.join(f'{k}.5' for k in range(300))}]\n")
+    with pytest.raises(ConfigError, match="bearing_deg: unknown key"):
+        load(file, SceneFile)

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 
-from ods.base.settings_file import MOST_BYTES
+from ods.base.in_file import MOST_TEXT_BYTES
 from ods.cli import main
 from ods.export.command import FORMATS
 from ods.sonar_link.files.opening import open_pings
@@ -72,7 +72,7 @@ def test_the_site_may_be_another_configurations(record: Path, tmp_path: Path) ->
     (tmp_path / "other.toml").write_text("[site]\nlatitude_deg = -10.0\nlongitude_deg = 20.0\n[new]\nx = 1\n")
     out = tmp_path / "out"
     assert main(["export", str(record), "--geojson", str(out), "--config", str(tmp_path / "other.toml")]) == 0
-    first = json.loads(out.read_text())["features"][0]["geometry"]["coordinates"][0]
+    first = json.loads(out.read_text())["features"][0]["geometry"]["coordinates"]
     assert first[:2] == pytest.approx([20.0, -10.0], abs=0.01)
 
 
@@ -82,9 +82,9 @@ def test_a_configuration_is_read_as_by_all_commands(
     config, out = tmp_path / "other.toml", tmp_path / "out"
     config.write_bytes(b"\xef\xbb\xbf[site]\r\nlatitude_deg = -10.0\r\nlongitude_deg = 20.0\r\n")
     assert main(["export", str(record), "--geojson", str(out), "--config", str(config)]) == 0
-    os.truncate(config, MOST_BYTES + 1)
+    os.truncate(config, MOST_TEXT_BYTES + 1)
     assert main(["export", str(record), "--csv", str(tmp_path / "tables"), "--config", str(config)]) == 2
-    assert capsys.readouterr().err == f"ods export: {config}: larger than 4 MB: no file of settings\n"
+    assert capsys.readouterr().err == f"ods export: {config}: larger than 4.19 MB\n"
 
 
 @pytest.mark.parametrize(

@@ -107,3 +107,21 @@ def test_a_ping_that_does_not_fit_its_shape_is_left_out(tmp_path: Path) -> None:
         sink.take(UTC_NS, msgspec.structs.replace(mission.PING, data=b"1"))
     sink.take(UTC_NS, mission.PING)
     sink.close()
+
+
+def test_what_processes_say_is_in_order_of_time(tmp_path: Path) -> None:
+    """A list holds for the time when it was made, not for that of its ping, and no word is earlier than the last."""
+    made = msgspec.structs.replace(mission.LIST, made_ns=mission.LIST.t_ns + 160_000_000)
+    sink = Ros2Bag(tmp_path / "bag", mission.MOUNTED)
+    for message, late_ns in ((mission.HEALTH, 100_000_000), (made, 0), (mission.HEALTH, 150_000_000)):
+        sink.take(UTC_NS + late_ns, message)
+    sink.close()
+    with AnyReader([tmp_path / "bag"]) as reader:
+        said: list[tuple[int, Any]] = [
+            (stamp_ns, reader.deserialize(data, connection.msgtype))
+            for connection, stamp_ns, data in reader.messages()
+            if connection.topic == "/diagnostics"
+        ]
+    assert [stamp_ns - UTC_NS for stamp_ns, _ in said] == [100_000_000, 160_000_000, 160_000_000]
+    stamps = [(stamp_ns, array.header.stamp) for stamp_ns, array in said]
+    assert all(stamp.sec * 10**9 + stamp.nanosec == stamp_ns for stamp_ns, stamp in stamps)

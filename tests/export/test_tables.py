@@ -75,7 +75,7 @@ def test_tracks_on_the_earth(tmp_path: Path) -> None:
     assert rock["geometry"]["coordinates"] == pytest.approx([10.0 + 60.0 / east, 110.0 / north, -12.0], abs=2e-3)
     assert rock["geometry"]["coordinates"][:2] == pytest.approx([10.0 + 60.0 / east, 110.0 / north], abs=2e-7)
     assert (rock["id"], rock["properties"]["state"], rock["properties"]["east_m"]) == (7, "active", 60.0)
-    assert vehicle["geometry"]["coordinates"][0][:2] == pytest.approx([10.0 + 20.0 / east, 100.0 / north], abs=2e-7)
+    assert vehicle["geometry"]["coordinates"][:2] == pytest.approx([10.0 + 20.0 / east, 100.0 / north], abs=2e-7)
     assert vehicle["properties"]["begin_utc"] == "2023-11-14T22:13:25.250Z"
 
 
@@ -84,6 +84,29 @@ def test_what_moved_has_a_line_and_what_did_not_has_none() -> None:
     assert [f["id"] for f in moved] == ["vehicle", 7, "track-7"]
     assert len(moved[2]["geometry"]["coordinates"]) == 5
     assert [f["id"] for f in sightings(LocalFrame(57.0, 10.0), 1)["features"]] == ["vehicle", 7]
+
+
+def test_who_never_moved_is_a_point_on_either_side_of_the_date_line() -> None:
+    still = Tracks(LocalFrame(57.0, 10.0))
+    for seconds in range(3):
+        still.add(UTC_NS + seconds, mission.POSE)
+    (vehicle,) = still.collection()["features"]
+    assert vehicle["geometry"]["type"] == "Point"
+    for metres in (1.0, 0.0):  # so far is the first of two steps of 1 m before the date line
+        tracks = Tracks(LocalFrame(0.0, 179.99999 - metres * 9e-6))
+        for east in range(4):
+            moved = msgspec.structs.replace(mission.POSE, position_ned=(0.0, float(east), 0.0))
+            tracks.add(UTC_NS, moved)
+        (crossing,) = tracks.collection()["features"]
+        parts = crossing["geometry"]["coordinates"]
+        lines = parts if crossing["geometry"]["type"] == "MultiLineString" else [parts]
+        assert all(len({tuple(node) for node in line}) > 1 for line in lines)
+
+
+def test_no_property_is_a_number_here_and_a_text_there() -> None:
+    features = sightings(LocalFrame(57.0, 10.0), 5)["features"]
+    assert not any("id" in feature["properties"] for feature in features)
+    assert [feature["properties"].get("object") for feature in features] == [None, 7, 7]
 
 
 def test_a_line_across_the_date_line_is_cut_there() -> None:

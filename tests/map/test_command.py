@@ -122,18 +122,18 @@ def test_geopackage_has_what_the_standard_requires(field: Path, tmp_path: Path) 
     assert db.execute("PRAGMA integrity_check").fetchone() == ("ok",)
     assert db.execute("PRAGMA foreign_key_check").fetchall() == []
     systems = db.execute("SELECT srs_id, organization, organization_coordsys_id FROM gpkg_spatial_ref_sys").fetchall()
-    assert sorted(systems) == [(-1, "NONE", -1), (0, "NONE", 0), (4326, "EPSG", 4326)]
+    assert sorted(systems) == [(-1, "NONE", -1), (0, "NONE", 0), (4326, "EPSG", 4326), (4979, "EPSG", 4979)]
     (contents,) = db.execute("SELECT table_name, data_type, srs_id, min_x, max_y, last_change FROM gpkg_contents")
-    assert contents[:3] == ("obstacles", "features", 4326)
+    assert contents[:3] == ("obstacles", "features", 4979)
     assert contents[3:5] == (10.038811, 57.0590851)
     assert contents[5].endswith("Z")
     geometry = db.execute("SELECT * FROM gpkg_geometry_columns").fetchall()
-    assert geometry == [("obstacles", "geom", "POINT", 4326, 1, 0)]
+    assert geometry == [("obstacles", "geom", "POINT", 4979, 1, 0)]
     columns = [(c[1], c[2], c[5]) for c in db.execute("PRAGMA table_info(obstacles)")]
     assert columns[:2] == [("id", "INTEGER", 1), ("geom", "POINT", 0)]
     assert {kind for _, kind, _ in columns} <= {"INTEGER", "POINT", "DOUBLE", "DATETIME"}
     blob, down, seen = db.execute("SELECT geom, down_m, last_seen_utc FROM obstacles WHERE id = 1").fetchone()
-    assert struct.unpack("<2sBBiBI3d", blob) == (b"GP", 0, 1, 4326, 1, 1001, 10.038811, 57.0590851, -19.845)
+    assert struct.unpack("<2sBBiBI3d", blob) == (b"GP", 0, 1, 4979, 1, 1001, 10.038811, 57.0590851, -19.845)
     assert (down, seen) == (20.0, "2026-09-21T14:13:20.123Z")
     db.close()
     assert run("export", saved(tmp_path / "none", []), "--out", out) == 0  # replaced, and empty is a map too
@@ -231,7 +231,7 @@ def test_a_map_that_may_not_be_read_says_so(
     def refused(*_: object, **__: object) -> None:
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr(Path, "open", refused)
+    monkeypatch.setattr("ods.tracker.map.store.opened", refused)
     monkeypatch.setattr("ods.map.commands.merge.load_table", refused)
     assert run(action, field, *options[action]) == 2
     assert capsys.readouterr().err == f"ods map: map {field}: permission denied\n"
@@ -286,15 +286,22 @@ ENDLESS = "WITH RECURSIVE n(id) AS (SELECT 1 UNION ALL SELECT id + 1 FROM n) SEL
     ("arguments", "complaint"),
     [
         (("list", "nowhere"), "no such file"),
-        (("list", "."), "is a folder"),
+        (("list", "."), "is a directory"),
         (("list", "text"), "not a database"),
         (("export", "birds", "--out", "x.gpkg"), "not a map"),
         (("export", "empty", "--out", "x.gpkg"), "not a map"),
         (("list", "newer"), "schema version 99"),
         (("list", "damaged"), "object 1 is damaged"),
-        (("list", "endless"), "object is no table"),
-        (("merge", "good", "endless", "--out", "merged"), "object is no table"),
-        (("prune", "triggered", "--seen-fewer", "2"), "a trigger of its own, 'place_gone'"),
+        (("list", "endless"), "object is not the table"),
+        (("merge", "good", "endless", "--out", "merged"), "object is not the table"),
+        (("prune", "triggered", "--seen-fewer", "2"), "trigger 'place_gone' is none of ours"),
+        (("list", "computed"), "object is not the table"),
+        (("list", "indexed"), "index 'mine' is none of ours"),
+        (("list", "virtual"), "table 'other' is none of ours"),
+        (("list", "later"), "no number where one should be"),
+        (("list", "often"), "how often it was seen"),
+        (("list", "spent"), "next id is out of bounds"),
+        (("list", "moon"), "origin or next id is out of bounds"),
         (("list", "far"), "farther than 1e+07 m"),
         (("merge", "good", "huge", "--out", "merged"), "farther than 1e+07 m"),
         (("list", "negative"), "out of bounds"),
@@ -329,6 +336,13 @@ def test_what_is_wrong_is_one_line(
         ("words", "UPDATE mission SET latitude_deg = 'north'"),
         ("endless", f"DROP TABLE object; CREATE VIEW object AS {ENDLESS}"),
         ("triggered", "DROP TRIGGER place_gone; CREATE TRIGGER place_gone AFTER DELETE ON object BEGIN SELECT 1; END"),
+        ("computed", "ALTER TABLE object ADD COLUMN big GENERATED ALWAYS AS (zeroblob(1000000000))"),
+        ("indexed", "CREATE INDEX mine ON object (abs(north))"),
+        ("virtual", "CREATE VIRTUAL TABLE other USING rtree(id, low, high)"),
+        ("later", "UPDATE object SET last_seen_utc_ns = 1e300"),
+        ("often", "UPDATE object SET times_seen = 9223372036854775807"),
+        ("spent", "UPDATE mission SET next_id = 9223372036854775807"),
+        ("moon", "UPDATE mission SET latitude_deg = 91"),
         ("far", "UPDATE object SET north = 1e12"),
         ("huge", "UPDATE object SET radius = 1e300"),
         ("negative", "UPDATE object SET sigma_north = -1"),

@@ -335,6 +335,7 @@ OBJECTS = object_map(POSE_OBJECTS)
         ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x380", "the same COB-ID"),
         ("Dummy0002=0\n", "", "not a usable EDS"),
         ("[2000]", "[2001]", "not a usable EDS"),
+        ("[2011]", "[2011Name]\nNrOfEntries=\n 1000000000\n[2011]", "more than 254 entries"),
     ],
 )
 def test_an_eds_that_does_not_fit_is_one_line_that_says_so(tmp_path: Path, old: str, new: str, said: str) -> None:

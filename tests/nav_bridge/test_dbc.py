@@ -25,7 +25,7 @@ from ods.config import OnboardConfig
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.burst import CYCLES
-from ods.nav_bridge.dbc.signal_map import DbcError
+from ods.nav_bridge.dbc.file import DbcError, read_database
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.registry import make_source
@@ -727,3 +727,20 @@ def test_the_bench_by_dbc_is_configured_on_both_sides(tmp_path: Path) -> None:
     file.write_text((CONFIG / "bench-dbc.toml").read_text().replace("ins_dbc", "ins_eds"))
     with pytest.raises(ConfigError, match=r"sim: ins_dbc: missing, as ins is 'dbc'"):
         load(file, BenchConfig)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "BO_ 5 Huge: 4000000000 X",
+        'BO_ 5 M: 8 X\n SG_ s : 0|4000000000@1+ (1,0) [0|0] "" X',
+        'BO_ 5 M: 8 X\n SG_ s : 4000000000|8@1+ (1,0) [0|0] "" X',
+        'BO_ 5 M: 8 X\n SG_ m M : 0|8@1+ (1,0) [0|0] "" X\n SG_ s m0 : 8|8@1+ (1,0) [0|0] "" X\n'
+        "SG_MUL_VAL_ 5 s m 0-4000000000;",
+    ],
+)
+def test_a_dbc_that_asks_for_gigabytes_is_refused_before_it_is_parsed(tmp_path: Path, line: str) -> None:
+    file = tmp_path / "absurd.dbc"
+    file.write_text(f'VERSION ""\nBU_: X\n{line}\n')
+    with pytest.raises(DbcError, match="at most"):
+        read_database(file)

@@ -10,7 +10,7 @@ import pytest
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import Frame
-from ods.nav_bridge.dbc.signal_map import DbcError
+from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings, PartSettings, SignalSettings
 from ods.nav_bridge.source import SourceHost

@@ -14,6 +14,8 @@ from pathlib import Path
 import pytest
 import zmq
 
+from ods.client import Obstacles, Sonar, SonarError
+from ods.messages import ObstacleList
 from ods.runtime import bus, supervisor
 from ods.runtime import run_dir as run_dir_module
 from ods.runtime.processes import PROCESSES
@@ -133,6 +135,40 @@ def test_what_others_can_change_is_refused(place: Path) -> None:
         with pytest.raises(RunDirError, match=f"^bus.run_dir: .*{complaint}"):
             prepare(place / name)
     assert len({*place.rglob("*.lock")}) == 0
+
+
+@as_root
+@pytest.mark.parametrize(
+    ("parent", "folder", "complaint"),
+    [
+        (0o755, 0o750, ""),
+        (0o1777, 0o750, "belongs to user nobody"),
+        (0o755, 0o770, "belongs to user nobody"),
+        (0o755, 0o757, "every user can write in"),
+        (0o777, 0o750, "belongs to user nobody"),
+    ],
+    ids=["as the units do", "in a folder like /tmp", "its group may write", "all may write", "all may replace it"],
+)
+def test_who_listens_believes_the_processes_user_only(place: Path, parent: int, folder: int, complaint: str) -> None:
+    context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+    run_dir = place / "deep" / "run"
+    run_dir.mkdir(parents=True)
+    publisher = bus.Publisher(context, run_dir, "tracker")
+    os.chown(run_dir, NOBODY, NOBODY)
+    run_dir.parent.chmod(parent)
+    run_dir.chmod(folder)
+    client = Obstacles(run_dir, stale_s=0.2)
+    for seq in range(8):
+        publisher.publish("obstacles", ObstacleList(seq, seq, 0, 0, 0, True, [], []))
+        if (got := client.next()).valid:
+            break
+    assert got.valid == (not complaint)
+    assert complaint in "".join(got.reasons)
+    with pytest.raises(SonarError, match=complaint or "no answer"):
+        Sonar(run_dir, timeout_s=0.1).set_range(20.0)
+    client.close()
+    publisher.close()
+    context.term()
 
 
 def test_the_groups_right_to_write_is_taken_away(place: Path) -> None:

@@ -72,6 +72,7 @@ def _record(folder: Path) -> None:
     recording = open_pings(folder / "pings.npz")
     (folder / "recorded").mkdir()
     segment = Segment(folder / "recorded" / "0.mcap", 0, {"ods": {"utc_offset_ns": "0"}})
+    segment.enclose("config.toml", "text/plain", b"[site]\nlatitude_deg = -10.0\nlongitude_deg = 20.0\n", 0)
     for pose in way_of(folder / "pings.npz", recording).poses:
         segment.write([Logged("pose", pose.t_ns, msgspec.msgpack.encode(pose))])
     for ping in recording.pings:
@@ -151,7 +152,14 @@ def test_s7k_with_poses(folder: Path, capsys: pytest.CaptureFixture[str]) -> Non
     vehicle = next(feature for feature in features if feature["properties"]["what"] == "vehicle")
     begin = [float(value) for value in site.geodetic(recording.position_ned[0])]
     assert vehicle["geometry"]["coordinates"][0] == pytest.approx([begin[1], begin[0], begin[2]], abs=2e-3)
-    assert {f["properties"]["id"] for f in features if f["properties"]["what"] == "object"} >= {1}
+    assert {f["properties"]["object"] for f in features if f["properties"]["what"] == "object"} >= {1}
+
+
+def test_where_a_recording_was_it_tells_itself(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = folder / "recorded.json"
+    _lists(capsys, folder / "recorded", "--pings", ":5", "--geojson", out)
+    vehicle = json.loads(out.read_text())["features"][0]
+    assert vehicle["geometry"]["coordinates"][0][:2] == pytest.approx([20.0, -10.0], abs=0.01)
 
 
 @pytest.mark.parametrize(

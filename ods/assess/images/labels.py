@@ -7,6 +7,7 @@ import numpy as np
 
 from ods.assess.images.labelled import LabelledImage, Target
 from ods.base.errors import OdsError
+from ods.base.in_file import text_of
 from ods.messages import Ping
 
 
@@ -18,7 +19,7 @@ def read_labels(path: Path, pings: Sequence[Ping]) -> list[LabelledImage]:
     """
     boxes: dict[int, list[Target]] = {}
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = text_of(path).splitlines()
     except OSError as error:
         raise OdsError(f"{path}: {error.strerror}") from error
     except UnicodeDecodeError as error:

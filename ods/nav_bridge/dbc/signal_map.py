@@ -7,17 +7,13 @@ from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 
-import cantools
-from cantools.database import Database
 from cantools.database.can import Message, Signal
-from cantools.database.errors import UnsupportedDatabaseFormatError
 
 from ods.base.choices import meant, none_of
 from ods.base.clock import NS
-from ods.base.errors import OdsError, one_line
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
+from ods.nav_bridge.dbc.file import DbcError, read_database
 from ods.nav_bridge.dbc.units import conversion
-from ods.nav_bridge.encoding import read_text
 from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
 from ods.nav_bridge.settings import (
     DbcSettings,
@@ -31,10 +27,6 @@ from ods.nav_bridge.settings import (
 SettingsT = TypeVar("SettingsT", PartSettings, SignalSettings, TimeSettings)
 LEAST_COUNTS = 2
 """A clock that wraps sooner tells nothing."""
-
-
-class DbcError(OdsError):
-    """A DBC file and the signal map do not fit; the text is one line: file, key, what is wrong with it."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +156,7 @@ class _Resolver:
     def __init__(self, file: Path) -> None:
         self.messages: dict[str, DbcMessage] = {}
         self._file = file
-        self._layouts = {layout.name: layout for layout in _read(file).messages}
+        self._layouts = {layout.name: layout for layout in read_database(file).messages}
 
     def add_field(self, name: str, mapped: SignalSettings) -> None:
         key = f"nav.dbc.signals.{name}"
@@ -286,19 +278,3 @@ class _Resolver:
 
     def _error(self, key: str, text: str) -> DbcError:
         return DbcError(f"{self._file}: {key}: {text}")
-
-
-def _read(file: Path) -> Database:
-    """Read a DBC file, in UTF-8 or, as the format has it, Windows-1252."""
-    try:
-        text = read_text(file, "cp1252")
-    except OSError as error:
-        raise DbcError(f"{file}: nav.dbc.file: {error.strerror}") from error
-    try:
-        database = cantools.database.load_string(text, "dbc")
-    except UnsupportedDatabaseFormatError as error:
-        raise DbcError(f"{file}: not a usable DBC: {one_line(error.e_dbc or error)}") from error
-    except Exception as error:  # cantools lets through whatever a malformed file runs into
-        raise DbcError(f"{file}: not a usable DBC: {one_line(error)}") from error
-    assert isinstance(database, Database)
-    return database

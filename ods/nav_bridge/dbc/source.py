@@ -8,8 +8,9 @@ from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
+from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
-from ods.nav_bridge.dbc.signal_map import DbcError, DbcMessage, load_dbc_map
+from ods.nav_bridge.dbc.signal_map import DbcMessage, load_dbc_map
 from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings

@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from mcap.opcode import Opcode
 
+from ods.base.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.mcap.chunk import BAD_CHUNK, Channels, log_time, unpacked, unzipper
 from ods.recording.mcap.framing import CHUNK, LONGEST_RECORD_BYTES, MB, MESSAGE, RECORD, Frame
@@ -206,7 +207,7 @@ class Chunks:
         """Return what a record of the file holds."""
         path = self._segments[segment]
         try:
-            with path.open("rb") as file:
+            with opened(path) as file:
                 file.seek(start)
                 head = file.read(RECORD.size)
                 told, length = RECORD.unpack(head) if len(head) == RECORD.size else (0, 0)

@@ -10,6 +10,7 @@ import msgspec
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Header, Metadata
 
+from ods.base.in_file import opened
 from ods.recording.errors import RecordingError, UnreadableError
 from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, unpacked, unzipper
 from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames
@@ -135,7 +136,7 @@ def frames_of(
 ) -> Iterator[Frame]:
     """Yield the records of a segment, as `frames` does. Raises UnreadableError."""
     try:
-        with path.open("rb") as file:
+        with opened(path) as file:
             file.seek(len(MAGIC))
             yield from frames(file, wanted, losses, heads)
     except OSError as error:
@@ -196,9 +197,7 @@ class _Segment:
 
 def _check_head(path: Path) -> None:
     """Raises UnreadableError for a file that is no recording of ods; OSError."""
-    if path.exists() and not path.is_file():
-        raise UnreadableError(f"{path}: no file")
-    with path.open("rb") as file:
+    with opened(path) as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise UnreadableError(f"{path}: no MCAP file")
         if _profile(file) != PROFILE:

@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ods.base import clock
+from ods.base.in_file import opened
 from ods.recording.errors import RecordingError
 from ods.recording.facts import boot_id
 from ods.recording.inbox import Received
@@ -148,7 +149,7 @@ def new_folder(parent: Path) -> Path:
 
 def is_finished(path: Path) -> bool:
     """Tell whether a segment has its end. Raises OSError."""
-    with path.open("rb") as file:
+    with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         file.seek(max(0, size - len(MAGIC)))
         return size > 2 * len(MAGIC) and file.read() == MAGIC

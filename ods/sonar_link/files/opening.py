@@ -8,23 +8,32 @@ from itertools import chain
 from pathlib import Path
 
 from ods.base.errors import OdsError
+from ods.base.in_file import opened
 from ods.base.plugins import reason
 from ods.sonar_link.files.aris import ArisDecoder
 from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
 from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
 from ods.sonar_link.files.npz import NpzDecoder
 from ods.sonar_link.files.oculus import OculusDecoder
+from ods.sonar_link.files.oculus_log import OculusLogDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.files.s7k.decoder import S7kDecoder
 
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
-DECODERS: tuple[Decoder, ...] = (NpzDecoder(), S7kDecoder(), ArisDecoder(), OculusDecoder(), FanClipDecoder())
+DECODERS: tuple[Decoder, ...] = (
+    NpzDecoder(),
+    S7kDecoder(),
+    ArisDecoder(),
+    OculusDecoder(),
+    OculusLogDecoder(),
+    FanClipDecoder(),
+)
 """Every format that comes with ODS, in any order."""
 
 
 def open_pings(path: Path, fan: FanGeometry | None = None) -> PingSequence:
-    """Open a .npz, .s7k, .aris or Oculus .raw recording, or an .avi clip of fan images whose geometry is `fan`.
+    """Open a recording of one of DECODERS; `fan`: the geometry of the fan images of an .avi clip.
 
     Raises PingFileError, whose text is one line.
     """
@@ -58,9 +67,7 @@ def _place(decoder: Decoder) -> int:
 
 def _start_of(path: Path) -> bytes:
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # to open a pipe would wait for ever
-            raise PingFileError(f"{path}: no file, but a device or a pipe")
-        with path.open("rb") as file:
+        with opened(path) as file:
             start = file.read(START_BYTES)
     except OSError as error:
         raise PingFileError(f"{path}: {error.strerror}") from error

@@ -5,20 +5,20 @@ of today never gets the id of one of last year. Positions are local: a file belo
 """
 
 import math
+import os
 import sqlite3
-import stat
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 from ods.base.errors import OdsError, reason_of
+from ods.base.in_file import MOST_BYTES, opened
 from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
 from ods.tracker.map.rtree import INSIDE, square_around
 from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
-from ods.tracker.map.trust import MOST_BYTES, check_object, check_schema, lift_time_limit, set_bounds
+from ods.tracker.map.trust import MOST_OBJECTS, check_schema, lift_time_limit, mission_of, object_of, set_bounds
 
 LOCK_WAIT_S = 2.0
 """Longest wait for another program that reads or writes the file."""
@@ -44,7 +44,7 @@ class MapStore:
     def origin_deg(self) -> tuple[float, float]:
         """Return latitude and longitude of the local frame's origin."""
         with _told(self._path):
-            latitude, longitude = self._only_row("latitude_deg, longitude_deg")
+            latitude, longitude, _ = self._mission()
         return latitude, longitude
 
     def load(self, area: tuple[float, float, float] | None = None) -> list[MapObject]:
@@ -54,8 +54,10 @@ class MapStore:
             query += f" WHERE id IN (SELECT id FROM place WHERE {INSIDE})"
             square = square_around(*area)
         with _told(self._path):
-            rows = self._db.execute(f"{query} ORDER BY id", square).fetchall()
-            found = [_object_of(row) for row in rows]
+            rows = self._db.execute(f"{query} ORDER BY id LIMIT {MOST_OBJECTS + 1}", square)
+            found = [object_of(row) for row in rows]
+            if len(found) > MOST_OBJECTS:
+                raise ValueError(f"more than {MOST_OBJECTS} objects: too many to be held in memory")
         if area is None:
             return found
         north, east, distance = area
@@ -84,7 +86,7 @@ class MapStore:
         with _told(self._path):
             ordinary = "SELECT coalesce(max(id), 0) FROM object WHERE id < ?"
             (highest,) = self._db.execute(ordinary, (PROVISIONAL_IDS,)).fetchone()
-            (next_id,) = self._only_row("next_id")
+            _, _, next_id = self._mission()
         return max(int(next_id), int(highest) + 1)
 
     def reserve(self, next_id: int) -> None:
@@ -92,12 +94,9 @@ class MapStore:
         with _told(self._path):
             self._db.execute(RESERVE, (next_id,))
 
-    def _only_row(self, columns: str) -> tuple[Any, ...]:
-        """Return what the map tells of its mission. Raises ValueError where it is damaged."""
-        row = self._db.execute(f"SELECT {columns} FROM mission").fetchone()
-        if row is None or not all(isinstance(value, int | float) for value in row):
-            raise ValueError("damaged: origin and next id are not there")
-        return tuple(row)
+    def _mission(self) -> tuple[float, float, int]:
+        """Return the origin and the next id. Raises ValueError where the map is damaged."""
+        return mission_of(self._db.execute("SELECT latitude_deg, longitude_deg, next_id FROM mission").fetchone())
 
     def image(self) -> bytes:
         """Return the map as the bytes of its file."""
@@ -120,8 +119,7 @@ def open_map(path: Path, latitude_deg: float, longitude_deg: float) -> MapStore:
         db = sqlite3.connect(path, timeout=LOCK_WAIT_S, isolation_level=None)
     with _told(path, db):
         set_bounds(db)
-        if version_of(db) > 0:
-            check_schema(db)
+        check_schema(db)
         if version_of(db) < SCHEMA_VERSION:
             with db:
                 db.execute("BEGIN IMMEDIATE")
@@ -161,12 +159,10 @@ def copy_of_map(path: Path) -> MapStore:
 
 def _refuse_unreadable(path: Path) -> None:
     """Raise OSError or ValueError for what cannot be opened, which says why: SQLite does not."""
-    mode, size = path.stat().st_mode, path.stat().st_size
-    if not stat.S_ISREG(mode):  # to open a pipe would wait for ever
-        raise ValueError("is a folder" if stat.S_ISDIR(mode) else "is no file, but a device or a pipe")
+    with opened(path) as file:
+        size = os.fstat(file.fileno()).st_size
     if size > MOST_BYTES:
         raise ValueError(f"{size / 1e9:.1f} GB: the largest map that is read has {MOST_BYTES / 1e9:.0f} GB")
-    path.open("rb").close()
 
 
 def _has_log(path: Path) -> bool:
@@ -205,15 +201,6 @@ def sole_access(path: Path) -> MapStore:
         bring_up_to_date(db)
         db.execute("COMMIT")
     return MapStore(path, db)
-
-
-def _object_of(row: tuple[Any, ...]) -> MapObject:
-    """Return the object of a row of OBJECT_COLUMNS. Raises ValueError for one that cannot be."""
-    if not all(isinstance(value, int | float) and math.isfinite(value) for value in row):
-        raise ValueError(f"object {row[0]} is damaged")
-    found = MapObject(row[0], row[1:4], row[4:7], *row[7:])
-    check_object(found)
-    return found
 
 
 @contextmanager

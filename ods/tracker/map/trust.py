@@ -3,27 +3,30 @@
 import math
 import sqlite3
 import time
+from functools import cache
 
+from ods.base.in_file import MOST_BYTES, PATIENCE_S
+from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.map.schema import STEPS
+from ods.tracker.map.schema import STEPS, version_of
 
-MOST_BYTES = 1_000_000_000
-"""Largest file that is read: six million objects."""
-PATIENCE_S = 30.0
-"""Longest time for one file; a million objects take 3 s."""
+MOST_OBJECTS = MOST_BYTES // 1000
+"""As each takes about 1 kB in memory; a million is read in 3 s."""
 FARTHEST_M = 1e7
 """No place, no size and no standard deviation is larger: the earth is not."""
+MOST_TIMES_SEEN = 1 << 53
+HIGHEST_ID = PROVISIONAL_IDS + (1 << 53)
 
-_TABLES = ("object", "mission", "place")
-_OWN_TRIGGERS = {sql.split()[2]: sql for step in STEPS for sql in step if sql.startswith("CREATE TRIGGER")}
+_OURS = ("object", "mission", "place")
 _STEPS_A_LOOK = 100_000
 """Of SQLite's virtual machine."""
 
 
 def set_bounds(db: sqlite3.Connection) -> None:
-    """End what takes too long with sqlite3.OperationalError: interrupted."""
+    """End what takes too long with sqlite3.OperationalError: interrupted. `trusted_schema` is off from here on."""
     end_s = time.monotonic() + PATIENCE_S
     db.set_progress_handler(lambda: time.monotonic() > end_s, _STEPS_A_LOOK)
+    db.execute("PRAGMA trusted_schema = OFF")
 
 
 def lift_time_limit(db: sqlite3.Connection) -> None:
@@ -32,28 +35,69 @@ def lift_time_limit(db: sqlite3.Connection) -> None:
 
 
 def check_schema(db: sqlite3.Connection) -> None:
-    """Raise ValueError where what should be a table is none, or where there is a trigger that is not ours.
+    """Raise ValueError where one of our tables is not as we make it, or for what could run code of the file's own.
 
-    `trusted_schema` is off while it looks, and on again after: our own triggers write to an R-tree, which SQLite does
-    not count among what an untrusted file may do.
+    A default, a generated column, a trigger, an index and a view all do when the file is read or written. Where there
+    is none `trusted_schema` is on again: our triggers write to an R-tree, which an untrusted file may not.
     """
-    db.execute("PRAGMA trusted_schema = OFF")
-    rows = db.execute("SELECT type, name, sql FROM sqlite_master").fetchall()
-    tables = {name for kind, name, _ in rows if kind == "table"}
-    if missing := [name for name in _TABLES if name not in tables and (name != "place" or len(rows) > len(_TABLES))]:
-        raise ValueError(f"not a map of this program: {missing[0]} is no table")
-    for kind, name, sql in rows:
-        if kind == "view" or (kind == "trigger" and _OWN_TRIGGERS.get(name) != sql):
-            raise ValueError(f"not a map of this program: it has a {kind} of its own, {name!r}")
+    ours = _schema_of(version_of(db))
+    found = _told_by(db)
+    for name in _OURS:
+        if name in ours and found.get(name) != ours[name]:
+            raise ValueError(f"not a map of this program: {name} is not the table that it should be")
+    for name, (kind, sql) in found.items():
+        plain = not sql or (kind == "table" and not sql.upper().startswith("CREATEVIRTUAL"))
+        if not plain and ours.get(name) != (kind, sql):
+            raise ValueError(f"not a map of this program: {kind} {name!r} is none of ours")
     db.execute("PRAGMA trusted_schema = ON")
 
 
-def check_object(o: MapObject) -> None:
-    """Raise ValueError, which names the number, for an object that cannot be."""
-    numbers = (*o.position, *o.sigma, o.radius, o.sigma_radius, o.existence, o.covariance_ne)
-    if not all(map(math.isfinite, numbers)) or max(map(abs, numbers[:8])) > FARTHEST_M:
+@cache
+def _schema_of(version: int) -> dict[str, tuple[str, str]]:
+    """Return what a map of a version has, as this SQLite writes it down."""
+    db = sqlite3.connect(":memory:")
+    try:
+        for statement in (statement for step in STEPS[:version] for statement in step):
+            db.execute(statement)
+        return _told_by(db)
+    finally:
+        db.close()
+
+
+def _told_by(db: sqlite3.Connection) -> dict[str, tuple[str, str]]:
+    """Return kind and SQL, without any blanks, of what a file has, by name."""
+    rows = db.execute("SELECT type, name, sql FROM sqlite_master")
+    return {name: (kind, "".join((sql or "").split())) for kind, name, sql in rows}
+
+
+def object_of(row: tuple[object, ...]) -> MapObject:
+    """Return the object of a row of the table. Raises ValueError, which names the number, for one that cannot be."""
+    number, *sizes, times_seen, first_seen, last_seen, hibernated, covariance = row
+    whole = number, times_seen, first_seen, last_seen, hibernated
+    if not all(isinstance(value, int) for value in whole) or not all(map(_is_number, (*sizes, covariance))):
+        raise ValueError(f"object {number} is damaged: no number where one should be")
+    o = MapObject(number, row[1:4], row[4:7], *row[7:])  # type: ignore[arg-type]
+    if max(map(abs, (*o.position, *o.sigma, o.radius, o.sigma_radius))) > FARTHEST_M:
         raise ValueError(f"object {o.id} is damaged: a place or size is farther than {FARTHEST_M:g} m")
-    if min(*o.sigma, o.radius, o.sigma_radius) < 0.0 or not 0.0 <= o.existence <= 1.0 or o.times_seen < 0:
+    if min(*o.sigma, o.radius, o.sigma_radius) < 0.0 or not 0.0 <= o.existence <= 1.0:
         raise ValueError(f"object {o.id} is damaged: a size or probability is out of bounds")
+    if not 0 <= o.times_seen <= MOST_TIMES_SEEN or not 0 <= o.id <= HIGHEST_ID:
+        raise ValueError(f"object {o.id} is damaged: its id, or how often it was seen, is out of bounds")
     if abs(o.covariance_ne) > o.sigma[0] * o.sigma[1] * (1.0 + 1e-6):
         raise ValueError(f"object {o.id} is damaged: its covariance is larger than its standard deviations")
+    return o
+
+
+def mission_of(row: tuple[object, ...] | None) -> tuple[float, float, int]:
+    """Return latitude and longitude, deg, and next id of a row of the table. Raises ValueError where they cannot be."""
+    latitude_deg, longitude_deg, next_id = row or (None, None, None)
+    if not _is_number(latitude_deg) or not _is_number(longitude_deg) or not isinstance(next_id, int):
+        raise ValueError("damaged: origin and next id are not there")
+    on_earth = abs(float(latitude_deg)) <= 90.0 and abs(float(longitude_deg)) <= 180.0  # type: ignore[arg-type]
+    if not on_earth or not 0 <= next_id <= HIGHEST_ID:
+        raise ValueError("damaged: origin or next id is out of bounds")
+    return latitude_deg, longitude_deg, next_id  # type: ignore[return-value]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.errors import OdsError, reason_of
+from ods.base.in_file import text_of
 from ods.base.settings_file import load
 from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig, part_of
@@ -34,7 +35,7 @@ def load_config(path: Path | None = None) -> ConfigFile:
     file = shipped_file(TEMPLATE) if path is None else path
     config = load(file, OnboardConfig)
     try:
-        text = file.read_text(encoding="utf-8")
+        text = text_of(file)
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
     return ConfigFile(file, text, part_of(config, MissionSettings))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ods.base.errors import OdsError
+from ods.base.in_file import opened
 from ods.base.settings_file import load
 from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
@@ -15,7 +16,7 @@ from ods.workbench.model.actions import OpenData
 from ods.workbench.model.paths import tables_of
 from ods.workbench.model.state import DataReference
 
-RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".avi", ".mcap")
+RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".oculus", ".avi", ".mcap")
 SCENE = ".toml"
 ENDINGS = (*RECORDINGS, SCENE)
 MOST_LISTED, MOST_SEEN, DEEPEST = 500, 20_000, 5
@@ -103,9 +104,7 @@ def _files(folder: Path) -> Iterator[tuple[Path, float]]:
 def _is_scene(path: Path) -> bool:
     """Tell a scene from other files of settings by its beginning."""
     try:
-        if not path.is_file():  # to open a pipe would wait for ever
-            return False
-        with path.open("rb") as file:
+        with opened(path) as file:
             return b"\nseed" in b"\n" + file.read(4096)
     except OSError:
         return False

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.in_file import content_of
 from ods.base.ownership import is_safe
 from ods.base.settings_file import load
 from ods.offline.picture import draw_run
@@ -69,7 +70,7 @@ def gallery_folder() -> Path:
 def kept(exhibit: Exhibit, base: State, folder: Path) -> Result | None:
     """Return a result that is there already; None: it has to be made. At once."""
     try:
-        told = msgspec.json.decode((folder / f"{_stem(exhibit, base)}.json").read_bytes(), type=Told)
+        told = msgspec.json.decode(content_of(folder / f"{_stem(exhibit, base)}.json"), type=Told)
     except (OSError, msgspec.MsgspecError):
         return None
     pictures = [folder / Path(name).name for name in told.pictures]

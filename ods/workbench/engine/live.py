@@ -20,6 +20,7 @@ from ods.runtime.caution import cautions
 from ods.runtime.counters import trouble_names
 from ods.runtime.ping_pace import PingPace
 from ods.runtime.processes import SUPERVISOR, may_be_on_board
+from ods.runtime.run_dir import RunDirError
 from ods.workbench.engine.listeners import Listeners
 
 TOPICS = ("ping", "pose", "detections", "obstacles", "truth")
@@ -199,7 +200,7 @@ class Live:
         looked_ns = 0
         with zmq.Context() as context, bus.Subscriber(context, self.run_dir, TOPICS, names) as subscriber:
             while not self._ends.is_set():
-                received, _ = subscriber.receive(WAIT_S)
+                received = self._received(subscriber)
                 now_ns = clock.monotonic_ns()
                 for topic, message in received:
                     self._take(topic, message, now_ns)
@@ -212,6 +213,13 @@ class Live:
                         subscription.counters.clear()
                     self._look(now_ns)
                     self._listeners.tell("")
+
+    def _received(self, subscriber: bus.Subscriber) -> list[tuple[str, Any]]:
+        try:
+            return subscriber.receive(WAIT_S)[0]
+        except RunDirError as error:
+            self._say_once("run_dir", str(error), bad=True)
+            return []
 
     def _take(self, topic: str, message: Any, now_ns: int) -> None:
         if isinstance(message, Health):

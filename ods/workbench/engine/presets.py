@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
+from ods.base.in_file import content_of
 from ods.workbench.engine.folders import write_whole
 from ods.workbench.model.share import shared_text, state_of
 from ods.workbench.model.state import State
@@ -12,7 +13,6 @@ from ods.workbench.model.state import State
 FOLDER, SUFFIX = "workbench-presets", ".preset"
 LONGEST = 60
 NAME = re.compile(rf"\w[\w .,+-]{{0,{LONGEST - 1}}}")
-MOST_BYTES = 1 << 20
 
 
 def preset_names(folders: Sequence[Path]) -> list[str]:
@@ -35,8 +35,7 @@ def load_preset(name: str, trusted: State, folders: Sequence[Path]) -> State:
     """Return a state that was kept; files of code are those of `trusted`. Raises OdsError."""
     file = _file(name, folders)
     try:
-        with file.open("rb") as content:
-            text = content.read(MOST_BYTES).decode("ascii", "replace")
+        text = content_of(file).decode("ascii", "replace")
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
     return state_of(text.strip(), trusted)

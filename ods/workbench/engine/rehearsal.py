@@ -88,7 +88,7 @@ def rehearse(
         detections += len(step.detections.detections)
         costs.append((step.chain_ms, step.tracker_ms))
         tell(done / len(source.pings))
-    record.truths.update(source.truths)
+    record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, SETTLE_S)
     chain_ms, tracker_ms = np.median(np.array(costs).reshape(-1, 2), axis=0).tolist() if costs else (0.0, 0.0)
     return Rehearsal(

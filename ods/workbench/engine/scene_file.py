@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ods.base.errors import OdsError, reason_of
+from ods.base.in_file import text_of
 from ods.base.settings_file import load
 from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
@@ -34,7 +35,7 @@ def saving(scene: SceneFile, path: str, folders: Iterable[Path]) -> SavedScene:
         raise OdsError(f"{path or 'file'}: a scene's name ends in .toml")
     file = writable(path, folders)
     try:
-        old = file.read_text(encoding="utf-8") if file.exists() else ""
+        old = text_of(file) if file.exists() else ""
         text = changed_text(old, differences(load(file, SceneFile), scene)) if old else scene_text(scene)
     except (OSError, ValueError) as error:
         raise OdsError(f"{file}: {reason_of(error) if isinstance(error, OSError) else error}") from error

@@ -1,62 +1,74 @@
-"""What a connection may take before it has shown a token: a head of bounded size within bounded time.
+"""What strangers may cost: bounds on connections and headers that have shown no right yet, which any program can send.
 
-uvicorn bounds neither the time of a request's head nor the number of connections; its other parser, httptools, not the
-head's size.
+Whoever has the workbench's cookie is not bounded; who has not is answered before a body is read.
 """
 
 import asyncio
+import logging
 from typing import Any
 
-import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-MOST_HEAD_BYTES = 1 << 16
-"""Cookies of several workbenches on one address are a few hundred."""
+MOST_HEAD_BYTES = 64 << 10
+"""Of a request's first line and headers; cookies of several workbenches on one address are a few hundred."""
 MOST_CONNECTIONS = 200
-"""A page has about ten. Of more, the oldest goes that waits for a head."""
+"""That wait for a request: one more ends the oldest, as a browser sends its own at once."""
 PATIENCE_S = 10.0
-"""For a whole head, from its first byte or the connection's beginning on."""
+"""For a request's last header, from the connection or the last answer on."""
 
 
 class BoundedProtocol(H11Protocol):
-    """One HTTP connection."""
+    """HTTP/1.1 on one connection. h11 itself bounds headers; uvicorn bounds no time before the first request."""
 
-    def __init__(self, *arguments: Any, **named: Any) -> None:
-        super().__init__(*arguments, **named)
-        self._timer: asyncio.TimerHandle | None = None
-
-    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]  # as uvicorn's own
-        """Wait for the first head; make room for it."""
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Wait for a request."""
         super().connection_made(transport)
-        self._begin_waiting()
-        waiting = [each for each in self.connections if isinstance(each, BoundedProtocol) and each._timer is not None]
-        if len(self.connections) > MOST_CONNECTIONS:
-            min(waiting, key=lambda each: each._deadline_s())._give_up()
-
-    def data_received(self, data: bytes) -> None:
-        """Take bytes; wait for the rest of a head that they begin."""
-        super().data_received(data)
-        if self.conn.their_state is not h11.IDLE:
-            self._end_waiting()
-        elif self._timer is None:
-            self._begin_waiting()
+        self._wait()
 
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget it."""
-        self._end_waiting()
+        self._wait_no_more()
         super().connection_lost(exc)
 
-    def _begin_waiting(self) -> None:
-        self._timer = self.loop.call_later(PATIENCE_S, self._give_up)
+    def data_received(self, data: bytes) -> None:
+        """Take bytes, which may complete a request."""
+        super().data_received(data)
+        if self._answering:
+            self._wait_no_more()
 
-    def _end_waiting(self) -> None:
-        if self._timer is not None:
-            self._timer.cancel()
-            self._timer = None
+    def on_response_complete(self) -> None:
+        """Wait for the next request, if it is not there already."""
+        super().on_response_complete()
+        if not self._answering:
+            self._wait()
 
-    def _deadline_s(self) -> float:
-        return self._timer.when() if self._timer is not None else float("inf")
+    def handle_websocket_upgrade(self, event: Any) -> None:
+        """Hand the connection on: its request is whole."""
+        self._wait_no_more()
+        super().handle_websocket_upgrade(event)
 
-    def _give_up(self) -> None:
-        self._end_waiting()
-        self.transport.abort()
+    @property
+    def _answering(self) -> bool:
+        return self.cycle is not None and not self.cycle.response_complete
+
+    def _wait(self) -> None:
+        self._wait_no_more()
+        if self.transport.is_closing():
+            return
+        _WAITING[self] = self.loop.call_later(PATIENCE_S, self.transport.abort)
+        if len(_WAITING) > MOST_CONNECTIONS:
+            next(iter(_WAITING)).transport.abort()
+
+    def _wait_no_more(self) -> None:
+        timer = _WAITING.pop(self, None)
+        if timer is not None:
+            timer.cancel()
+
+
+_WAITING: dict[BoundedProtocol, asyncio.TimerHandle] = {}
+"""All that wait, the longest first."""
+
+
+def not_a_strangers_fault(record: logging.LogRecord) -> bool:
+    """Tell whether uvicorn's record is logged: what strangers send that is no HTTP would fill the terminal."""
+    return not record.getMessage().startswith("Invalid HTTP request")

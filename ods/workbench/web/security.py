@@ -92,7 +92,8 @@ class Gate:
 
 
 def _refused(why: str) -> Response:
-    return PlainTextResponse(f"{why}\n", HTTPStatus.FORBIDDEN, HEADERS)
+    closing = {"Connection": "close"}  # a body is not waited for
+    return PlainTextResponse(f"{why}\n", HTTPStatus.FORBIDDEN, HEADERS | closing)
 
 
 def _with_headers(send: Send) -> Send:

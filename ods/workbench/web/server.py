@@ -13,7 +13,7 @@ from starlette.middleware.trustedhost import TrustedHostMiddleware
 from ods.base.errors import OdsError, one_line
 from ods.workbench.session import Session
 from ods.workbench.web import frames
-from ods.workbench.web.limits import MOST_HEAD_BYTES, BoundedProtocol
+from ods.workbench.web.limits import MOST_HEAD_BYTES, BoundedProtocol, not_a_strangers_fault
 from ods.workbench.web.security import BROWSER, HOSTS, Gate
 
 ADDRESS = HOSTS[0]
@@ -63,6 +63,7 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
     )
     logging.getLogger("httpx").setLevel(logging.WARNING)
     logging.getLogger("nicegui").addFilter(in_one_line)
+    logging.getLogger("uvicorn.error").addFilter(not_a_strangers_fault)
     config = uvicorn.Config(
         TrustedHostMiddleware(gate, HOSTS),
         log_config=None,

@@ -22,9 +22,13 @@ def test_recordings_and_scenes_are_listed_and_nothing_else(tmp_path: Path) -> No
     assert {each.name for each in openable([tmp_path, tmp_path / "deep"])} == {"a.npz", "deep/b.mcap", "scene.toml"}
 
 
-def test_a_pipe_that_is_called_a_scene_is_not_waited_for(tmp_path: Path) -> None:
+def test_what_is_no_file_is_passed_over_at_once(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "x.toml")
+    (tmp_path / "y.toml").symlink_to("/dev/zero")
     assert openable([tmp_path]) == []
+    for name in ("x.toml", "y.toml"):
+        with pytest.raises(OdsError):
+            opening(tmp_path / name, [tmp_path])
 
 
 def test_every_scene_that_is_listed_opens() -> None:

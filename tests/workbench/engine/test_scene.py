@@ -157,7 +157,7 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
     source, record = open_source(tmp_path / "scene.toml", sonar="seabat6012"), RunRecord()
     for step in Mission(MissionSettings()).steps(source.pings, source.poses):
         record.lists.append((step.list.made_ns, step.list))
-    record.truths.update(source.truths)
+    record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, 3.0)
     shares: list[float] = []
     made = rehearse(Scene(SHORT), SONAR, MissionSettings(), shares.append)

@@ -3,6 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
+from ods.base.in_file import opened
 from ods.messages import Ping
 from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
@@ -41,7 +42,7 @@ def _pings(path: Path, counters: Counter[str]) -> list[Ping]:
     framer = RecordFramer(LONGEST_RECORD_BYTES, counters)
     assembler = Assembler(counters=counters)
     pings: list[Ping] = []
-    with path.open("rb") as file:
+    with opened(path) as file:
         while chunk := file.read(CHUNK_BYTES):
             pings += _assembled(assembler, framer.feed(chunk))
     return pings + _assembled(assembler, framer.flush())

@@ -5,6 +5,7 @@ import struct
 from collections import Counter
 from pathlib import Path
 
+from ods.base.in_file import opened
 from ods.sonar_link.files.ping_sequence import FARTHEST_M
 from ods.sonar_link.files.s7k.pose import (
     HEADING_RECORD,
@@ -30,7 +31,7 @@ def read_poses(path: Path) -> list[tuple[int, GeodeticPose]]:
     """
     framer = RecordFramer(LONGEST_RECORD_BYTES, Counter())
     parts: dict[int, dict[int, bytes]] = {}
-    with path.open("rb") as file:
+    with opened(path) as file:
         while chunk := file.read(CHUNK_BYTES):
             for record in framer.feed(chunk):
                 _keep(record, parts)
