@@ -13,8 +13,8 @@ from ods.assess.sea.run import Listed
 from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.messages import Obstacle, ObstacleList, Truth
-from ods.tracker.output.validity import SETTLE_S
 from ods.tracker.existence import lifecycle
+from ods.tracker.output.validity import SETTLE_S
 
 STATES = {"active": lifecycle.ACTIVE, "stand_by": lifecycle.STAND_BY, "hibernated": lifecycle.HIBERNATED}
 
