@@ -13,6 +13,10 @@ class OdsError(Exception):
     """Of the `ods` command that it ends."""
 
 
+class UnfitFileError(OSError):
+    """What is there is not to be read, whatever the operating system says; its `strerror` is why."""
+
+
 def why_no_kernels(error: BaseException) -> str:
     """Return why the kernels in C cannot be loaded, where that is what `error` says, else nothing."""
     if not isinstance(error, ImportError):
@@ -34,7 +38,7 @@ def reason_of(error: BaseException) -> str:
     cause: BaseException | None = error
     while cause is not None:
         if isinstance(cause, OSError) and cause.errno:
-            text = cause.strerror or os.strerror(cause.errno)
+            text = str(cause.strerror) if isinstance(cause, UnfitFileError) else os.strerror(cause.errno)
             return text[:1].lower() + text[1:]
         if isinstance(cause, UnicodeEncodeError):
             beyond = ascii(cause.object[cause.start : cause.end])

@@ -9,7 +9,7 @@ import stat
 from pathlib import Path
 from typing import BinaryIO
 
-from ods.base.errors import OdsError
+from ods.base.errors import OdsError, UnfitFileError
 
 MOST_BYTES = 1_000_000_000
 """Of what is held at once of one file, unpacked: 4,000 pings of 60 x 2000 samples of 2 bytes are 960 MB."""
@@ -27,7 +27,7 @@ def opened(path: Path) -> BinaryIO:
         if stat.S_ISDIR(mode):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
         if not stat.S_ISREG(mode):
-            raise OSError(errno.EINVAL, "no file, but a device or a pipe", str(path))
+            raise UnfitFileError(errno.EINVAL, "no file, but a device or a pipe", str(path))
         return os.fdopen(fd, "rb")
     except OSError:
         os.close(fd)
@@ -39,7 +39,7 @@ def content_of(path: Path, most_bytes: int = MOST_TEXT_BYTES) -> bytes:
     with opened(path) as file:
         content = file.read(most_bytes + 1)
     if len(content) > most_bytes:
-        raise OSError(errno.EFBIG, f"larger than {most_bytes / 1e6:.3g} MB", str(path))
+        raise UnfitFileError(errno.EFBIG, f"larger than {most_bytes / 1e6:.3g} MB", str(path))
     return content
 
 

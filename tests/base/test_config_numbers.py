@@ -56,6 +56,7 @@ def onboard(folder: Path, source: str) -> dict[str, Any]:
     data = tomllib.loads((CONFIG / files[source]).read_text())
     data["bus"]["run_dir"] = str(folder)
     data["sonar"] = {"port": str(folder / "no-such-device"), "range_m": 50.0, "gain_db": 0.0, "power_db": 0.0}
+    data["bridge"] = {name: {"to": "udp://127.0.0.1:5005"} for name in ("json", "ttm", "moos")}
     data["tracker"] = {"planner": {"lead_times_s": [5.0]}}
     nav = data["nav"]
     nav["can"] = {"interface": "virtual"}
