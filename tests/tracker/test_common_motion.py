@@ -15,10 +15,9 @@ CENTRE = np.array([100.0, -50.0, 5.0])
 OFFSETS = np.array([[40.0, 0.0], [60.0, 20.0], [30.0, -15.0], [80.0, 5.0]]).T
 
 
-def seen(velocity: Floats, sigma_mps: float = 0.1) -> Snapshot:
-    """Objects ahead of CENTRE with these velocities, (2, n)."""
-    n = velocity.shape[1]
-    places = OFFSETS[:, :n] + CENTRE[:2, None]
+def seen(velocity: Floats, sigma_mps: float = 0.1, offsets: Floats = OFFSETS) -> Snapshot:
+    """Objects so far from CENTRE with these velocities, (2, n)."""
+    places = offsets[:, : velocity.shape[1]] + CENTRE[:2, None]
     objects = [
         MapObject(k, (north, east, 5.0), (0.2,) * 3, 1.0, 0.1, 1.0, 9, 0, 0, 0)
         for k, (north, east) in enumerate(places.T.tolist())
@@ -40,6 +39,24 @@ def test_a_turn_is_found_with_its_rate_and_makes_the_list_not_valid(rate_deg: fl
     assert found is not None
     assert math.degrees(found.turn) == pytest.approx(rate_deg, abs=4.0 * math.degrees(found.sigma_turn))
     assert f"turn by {math.degrees(found.turn):.1f} +- " in found.reason()
+
+
+def test_one_mover_among_five_does_not_hide_a_turn() -> None:
+    places = np.concatenate([OFFSETS, [[50.0], [-30.0]]], axis=1)
+    velocity = turning(math.radians(2.0), places)
+    velocity[:, 2] += (0.8, -0.6)
+    found = common_motion(seen(velocity, 0.05, places), CENTRE)
+    assert found is not None
+    assert math.degrees(found.turn) == pytest.approx(2.0, abs=0.01)
+
+
+def test_three_movers_do_not_turn_about_us_by_chance() -> None:
+    rng, said = np.random.default_rng(4), 0
+    for _ in range(1000):
+        places = np.array([rng.uniform(10.0, 90.0, 3), rng.uniform(-40.0, 40.0, 3)])
+        found = common_motion(seen(rng.uniform(-1.5, 1.5, (2, 3)), 0.05, places), CENTRE)
+        said += found is not None and bool(found.reason())
+    assert said <= 5
 
 
 def test_a_drift_of_the_place_is_a_problem_and_no_reason() -> None:

@@ -14,11 +14,15 @@ from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.output.snapshot import Snapshot
 
 FEWEST = 3
-"""Objects. Two may be movers by chance."""
+"""Objects that move alike. Two may be movers by chance."""
+FEWEST_BESIDE = 4
+"""The same where there is another object, which does not: a mover, left out."""
 SIGNIFICANT = 5.0
 """Standard deviations."""
 EXPLAINED = 0.9
-"""Share of the squared velocities that the common motion must explain, each over its variance."""
+"""Share of the squared velocities, each over its variance, that the common motion must explain,"""
+LEFT = 6.0
+"""and the mean square of what it leaves, at most: three movers are explained to nine tenths by chance at times."""
 LEAST_SIGMA_MPS = 0.02
 """A filter's velocity is never better known than that; keeps few objects from settling all."""
 SLOWEST_TURN, SLOWEST_MPS = math.radians(0.2), 0.1
@@ -69,11 +73,19 @@ class CommonMotion(NamedTuple):
 def common_motion(snapshot: Snapshot, centre: Floats) -> CommonMotion | None:
     """Return how the active objects seem to move about `centre`, (3,) NED; None where they do not move alike.
 
-    Least squares, each velocity by its own standard deviation.
+    Least squares, each velocity by its own standard deviation; one object may go its own way.
     """
     seen = snapshot.take(snapshot.state == ACTIVE)
     if len(seen) < FEWEST:
         return None
+    found, left = _fitted(seen, centre)
+    if found is None and len(seen) > FEWEST_BESIDE:
+        found, _ = _fitted(seen.take(np.arange(len(seen)) != int(np.argmax(left))), centre)
+    return found
+
+
+def _fitted(seen: Snapshot, centre: Floats) -> tuple[CommonMotion | None, Floats]:
+    """Return the motion, None where it does not explain the velocities, and (n,) the squares that it leaves of each."""
     north, east = seen.position[:2] - centre[:2, None]
     sigma = np.maximum(seen.sigma_velocity[:2], LEAST_SIGMA_MPS)
     one, zero = np.ones(len(seen)), np.zeros(len(seen))
@@ -82,11 +94,12 @@ def common_motion(snapshot: Snapshot, centre: Floats) -> CommonMotion | None:
     wanted = np.concatenate(seen.velocity[:2] / sigma)
     information = design.T @ design
     if not np.isfinite(information).all() or np.linalg.cond(information) > 1e12:
-        return None
+        return None, zero
     covariance = np.linalg.inv(information)
-    found = covariance @ (design.T @ wanted)
-    total, rest = float(wanted @ wanted), float(((wanted - design @ found) ** 2).sum())
-    if not rest <= (1.0 - EXPLAINED) * total:  # nor for NaN
-        return None
-    sigmas = np.sqrt(np.diag(covariance))
-    return CommonMotion(float(found[2]), float(sigmas[2]), (float(found[0]), float(found[1])), float(sigmas[:2].max()))
+    motion = covariance @ (design.T @ wanted)
+    left = ((wanted - design @ motion) ** 2).reshape(2, -1).sum(axis=0)
+    rest, total = float(left.sum()), float(wanted @ wanted)
+    if not rest <= min((1.0 - EXPLAINED) * total, LEFT * (wanted.size - motion.size)):  # nor for NaN
+        return None, left
+    turn, move, sigmas = float(motion[2]), (float(motion[0]), float(motion[1])), np.sqrt(np.diag(covariance))
+    return CommonMotion(turn, float(sigmas[2]), move, float(sigmas[:2].max())), left
