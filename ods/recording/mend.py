@@ -1,15 +1,25 @@
 """`ods record --finish`: completes recordings that were cut off."""
 
 import fcntl
+import os
+import struct
+import zlib
 from pathlib import Path
+
+from mcap.opcode import Opcode
 
 from ods.base.errors import one_line
 from ods.base.in_file import opened
 from ods.recording.errors import RecordingError
-from ods.recording.mcap.reader import SUFFIX, open_recording
+from ods.recording.mcap.framing import MAGIC, MB, RECORD
+from ods.recording.mcap.reader import SUFFIX, Recording, open_recording
 from ods.recording.mcap.rewrite import rewrite
 from ods.recording.mcap.session import is_finished
 from ods.sonar_link.files.s7k.writer import mend_s7k
+
+FOOTER = struct.Struct("<QQI")
+"""Where the summary begins, and its index, and the CRC-32 of the bytes from there to this one."""
+CHECKSUM_BYTES = 4
 
 
 def mend(path: Path) -> None:
@@ -35,14 +45,40 @@ def _mend_segment(path: Path) -> None:
     if not finished and _is_being_written(path):
         raise RecordingError(f"{path}: is being written")
     if finished:
-        for _ in recording.messages():  # finds what is damaged between its two ends
-            pass
+        _look_through(recording, path)
     if finished and not recording.losses:
         print(f"{path}: is complete")
         return
     messages, losses, kept = rewrite(path)
     lost = "".join(f", {name} {count}" for name, count in sorted(losses.items()))
     print(f"{path}: complete, {messages} messages{lost}{f'; as it was: {kept}' if kept else ''}")
+
+
+def _look_through(recording: Recording, path: Path) -> None:
+    """Count in its losses what is damaged between the two ends of a segment."""
+    for _ in recording.messages():
+        pass
+    assert recording.metadata is not None  # looks at attachments, too
+    if not _has_whole_summary(path):
+        recording.losses["bad_records"] += 1
+
+
+def _has_whole_summary(path: Path) -> bool:
+    """Tell whether the index at a segment's end has the checksum that its footer tells; one without any counts."""
+    with opened(path) as file:
+        footer_at = file.seek(-(RECORD.size + FOOTER.size + len(MAGIC)), os.SEEK_END)
+        opcode, length = RECORD.unpack(file.read(RECORD.size))
+        start, _, checksum = FOOTER.unpack(file.read(FOOTER.size))
+        if (opcode, length) != (Opcode.FOOTER, FOOTER.size) or start > footer_at:
+            return False
+        if not start or not checksum:
+            return True
+        file.seek(start)
+        found, left = 0, footer_at + RECORD.size + FOOTER.size - CHECKSUM_BYTES - start
+        while left > 0:
+            part = file.read(min(left, MB))
+            found, left = zlib.crc32(part, found), left - len(part)
+        return found == int(checksum)
 
 
 def _is_being_written(path: Path) -> bool:

@@ -13,6 +13,8 @@ from ods.recording.mcap.reader import Recorded, Recording
 from ods.recording.mcap.session import is_finished
 from ods.runtime import bus
 
+LONGEST_TEXT, MOST_TOLD = 300, 1000
+"""Characters of a fault, and how many faults and processes are told of: a hostile file has millions."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
@@ -98,10 +100,14 @@ def _hear(found: Summary, message: Recorded) -> None:
         health = msgspec.convert(message.message(), Health)
     except ValueError:
         return
-    if health.rss_mb > 0.0:  # not told by `ods run` in its place
+    if len(health.process) > LONGEST_TEXT:
+        return
+    if health.rss_mb > 0.0 and len(found.started) < MOST_TOLD:  # not told by `ods run` in its place
         found.started.setdefault((health.process, health.pid), message.log_ns)
     for problem in health.problems:
-        text = NUMBER.sub("#", problem)
+        text = NUMBER.sub("#", problem[:LONGEST_TEXT])
+        if len(found.faults) >= MOST_TOLD and (health.process, text) not in found.faults:
+            continue
         fault = found.faults.setdefault((health.process, text), Fault(message.log_ns, message.log_ns))
         fault.last_ns = message.log_ns
         fault.reports += 1

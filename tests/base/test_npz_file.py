@@ -71,3 +71,16 @@ def test_flipped_and_cut_files_are_read_or_refused_in_a_line(whole: bytes, data:
     with contextlib.suppress(ValueError):  # the only one that it may raise
         load_npz(path)
     path.unlink()
+
+
+@pytest.mark.parametrize("zip64", [False, True])
+def test_a_list_of_very_many_arrays_is_not_read(tmp_path: Path, zip64: bool) -> None:
+    path = tmp_path / "a.npz"
+    with zipfile.ZipFile(path, "w") as archive:
+        for number in range(70_000 if zip64 else 20_000):  # of more than 65,535 zip64 tells
+            archive.writestr(f"{number}.npy", b"")
+    tracemalloc.start()
+    with pytest.raises(ValueError, match="holds very many arrays"):
+        load_npz(path, ["x"])
+    assert tracemalloc.get_traced_memory()[1] < 1_000_000
+    tracemalloc.stop()

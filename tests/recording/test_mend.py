@@ -38,3 +38,20 @@ def test_a_file_that_does_not_tell_its_time_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="does not tell its time: nothing to be saved"):
         mend(path)
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("where", ["summary", "attachment"])
+def test_damage_outside_of_chunks_is_found_and_mended(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], where: str
+) -> None:
+    path = write_segment(tmp_path / "a.mcap", mission(6), attachments={"config.toml": b"precious" * 9})
+    damaged = bytearray(path.read_bytes())
+    at = damaged.rindex(b"jsonschema") if where == "summary" else damaged.index(b"precious")
+    damaged[at] ^= 1
+    path.write_bytes(damaged)
+    mend(path)
+    assert f"complete, {len(mission(6))} messages" in capsys.readouterr().out
+    mend(path)
+    assert "is complete" in capsys.readouterr().out
+    with path.open("rb") as file:
+        assert len(list(make_reader(file, validate_crcs=True).iter_messages())) == len(mission(6))

@@ -20,6 +20,10 @@ BAD_CHUNK = (*BAD_RECORD, zstandard.ZstdError, MemoryError)
 
 LONGEST_TOPIC = 256
 """Characters of a channel's name: a chunk of 3 kB unpacks to one of 30 MB, and all are kept while a file is read."""
+LONGEST_TOLD = 1 << 20
+"""Bytes of a record of metadata or of a channel: a map of very short texts takes some fifteen times as much."""
+MOST_CHANNELS = 1000
+"""Of a segment; the recorder writes as many as there are topics."""
 MOST_MESSAGES = 200_000
 """In a chunk: each takes a few hundred bytes while they are put in order. The recorder's chunks are of about 1 MB."""
 
@@ -27,6 +31,13 @@ MOST_MESSAGES = 200_000
 def stream(content: bytes) -> ReadDataStream:
     """Return a record's content as the library reads it."""
     return ReadDataStream(BytesIO(content))
+
+
+def told_stream(content: bytes) -> ReadDataStream:
+    """Return a record's content of which a map is made. Raises ValueError where that would be large."""
+    if len(content) > LONGEST_TOLD:
+        raise ValueError(f"longer than {LONGEST_TOLD} bytes")
+    return stream(content)
 
 
 class Channels:
@@ -39,11 +50,11 @@ class Channels:
     def learn(self, content: bytes) -> None:
         """Take a channel's record; of others than msgpack nothing is kept."""
         try:
-            channel = Channel.read(stream(content))
+            channel = Channel.read(told_stream(content))
         except BAD_RECORD:
             self._losses["bad_records"] += 1
             return
-        if len(channel.topic) > LONGEST_TOPIC:
+        if len(channel.topic) > LONGEST_TOPIC or len(self.topics) >= MOST_CHANNELS:
             self._losses["bad_records"] += 1
         elif channel.message_encoding == "msgpack":
             self.topics[channel.id] = channel.topic

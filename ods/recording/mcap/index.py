@@ -17,7 +17,7 @@ from mcap.opcode import Opcode
 
 from ods.base.in_file import opened
 from ods.recording.errors import RecordingError
-from ods.recording.mcap.chunk import BAD_CHUNK, Channels, log_time, unpacked, unzipper
+from ods.recording.mcap.chunk import BAD_CHUNK, MOST_MESSAGES, Channels, log_time, unpacked, unzipper
 from ods.recording.mcap.framing import CHUNK, LONGEST_RECORD_BYTES, MB, MESSAGE, RECORD, Frame
 from ods.recording.mcap.reader import Recording, frames_of
 
@@ -160,7 +160,7 @@ def _entries(content: bytes, most: int) -> tuple[int, list[int]]:
 def _most_in(chunk: Frame) -> int:
     """Return how many messages a chunk may hold, by what its head tells. Raises struct.error."""
     _, _, size, *_ = CHUNK.unpack_from(chunk.content)
-    return int(size) // (RECORD.size + MESSAGE.size)
+    return min(int(size) // (RECORD.size + MESSAGE.size), MOST_MESSAGES)
 
 
 class Chunks:

@@ -1,5 +1,7 @@
 """Reads recordings: one segment, or a folder of them, whole, torn, foreign or hostile, in bounded memory."""
 
+import struct
+import zlib
 from collections import Counter
 from collections.abc import Collection, Iterator
 from functools import cached_property
@@ -12,11 +14,13 @@ from mcap.records import Attachment, Header, Metadata
 
 from ods.base.in_file import opened
 from ods.recording.errors import RecordingError, UnreadableError
-from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, unpacked, unzipper
+from ods.recording.mcap.chunk import BAD_CHUNK, BAD_RECORD, Channels, log_time, stream, told_stream, unpacked, unzipper
 from ods.recording.mcap.framing import MAGIC, MB, MESSAGE, PROFILE, Frame, frames
 from ods.recording.mcap.topics import decoded
 
 SUFFIX = ".mcap"
+MAP_COST = 15
+"""Times as much memory as its bytes a map of very short texts takes."""
 ODS = "ods"
 """Name of the metadata that every segment has; `utc_offset_ns` is among them."""
 MOST_EXTRAS_BYTES = 48 * MB
@@ -108,16 +112,16 @@ class Recording:
         held = 0
         for path in self.segments:
             for frame in frames_of(path, EXTRAS, Counter()):
-                held += len(frame.content)
+                held += len(frame.content) * (MAP_COST if frame.opcode == Opcode.METADATA else 1)
                 if held > MOST_EXTRAS_BYTES:
                     self.losses["left_out"] += 1
                     return metadata, attachments
                 try:
                     if frame.opcode == Opcode.METADATA:
-                        told = Metadata.read(stream(frame.content))
+                        told = Metadata.read(told_stream(frame.content))
                         metadata.setdefault(told.name, told.metadata)
                     else:
-                        enclosed = Attachment.read(stream(frame.content))
+                        enclosed = _attachment(frame.content)
                         attachments.setdefault(enclosed.name, enclosed.data)
                 except BAD_RECORD:
                     self.losses["bad_records"] += 1
@@ -166,7 +170,7 @@ class _Segment:
 
     def _be_told(self, content: bytes) -> None:
         try:
-            told = Metadata.read(stream(content))
+            told = Metadata.read(told_stream(content))
             if told.name == ODS:
                 self._offset_ns = int(told.metadata["utc_offset_ns"])
         except (*BAD_RECORD, KeyError):
@@ -193,6 +197,15 @@ class _Segment:
             self._losses["unknown_channels"] += 1
         elif self._topics is None or topic in self._topics:
             yield Recorded(topic, utc_ns - self._offset_ns, utc_ns, bytes(content[MESSAGE.size :]))
+
+
+def _attachment(content: bytes) -> Attachment:
+    """Raises BAD_RECORD."""
+    (checksum,) = struct.unpack_from("<I", content, len(content) - 4)
+    if checksum and zlib.crc32(content[:-4]) != checksum:
+        raise ValueError("wrong checksum")
+    found: Attachment = Attachment.read(stream(content))
+    return found
 
 
 def _check_head(path: Path) -> None:
