@@ -9,6 +9,7 @@ import pytest
 from tests.hostile_reader import READERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_a_damaged_file_is_read_or_refused_in_one_line(name: str) -> None:
     done = subprocess.run(
