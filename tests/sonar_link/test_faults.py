@@ -101,10 +101,12 @@ def test_half_open_line(process: Process, sonar: Sonar) -> None:
 
 
 def test_records_of_which_no_ping_is_made_are_told_beside_the_silence(process: Process, sonar: Sonar) -> None:
-    """A sonar whose sound velocity sensor is out of the water."""
-    silly = records.encode_ping(make_ping(1, sound_speed=331.0))
+    """A sonar whose sound velocity sensor sends nonsense; that of air would be a ping, which the pipeline refuses."""
+    silly = records.encode_ping(make_ping(1, sound_speed=5.0))
     process.wait(
-        lambda: process.says("no ping for") and process.says("though something comes: bad_settings"),
+        lambda: (
+            process.says("no ping for") and process.says("though something comes: ") and process.says("bad_settings")
+        ),
         meanwhile=lambda: sonar.device.offer(silly),
     )
     assert sonar.recover() < RECOVERY_S

@@ -150,6 +150,7 @@ class Chain:
                 sigma_radius_m=0.3,
             )
             for r, b in self.echoes
+            if not abs(math.remainder(b - self.heading(t_ns / clock.NS), 2.0 * math.pi)) > SECTOR.bearing_max_rad
         ]
         message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), SOUND, SECTOR, found)
         self._publishers["pipeline"].publish("detections", message)

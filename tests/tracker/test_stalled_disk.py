@@ -14,7 +14,7 @@ import pytest
 from ods.base import clock
 from ods.messages import ObstacleList
 from ods.tracker.map.store import copy_of_map
-from tests.tracker.played import ECHOES, Chain, good, played
+from tests.tracker.played import Chain, good, played
 
 pytestmark = pytest.mark.slow
 
@@ -98,11 +98,22 @@ def _problems(chain: Chain) -> str:
 
 def _turn_away(chain: Chain) -> None:
     """The two objects fall out of view and are hibernated."""
-    chain.echoes, chain.heading = [], lambda _: math.pi
+    _turn(chain, 0.0, math.pi)
 
 
 def _turn_back(chain: Chain) -> None:
-    chain.echoes, chain.heading = list(ECHOES), lambda _: 0.0
+    _turn(chain, math.pi, 0.0)
+
+
+def _turn(chain: Chain, begin: float, end: float) -> None:
+    """Turn within two seconds: at once would be a jump of the pose."""
+    begun_s = clock.monotonic_ns() / clock.NS
+
+    def heading(t_s: float) -> float:
+        return begin + (end - begin) * min(max(0.5 * (t_s - begun_s), 0.0), 1.0)
+
+    chain.heading = heading
+    chain.until(lambda _: clock.monotonic_ns() / clock.NS > begun_s + 2.0)
 
 
 def _longest_gap_s(lists: list[ObstacleList]) -> float:
