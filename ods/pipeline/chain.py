@@ -152,7 +152,7 @@ class Chain:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             self._change_to(plan)
             self._geometry, self._plan = geometry, plan  # all or, when one fails, none
-        elif self._kept[0].hurried and self._lasted >= LASTING_PINGS:
+        if self._kept[0].hurried and self._lasted >= LASTING_PINGS:
             self._kept[0] = self._prepared_for(self._plan, hurried=False)
         self._lasted += 1
 

@@ -219,3 +219,7 @@ def test_detectors_learn_once_where_ranges_follow_a_sound_speed_that_changes(
         chain.process(make_ping(frame, dr_m=0.05 if k % 2 else 0.1))
     assert len(learnt) == 2
     assert chain.geometry_changes == 20
+    for k in range(30):  # learnt in a hurry, and anew as it lasts, though its ranges go on changing
+        chain.process(make_ping(frame, dr_m=0.2 * (1.0 + 1e-4 * k)))
+    cells = learnt[-1]
+    assert learnt[2:] == [cells // 10, cells]
