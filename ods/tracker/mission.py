@@ -15,12 +15,13 @@ from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.checkpoint import Mission
+from ods.tracker.common_error.monitor import CommonErrors
+from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.output.bottom import bottom_below
 from ods.tracker.output.closest_approach import Course
-from ods.tracker.output.common_motion import common_motion
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
@@ -79,8 +80,7 @@ class MissionTracker:
         self._mounting = Mounting(settings.mounting)
         self._poses = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         self._pose_sense = PoseSense()
-        self._common_motion = ""
-        """How all objects seem to move, "" where they do not."""
+        self._common_errors = CommonErrors()
         self._jumps_ns: list[int] = []
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
@@ -142,7 +142,7 @@ class MissionTracker:
 
     def problems(self) -> list[str]:
         """Say what is wrong beside the reasons why a list is not valid."""
-        return [each for each in (self._pose_sense.disagreement, self._common_motion) if each]
+        return [each for each in (self._pose_sense.disagreement, self._common_errors.problem()) if each]
 
     def hear_health(self, health: Health) -> None:
         """Take in what a process says of itself."""
@@ -174,6 +174,10 @@ class MissionTracker:
             self._complain("detections_late", f"ping {message.ping_number} came after a later one")
             return None
         self._vehicle = scan.vehicle or self._vehicle
+        snapshot = self._snapshot(message.t_ns)
+        if sent is not None:
+            motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
+            self._common_errors.look(snapshot, scan, motion)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
@@ -182,7 +186,7 @@ class MissionTracker:
         if outcome.ended is not None:
             self._lister.end(outcome.ended)
         gone = [] if outcome.ended is None else outcome.ended.id.tolist()
-        return Told(self._list(message.t_ns, now_ns, message, pose), outcome.hibernated, gone)
+        return Told(self._list(now_ns, message, pose, snapshot), outcome.hibernated, gone)
 
     def _jumps_within(self, message: Detections) -> bool:
         """Tell whether the pose jumped while the ping's echoes came in; begin anew if it did before.
@@ -192,6 +196,7 @@ class MissionTracker:
         passed = [t_ns for t_ns in self._jumps_ns if t_ns <= message.t_ns]
         if passed:
             self._lister.end(self.tracker.begin_anew())
+            self._common_errors.begin_anew()
             self._inputs.begin_anew(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
@@ -205,7 +210,7 @@ class MissionTracker:
 
     def silent_list(self, now_ns: int) -> ObstacleList:
         """Return a list of the moment, without a ping."""
-        return self._list(now_ns, now_ns, None, self._poses.at(now_ns))
+        return self._list(now_ns, None, self._poses.at(now_ns), self._snapshot(now_ns))
 
     def resting(self, now_ns: int) -> list[MapObject]:
         """Return what rests in view, as objects of the map: for the end of the mission."""
@@ -219,14 +224,17 @@ class MissionTracker:
         last, self._ping_seq = self._ping_seq, seq
         return 0 if last is None else max(0, seq - last - 1)
 
-    def _list(self, t_ns: int, now_ns: int, shown: Detections | None, pose: PoseEstimate | None) -> ObstacleList:
-        """Return the list for the instant `t_ns`; `pose`: the vehicle's then; `shown`: what the ping did, if any."""
+    def _list(
+        self, now_ns: int, shown: Detections | None, pose: PoseEstimate | None, snapshot: Snapshot
+    ) -> ObstacleList:
+        """Return the list of a ping, or of now; shown: what the ping did; the vehicle's pose; and all objects."""
+        t_ns = now_ns if shown is None else shown.t_ns
         reasons = self._inputs.reasons(now_ns, pose_known=pose is not None or shown is None)
         reasons += self._pose_sense.reasons(now_ns)
         course = None if pose is None else Course(pose.position_ned, pose.velocity_ned)
-        bottom, snapshot = bottom_below(pose), self._snapshot(t_ns)
-        reasons += self._alike(snapshot)
-        hittable = self._hittable.of(snapshot, bottom, self._view(t_ns, pose))
+        bottom = bottom_below(pose)
+        reasons += self._common_errors.reasons()
+        hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)
         self.left_out = len(hittable.snapshot) - len(nearest)
@@ -260,12 +268,6 @@ class MissionTracker:
         self.seq += 1
         self._listed_ns = now_ns
         return message
-
-    def _alike(self, snapshot: Snapshot) -> list[str]:
-        """Return why the list is not valid as all objects move alike."""
-        found = None if self._vehicle is None else common_motion(snapshot, self._vehicle.position)
-        self._common_motion = "" if found is None else found.problem()
-        return [] if found is None or not found.reason() else [found.reason()]
 
     def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
         head = head_of(pose, self._mounting)

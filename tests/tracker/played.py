@@ -43,6 +43,8 @@ PATIENCE_S = 60.0
 """The very first start on a machine compiles."""
 MS = 1_000_000
 SOUND = 1480.0
+Echoes = list[tuple[float, float]]
+"""Ranges and bearings."""
 ECHOES = (40.0, 0.0), (60.0, 0.3)
 LISTENING_NS = 140 * MS
 """Longer than the farthest echo needs."""
@@ -63,15 +65,17 @@ class Chain:
         self.last_pose = -1
         """`Pose.seq` of the newest one sent."""
         self.place = (0.0, 0.0, 4.0)
+        """Of the vehicle,"""
+        self.north_mps = 0.0
+        """and how fast it moves; `echoes` are seen from the origin."""
         self._posed_ns = clock.monotonic_ns()
         self.ins_turned_rad = 0.0
         """By so much is the heading wrong,"""
         self.ins_drift = 0.0
         """and it drifts by so much a second from now on."""
-        """Of the vehicle."""
         self.ahead_ns = 0
         """Poses are stamped so much later than they are."""
-        self.echoes = list(ECHOES)
+        self.echoes: Echoes = list(ECHOES)
         self.heading: Callable[[float], float] = lambda _: 0.0
         """Of the vehicle, rad, at a time in s. `echoes` are seen from heading 0."""
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
@@ -115,11 +119,14 @@ class Chain:
         self._count += 1
         if self.poses:
             zeros = (0.0, 0.0, 0.0)
-            self.ins_turned_rad += self.ins_drift * max(0, now - self._posed_ns) / clock.NS
+            since_s = max(0, now - self._posed_ns) / clock.NS
+            self.ins_turned_rad += self.ins_drift * since_s
+            self.place = (self.place[0] + self.north_mps * since_s, *self.place[1:])
             self._posed_ns = now
             half = 0.5 * (self.heading(now / clock.NS) + self.ins_turned_rad)
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
-            pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, zeros, zeros, zeros)
+            velocity = (self.north_mps * math.cos(2.0 * half), -self.north_mps * math.sin(2.0 * half), 0.0)
+            pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, velocity, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)
             self.last_pose = k
         if k % 10 == 0:
@@ -149,11 +156,15 @@ class Chain:
                 sigma_bearing_rad=0.01,
                 sigma_radius_m=0.3,
             )
-            for r, b in self.echoes
+            for r, b in self._seen_from(self.place[0] - self.north_mps * LISTENING_NS / clock.NS)
             if not abs(math.remainder(b - self.heading(t_ns / clock.NS), 2.0 * math.pi)) > SECTOR.bearing_max_rad
         ]
         message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), SOUND, SECTOR, found)
         self._publishers["pipeline"].publish("detections", message)
+
+    def _seen_from(self, north: float) -> Echoes:
+        seen = [(r * math.cos(b) - north, r * math.sin(b)) for r, b in self.echoes]
+        return [(math.hypot(*offset), math.atan2(offset[1], offset[0])) for offset in seen]
 
     def close(self) -> None:
         self.kill()

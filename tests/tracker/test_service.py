@@ -3,7 +3,7 @@
 import math
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import pytest
 
@@ -149,6 +149,38 @@ def test_a_heading_that_drifts_at_rest_is_said_with_its_rate_and_the_list_is_not
     (reason,) = chain.until(says("objects at rest seem to turn by 2.")).reasons
     print(f"{reason}, after {time.monotonic() - begun:.1f} s")
     chain.until(lambda _: chain.health is not None and any("seem to turn" in each for each in chain.health.problems))
+
+
+FIVE = [(40.0, 0.0), (60.0, 0.3), (50.0, -0.3), (80.0, 0.1), (70.0, -0.1)]
+
+
+def tells(chain: Chain, text: str) -> Callable[[object], bool]:
+    """Wait for what the tracker's health says."""
+    return lambda _: chain.health is not None and any(text in each for each in chain.health.problems)
+
+
+def test_poses_that_are_stamped_late_are_said_with_their_latency_in_turns(chain: Chain) -> None:
+    chain.echoes = FIVE
+    chain.heading = lambda t_s: 0.2 * math.sin(1.5 * t_s)
+    chain.ahead_ns = 100 * clock.MS
+    chain.until(tells(chain, "ms too late, by the pings' clock"))
+    assert chain.health is not None
+    (problem,) = chain.health.problems
+    assert 80.0 < float(problem.split()[3]) < 120.0, problem
+
+
+def test_a_wrong_yaw_of_the_head_is_said_under_way(chain: Chain) -> None:
+    chain.echoes = FIVE
+    chain.north_mps, chain.ins_turned_rad = 2.0, math.radians(3.0)
+    chain.until(tells(chain, "sonar.mounting.yaw_deg, or the heading, is "))
+    assert chain.lists[-1].valid
+
+
+def test_a_heading_that_drifts_slowly_under_way_is_said(chain: Chain) -> None:
+    chain.echoes = FIVE
+    chain.until(lambda m: m.valid and len(m.obstacles) == 5)
+    chain.north_mps, chain.ins_drift = 1.0, math.radians(0.2)
+    chain.until(tells(chain, "objects at rest seem to turn by 0."))
 
 
 def test_poses_from_the_future_do_not_keep_the_others_out(chain: Chain) -> None:

@@ -1,0 +1,147 @@
+"""Which one error explains how all objects at rest seem to move, in plain words."""
+
+import math
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.tracker.common_error.least_squares import Fit, Reduced, fit
+from ods.tracker.common_error.sightings import EAST, LATENCY, NORTH, SCALE, TURN, YAW
+
+FEWEST = 3
+"""Objects. Two may be movers by chance."""
+FEWEST_BESIDE = 4
+"""The same where another object is left out, as it goes its own way:"""
+OWN_WAY = 2.0
+"""without it the mean square of what is left is so many times smaller."""
+SIGNIFICANT = 5.0
+"""Standard deviations."""
+LEFT = 6.0
+"""Mean square of what an explanation may leave, in units of what the echoes claim."""
+ALIKE = 0.9
+"""An error that explains this share of what the best one does may be it as well."""
+
+
+class Cause(NamedTuple):
+    """One kind of error."""
+
+    judged: tuple[int, ...]
+    """Columns of the design whose values tell its size,"""
+    beside: tuple[int, ...]
+    """and those that have to be fitted beside them."""
+    least: float
+    """What is smaller is within what devices do;"""
+    limit: float
+    """with what is larger the list is not valid;"""
+    most: float
+    """and what is even larger is no such error."""
+    words: Callable[[float, float], str]
+    """Says it, by the value of the first column, or the size of several, and its standard error."""
+
+
+class Finding(NamedTuple):
+    """An error that explains how objects move."""
+
+    cause: Cause
+    fit: Fit
+
+    @property
+    def value(self) -> float:
+        """Of the only column judged; of several, their length."""
+        judged = self.fit.value[: len(self.cause.judged)]
+        return float(judged[0]) if len(judged) == 1 else float(np.linalg.norm(judged))
+
+    @property
+    def sigma(self) -> float:
+        """Of it."""
+        return float(np.linalg.norm(self.fit.sigma[: len(self.cause.judged)]))
+
+    @property
+    def is_too_much(self) -> bool:
+        """The list is not valid with it."""
+        return abs(self.value) > self.cause.limit
+
+    def __str__(self) -> str:
+        """Say it in plain words."""
+        return self.cause.words(self.value, self.sigma)
+
+    @property
+    def holds(self) -> bool:
+        """It is so, beyond doubt."""
+        certain = self.cause.most > abs(self.value) > max(self.cause.least, SIGNIFICANT * self.sigma)
+        return certain and self.fit.left < LEFT
+
+    @property
+    def worth(self) -> float:
+        """What it explains, less what each unknown more would by chance."""
+        return self.fit.gain - SIGNIFICANT**2 * (len(self.fit.value) - 1)
+
+
+def _turn(value: float, sigma: float) -> str:
+    digits = 1 if abs(value) > math.radians(1.0) else 2
+    rate = f"{math.degrees(value):.{digits}f} +- {math.degrees(sigma):.{digits}f} deg/s"
+    return f"objects at rest seem to turn by {rate} about the vehicle: does the heading drift?"
+
+
+def _yaw(value: float, sigma: float) -> str:
+    size = f"{math.degrees(abs(value)):.1f} +- {math.degrees(sigma):.1f} deg"
+    return f"sonar.mounting.yaw_deg, or the heading, is {size} too {'large' if value > 0.0 else 'small'}"
+
+
+def _scale(value: float, sigma: float) -> str:
+    size = f"{100.0 * abs(value):.1f} +- {100.0 * sigma:.1f} %"
+    return f"ranges are {size} too {'long' if value > 0.0 else 'short'}: is the sound speed right?"
+
+
+def _latency(value: float, sigma: float) -> str:
+    size = f"{1000.0 * abs(value):.0f} +- {1000.0 * sigma:.0f} ms"
+    return f"poses are stamped {size} too {'early' if value > 0.0 else 'late'}, by the pings' clock"
+
+
+def _drift(value: float, sigma: float) -> str:
+    return f"objects at rest seem to move by {value:.2f} +- {sigma:.2f} m/s: does the INS's place drift?"
+
+
+DRIFT = Cause((NORTH, EAST), (), 0.1, math.inf, 5.0, _drift)
+"""Movers alike may be a convoy, or buoys in a current: never a reason."""
+FASTEST_TURN = math.radians(0.5)
+"""With a faster one places are off by more than they claim, within seconds. No movers turn about us."""
+FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.radians(20.0), _turn)
+"""By an angle of any size: the angle itself is as a drift."""
+SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, math.radians(0.5), _turn)
+"""By a small angle, which itself is as an error of the yaw."""
+STEADY: Mapping[int, Cause] = MappingProxyType(
+    {
+        YAW: Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(20.0), _yaw),
+        SCALE: Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale),
+        LATENCY: Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency),
+    }
+)
+"""By these an object's place is off by as much as is known."""
+FAST = (FAST_TURN, DRIFT)
+SLOW = (SLOW_TURN, DRIFT, *STEADY.values())
+
+
+def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:
+    """Return the errors that may be, best first; one object in three may go its own way."""
+    if len(reduced.freedom) < FEWEST:
+        return []
+    found = [_found(reduced, cause) for cause in causes]
+    certain = sorted((each for each in found if each is not None and each.holds), key=lambda each: -each.worth)
+    return [each for each in certain if each.worth >= ALIKE * certain[0].worth]
+
+
+def _found(reduced: Reduced, cause: Cause) -> Finding | None:
+    """Return how large an error is, without the objects that go their own way."""
+    found = fit(reduced, cause.judged + cause.beside)
+    for _ in range(len(reduced.freedom) // FEWEST):
+        if found is None or len(reduced.freedom) <= FEWEST_BESIDE:
+            break
+        best = int(found.left_without.argmin())
+        if found.left < OWN_WAY * max(1.0, float(found.left_without[best])):
+            break
+        reduced = reduced.without(best)
+        found = fit(reduced, cause.judged + cause.beside)
+    return None if found is None else Finding(cause, found)

@@ -1,0 +1,81 @@
+"""Do all objects at rest seem to move alike? Then it is the pose, the mounting or the sound speed that is wrong.
+
+Each object by itself is a believable mover. Several that turn about the one place from which they are seen, or that all
+come nearer in proportion to their range, are none. The method is that of `ods calibrate`, on what is tracked.
+"""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from ods.base.clock import NS
+from ods.tracker.common_error.causes import FAST, SLOW, STEADY, Finding, explanations
+from ods.tracker.common_error.least_squares import FadingSums
+from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
+from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
+from ods.tracker.measurement.scan import Scan, Vehicle
+from ods.tracker.output.snapshot import Snapshot
+
+FAST_MEMORY_S, SLOW_MEMORY_S = 1.0, 60.0
+"""A short memory finds a fast drift soon, a long one finds what is slow or small."""
+SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
+HELD_S = 5.0
+"""What was found is so for so long: three objects are not always in view."""
+
+
+class CommonErrors:
+    """Takes what a ping showed of the tracked objects."""
+
+    def __init__(self) -> None:
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Forget all: poses are others."""
+        self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
+        self._seen_s = self._fitted_s = self._found_s = -math.inf
+        self._vehicle: tuple[Vehicle, Motion] | None = None
+        self._before: list[Finding] = []
+        self._findings: list[Finding] = []
+
+    def look(self, snapshot: Snapshot, scan: Scan, motion: Motion) -> None:
+        """Take in a ping: the objects after it, its echoes, and how the vehicle moves."""
+        t_s = scan.t_ns / NS
+        if scan.vehicle is None or t_s - self._seen_s < SEEN_EVERY_S:
+            return
+        self._vehicle, self._seen_s = (scan.vehicle, motion), t_s
+        seen = sightings_of(snapshot, scan, motion)
+        self._fast.add(seen, t_s)
+        self._slow.add(seen, t_s)
+        if t_s - self._fitted_s >= FITTED_EVERY_S:
+            self._fitted_s = t_s
+            self._explain(t_s)
+
+    def _explain(self, t_s: float) -> None:
+        """Find what is wrong; it is so when two fits in turn find it: while a drift begins, no cause fits."""
+        found = explanations(self._fast.reduced(), FAST) or explanations(self._slow.reduced(), SLOW)
+        before, self._before = self._before, found
+        twice = [each for each in found if any(each.cause is other.cause for other in before)]
+        if twice or t_s - self._found_s > HELD_S:
+            self._findings, self._found_s = twice, t_s
+
+    def problem(self) -> str:
+        """Say in plain words what seems to be wrong, "" where nothing does."""
+        return "; or ".join(map(str, self._findings))
+
+    def reasons(self) -> list[str]:
+        """Say why the list is not valid for it."""
+        return [str(each) for each in self._findings if each.is_too_much][:1]
+
+    def widened(self, snapshot: Snapshot) -> Snapshot:
+        """Return live objects with what is known to be wrong with their places in their covariance."""
+        steady = [(column, each) for column, cause in STEADY.items() for each in self._findings if each.cause is cause]
+        if not steady or self._vehicle is None or not len(snapshot):
+            return snapshot
+        (column, finding), (vehicle, motion) = steady[0], self._vehicle
+        offset = (snapshot.position[:2] - vehicle.position[:2, None]).T
+        wrong = finding.value * design_of(offset, motion)[:, :, column].T
+        wrong = wrong * np.isin(snapshot.state, (ACTIVE, STAND_BY))
+        sigma = snapshot.sigma_position.copy()
+        sigma[:2] = np.hypot(sigma[:2], wrong)
+        return replace(snapshot, sigma_position=sigma, covariance_ne=snapshot.covariance_ne + wrong[0] * wrong[1])

@@ -1,0 +1,206 @@
+"""Objects at rest that all seem to move alike: which error of pose, mounting or sound speed it is, and how large."""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from ods.base.arrays import Floats
+from ods.base.clock import NS
+from ods.messages import Sector
+from ods.tracker.common_error.monitor import CommonErrors
+from ods.tracker.common_error.sightings import Motion
+from ods.tracker.existence.lifecycle import ACTIVE
+from ods.tracker.map.map_object import MapObject
+from ods.tracker.measurement.scan import Scan, Vehicle, echoes_of
+from ods.tracker.output.snapshot import Snapshot, snapshot_of_map
+
+PING_S, SIGMA_RANGE, SIGMA_BEARING = 0.15, 0.1, 0.01
+SECTOR = Sector(1.0, 120.0, -0.8, 0.8, 0.17)
+AHEAD = np.array([[40.0, -12.0], [60.0, 20.0], [52.0, -25.0], [80.0, 9.0], [95.0, -6.0]])
+
+
+class Wrong(NamedTuple):
+    """What is wrong with what the tracker hears."""
+
+    yaw: float = 0.0
+    turn: float = 0.0
+    scale: float = 0.0
+    latency: float = 0.0
+    drift: tuple[float, float] = (0.0, 0.0)
+
+
+class World(NamedTuple):
+    """Bodies, (n, 2), with velocities, before a vehicle that weaves, and goes where it heads."""
+
+    bodies: Floats = AHEAD
+    velocity: Floats = np.zeros((1, 2))
+    speed: float = 1.2
+    weave: float = math.radians(20.0)
+
+    def heading(self, t_s: float) -> float:
+        """Return the vehicle's."""
+        return self.weave * math.sin(t_s / 3.0)
+
+    def course(self, t_s: float) -> Floats:
+        """Return the vehicle's velocity, (2,)."""
+        return self.speed * np.array([math.cos(self.heading(t_s)), math.sin(self.heading(t_s))])
+
+    def place(self, t_s: float) -> Floats:
+        """Return the vehicle's, (2,), from the origin at 10 s on, by Simpson's rule."""
+        times = np.linspace(10.0, t_s, 101)
+        weights = np.array([1.0, *[4.0, 2.0] * 49, 4.0, 1.0]) * (t_s - 10.0) / 300.0
+        return np.asarray(weights @ np.array([self.course(each) for each in times.tolist()]))
+
+    def pings(self, wrong: Wrong, seconds: float, seed: int = 1) -> "list[tuple[Snapshot, Scan, Motion]]":
+        """Return what each ping shows by the pose as it is reported."""
+        rng, shown = np.random.default_rng(seed), []
+        for k in range(int(seconds / PING_S)):
+            t_s = 10.0 + k * PING_S
+            away = self.bodies + self.velocity * (t_s - 10.0) - self.place(t_s)
+            range_m = np.hypot(*away.T) + rng.normal(0.0, SIGMA_RANGE, len(away))
+            bearing = np.arctan2(away[:, 1], away[:, 0]) - self.heading(t_s)
+            bearing += rng.normal(0.0, SIGMA_BEARING, len(away))
+            shown.append(self._reported(t_s, range_m * (1.0 + wrong.scale), bearing, wrong))
+        return shown
+
+    def _reported(self, t_s: float, range_m: Floats, bearing: Floats, wrong: Wrong) -> tuple[Snapshot, Scan, Motion]:
+        posed_s = t_s + wrong.latency
+        heading = self.heading(posed_s) + wrong.yaw + wrong.turn * (t_s - 10.0)
+        place = self.place(posed_s) + np.array(wrong.drift) * (t_s - 10.0)
+        turned = np.array([[math.cos(heading), -math.sin(heading)], [math.sin(heading), math.cos(heading)]])
+        rotation = np.eye(3)
+        rotation[:2, :2] = turned
+        vehicle = Vehicle(np.append(place, 5.0), rotation, np.full(3, 0.1), np.full(3, 0.005))
+        rows = [(r, b, 0.0, 0.5, SIGMA_RANGE, SIGMA_BEARING, 0.1) for r, b in zip(range_m, bearing, strict=True)]
+        scan = Scan(round(t_s * NS), 0, vehicle, SECTOR, echoes_of(np.array(rows))[0])
+        ahead = np.array([range_m * np.cos(bearing), range_m * np.sin(bearing)])
+        yaw_rate = self.weave / 3.0 * math.cos(posed_s / 3.0) + wrong.turn
+        return objects_at(place[:, None] + turned @ ahead), scan, Motion(self.course(posed_s), yaw_rate)
+
+
+def objects_at(places: Floats) -> Snapshot:
+    """Return active objects at (2, n) places."""
+    objects = [MapObject(k, (*place, 5.0), (0.2,) * 3, 1.0, 0.1, 1.0, 9, 0, 0, 0) for k, place in enumerate(places.T)]
+    snapshot = snapshot_of_map(objects)
+    snapshot.state[:] = ACTIVE
+    return snapshot
+
+
+def after(world: World, wrong: Wrong, seconds: float = 30.0, seed: int = 1) -> CommonErrors:
+    errors = CommonErrors()
+    for ping in world.pings(wrong, seconds, seed):
+        errors.look(*ping)
+    return errors
+
+
+def number(text: str) -> tuple[float, float]:
+    """Return the first value and its standard error."""
+    value, sigma = re.findall(r"(-?[\d.]+) \+- ([\d.]+)", text)[0]
+    return float(value), float(sigma)
+
+
+CAUSES: list[tuple[Wrong, str, float]] = [
+    (Wrong(yaw=math.radians(2.0)), "sonar.mounting.yaw_deg, or the heading, is {} deg too large", 2.0),
+    (Wrong(yaw=math.radians(-1.5)), "sonar.mounting.yaw_deg, or the heading, is {} deg too small", 1.5),
+    (Wrong(turn=math.radians(2.0)), "objects at rest seem to turn by {} deg/s about the vehicle", 2.0),
+    (Wrong(turn=math.radians(-0.2)), "objects at rest seem to turn by {} deg/s about the vehicle", -0.2),
+    (Wrong(scale=0.02), "ranges are {} % too long: is the sound speed right?", 2.0),
+    (Wrong(scale=-0.03), "ranges are {} % too short: is the sound speed right?", 3.0),
+    (Wrong(latency=0.1), "poses are stamped {} ms too early, by the pings' clock", 100.0),
+    (Wrong(latency=-0.1), "poses are stamped {} ms too late, by the pings' clock", 100.0),
+    (Wrong(drift=(0.3, -0.2)), "objects at rest seem to move by {} m/s: does the INS's place drift?", 0.36),
+]
+
+
+@pytest.mark.parametrize(("wrong", "words", "size"), CAUSES)
+def test_each_error_is_named_with_its_size(wrong: Wrong, words: str, size: float) -> None:
+    problem = after(World(), wrong).problem()
+    before, behind = words.split("{}")
+    assert before in problem
+    assert behind in problem
+    value, sigma = number(problem)
+    assert abs(value - size) <= 4.0 * sigma + 0.05 * abs(size)
+
+
+def test_a_standard_error_is_as_large_as_the_error() -> None:
+    squares = []
+    for seed in range(12):
+        bodies = np.column_stack([seed % 5 + np.linspace(35.0, 95.0, 6), 30.0 * np.sin(np.arange(6) + seed)])
+        finding = after(World(bodies), Wrong(yaw=math.radians(2.0)), seed=seed)._findings[0]
+        squares.append(((finding.value - math.radians(2.0)) / finding.sigma) ** 2)
+    assert 0.2 < np.mean(squares) < 2.5
+
+
+def test_without_an_error_nothing_is_said() -> None:
+    for seed in range(10):
+        assert not after(World(), Wrong(), 20.0, seed).problem()
+
+
+def test_one_mover_among_five_does_not_hide_a_turn() -> None:
+    movers = np.zeros((5, 2))
+    movers[2] = 0.8, -0.6
+    problem = after(World(velocity=movers), Wrong(turn=math.radians(2.0)), 6.0).problem()
+    assert "turn by 2." in problem or "turn by 1.9" in problem
+
+
+def test_three_movers_do_not_turn_about_us_by_chance() -> None:
+    rng, said = np.random.default_rng(4), 0
+    for seed in range(25):
+        bodies = np.column_stack([rng.uniform(40.0, 90.0, 3), rng.uniform(-40.0, 40.0, 3)])
+        world = World(bodies, rng.uniform(-1.5, 1.5, (3, 2)))
+        errors = CommonErrors()
+        for ping in world.pings(Wrong(), 12.0, seed):
+            errors.look(*ping)
+            said += bool(errors.reasons())
+    assert said <= 0.01 * 25 * 12.0 / PING_S
+
+
+@pytest.mark.parametrize(
+    ("wrong", "not_valid"),
+    [
+        (Wrong(turn=math.radians(2.0)), True), (Wrong(turn=math.radians(0.3)), False), (Wrong(drift=(0.5, 0.5)), False),
+        (Wrong(yaw=math.radians(2.0)), False), (Wrong(yaw=math.radians(8.0)), True), (Wrong(scale=0.08), True),
+    ],
+)  # fmt: skip
+def test_a_list_is_valid_up_to_a_limit_and_movers_alike_may_be_a_convoy(wrong: Wrong, not_valid: bool) -> None:
+    errors = after(World(), wrong)
+    assert errors.problem()
+    assert bool(errors.reasons()) == not_valid
+
+
+@pytest.mark.parametrize("wrong", [Wrong(yaw=math.radians(2.0)), Wrong(scale=0.03), Wrong(latency=0.1)])
+def test_what_is_wrong_by_a_known_amount_is_in_the_covariance(wrong: Wrong) -> None:
+    world = World()
+    *_, (snapshot, _, _) = world.pings(wrong, 30.0)
+    wider = after(world, wrong).widened(snapshot)
+    grown = wider.sigma_position[:2] ** 2 - snapshot.sigma_position[:2] ** 2
+    off = snapshot.position[:2] - world.bodies.T
+    large = np.abs(off) > 0.5
+    assert large.any()
+    np.testing.assert_allclose(np.sqrt(grown[large]), np.abs(off[large]), rtol=0.4, atol=0.25)
+    products = wider.covariance_ne - snapshot.covariance_ne
+    np.testing.assert_allclose(products**2, grown[0] * grown[1], rtol=1e-6, atol=1e-9)
+    np.testing.assert_array_equal(after(world, Wrong()).widened(snapshot).sigma_position, snapshot.sigma_position)
+
+
+def test_a_jump_of_the_pose_begins_anew() -> None:
+    errors = after(World(), Wrong(yaw=math.radians(2.0)))
+    errors.begin_anew()
+    assert not errors.problem()
+
+
+@pytest.mark.parametrize("spoil", [
+    lambda s: replace(s, position=np.full_like(s.position, math.nan)),
+    lambda s: s.take(np.arange(0)),
+    lambda s: replace(s, radius=np.full_like(s.radius, 50.0)),
+])  # fmt: skip
+def test_what_tells_nothing_says_nothing(spoil: Callable[[Snapshot], Snapshot]) -> None:
+    errors = CommonErrors()
+    for snapshot, scan, motion in World().pings(Wrong(yaw=0.1), 10.0):
+        errors.look(spoil(snapshot), scan, motion)
+    assert not errors.problem()
