@@ -8,12 +8,12 @@ that may exceed 2^53: as JavaScript's Number, UTC is rounded to 256 ns; ask the 
 The reference in docs/messages.md is generated from these types.
 """
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
-import numpy as np
 
-from ods.base.arrays import AnyArray
+if TYPE_CHECKING:
+    from ods.base.arrays import AnyArray  # a planner's computer need not have numpy
 
 Vector3 = tuple[float, float, float]
 Instant = Annotated[int, msgspec.Meta(ge=-(2**62), le=2**62)]
@@ -56,12 +56,6 @@ SonarLevel = Annotated[float, msgspec.Meta(ge=-200.0, le=300.0)]
 
 ReplaySpeed = Annotated[float, msgspec.Meta(ge=0.01, le=100.0)]
 """Seconds of a recording in a second."""
-
-SAMPLE_DTYPES: dict[str, np.dtype[np.generic]] = {
-    "u1": np.dtype(np.uint8),
-    "u2": np.dtype("<u2"),
-    "f4": np.dtype("<f4"),
-}
 
 
 class Ping(msgspec.Struct, frozen=True):
@@ -547,11 +541,15 @@ class Truth(msgspec.Struct, frozen=True):
     objects: list[TruthObject]
 
 
-def frame_of(ping: Ping) -> AnyArray:
+def frame_of(ping: Ping) -> "AnyArray":
     """Return the ping's samples, (beams, samples), as a read-only view without copying.
 
     Raises ValueError when the buffer's length does not fit the shape.
     """
+    import numpy as np
+
+    from ods.base.arrays import SAMPLE_DTYPES
+
     dtype = SAMPLE_DTYPES[ping.dtype]
     if len(ping.data) != ping.beams * ping.samples * dtype.itemsize:
         raise ValueError(f"ping {ping.ping_number}: {len(ping.data)} bytes do not hold {ping.beams} x {ping.samples}")

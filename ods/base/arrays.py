@@ -15,3 +15,10 @@ AnyArray = NDArray[np.generic]
 """Numbers as they come: recorded samples of any type."""
 Image = NDArray[np.float32]
 """(beams, samples) amplitudes."""
+
+SAMPLE_DTYPES: dict[str, np.dtype[np.generic]] = {
+    "u1": np.dtype(np.uint8),
+    "u2": np.dtype("<u2"),
+    "f4": np.dtype("<f4"),
+}
+"""Sample types of a ping, by `Ping.dtype`."""

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Mask
-from ods.messages import MOST_HEARING_DB, SAMPLE_DTYPES, Detection, Detections, Ping, Pose, frame_of
+from ods.base.arrays import SAMPLE_DTYPES, AnyArray, Mask
+from ods.messages import MOST_HEARING_DB, Detection, Detections, Ping, Pose, frame_of
 from ods.pipeline import built_in  # noqa: F401  it registers the stages that come with ODS
 from ods.pipeline.deaf_beams import BeamJudge, without
 from ods.pipeline.image.amplitude import SampleScale

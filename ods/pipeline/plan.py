@@ -8,8 +8,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from ods.base.arrays import Floats
-from ods.messages import SAMPLE_DTYPES, Ping, Sector
+from ods.base.arrays import SAMPLE_DTYPES, Floats
+from ods.messages import Ping, Sector
 from ods.pipeline.image.amplitude import SampleScale, sample_scale
 from ods.pipeline.image.fan import Fan, beam_borders
 from ods.pipeline.image_layout import ALL, MAX_RANGE, ImageLayout, layout, rings_of, scheduled

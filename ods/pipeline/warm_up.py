@@ -4,7 +4,8 @@ from typing import get_args
 
 import numpy as np
 
-from ods.messages import SAMPLE_DTYPES, Ping, Pose, SampleType, Scale
+from ods.base.arrays import SAMPLE_DTYPES
+from ods.messages import Ping, Pose, SampleType, Scale
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
 

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ods.messages import SAMPLE_DTYPES, Ping, SampleType, Scale
+from ods.base.arrays import SAMPLE_DTYPES
+from ods.messages import Ping, SampleType, Scale
 from ods.sonar_link.s7k.assembler import Assembler
 from ods.sonar_link.s7k.framer import RecordFramer
 from ods.sonar_link.s7k.records import decode

@@ -6,7 +6,8 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.messages import SAMPLE_DTYPES, Ping
+from ods.base.arrays import SAMPLE_DTYPES
+from ods.messages import Ping
 from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.files.opening import open_pings
 from ods.sonar_link.files.ping_sequence import PingFileError

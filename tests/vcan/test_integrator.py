@@ -14,9 +14,9 @@ from pathlib import Path
 
 import psutil
 import pytest
-import zmq
 
 from ods.client import Obstacles
+from tests.client.compiled import compiled
 
 ROOT = Path(__file__).parents[2]
 EXAMPLES = ROOT / "docs" / "examples" / "integrator"
@@ -29,18 +29,6 @@ LISTS = 8
 PATIENT = "[supervise]\nwatchdog_s = 20.0\n"
 """A guest kernel has one slow CPU."""
 REFUSAL = "the sonar refused range 500 m (error 2): it says 80 m"
-LIBZMQ_HEADER = """
-#define ZMQ_SUB 2
-#define ZMQ_SUBSCRIBE 6
-#define ZMQ_RCVTIMEO 27
-#include <stddef.h>
-typedef struct { unsigned char _[64] __attribute__((aligned(8))); } zmq_msg_t;
-void *zmq_ctx_new(void); void *zmq_socket(void *, int);
-int zmq_setsockopt(void *, int, const void *, size_t); int zmq_connect(void *, const char *);
-int zmq_msg_init(zmq_msg_t *); int zmq_msg_recv(zmq_msg_t *, void *, int); int zmq_msg_close(zmq_msg_t *);
-void *zmq_msg_data(zmq_msg_t *); size_t zmq_msg_size(const zmq_msg_t *);
-"""
-"""What planner.c uses of zmq.h, whose package need not be installed: the library is that of pyzmq."""
 
 
 class Integration:
@@ -98,13 +86,8 @@ def planners(folder: Path) -> dict[str, list[str]]:
     found = {"python": [sys.executable, str(EXAMPLES / "planner.py")]}
     if node := shutil.which("node"):
         found["javascript"] = [node, str(EXAMPLES / "planner.js")]
-    if compiler := shutil.which("cc"):
-        (library,) = Path(zmq.__file__).parents[1].glob("pyzmq.libs/libzmq*")
-        (folder / "zmq.h").write_text(LIBZMQ_HEADER)
-        program = folder / "planner"
-        flags = ["-Wall", "-Werror", f"-I{folder}", f"-Wl,-rpath,{library.parent}", "-Wl,--allow-shlib-undefined"]
-        subprocess.run([compiler, *flags, "-o", program, EXAMPLES / "planner.c", library], check=True)
-        found["c"] = [str(program)]
+    if shutil.which("cc"):
+        found["c"] = [str(compiled("cc", EXAMPLES / "planner.c", folder))]
     print("planners in", ", ".join(found))
     return found
 

@@ -14,7 +14,8 @@ from nicegui import ui
 from nicegui.testing import User
 from nicegui.testing.user_simulation import user_simulation
 
-from ods.messages import SAMPLE_DTYPES, Ping, SampleType
+from ods.base.arrays import SAMPLE_DTYPES
+from ods.messages import Ping, SampleType
 from ods.plots.polar import level_db
 from ods.workbench.model.state import DataReference, State, View
 from ods.workbench.pages import live
