@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -119,6 +119,12 @@ wheel: $(VENV)/.ready
 	rm -rf build dist
 	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-deps --wheel-dir dist .
 	rm -rf build
+
+# dist/ods_client-*.whl, for a planner's computer: of a copy, as setuptools leaves files beside what it builds
+client: $(VENV)/.ready
+	rm -rf out/client && mkdir -p out/client
+	git ls-files -z ods client | xargs -0 cp --parents --no-dereference --target-directory=out/client
+	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir dist out/client/client
 
 # on board, as root: docs/installation.md
 PREFIX := /opt/ods
