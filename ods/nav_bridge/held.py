@@ -17,16 +17,25 @@ class HeldSlot:
         self.max_age_s = settings.max_age_s
         self.values: dict[str, float] = {}
         self.refused_ns: int | None = None
-        """When it last said of itself that it is not valid, if that was the newest that came."""
+        """When it last said of itself that it is not valid, if that was the newest that came,"""
+        self.why = ""
+        """and why, where it says that."""
+        self.sigma_m = 0.0
+        """What comes to the standard deviation of its lengths."""
         self.optional = OPTIONAL.issuperset(fields)
         """A pose is as good without it."""
         self._t_ns: int | None = None
+        self.growth_m_s = settings.growth_m_s
         angle, length = settings.growth_rad_s, settings.growth_m_s
         self.growth = {name: length if UNITS[name] in ("m", "deg") else angle for name in fields}
 
-    def take(self, values: dict[str, float], t_ns: int) -> None:
-        """Take new values and their instant."""
-        self.values, self._t_ns, self.refused_ns = values, t_ns, None
+    def take(self, values: dict[str, float], t_ns: int, sigma_m: float = 0.0) -> None:
+        """Take new values and their instant; sigma_m: what comes to the standard deviation of lengths."""
+        self.values, self._t_ns, self.refused_ns, self.sigma_m = values, t_ns, None, sigma_m
+
+    def refuse(self, t_ns: int, why: str) -> None:
+        """Take note that it is not valid at a time."""
+        self.refused_ns, self.why = t_ns, why
 
     def age_s(self, t_ns: int) -> float:
         """Return the age at an instant; one that was read late, as after a stall, may lie before the arrival."""
@@ -39,7 +48,7 @@ class HeldSlot:
             return ""
         if self.refused_ns is not None:
             since = f"for {age_s:.1f} s" if self._t_ns is not None else "since it first came"
-            return f"{self.label}: says {since} that it is not valid"
+            return f"{self.label}: says {since} that it is not valid" + (f" ({self.why})" if self.why else "")
         return f"{self.label}: last came {age_s:.1f} s ago, {self.key}.max_age_s is {self.max_age_s:g}"
 
 
@@ -60,7 +69,7 @@ class HeldValues:
                 return None
             values |= slot.values
             for name, growth in slot.growth.items():
-                ages[name] = Age(age_s, growth)
+                ages[name] = Age(age_s, growth, slot.sigma_m if UNITS[name] in ("m", "deg") else 0.0)
         return ages
 
     def too_old(self, now_ns: int) -> Iterator[str]:

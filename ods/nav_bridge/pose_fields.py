@@ -53,6 +53,8 @@ class Age(NamedTuple):
     seconds: float
     growth: float
     """Of its standard deviation, a second: m or rad."""
+    sigma: float = 0.0
+    """What comes to its standard deviation besides."""
 
 
 NO_AGES: Mapping[str, Age] = {}
@@ -144,7 +146,7 @@ class PoseMaker:
         then = ToldAltitude(told, t_ns - round(age.seconds * NS), down - sunk)
         if not self._altitudes.believes(told - sunk, sigma, then):
             return None, 0.0
-        return told - sunk, math.hypot(sigma, age.seconds * age.growth)
+        return told - sunk, math.hypot(sigma, _added(age))
 
     def _carried(self, place: Vector3, velocity: Vector3, attitude: Quaternion, ages: Mapping[str, Age]) -> Vector3:
         """Return the place at the pose's instant, each coordinate from its own."""
@@ -268,11 +270,15 @@ def _spread(values: Mapping[str, float], names: tuple[str, ...], default: float)
     return told[0], told[-2] if len(told) > 1 else told[0], told[-1]
 
 
+def _added(age: Age) -> float:
+    return math.hypot(age.seconds * age.growth, age.sigma)
+
+
 def _grown(sigmas: Vector3, names: tuple[str, ...], ages: Mapping[str, Age]) -> Vector3:
     """Return standard deviations of three fields, or of the angles of a quaternion's four, grown with their ages."""
     if not ages:
         return sigmas
-    added = [ages[name].seconds * ages[name].growth if name in ages else 0.0 for name in names]
+    added = [_added(ages[name]) if name in ages else 0.0 for name in names]
     if len(added) > len(sigmas):
         added = [max(added)] * len(sigmas)
     first, second, third = (math.hypot(sigma, more) for sigma, more in zip(sigmas, added, strict=True))

@@ -259,13 +259,13 @@ class DbcSettings(Settings, frozen=True):
 NMEA_CHOICES: dict[str, tuple[str, ...]] = {
     "place": ("GGA", "RMC"),
     "depth": ("GGA", "DPT", "DBT", "DBS", "TS"),
-    "attitude": ("PASHR", "SA"),
-    "heading": ("PASHR", "HDT", "SA"),
+    "attitude": ("PASHR", "PSXN", "SA"),
+    "heading": ("PASHR", "PSXN", "HDT", "SA"),
     "velocity": ("VTG", "RMC", "BS", "BE"),
     "accuracy": ("GST",),
     "altitude": ("DPT", "DBT", "BD"),
 }
-"""Sentences that may tell each part of a pose: NMEA 0183, PASHR, and PD6's two letters."""
+"""Sentences that may tell each part of a pose: NMEA 0183, PASHR, PSXN, and PD6's two letters."""
 TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
 
 
@@ -286,15 +286,21 @@ class NmeaSettings(Settings, frozen=True):
     depth: str = "GGA"
     """GGA: its altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
     attitude: str = "PASHR"
-    """PASHR or SA: roll and pitch. There is a pose for each."""
+    """PASHR, PSXN (of kind 23, a Seapath's) or SA: roll and pitch. There is a pose for each."""
     heading: str = "PASHR"
-    """PASHR, HDT or SA."""
+    """PASHR, PSXN, HDT or SA."""
     velocity: str = "VTG"
     """VTG, RMC (nothing vertical), BS or BE (a Doppler log over ground)."""
     accuracy: str | None = None
     """GST; none: `nav.sigma.position_m` holds."""
     altitude: str | None = None
     """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: not told."""
+    accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], NonNegative] = msgspec.field(
+        default_factory=lambda: {"estimated": 10.0}
+    )
+    """Places and velocities that are used though no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode E, M and S, and
+    an RMC whose navigational status is U; each with what it adds to the standard deviation of the place, m. What is
+    left out is refused, by name."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )

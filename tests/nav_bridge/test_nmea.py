@@ -96,7 +96,7 @@ def test_what_says_that_it_is_not_valid_is_not_used(line: bytes) -> None:
     [
         b"$GPGGA,184353.07,1929.045,S,02410.506,E,1,04,2.6,100.00,M,-33.9,M,,0000*6E", b"$HEHDT,270.0,T", b"$*00",
         summed("HEHDT,1_0.0,T"), summed("HEHDT,nan,T"), summed("HEHDT,1e5,T"), summed("HEHDT,inf,T"), b"$PASHR*00",
-        summed("GPGGA,250000,5700.0,N,00954.0,E,1,04,1.0,0.0,M,,M,,"), b":BS,1,2,A", b":BS,1,2,3,4,A", b":BS", b"",
+        summed("GPGGA,120000,5700.0,N,9.0,E,1,04,1.0,0.0,M,,M,,"), b":BS,1,2,A", b":BS,1,2,3,4,A", b":BS", b"",
         summed("GPGGA,120000,5760.0,N,00954.0,E,1,04,1.0,0.0,M,,M,,"), summed("GPGGA,120000"), b"\xff\xfe", b":SA,1,2",
         summed("GPGGA,120000,5700.0,X,00954.0,E,1,04,1.0,0.0,M,,M,,"), summed("GPGGA,120000,57-0.0,N,00954.0,E,1,,,0"),
         summed("GPGGA,120000,5700.0,N,00954.0,E,1,04,1.0,32.8,F,,M,,"), summed("GPVTG,90.0,M,,T,1.0,N,,K"),
@@ -106,6 +106,165 @@ def test_what_says_that_it_is_not_valid_is_not_used(line: bytes) -> None:
 def test_a_damaged_line_is_no_sentence(line: bytes) -> None:
     with pytest.raises(BadSentenceError):
         of(line)
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        rb"\s:IN0001,c:1795744800*5A" + b"\\", rb"\g:1-2-1234,s:r3669961*00" + b"\\" + rb"\n:5*4F" + b"\\",
+        b"UdPbC\0" + rb"\s:IN0001,d:OD0001,n:5*7E" + b"\\", b"UdPbC\0", b"\\\\",
+    ],
+)  # fmt: skip
+def test_tag_blocks_and_heads_of_datagrams_are_passed_over(head: bytes) -> None:
+    source, counters = source_of(USUAL)
+    assert source.name_of(Line(head + Ins().gga(0), 0)) == "GGA"
+    source.take(Line(head + Ins().gga(0), 0))
+    assert counters == {"nmea_sentences": 1}
+
+
+def test_a_tag_block_without_an_end_is_damaged() -> None:
+    source, counters = source_of(USUAL)
+    source.take(Line(b"\\s:IN0001" + Ins().gga(0), 0))
+    assert counters == {"nmea_damaged": 1}
+
+
+@pytest.mark.parametrize(
+    ("latitude", "longitude", "place"),
+    [
+        ("0612.630", "00154.5", (6.2105, 1.0 + 54.5 / 60)), ("612.630", "154.5", (6.2105, 1.0 + 54.5 / 60)),
+        ("12.630", "54.5", (0.2105, 54.5 / 60)), ("4400.6", "8832.5554", (44.01, 88.0 + 32.5554 / 60)),
+        ("4521", "1026", (45.35, 10.0 + 26.0 / 60)), ("04521.", "17959.99", (45.35, 179.0 + 59.99 / 60)),
+    ],
+)  # fmt: skip
+def test_degrees_with_and_without_leading_zeros(latitude: str, longitude: str, place: tuple[float, float]) -> None:
+    values = of(summed(f"GPGGA,120000,{latitude},N,{longitude},E,1,04,1.0,0.0,M,,M,,"))
+    assert (values["latitude"], values["longitude"]) == pytest.approx(place)
+
+
+@pytest.mark.parametrize("time", ["250000", "184724930", "1234.5", "240000.00", "12:00:00", ""])
+def test_a_time_that_cannot_be_costs_the_time_only(time: str) -> None:
+    read_ = read(parse(summed(f"PASHR,{time},270.0,T,1.0,-2.0,0.0,0.1,0.1,0.1,1,1")))
+    assert read_.day_ms is None
+    assert read_.values["roll"] == pytest.approx(math.radians(1.0))
+    assert read(parse(summed(f"GPGGA,{time},5700.0,N,00954.0,E,1,04,1.0,0.0,M,,M,,"))).values["latitude"] == 57.0
+
+
+def test_who_hardly_moves_has_no_course_and_stands_still() -> None:
+    assert of(summed("GPVTG,,T,,M,0.20,N,0.37,K,A"))["velocity_north"] == 0.0
+    still = of(summed("GPRMC,120000.00,A,5703.000,N,00030.000,W,0.12,,220926,,,A"))
+    assert (still["velocity_north"], still["velocity_east"]) == (0.0, 0.0)
+    with pytest.raises(NotValidError, match=r"no course at 1\.5 m/s"):
+        of(summed("GPVTG,,T,,M,2.92,N,5.4,K,A"))
+    moving = of(summed("GPRMC,120000.00,A,5703.000,N,00030.000,W,2.92,,220926,,,A"))
+    assert moving == pytest.approx({"latitude": 57.05, "longitude": -0.5})
+
+
+def test_rmc_without_a_course_under_way_gives_no_pose_and_says_why() -> None:
+    source, _ = source_of(msgspec.structs.replace(USUAL, place="RMC", velocity="RMC", depth="GGA", accuracy=None))
+    ins = Ins()
+    rmc = summed("GPRMC,120000.00,A,5703.000,N,00030.000,W,2.92,,220926,,,A")
+    for line in (rmc, ins.gga(0), ins.pashr(0)):
+        assert source.take(Line(line, 0)) is None
+    assert "RMC: says since it first came that it is not valid (no velocity)" in source.problems(NS)
+
+
+def quality_of(quality: int) -> bytes:
+    return Ins().gga(0, quality=quality)
+
+
+@pytest.mark.parametrize("quality", [6, 7, 8])
+def test_places_that_are_no_fix_are_used_as_the_settings_say(quality: int, caplog: pytest.LogCaptureFixture) -> None:
+    kind = {6: "estimated", 7: "manual", 8: "simulated"}[quality]
+    settings = msgspec.structs.replace(USUAL, depth="GGA", velocity="BS", accuracy=None)
+    ins = Ins()
+
+    def pose_of(accept: dict[str, float]) -> tuple[Pose | None, Counter[str], list[str]]:
+        source, counters = source_of(msgspec.structs.replace(settings, accept=accept))
+        pose = [source.take(Line(line, 0)) for line in (ins.gga(0, quality=quality), ins.bs(), ins.pashr(0))][-1]
+        return pose, counters, source.problems(NS)
+
+    refused, counters, problems = pose_of({})
+    assert refused is None
+    assert counters["nmea_not_valid"] == 1
+    expected = f"GGA: says since it first came that it is not valid (it is {kind}, which nav.nmea.accept leaves out)"
+    assert expected in problems
+    plain, _, _ = pose_of({kind: 0.0})
+    wider, counters, _ = pose_of({kind: 7.0})
+    assert plain is not None
+    assert wider is not None
+    assert counters["nmea_no_fix"] == 1
+    assert f"are {kind}" in caplog.text
+    assert wider.sigma_position_ned[0] == pytest.approx(math.hypot(plain.sigma_position_ned[0], 7.0))
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "GPRMC,120000.00,A,5703.000,N,00030.000,W,2.0,10.0,220926,,,{},S", "GPVTG,90.0,T,,M,2.0,N,3.7,K,{}",
+    ],
+)  # fmt: skip
+def test_modes_and_status_say_what_is_no_fix(line: str) -> None:
+    kinds = {mode: read(parse(summed(line.format(mode)))).kind for mode in "ADEFMPRS"}
+    assert kinds == dict.fromkeys("ADFPR", "") | {"E": "estimated", "M": "manual", "S": "simulated"}
+    with pytest.raises(NotValidError):
+        of(summed(line.format("N")))
+    unsafe = "GPRMC,120000.00,A,5703.000,N,00030.000,W,2.0,10.0,220926,,,A,U"
+    assert read(parse(summed(unsafe))).kind == "unsafe"
+
+
+def test_sentences_without_checksum_are_said_as_such() -> None:
+    source, counters = source_of(USUAL)
+    for line in (Ins().gga(0), Ins().pashr(0)):
+        source.take(Line(line.split(b"*")[0], NS))
+    assert counters == {"nmea_no_checksum": 2}
+    said = "sentences come without checksum, and are dropped: let the sender append it (*hh)"
+    assert source.problems(2 * NS - 1)[-1] == said
+    assert not any("baud" in problem or "never come" in problem for problem in source.problems(2 * NS - 1))
+
+
+def test_an_attitude_that_is_not_valid_is_said() -> None:
+    source, _ = source_of(USUAL)
+    ins = Ins()
+    for line in (ins.gga(0), ins.gst(0), ins.ts(0), ins.bs(), summed("PASHR,120000.000,,T,1.0,-2.0,0.0,,,,1,1")):
+        assert source.take(Line(line, 0)) is None
+    assert "PASHR: says that it is not valid (no heading)" in source.problems(NS - 1)
+
+
+def test_a_seapaths_attitude_makes_poses() -> None:
+    assert of(summed("PSXN,23,1.50,-2.25,270.00,0.10")) == pytest.approx(
+        {"roll": math.radians(1.5), "pitch": math.radians(-2.25), "yaw": math.radians(270.0)}
+    )
+    assert of(summed("PSXN,20,1,0,0,0")) == {}
+    source, counters = source_of(msgspec.structs.replace(USUAL, attitude="PSXN", heading="PSXN"))
+    ins = Ins()
+    lines = ins.gga(0), ins.gst(0), ins.ts(0), ins.bs(), summed("PSXN,20,1,0,0,0"), summed("PSXN,23,1.5,-2.2,27.0,0.1")
+    pose = [source.take(Line(line, 0)) for line in lines][-1]
+    assert pose is not None
+    assert counters["nmea_other"] == 1
+
+
+def test_an_age_that_a_sentence_tells_counts() -> None:
+    assert read(parse(b":BD,+1.0,+2.0,+3.0,0012.30,045.00")).age_s == 45.0
+    source, _ = source_of(msgspec.structs.replace(USUAL, altitude="BD", held={"BD": HeldSettings(max_age_s=2.0)}))
+    ins = Ins()
+
+    def altitude(age_s: float) -> float | None:
+        lines = (
+            ins.gga(0),
+            ins.gst(0),
+            ins.ts(0),
+            ins.bs(),
+            f":BD,+0,+0,+0,0012.30,{age_s:06.2f}".encode(),
+            ins.pashr(0),
+        )
+        pose = [source.take(Line(line, 0)) for line in lines][-1]
+        assert pose is not None
+        return pose.altitude_m
+
+    assert altitude(0.0) == pytest.approx(12.3, abs=0.1)
+    assert altitude(45.0) is None
+    corrected = "GPGGA,120000,5700.0,N,00954.0,E,2,04,1.0,0.0,M,0.0,M,{},0120"
+    assert [read(parse(summed(corrected.format(age)))).corrections_s for age in ("", "9.5")] == [0.0, 9.5]
 
 
 @given(st.binary(max_size=90) | st.from_regex(rb"\$..(GGA|RMC|VTG|HDT|GST|DPT|ZDA),[ -~]{0,60}", fullmatch=True))
@@ -250,7 +409,9 @@ def test_what_is_old_not_valid_or_missing_is_said_by_name() -> None:
     source.take(Line(ins.bs("V"), NS))
     source.take(Line(ins.gga(NS), NS))
     assert source.take(Line(ins.pashr(NS), NS)) is None
-    assert source.problems(NS) == ["no pose for 1.0 s", "BS: says for 1.0 s that it is not valid"]
+    assert source.problems(NS) == [
+        "no pose for 1.0 s", "BS: says for 1.0 s that it is not valid (no bottom track)"
+    ]  # fmt: skip
     source.take(Line(ins.bs(), NS))
     assert source.take(Line(ins.pashr(NS + MS), NS + MS)) is not None
     assert source.problems(2 * NS + 400 * MS) == [
@@ -342,7 +503,7 @@ def test_heading_and_velocity_of_single_sensors() -> None:
     ("changes", "said"),
     [
         ({"place": "GLL"}, "place: 'GLL' is none of GGA, RMC"),
-        ({"attitude": "HDT"}, "attitude: 'HDT' is none of PASHR, SA"),
+        ({"attitude": "HDT"}, "attitude: 'HDT' is none of PASHR, PSXN, SA"),
         ({"velocity": "GPVTQ"}, "velocity: 'GPVTQ' is none of VTG, RMC, BS, BE"),
         ({"held": {"VGT": HeldSettings()}}, "held: 'VGT' is none of "),
         ({"port": "udp://host:1"}, "port: udp://host:1: needs an IP address"),

@@ -1,7 +1,8 @@
 """Sentences to pose fields: NMEA 0183 by pynmea2, and the lines of a Doppler log's PD6.
 
-Sources: NMEA 0183 as pynmea2 has its fields; PASHR as Trimble and NovAtel describe it; PD6 as Teledyne RD Instruments
-describe it in the Pathfinder's guide (1-sigma in degrees; velocities in mm/s).
+Sources: NMEA 0183 as pynmea2 has its fields, its TAG blocks (version 4) and the datagrams of IEC 61162-450 around them;
+PASHR as Trimble and NovAtel describe it; PSXN as Kongsberg Seatex describe it for the Seapath; PD6 as Teledyne RD
+Instruments describe it in the Pathfinder's guide (1-sigma in degrees; velocities in mm/s).
 """
 
 import math
@@ -17,16 +18,37 @@ MM = 1e-3
 NUMBER = re.compile(r"[+-]?(\d{1,12}(\.\d{0,12})?|\.\d{1,12})")
 TIME = re.compile(r"(\d\d)(\d\d)(\d\d(?:\.\d{1,9})?)")
 PD6 = re.compile(r":([A-Z]{2}),([ -~]*)")
-MADE_BY = "PASHR"
-"""The one sentence of a maker that is understood: its name has no talker."""
+DEGREES = re.compile(r"(\d{0,3})(\d\d)(\.\d{0,12})?")
+"""Degrees with or without leading zeros, then minutes, which have two digits before the point."""
+PASHR, PSXN = "PASHR", "PSXN"
+MADE_BY = PASHR, PSXN
+"""Makers' sentences that are understood: their names have no talker."""
+SEAPATH_ATTITUDE = "23"
+"""Of the kinds of PSXN, that with roll, pitch and heading."""
+DATAGRAM = b"UdPbC\0"
+"""Before the sentences of a datagram [IEC 61162-450]."""
+TAG = b"\\"
+"""Before and behind a TAG block."""
+REST_MPS = 0.5
+"""A receiver that is slower may leave its course out: nothing is known of it."""
+QUALITIES = {"6": "estimated", "7": "manual", "8": "simulated"}
+"""Of a GGA, but for those that are fixes;"""
+MODES = {"E": "estimated", "M": "manual", "S": "simulated"}
+"""the same of RMC and VTG."""
+UNSAFE = "unsafe"
+"""What a navigational status U says (NMEA 4.1)."""
 
 
 class BadSentenceError(Exception):
     """A line that is damaged or says what no sentence can."""
 
 
+class NoChecksumError(BadSentenceError):
+    """A sentence that may be good, without the checksum that would show it."""
+
+
 class NotValidError(Exception):
-    """A sentence that says of itself that it is not valid."""
+    """A sentence that says of itself that it is not valid; in plain words why, where it says that."""
 
 
 class Told(NamedTuple):
@@ -35,7 +57,13 @@ class Told(NamedTuple):
     values: dict[str, float]
     """Pose fields."""
     day_ms: float | None = None
-    """UTC, ms since midnight."""
+    """UTC, ms since midnight; None where it tells none, or none that can be."""
+    kind: str = ""
+    """Of a place or velocity that is no measured one: of `QUALITIES`, or `UNSAFE`."""
+    age_s: float = 0.0
+    """How old the values were when it was sent."""
+    corrections_s: float = 0.0
+    """How old a fix's corrections were: its place is worse for it, but not older."""
 
 
 class Sentence(NamedTuple):
@@ -48,18 +76,27 @@ class Sentence(NamedTuple):
     parts: Sequence[str]
 
 
+def bare(line: bytes) -> bytes:
+    """Return the sentence of a line: without a datagram's head and TAG blocks, which tell nothing that is used here."""
+    line = line.removeprefix(DATAGRAM)
+    while line.startswith(TAG):
+        _, _, line = line[1:].partition(TAG)
+    return line
+
+
 def name_of(line: bytes) -> tuple[str, str]:
-    """Return talker and name of a line that may be anything, "", "" when it is nothing known; cheap."""
+    """Return talker and name of a bare line that may be anything, "", "" when it is nothing known; cheap."""
     text = line[:6].decode("ascii", "replace")
     if text[:1] == ":":
         return "", text[1:3] if text[3:4] == "," else ""
     if text[:1] != "$":
         return "", ""
-    return ("", MADE_BY) if text == f"${MADE_BY}" else (text[1:3], text[3:6])
+    own = text[1:].rstrip(",")
+    return ("", own) if own in MADE_BY else (text[1:3], text[3:6])
 
 
 def parse(line: bytes) -> Sentence:
-    """Return the parts of a line. Raises BadSentenceError: also where a checksum is missing, which PD6 has not."""
+    """Return the parts of a bare line. Raises BadSentenceError: NoChecksumError where that is missing; PD6 has none."""
     try:
         text = line.decode("ascii").strip()
     except UnicodeDecodeError as error:
@@ -70,6 +107,8 @@ def parse(line: bytes) -> Sentence:
         if match is None:
             raise BadSentenceError
         return Sentence(talker, name, [part.strip() for part in match[2].split(",")])
+    if "*" not in text:
+        raise NoChecksumError
     try:
         parts = pynmea2.parse(text, check=True).data
     except Exception as error:  # ValueErrors of its own, and whatever else a malformed sentence runs into
@@ -101,24 +140,29 @@ def utc_of(sentence: Sentence) -> int:
 
 def _gga(parts: Sequence[str]) -> Told:
     if parts[5] in ("", "0"):
-        raise NotValidError
+        raise NotValidError("no fix")
     _expect(parts[9:10], "M")
     values = _place(parts[1:5]) | {"altitude": _number(parts[8])}
-    return Told(values, _day_ms(parts[0]))
+    corrections_s = abs(_number(parts[12])) if parts[12:] and parts[12] else 0.0
+    return Told(values, _day_ms(parts[0]), QUALITIES.get(parts[5], ""), corrections_s=corrections_s)
 
 
 def _rmc(parts: Sequence[str]) -> Told:
-    if parts[1] != "A":
-        raise NotValidError
-    speed, course = _number(parts[6]) * KNOT, _course(parts[7], parts[6])
-    return Told(_place(parts[2:6]) | _over_ground(speed, course), _day_ms(parts[0]))
+    mode, status = (*parts[11:13], "", "")[:2]
+    if parts[1] != "A" or mode == "N":
+        raise NotValidError("no fix")
+    values = _place(parts[2:6])
+    if parts[7] or _speed(parts[6]) <= REST_MPS:
+        values |= _over_ground(parts[6], parts[7])
+    return Told(values, _day_ms(parts[0]), UNSAFE if status == "U" else MODES.get(mode, ""))
 
 
 def _vtg(parts: Sequence[str]) -> Told:
-    if parts[8:9] == ["N"] or not parts[4]:
-        raise NotValidError
+    mode = "".join(parts[8:9])
+    if mode == "N" or not parts[4]:
+        raise NotValidError("no fix")
     _expect(parts[1:2], "T")
-    return Told(_over_ground(_number(parts[4]) * KNOT, _course(parts[0], parts[4])))
+    return Told(_over_ground(parts[4], parts[0]), kind=MODES.get(mode, ""))
 
 
 def _hdt(parts: Sequence[str]) -> Told:
@@ -135,6 +179,14 @@ def _pashr(parts: Sequence[str]) -> Told:
     names = "sigma_roll", "sigma_pitch", "sigma_yaw"
     values |= {name: _angle(text) for name, text in zip(names, accuracies, strict=False) if text}
     return Told(values, _day_ms(time))
+
+
+def _psxn(parts: Sequence[str]) -> Told:
+    _, kind, *angles = parts  # the first one is what follows the maker in the name: nothing
+    if kind != SEAPATH_ATTITUDE:
+        return Told({})
+    names = "roll", "pitch", "yaw"
+    return Told({name: _angle(text) for name, text in zip(names, angles[:3], strict=True)})
 
 
 def _gst(parts: Sequence[str]) -> Told:
@@ -162,7 +214,8 @@ def _ts(parts: Sequence[str]) -> Told:
 
 
 def _bd(parts: Sequence[str]) -> Told:
-    return Told({"over_bottom": _number(parts[3])})
+    age_s = _number(parts[4]) if parts[4:] and parts[4] else 0.0
+    return Told({"over_bottom": _number(parts[3])}, age_s=max(age_s, 0.0))
 
 
 def _bs(parts: Sequence[str]) -> Told:
@@ -176,8 +229,8 @@ def _be(parts: Sequence[str]) -> Told:
 
 
 READERS: dict[str, Callable[[Sequence[str]], Told]] = {
-    "GGA": _gga, "RMC": _rmc, "VTG": _vtg, "HDT": _hdt, "PASHR": _pashr, "GST": _gst, "DPT": _dpt, "DBT": _in_metres,
-    "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be, "BD": _bd,
+    "GGA": _gga, "RMC": _rmc, "VTG": _vtg, "HDT": _hdt, PASHR: _pashr, PSXN: _psxn, "GST": _gst, "DPT": _dpt,
+    "DBT": _in_metres, "DBS": _in_metres, "SA": _sa, "TS": _ts, "BS": _bs, "BE": _be, "BD": _bd,
 }  # fmt: skip
 
 
@@ -189,7 +242,7 @@ def _expect(found: Sequence[str], letter: str) -> None:
 
 def _number(text: str) -> float:
     if not text:
-        raise NotValidError
+        raise NotValidError("a number is left out")
     if NUMBER.fullmatch(text) is None:
         raise BadSentenceError
     return float(text)
@@ -200,31 +253,32 @@ def _angle(text: str) -> float:
 
 
 def _day_ms(text: str) -> float | None:
-    """Return ms since midnight of hhmmss.sss, None where it is left out."""
-    if not text:
-        return None
+    """Return ms since midnight of hhmmss.sss; None where it is left out, or is no time: all else may be good."""
     match = TIME.fullmatch(text)
     if match is None or int(match[1]) > 23 or int(match[2]) > 59 or float(match[3]) >= 61.0:
-        raise BadSentenceError
+        return None
     return 1000.0 * (3600 * int(match[1]) + 60 * int(match[2]) + float(match[3]))
 
 
 def _place(parts: Sequence[str]) -> dict[str, float]:
     """Return latitude and longitude, deg, of ddmm.mm, N or S, dddmm.mm, E or W."""
     if not all(parts):
-        raise NotValidError
+        raise NotValidError("no place")
     latitude, north, longitude, east = parts
     return {
-        "latitude": _sign(north, "NS") * _degrees(latitude, 2),
-        "longitude": _sign(east, "EW") * _degrees(longitude, 3),
+        "latitude": _sign(north, "NS") * _degrees(latitude),
+        "longitude": _sign(east, "EW") * _degrees(longitude),
     }
 
 
-def _degrees(text: str, digits: int) -> float:
-    whole, minutes = text[:digits], text[digits:]
-    if not whole.isdigit() or not minutes[:1].isdigit() or _number(minutes) >= 60.0:
+def _degrees(text: str) -> float:
+    match = DEGREES.fullmatch(text)
+    if match is None:
         raise BadSentenceError
-    return int(whole) + _number(minutes) / 60.0
+    minutes = float(match[2] + (match[3] or ""))
+    if minutes >= 60.0:
+        raise BadSentenceError
+    return int(match[1] or 0) + minutes / 60.0
 
 
 def _sign(text: str, both: str) -> int:
@@ -233,21 +287,24 @@ def _sign(text: str, both: str) -> int:
     return 1 if text == both[0] else -1
 
 
-def _course(text: str, speed: str) -> float:
-    """Return the course, rad; one who stands still has none."""
-    return _angle(text) if text or _number(speed) else 0.0
+def _speed(knots: str) -> float:
+    """Return it in m/s."""
+    return _number(knots) * KNOT
 
 
-def _over_ground(speed: float, course: float) -> dict[str, float]:
-    return {
-        "velocity_north": speed * math.cos(course), "velocity_east": speed * math.sin(course), "velocity_down": 0.0
-    }  # fmt: skip
+def _over_ground(knots: str, course: str) -> dict[str, float]:
+    """Return the velocity; one who hardly moves has no course, and is taken to stand still."""
+    speed = _speed(knots)
+    if not course and speed > REST_MPS:
+        raise NotValidError(f"no course at {speed:.1f} m/s")
+    north, east = (speed * math.cos(_angle(course)), speed * math.sin(_angle(course))) if course else (0.0, 0.0)
+    return {"velocity_north": north, "velocity_east": east, "velocity_down": 0.0}
 
 
 def _track(parts: Sequence[str]) -> list[float]:
     """Return three velocities, m/s, of a bottom track that is good."""
     *numbers, status = parts
     if status != "A":
-        raise NotValidError
+        raise NotValidError("no bottom track")
     first, second, third = numbers
     return [MM * _number(text) for text in (first, second, third)]

@@ -1,6 +1,7 @@
 """A navigation system, or single sensors, whose sentences come on one line. It is only listened to."""
 
 import logging
+import math
 
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
@@ -9,7 +10,7 @@ from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.ins_clock import InsClock
 from ods.nav_bridge.nmea import sentence
 from ods.nav_bridge.nmea.line import Line
-from ods.nav_bridge.nmea.sentence import BadSentenceError, NotValidError, Told
+from ods.nav_bridge.nmea.sentence import BadSentenceError, NoChecksumError, NotValidError, Told
 from ods.nav_bridge.pose_fields import ATTITUDE_SIGMAS, OPTIONAL, OVER_BOTTOM, PLACE_SIGMAS, PoseMaker
 from ods.nav_bridge.settings import NMEA_CHOICES, TALKER, HeldSettings, NavSettings, NmeaSettings
 from ods.nav_bridge.source import PoseSource, SourceHost
@@ -38,7 +39,8 @@ class NmeaSource(PoseSource[Line]):
 
     The clock of the sentence with roll and pitch, where it tells one, is mapped as any INS's; others that tell the time
     are placed by it, those that do not by their arrival. Counts `nmea_sentences`, `nmea_other` (of no use),
-    `nmea_damaged` (checksum, or no sentence), `nmea_not_valid` (by its own word), `epoch_aged`, `epoch_untimed`,
+    `nmea_damaged` (checksum, or no sentence), `nmea_no_checksum`, `nmea_not_valid` (by its own word), `nmea_no_fix`
+    (used, by `nav.nmea.accept`), `epoch_aged`, `epoch_untimed`,
     `ins_clock_jumps`, `ins_clock_wild`, `nmea_talkers`, and what `ToldUtc` and `PoseMaker` do.
     """
 
@@ -48,6 +50,7 @@ class NmeaSource(PoseSource[Line]):
         """Choose the sentences. Raises OdsError when they do not make a pose."""
         super().__init__(nav, host.now_ns)
         self._counters, self._utc = host.counters, host.utc
+        self._accept = settings.accept
         self._parts = _parts(settings)
         self._talkers = {TALKER.sub("", told): told[:2] for told in self._parts.values() if TALKER.match(told)}
         self._fields = _fields(self._parts)
@@ -69,15 +72,15 @@ class NmeaSource(PoseSource[Line]):
         self._told_utc = ToldUtc(host.counters)
         self._heard: dict[str, dict[str, int]] = {}
         """When each sentence last came of each talker."""
-        self._damaged_ns = self._good_ns = host.now_ns - NS
+        self._damaged_ns = self._good_ns = self._bare_ns = host.now_ns - NS
+        """When a damaged, a good one, and one without checksum last came."""
+        self._refused: tuple[int, str] | None = None
+        """When the sentence with pace last was not valid, and why, if that was the newest."""
         self._start_ns = host.now_ns
 
     def expects(self) -> dict[str, str]:
         """Return the chosen sentences and what is taken from each."""
-        return {
-            name: ", ".join(part for part, told in self._parts.items() if TALKER.sub("", told) == name)
-            for name in self._fields
-        }
+        return {name: ", ".join(self._parts_of(name)) for name in self._fields}
 
     @property
     def late_ns(self) -> int:
@@ -86,10 +89,11 @@ class NmeaSource(PoseSource[Line]):
 
     def name_of(self, item: Line) -> str:
         """Return the sentence's name without talker, "?" for a line that is none."""
-        return sentence.name_of(item.data)[1] or "?"
+        return sentence.name_of(sentence.bare(item.data))[1] or "?"
 
     def _take(self, item: Line) -> Pose | None:
-        talker, name = sentence.name_of(item.data)
+        line = sentence.bare(item.data)
+        talker, name = sentence.name_of(line)
         if name not in self._fields and name != DATE:
             self._counters["nmea_other" if name else "nmea_damaged"] += 1
             self._damaged_ns = self._damaged_ns if name else item.t_ns
@@ -98,18 +102,26 @@ class NmeaSource(PoseSource[Line]):
             self._counters["nmea_other"] += 1
             return None
         try:
-            return self._use(sentence.parse(item.data), item.t_ns)
+            return self._use(sentence.parse(line), item.t_ns)
+        except NoChecksumError:
+            self._counters["nmea_no_checksum"] += 1
+            self._bare_ns = item.t_ns
         except BadSentenceError:
             self._counters["nmea_damaged"] += 1
             self._damaged_ns = item.t_ns
-        except NotValidError:
+        except NotValidError as error:
             self._counters["nmea_not_valid"] += 1
             self._hear(name, talker, item.t_ns)
-            if name == DATE:
-                self._utc.tell(None)
-            if name in self._slots:
-                self._slots[name].refused_ns = item.t_ns
+            self._refuse(name, item.t_ns, str(error))
         return None
+
+    def _refuse(self, name: str, t_ns: int, why: str) -> None:
+        if name == DATE:
+            self._utc.tell(None)
+        elif name == self._pace:
+            self._refused = t_ns, why
+        else:
+            self._slots[name].refuse(t_ns, why)
 
     def _use(self, found: sentence.Sentence, t_ns: int) -> Pose | None:
         if found.name == DATE:
@@ -117,20 +129,44 @@ class NmeaSource(PoseSource[Line]):
             self._utc.tell(self._told_utc.ahead_ns)
             return None
         told = sentence.read(found)
+        if not told.values:
+            self._counters["nmea_other"] += 1
+            return None
+        sigma_m = self._accepted(told.kind)
         wanted = self._fields[found.name]
         values = {name: value for name, value in told.values.items() if name in wanted}
         for name in ATTITUDE_SIGMAS[0]:
             if name in wanted:
                 values.setdefault(name, self._usual_sigma)
         if len(values) < len(wanted):
-            raise NotValidError
+            missing = [
+                part for part in self._parts_of(found.name) if not values.keys() & set(_fields_of(part, found.name))
+            ]
+            raise NotValidError(f"no {' and no '.join(missing)}" if missing else "")
         self._counters["nmea_sentences"] += 1
         self._good_ns = t_ns
         self._hear(found.name, found.talker, t_ns)
         if found.name == self._pace:
+            self._refused = None
             return self._pose(values, self._instant(told, t_ns), t_ns)
-        self._slots[found.name].take(values, self._placed(told, t_ns))
+        slot = self._slots[found.name]
+        worse_m = told.corrections_s * slot.growth_m_s
+        slot.take(values, self._placed(told, t_ns) - round(told.age_s * NS), math.hypot(sigma_m, worse_m))
         return None
+
+    def _accepted(self, kind: str) -> float:
+        """Return what a place that is no fix adds to the standard deviation, m. Raises NotValidError where refused."""
+        if not kind:
+            return 0.0
+        if kind not in self._accept:
+            raise NotValidError(f"it is {kind}, which nav.nmea.accept leaves out")
+        if not self._counters["nmea_no_fix"]:
+            log.warning("places or velocities are %s (said once, then counted as nmea_no_fix)", kind)
+        self._counters["nmea_no_fix"] += 1
+        return self._accept[kind]
+
+    def _parts_of(self, name: str) -> list[str]:
+        return [part for part, told in self._parts.items() if TALKER.sub("", told) == name]
 
     def _hear(self, name: str, talker: str, t_ns: int) -> None:
         """Take note of who talks."""
@@ -176,8 +212,14 @@ class NmeaSource(PoseSource[Line]):
             ]
             found += [f"{name} ({self.expects()[name]}) has never come" for name in never]
         found += filter(None, (_two_talkers(name, heard, now_ns) for name, heard in self._heard.items()))
-        if now_ns - self._damaged_ns < NS and now_ns - self._good_ns > NS:
-            found.append("what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?")
+        silent = now_ns - self._good_ns > NS
+        if self._refused is not None and now_ns - self._refused[0] < NS:
+            why = self._refused[1]
+            found.append(f"{self._pace}: says that it is not valid" + (f" ({why})" if why else ""))
+        if now_ns - self._bare_ns < NS and silent:
+            return ["sentences come without checksum, and are dropped: let the sender append it (*hh)"]
+        if now_ns - self._damaged_ns < NS and silent:
+            return ["what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?"]
         return [*found, *self._held.too_old(now_ns)]
 
 
@@ -200,8 +242,12 @@ def _fields(parts: dict[str, str]) -> dict[str, tuple[str, ...]]:
     fields: dict[str, tuple[str, ...]] = {}
     for part, told in parts.items():
         name = TALKER.sub("", told)
-        velocity = BODY if name == "BS" else OVER_GROUND
-        fields[name] = fields.get(name, ()) + FIELDS.get(part, velocity)
-    if parts["attitude"] == parts["heading"] == sentence.MADE_BY:
-        fields[sentence.MADE_BY] += ATTITUDE_SIGMAS[0]
+        fields[name] = fields.get(name, ()) + _fields_of(part, name)
+    if parts["attitude"] == parts["heading"] == sentence.PASHR:
+        fields[sentence.PASHR] += ATTITUDE_SIGMAS[0]
     return fields
+
+
+def _fields_of(part: str, name: str) -> tuple[str, ...]:
+    """Return the pose fields of a part that a sentence tells."""
+    return FIELDS.get(part, BODY if name == "BS" else OVER_GROUND)
