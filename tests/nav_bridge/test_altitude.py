@@ -147,7 +147,7 @@ def test_a_status_of_the_altimeter_costs_the_altitude_only(tmp_path: Path) -> No
 
 @pytest.mark.parametrize(
     ("name", "sentence"),
-    [("BD", b":BD,+1.0,-2.0,+0.1,12.34,0.2"), ("DPT", nmea.summed("SDDPT,12.34,0.5")),
+    [("BD", b":BD,+1.0,-2.0,+0.1,12.34,0.0"), ("DPT", nmea.summed("SDDPT,12.34,0.5")),
      ("SDDBT", nmea.summed("SDDBT,40.5,f,12.34,M,6.7,F"))],
 )  # fmt: skip
 def test_nmea_and_pd6(name: str, sentence: bytes) -> None:
