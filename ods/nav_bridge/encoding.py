@@ -6,9 +6,9 @@ from ods.base.in_file import content_of
 
 
 def read_text(file: Path, encoding: str) -> str:
-    """Return the text of a file in UTF-8 or, if it is not that, in `encoding`. Raises OSError."""
+    """Return the text of a file in UTF-8, with a mark of it or without, or else in `encoding`. Raises OSError."""
     raw = content_of(file)
     try:
-        return raw.decode("utf-8")
+        return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
         return raw.decode(encoding, errors="replace")

@@ -171,6 +171,8 @@ class PartSettings(Settings, frozen=True):
     """Pose field's unit in one of the signal's, for units that have no name here."""
     sign: Literal[1, -1] = 1
     """-1 turns the signal round: a depth told as altitude."""
+    any_value: bool = False
+    """Use values outside of the range that the DBC gives the signal, too: where that is wrong."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -254,6 +256,8 @@ class DbcSettings(Settings, frozen=True):
     instant can be in it."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
     """Status that must hold."""
+    source_address: Annotated[int, msgspec.Meta(ge=0, le=253)] | None = None
+    """J1939 and NMEA 2000: take messages of this sender; none: of whichever sends them: the parameter group counts."""
 
 
 NMEA_CHOICES: dict[str, tuple[str, ...]] = {

@@ -154,6 +154,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("poses", "poses published", trouble=False),
         CounterRow("frame_short", "DBC: frames dropped: too short"),
         CounterRow("frame_not_finite", "DBC: frames dropped: a float that is no number"),
+        CounterRow("frame_other_sender", "DBC: frames dropped: of a second sender of one parameter group",
+                   logged=True, advice="choose one by nav.dbc.source_address"),
         CounterRow("frame_twin", "DBC: frames dropped: a mapped number with the other kind of identifier"),
         CounterRow("nmea_sentences", "NMEA: sentences used", trouble=False),
         CounterRow("nmea_other", "NMEA: sentences of no use, or of another talker", trouble=False),

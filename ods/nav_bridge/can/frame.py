@@ -20,14 +20,26 @@ HEARTBEAT = 0x700
 """Plus node id."""
 
 
+STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
+
+
 class CanId(NamedTuple):
     """Identifier of a frame; 0x185 and extended 0x185 are two."""
 
     number: int
     extended: bool
+    mask: int = EXTENDED_MASK
+    """Bits of the identifier that count: of J1939 the parameter group's."""
+
+    def matches(self, number: int, extended: bool) -> bool:
+        """Tell whether a frame's identifier is this one, or one of its group."""
+        return extended == self.extended and (number ^ self.number) & self.mask == 0
 
     def __str__(self) -> str:
-        """As people write it: 0x185, or 0x18FEF000 with all its digits."""
+        """As people write it: 0x185, or 0x18FEF000 with all its digits; PGN 61459 of a group [SAE J1939-21]."""
+        if self.extended and self.mask != EXTENDED_MASK:
+            sender = f" of 0x{self.number & 0xFF:02X}" if self.mask & 0xFF else ""
+            return f"PGN {self.number >> 8 & 0x3FFFF}{sender}"
         return f"0x{self.number:08X}" if self.extended else f"0x{self.number:03X}"
 
 

@@ -13,7 +13,7 @@ from ods.base import clock
 from ods.base.backoff import Backoff
 from ods.base.errors import OdsError, one_line, reason_of
 from ods.nav_bridge.can.bus_errors import BusErrors
-from ods.nav_bridge.can.frame import CanId, ErrorFrame, Frame
+from ods.nav_bridge.can.frame import STANDARD_MASK, CanId, ErrorFrame, Frame
 from ods.nav_bridge.can.python_can_bus import PythonCanBus
 from ods.nav_bridge.can.slcan_bus import SlcanBus
 from ods.nav_bridge.can.socketcan_bus import SocketcanBus
@@ -25,8 +25,6 @@ log = logging.getLogger(__name__)
 
 READ_LIMIT = 512
 """Frames read in one go, so that a flood leaves time for the rest of the loop."""
-FULL_MASK = {False: 0x7FF, True: 0x1FFFFFFF}
-"""All bits of a standard and of an extended identifier."""
 SEND_TIMEOUT_S = 0.02
 FIRST_RETRY_S, LAST_RETRY_S = 0.1, 1.0
 IFF_UP = 1
@@ -160,7 +158,7 @@ class CanLink(Link[Frame]):
             bus = can.Bus(settings.channel, settings.interface, ignore_config=True, **options | settings.options)
             return PythonCanBus(bus, self._stamps, counters)
         options["can_filters"] = [  # the kernel filters at no cost; elsewhere python-can would, slowly
-            {"can_id": number, "can_mask": FULL_MASK[extended], "extended": extended} for number, extended in self._ids
+            {"can_id": wanted.number, "can_mask": _mask(wanted), "extended": wanted.extended} for wanted in self._ids
         ]
         size = settings.receive_buffer_bytes
         return SocketcanBus(settings.channel, self._stamps, counters, size, **options | settings.options)
@@ -186,6 +184,10 @@ class CanLink(Link[Frame]):
         if self._said:
             self._said = ""
             log.info("%s: frames arrive again", self._settings.channel)
+
+
+def _mask(wanted: CanId) -> int:
+    return wanted.mask if wanted.extended else STANDARD_MASK
 
 
 def _is_up(channel: str) -> bool:

@@ -9,13 +9,12 @@ from typing import Any
 from can.interfaces.socketcan import SocketcanBus as PythonSocketcanBus
 
 from ods.base import clock
-from ods.nav_bridge.can.frame import ErrorFrame, Frame
+from ods.nav_bridge.can.frame import EXTENDED_MASK, STANDARD_MASK, ErrorFrame, Frame
 from ods.nav_bridge.can.stamp_clock import StampClock
 
 CAN_FRAME = struct.Struct("=IB3x8s")
 CAN_FD_BYTES = 72
 EXTENDED_FLAG, REMOTE_FLAG, ERROR_FLAG = 1 << 31, 1 << 30, 1 << 29
-STANDARD_MASK, EXTENDED_MASK = 0x7FF, 0x1FFFFFFF
 TIMESPEC = struct.Struct("@ll")
 DROPPED = struct.Struct("@I")
 ANCILLARY_BYTES = socket.CMSG_SPACE(TIMESPEC.size) + socket.CMSG_SPACE(DROPPED.size)

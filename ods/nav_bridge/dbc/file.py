@@ -33,7 +33,7 @@ def read_database(file: Path) -> Database:
         raise DbcError(f"{file}: nav.dbc.file: {error.strerror}") from error
     try:
         _refuse_absurd_sizes(text)
-        database = cantools.database.load_string(text, "dbc")
+        database = cantools.database.load_string(text, "dbc", strict=False)  # what is mapped is checked by signal_map
     except UnsupportedDatabaseFormatError as error:
         raise DbcError(f"{file}: not a usable DBC: {one_line(error.e_dbc or error)}") from error
     except Exception as error:  # cantools lets through whatever a malformed file runs into

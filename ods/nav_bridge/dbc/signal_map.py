@@ -11,8 +11,10 @@ from cantools.database.can import Message, Signal
 
 from ods.base.choices import meant, none_of
 from ods.base.clock import NS
+from ods.base.errors import one_line
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
 from ods.nav_bridge.dbc.file import DbcError, read_database
+from ods.nav_bridge.dbc.no_value import NoValue, no_value_of
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
 from ods.nav_bridge.settings import (
@@ -27,6 +29,12 @@ from ods.nav_bridge.settings import (
 SettingsT = TypeVar("SettingsT", PartSettings, SignalSettings, TimeSettings)
 LEAST_COUNTS = 2
 """A clock that wraps sooner tells nothing."""
+J1939 = "j1939"
+NO_SENDER = 0xFE
+"""Stands in J1939's files where the sender's address is."""
+FIRST_BROADCAST = 240
+"""PDU format from which on the next byte belongs to the parameter group [SAE J1939-21]; below it is the receiver."""
+BROADCAST_MASK, ADDRESSED_MASK, SENDER_MASK = 0x03FFFF00, 0x03FF0000, 0xFF
 
 
 @dataclass(frozen=True)
@@ -37,6 +45,7 @@ class Reading:
     signal: str
     scale: float
     offset: float
+    no_value: NoValue
 
 
 @dataclass(frozen=True)
@@ -76,14 +85,34 @@ class DbcMessage:
     """Signal that all messages of an instant share."""
     hold: HeldSettings | None = None
     """It comes at a rate of its own."""
+    sender: int | None = None
+    """Of a J1939 message: the one that is listened to; None: any."""
     readings: list[Reading] = field(default_factory=list)
     clock: Clock | None = None
     conditions: list[Condition] = field(default_factory=list)
 
     @cached_property
     def can_id(self) -> CanId:
-        """Identifier; the DBC tells standard and extended ones apart."""
-        return CanId(self.layout.frame_id, self.layout.is_extended_frame)
+        """Identifier; the DBC tells standard and extended ones apart. Of J1939 priority and sender do not count."""
+        number = self.layout.frame_id
+        if not self.is_j1939:
+            return CanId(number, self.layout.is_extended_frame)
+        mask = BROADCAST_MASK if number >> 16 & 0xFF >= FIRST_BROADCAST else ADDRESSED_MASK
+        if self.sender is None:
+            return CanId(number & mask, True, mask)
+        return CanId(number & mask | self.sender, True, mask | SENDER_MASK)
+
+    @cached_property
+    def is_j1939(self) -> bool:
+        """The file says so, or leaves the sender open, or the settings name one."""
+        layout = self.layout
+        told = layout.protocol == J1939 or layout.frame_id & SENDER_MASK == NO_SENDER or self.sender is not None
+        return layout.is_extended_frame and told
+
+    def absent(self, counts: Mapping[str, float]) -> list[str]:
+        """Say which signals tell no measurement, and what they tell instead."""
+        found = ((item.signal, item.no_value.why(counts[item.signal])) for item in self.readings)
+        return [f"{self.layout.name}.{signal} is {why}" for signal, why in found if why]
 
     @cached_property
     def optional(self) -> bool:
@@ -128,7 +157,7 @@ class DbcMap:
 
 def load_dbc_map(settings: DbcSettings) -> DbcMap:
     """Read the DBC file and resolve the map. Raises DbcError."""
-    resolver = _Resolver(settings.file)
+    resolver = _Resolver(settings.file, settings.source_address)
     for name, mapped in settings.signals.items():
         resolver.add_field(name, _as_table(mapped, SignalSettings))
     clock = None
@@ -153,9 +182,9 @@ def _as_table(mapped: str | SettingsT, kind: type[SettingsT]) -> SettingsT:
 class _Resolver:
     """Looks names of the configuration up in the DBC file and gathers what is wanted of each message."""
 
-    def __init__(self, file: Path) -> None:
+    def __init__(self, file: Path, sender: int | None) -> None:
         self.messages: dict[str, DbcMessage] = {}
-        self._file = file
+        self._file, self._sender = file, sender
         self._layouts = {layout.name: layout for layout in read_database(file).messages}
 
     def add_field(self, name: str, mapped: SignalSettings) -> None:
@@ -171,7 +200,10 @@ class _Resolver:
         factor = mapped.factor or self._unit(key, mapped.unit, signal, UNITS[name])
         factor *= mapped.sign
         scale, offset = factor * float(signal.scale), factor * float(signal.offset) + offset
-        message.readings.append(Reading(name, signal.name, scale, offset))
+        no_value = no_value_of(
+            signal, extended=message.layout.is_extended_frame, j1939=message.is_j1939, any_value=mapped.any_value
+        )
+        message.readings.append(Reading(name, signal.name, scale, offset, no_value))
 
     def add_clock(self, mapped: TimeSettings) -> Clock:
         key = "nav.dbc.time"
@@ -267,7 +299,13 @@ class _Resolver:
             raise self._error(key, f"message {name} is multiplexed, which is not supported")
         if layout.length > MAX_DATA_BYTES:
             raise self._error(key, f"message {name} has {layout.length} bytes, more than a CAN frame holds")
-        return self.messages.setdefault(name, DbcMessage(layout))
+        if name not in self.messages:
+            self.messages[name] = DbcMessage(layout, sender=self._sender)
+            try:
+                layout.refresh(strict=True)
+            except Exception as error:  # cantools' own
+                raise self._error(key, one_line(error)) from error
+        return self.messages[name]
 
     def _unit(self, key: str, unit: str | None, signal: Signal, wanted: str) -> float:
         try:

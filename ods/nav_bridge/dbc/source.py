@@ -5,23 +5,27 @@ from collections.abc import Iterator
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.messages import Pose
-from ods.nav_bridge.can.frame import CanId, Frame
+from ods.nav_bridge.can.frame import EXTENDED_MASK, CanId, Frame
 from ods.nav_bridge.can.source import CanSource
 from ods.nav_bridge.dbc.epoch import DbcEpochAssembler
 from ods.nav_bridge.dbc.file import DbcError
 from ods.nav_bridge.dbc.shared_number import SharedNumberAssembler
-from ods.nav_bridge.dbc.signal_map import DbcMessage, load_dbc_map
+from ods.nav_bridge.dbc.signal_map import SENDER_MASK, DbcMessage, load_dbc_map
 from ods.nav_bridge.held import HeldSlot, HeldValues
 from ods.nav_bridge.pose_fields import PoseMaker
 from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
+
+SENDER_NS = 10 * NS
+"""A sender that is not heard for so long sends no more."""
 
 
 class DbcSource(CanSource):
     """One INS by its DBC file and a signal map.
 
     Counts `frame_twin` (a mapped number with the other kind of identifier), `frame_short`, `frame_not_finite`,
-    `epoch_invalid` (a status that must hold does not), and `epoch_aged` (something held is too old).
+    `frame_other_sender` (of J1939, a second one), `epoch_invalid` (a status that must hold does not, or a signal tells
+    no measurement), and `epoch_aged` (something held is too old).
     """
 
     def __init__(self, nav: NavSettings, settings: DbcSettings, host: SourceHost) -> None:
@@ -47,6 +51,12 @@ class DbcSource(CanSource):
         self._held = HeldValues(self._slots.values())
         self._heard_ns: dict[CanId, int] = {}
         self._unmet: dict[CanId, list[str]] = {}
+        """What each message says is not valid, or not there."""
+        self._groups = [can_id for can_id in self._map.messages if can_id.mask != EXTENDED_MASK]
+        self._senders: dict[CanId, tuple[int, int]] = {}
+        """Who sends each group, and when it last did;"""
+        self._others: dict[CanId, tuple[int, int]] = {}
+        """who else does, likewise."""
 
     @property
     def ids(self) -> frozenset[CanId]:
@@ -62,25 +72,56 @@ class DbcSource(CanSource):
         """How late the newest epoch was, 0 without a clock."""
         return self._assembler.late_ns
 
+    def name_of(self, item: Frame) -> str:
+        """Return the frame's identifier, or that of its group."""
+        can_id = self._id_of(item)
+        return super().name_of(item) if can_id is None else str(can_id)
+
+    def _id_of(self, item: Frame) -> CanId | None:
+        """Return the mapped identifier that a frame has, None where there is none."""
+        exact = CanId(item.can_id, item.extended)
+        if exact in self._map.messages:
+            return exact
+        return next((group for group in self._groups if group.matches(item.can_id, item.extended)), None)
+
+    def _is_another_senders(self, can_id: CanId, item: Frame) -> bool:
+        """Tell whether a group comes of a second sender: two measure, or stand, otherwise."""
+        if can_id.mask & SENDER_MASK:
+            return False
+        sender = item.can_id & SENDER_MASK
+        first, heard_ns = self._senders.get(can_id, (sender, item.t_ns))
+        if first == sender or item.t_ns - heard_ns > SENDER_NS:
+            self._senders[can_id] = sender, item.t_ns
+            return False
+        self._others[can_id] = sender, item.t_ns
+        return True
+
     def _take(self, item: Frame) -> Pose | None:
-        can_id = CanId(item.can_id, item.extended)
-        message = self._map.messages.get(can_id)
-        if message is None:
+        can_id = self._id_of(item)
+        message = None if can_id is None else self._map.messages[can_id]
+        if can_id is None or message is None:
             self._counters["frame_twin"] += CanId(item.can_id, not item.extended) in self._map.messages
             return None
         if len(item.data) < message.layout.length:
             self._counters["frame_short"] += 1
+            return None
+        if self._is_another_senders(can_id, item):
+            self._counters["frame_other_sender"] += 1
             return None
         counts = message.counts(item.data)
         if counts is None:
             self._counters["frame_not_finite"] += 1
             return None
         self._heard_ns[can_id] = item.t_ns
-        unmet = [told.says for told in message.conditions if not told.met(counts[told.signal])]
+        unmet = [
+            f"the INS says that its {told.says} is not valid"
+            for told in message.conditions
+            if not told.met(counts[told.signal])
+        ] + message.absent(counts)
         if message.optional and unmet:
             return None
         self._unmet[can_id] = unmet
-        if message.hold is not None:
+        if message.hold is not None and not unmet:
             values: dict[str, float] = {}
             message.add_to(values, counts)
             self._slots[can_id].take(values, item.t_ns)
@@ -112,15 +153,22 @@ class DbcSource(CanSource):
         silent = [message for message in self._map.messages.values() if self._is_silent(message, now_ns)]
         if len(silent) == len(self._map.messages) and not self._heard_ns:
             return [f"none of the {len(silent)} messages mapped from {self._file.name} has come"]
-        not_valid = [f"the INS says that its {says} is not valid" for unmet in self._unmet.values() for says in unmet]
+        not_valid = [says for unmet in self._unmet.values() for says in unmet]
         dropped = [self._maker.disbelief] if self._maker.disbelief else []
         return [
             *dropped,
             *not_valid,
             *(self._silence(message, now_ns) for message in silent),
+            *self._two_senders(now_ns),
             *self._held.too_old(now_ns),
             *self._broken(now_ns, silent),
         ]
+
+    def _two_senders(self, now_ns: int) -> Iterator[str]:
+        for can_id, (other, heard_ns) in self._others.items():
+            if now_ns - heard_ns < SENDER_NS:
+                name, first = self._map.messages[can_id].layout.name, self._senders[can_id][0]
+                yield f"{name} comes of 0x{first:02X} and 0x{other:02X}: choose one by nav.dbc.source_address"
 
     def _is_silent(self, message: DbcMessage, now_ns: int) -> bool:
         if message.optional:
