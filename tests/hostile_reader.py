@@ -21,7 +21,7 @@ from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.messages import Truth
 from ods.nav_bridge.canopen.eds import read_dictionary
-from ods.nav_bridge.dbc.file import read_database
+from ods.nav_bridge.dbc.file import DbcText
 from ods.offline.recorded import pings_of
 from ods.offline.truths import TRUTH_SUFFIX, truths_beside
 from ods.recording.mcap.reader import open_recording
@@ -122,6 +122,11 @@ def _copied(source: Path) -> Callable[[Path], object]:
     return lambda path: path.write_bytes(source.read_bytes())
 
 
+def _all_messages(path: Path) -> list[object]:
+    text = DbcText(path)
+    return [text.message(name) for name in text.names]
+
+
 READERS: dict[str, Reader] = {
     "npz": Reader("a.npz", _npz, _pings),
     "scenario": Reader("a.npz", _scenario, load_scenario),
@@ -141,7 +146,7 @@ READERS: dict[str, Reader] = {
     "config": Reader("a.toml", _copied(CONFIG / "onboard.toml"), lambda path: load(path, OnboardConfig)),
     "scene": Reader("a.toml", _copied(CONFIG / "scenes/figure11.toml"), lambda path: load(path, SceneFile)),
     "eds": Reader("a.eds", _copied(CONFIG / "ins.eds"), lambda path: read_dictionary(path, 5, "nav")),
-    "dbc": Reader("a.dbc", _copied(CONFIG / "sbg.dbc"), read_database),
+    "dbc": Reader("a.dbc", _copied(CONFIG / "sbg.dbc"), _all_messages),
     "truths": Reader(f"a{TRUTH_SUFFIX}", _new_truths, _truths),
 }
 

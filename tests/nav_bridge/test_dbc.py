@@ -25,7 +25,7 @@ from ods.config import OnboardConfig
 from ods.messages import Pose
 from ods.nav_bridge.can.frame import CanId, Frame
 from ods.nav_bridge.dbc.burst import CYCLES
-from ods.nav_bridge.dbc.file import DbcError, read_database
+from ods.nav_bridge.dbc.file import DbcError, DbcText
 from ods.nav_bridge.dbc.source import DbcSource
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.registry import make_source
@@ -742,5 +742,6 @@ def test_the_bench_by_dbc_is_configured_on_both_sides(tmp_path: Path) -> None:
 def test_a_dbc_that_asks_for_gigabytes_is_refused_before_it_is_parsed(tmp_path: Path, line: str) -> None:
     file = tmp_path / "absurd.dbc"
     file.write_text(f'VERSION ""\nBU_: X\n{line}\n')
+    text = DbcText(file)
     with pytest.raises(DbcError, match="at most"):
-        read_database(file)
+        text.message(text.names[0])

@@ -142,9 +142,10 @@ def test_of_two_senders_one_is_used_until_one_is_chosen(tmp_path: Path) -> None:
 
 
 def test_only_what_is_mapped_is_judged(tmp_path: Path) -> None:
+    more = 'BO_ 2017 5: 8 X\nBO_ 7 STANDARD_OF_29_BITS: 8 X\nVAL_ 900 GONE 0 "x" ;\nnonsense\nBO_ 1 : 1 X\n'
     twice = 'BO_ 900 E: 2 INS\n SG_ A : 0|16@1+ (1,0) [0|0] "" X\n SG_ B : 8|16@1+ (1,0) [0|0] "" X\n'
-    source, _ = source_of(tmp_path, 258, twice)
+    source, _ = source_of(tmp_path, 258, twice + more)
     assert len(source.ids) == 2
     settings = DbcSettings(file=tmp_path / "x.dbc", signals={"yaw": "E.A"})
-    with pytest.raises(DbcError, match=r"nav\.dbc\.signals\.yaw: The signal B does not fit in message E"):
+    with pytest.raises(DbcError, match=r"nav\.dbc\.signals\.yaw: message E: The signal B does not fit in message E"):
         load_dbc_map(settings)

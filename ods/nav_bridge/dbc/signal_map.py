@@ -11,9 +11,8 @@ from cantools.database.can import Message, Signal
 
 from ods.base.choices import meant, none_of
 from ods.base.clock import NS
-from ods.base.errors import one_line
 from ods.nav_bridge.can.frame import MAX_DATA_BYTES, CanId
-from ods.nav_bridge.dbc.file import DbcError, read_database
+from ods.nav_bridge.dbc.file import DbcError, DbcText
 from ods.nav_bridge.dbc.no_value import NoValue, no_value_of
 from ods.nav_bridge.dbc.units import conversion
 from ods.nav_bridge.pose_fields import OPTIONAL, UNITS
@@ -185,7 +184,7 @@ class _Resolver:
     def __init__(self, file: Path, sender: int | None) -> None:
         self.messages: dict[str, DbcMessage] = {}
         self._file, self._sender = file, sender
-        self._layouts = {layout.name: layout for layout in read_database(file).messages}
+        self._text = DbcText(file)
 
     def add_field(self, name: str, mapped: SignalSettings) -> None:
         key = f"nav.dbc.signals.{name}"
@@ -292,19 +291,16 @@ class _Resolver:
         raise self._error(key, f"message {message_name} has no signal {signal_name!r}{meant(signal_name, there)}")
 
     def _message(self, key: str, name: str) -> DbcMessage:
-        layout = self._layouts.get(name)
-        if layout is None:
-            raise self._error(key, f"no message {name!r} in the DBC{meant(name, self._layouts)}")
+        if name in self.messages:
+            return self.messages[name]
+        if name not in self._text.names:
+            raise self._error(key, f"no message {name!r} in the DBC{meant(name, self._text.names)}")
+        layout = self._text.message(name, key)
         if layout.is_multiplexed() or layout.is_container:
             raise self._error(key, f"message {name} is multiplexed, which is not supported")
         if layout.length > MAX_DATA_BYTES:
             raise self._error(key, f"message {name} has {layout.length} bytes, more than a CAN frame holds")
-        if name not in self.messages:
-            self.messages[name] = DbcMessage(layout, sender=self._sender)
-            try:
-                layout.refresh(strict=True)
-            except Exception as error:  # cantools' own
-                raise self._error(key, one_line(error)) from error
+        self.messages[name] = DbcMessage(layout, sender=self._sender)
         return self.messages[name]
 
     def _unit(self, key: str, unit: str | None, signal: Signal, wanted: str) -> float:
