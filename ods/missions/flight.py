@@ -2,23 +2,22 @@
 
 import math
 
-import numpy as np
+import msgspec
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.messages import Obstacle
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.missions.watch import Heard, Told, watch_of
+from ods.missions.watch import STEPS, Heard, Told, watch_of
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
 from ods.planner.planner import Planner, SetPoint
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sim_sonar.steered import Steered, VehicleState
+from ods.sim_sonar.steered import Steered, VehicleState, at_start
 
-STEPS = 4
-"""Of the vehicle, and looks at its clearance, from ping to ping."""
+NEARLY = 2.0
+"""An obstacle within so many times the distance to keep is a true reason for an evasion: nobody knows places exactly."""
 
 
 class Referee:
@@ -63,12 +62,13 @@ class Flight:
         self.world = make_world(campaign.world, campaign.seed, number)
         self._number, self._arm, self._campaign = number, arm, campaign
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
-        start = VehicleState(0.0, 0.0, 0.0, goal[2], 0.0, campaign.planner.slow_m_s, 0.0, 0.0)
+        start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))
         self.vehicle = Steered(campaign.vehicle, start, self.world.current_m_s)
         self.planner = Planner(campaign.planner, [goal])
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
+        self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
         self._period_s = sonar.ping_period_s
-        self._true = Told(self.world, self.vehicle, sonar.range_max_m)
+        self._true = Told(self.world, sonar.range_max_m)
         try:
             self._watch = watch_of(arm, self.world, self.vehicle, sonar, onboard)
         except ValueError as error:
@@ -96,25 +96,24 @@ class Flight:
 
         While its echoes come the vehicle goes by what the planner made of those before.
         """
-        t_s = self.vehicle.way[-1].t_s
+        sent = self.vehicle.way[-1]
         for _ in range(STEPS):
             was = self.vehicle.way[-1]
             self.referee.see(was, self.vehicle.step(self._period_s / STEPS))
-        self.heard = self._watch.look(ping, t_s)
+        self.heard = self._watch.look(ping, sent)
         if self.heard is not None:
             self.planner.hear(*self.heard)
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
-        self.referee.judge(set_point, self._in_the_way(set_point, ping, t_s, now_ns), self._period_s)
+        self.referee.judge(set_point, self._in_the_way(set_point, ping, sent, now_ns), self._period_s)
         return set_point.arrived
 
-    def _in_the_way(self, set_point: SetPoint, ping: int, t_s: float, now_ns: int) -> bool:
+    def _in_the_way(self, set_point: SetPoint, ping: int, sent: VehicleState, now_ns: int) -> bool:
         if not set_point.avoiding or self._arm == "truth":
             return set_point.avoiding
-        true: list[Obstacle] = self._true.look(ping, t_s).list.obstacles
-        age_s = now_ns / NS - t_s
-        return bool(np.any(conflict(self.planner.direct(now_ns), true, age_s, self._campaign.planner) > 0.0))
+        true = self._true.look(ping, sent).list.obstacles
+        return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 
     def _outcome(self, ending: Ending) -> Outcome:
         seen, campaign = self.referee, self._campaign

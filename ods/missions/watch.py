@@ -1,6 +1,7 @@
 """Where the planner's lists come from, arm by arm."""
 
 from collections.abc import Iterator
+from itertools import count
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -18,11 +19,15 @@ from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import START_UTC_NS
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.sim_sonar.steered import Steered
+from ods.sim_sonar.steered import Steered, VehicleState
 from ods.tracker.clearance.clearance import ClearanceKeeper
 
 SECTORS = 72
 STILL = (0.0, 0.0, 0.0)
+STEPS = 4
+"""Of the vehicle, from ping to ping."""
+POSE_STEPS = 2
+"""Steps of the vehicle from pose to pose."""
 
 
 class Heard(NamedTuple):
@@ -35,8 +40,8 @@ class Heard(NamedTuple):
 class Watch(Protocol):
     """Looks at the world from the vehicle."""
 
-    def look(self, number: int, t_s: float) -> Heard | None:
-        """Return what ping `number`, sent at `t_s`, led to; the vehicle has gone on until the next one. None: nothing.
+    def look(self, number: int, sent: VehicleState) -> Heard | None:
+        """Return what ping `number`, sent from there, led to; the vehicle has gone on until the next one. None: nothing.
 
         Raises OdsError.
         """
@@ -45,12 +50,12 @@ class Watch(Protocol):
 class Told:
     """Tells what is really there, as far as the sonar reaches, all around; with `blind` nothing at all."""
 
-    def __init__(self, world: World, vehicle: Steered, range_m: float, *, blind: bool = False) -> None:
-        self._world, self._vehicle, self._range_m, self._blind = world, vehicle, range_m, blind
+    def __init__(self, world: World, range_m: float, *, blind: bool = False) -> None:
+        self._world, self._range_m, self._blind = world, range_m, blind
 
-    def look(self, number: int, t_s: float) -> Heard:
-        """Return what is there at `t_s`."""
-        t_ns, pose = round(t_s * NS), pose_at(self._vehicle, t_s)
+    def look(self, number: int, sent: VehicleState) -> Heard:
+        """Return what is there at that time."""
+        t_s, t_ns, pose = sent.t_s, round(sent.t_s * NS), pose_of(sent)
         near = []
         if not self._blind:
             away = self._world.clearances(t_s, *pose.position_ned)
@@ -78,60 +83,53 @@ class OnBoard:
         self._scene = Scene(world.scene(1.0), vehicle=vehicle)
         self._images = ImageSimulator(sonar, self._scene)
         self._noise = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(1,)))
-        self._next: tuple[int, float] = (0, 0.0)
-        self._seen = 0
-        """States of the vehicle whose poses have been told."""
+        self._next: tuple[int, VehicleState] = (0, vehicle.way[0])
         self._tracking = Tracking(settings)
         self._keeper = ClearanceKeeper(settings.tracker.clearance)
         self._found = Detecting(settings).found(self._pings(), self._poses())
 
-    def look(self, number: int, t_s: float) -> Heard | None:
+    def look(self, number: int, sent: VehicleState) -> Heard | None:
         """Return the list of a ping."""
-        self._next = number, t_s
+        self._next = number, sent
         _, found = next(self._found)
         told = self._tracking.told(found)
         return None if told is None else Heard(told, self._keeper.after(told, found.detections))
 
     def _pings(self) -> Iterator[Ping]:
         while True:
-            number, t_s = self._next
-            t_ns = round(t_s * NS)
-            yield self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+            number, sent = self._next
+            t_ns = round(sent.t_s * NS)
+            yield self._images.ping(sent.t_s, number, t_ns, START_UTC_NS + t_ns)
 
     def _poses(self) -> Iterator[Pose]:
-        """Yield a pose for each state of the vehicle, for ever: it has always gone on beyond the last echo."""
-        while True:
-            state = self._vehicle.way[self._seen]
-            pose = pose_at(self._vehicle, state.t_s)
+        """Yield the vehicle's poses, for ever: it has always gone on beyond the last echo."""
+        for number in count():
+            state = self._vehicle.way[POSE_STEPS * number]
             t_ns = round(state.t_s * NS)
-            over = over_bottom(self._scene, np.array(pose.position_ned))
+            over = over_bottom(self._scene, np.array(state.place))
             if over is not None:
                 over = max(0.0, over + USUAL_SIGMAS.over_bottom * self._noise.standard_normal())
             yield Pose(
-                self._seen,
+                number,
                 t_ns,
                 START_UTC_NS + t_ns,
-                pose.position_ned,
-                pose.attitude,
-                rotated(conjugate(pose.attitude), pose.velocity_ned),
+                state.place,
+                state.attitude,
+                rotated(conjugate(state.attitude), state.velocity_ned),
                 SIGMA_POSITION_M,
                 SIGMA_ATTITUDE_RAD,
                 altitude_m=over,
                 sigma_altitude_m=USUAL_SIGMAS.over_bottom,
             )
-            self._seen += 1
 
 
 def watch_of(arm: Arm, world: World, vehicle: Steered, sonar: SonarModel, settings: MissionSettings) -> Watch:
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
         return OnBoard(world, vehicle, sonar, settings)
-    return Told(world, vehicle, sonar.range_max_m, blind=arm == "none")
+    return Told(world, sonar.range_max_m, blind=arm == "none")
 
 
-def pose_at(vehicle: Steered, t_s: float) -> PoseAt:
+def pose_of(state: VehicleState) -> PoseAt:
     """Return the vehicle's true pose."""
-    north, east, down = vehicle.position(t_s).tolist()
-    w, x, y, z = vehicle.attitude(t_s).tolist()
-    v_north, v_east, v_down = vehicle.velocity(t_s).tolist()
-    return PoseAt((north, east, down), (w, x, y, z), (v_north, v_east, v_down), STILL, STILL)
+    return PoseAt(state.place, state.attitude, state.velocity_ned, STILL, STILL)

@@ -1,5 +1,6 @@
 """By how much paths come too near to what is listed: velocity obstacles with a chance constraint."""
 
+import math
 from collections.abc import Sequence
 from statistics import NormalDist
 from typing import NamedTuple
@@ -14,6 +15,8 @@ from ods.planner.settings import SteeringSettings
 HIT = 100.0
 """A path through an obstacle itself is so many times worse than one too near to it."""
 LIKELIEST = 0.999999
+FAR_S = 1000.0
+"""Beyond every horizon."""
 
 
 class _Courses(NamedTuple):
@@ -24,7 +27,7 @@ class _Courses(NamedTuple):
     radius_m: Floats
     """(k, 1)."""
     spread_m: Floats
-    """(k, m) to add, so that the risk is kept."""
+    """(k, m) to add, so that the risk is kept, m."""
 
 
 def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings: SteeringSettings) -> Floats:
@@ -45,36 +48,35 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
 
 
 def _courses(obstacles: Sequence[Obstacle], lead_s: Floats, age_s: float, settings: SteeringSettings) -> _Courses:
-    share = np.clip((settings.horizon_s - (lead_s - age_s)) / (settings.horizon_s - settings.certain_s), 0.0, 1.0)
-    places, radius, spread = [], [], []
+    ahead_s, fades_s = lead_s - age_s, settings.expected_s - settings.certain_s
+    share = np.clip((settings.expected_s - ahead_s) / fades_s, 0.0, 1.0)
+    rows, sigma_m = [], []
     for each in obstacles:
         likely = each.existence * (1.0 - each.bottom_probability)
         if each.state == "terminated" or likely <= settings.risk:
             continue
         sigmas = max(0.0, NormalDist().inv_cdf(1.0 - settings.risk / min(likely, LIKELIEST)))
-        place, velocity = np.array(each.position_ned[:2]), np.array(each.velocity_ned[:2])
-        places.append(place + lead_s[:, None] * velocity)
-        radius.append(each.radius_m)
-        spread.append(sigmas * share * np.hypot(_sigma_m(each, lead_s), each.sigma_radius))
-    count, instants = len(places), len(lead_s)
-    return _Courses(
-        np.array(places).reshape(count, instants, 2),
-        np.array(radius).reshape(count, 1),
-        np.array(spread).reshape(count, instants),
-    )
+        rows.append((*each.position_ned[:2], *each.velocity_ned[:2], each.radius_m, each.sigma_radius, sigmas))
+        sigma_m.append(_sigma_m(each, lead_s))
+    north, east, v_north, v_east, radius, sigma_radius, sigmas_ = np.array(rows).reshape(-1, 7, 1).transpose(1, 0, 2)
+    places = np.stack([north + lead_s * v_north, east + lead_s * v_east], axis=-1)
+    sigma = np.hypot(np.array(sigma_m).reshape(-1, len(lead_s)), sigma_radius)
+    return _Courses(places, radius, sigmas_ * share * sigma)
 
 
 def _sigma_m(obstacle: Obstacle, lead_s: Floats) -> Floats:
     """Return the (m,) longest half-axis of the error ellipse, m, as predicted; beyond that it grows as last."""
     north, east = obstacle.sigma_position[:2]
-    between = obstacle.covariance_ne
-    now = np.sqrt(0.5 * (north**2 + east**2) + np.hypot(0.5 * (north**2 - east**2), between))
-    told = [(0.0, float(now))] + [(each.lead_s, max(each.sigma_position[:2])) for each in obstacle.predicted]
-    known = dict(sorted(told))
-    leads, sigmas = np.array(list(known)), np.array(list(known.values()))
-    last = max(obstacle.sigma_velocity[:2]) if len(leads) == 1 else _slope(leads, sigmas)
-    return np.asarray(np.interp(lead_s, leads, sigmas) + np.maximum(lead_s - leads[-1], 0.0) * last)
-
-
-def _slope(leads: Floats, sigmas: Floats) -> float:
-    return max(0.0, float((sigmas[-1] - sigmas[-2]) / (leads[-1] - leads[-2])))
+    now = math.sqrt(
+        0.5 * (north**2 + east**2) + math.hypot(0.5 * (north**2 - east**2), obstacle.covariance_ne)
+    )
+    leads, sigmas = [0.0], [now]
+    for told in obstacle.predicted:
+        if told.lead_s > leads[-1]:
+            leads.append(told.lead_s)
+            sigmas.append(max(told.sigma_position[:2]))
+    growth = max(obstacle.sigma_velocity[:2])
+    if len(leads) > 1:
+        growth = max(0.0, (sigmas[-1] - sigmas[-2]) / (leads[-1] - leads[-2]))
+    far_s = leads[-1] + FAR_S
+    return np.interp(lead_s, [*leads, far_s], [*sigmas, sigmas[-1] + growth * FAR_S])

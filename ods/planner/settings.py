@@ -27,9 +27,11 @@ class SteeringSettings(Settings, frozen=True):
     """Distance to keep between the vehicle's circle and an obstacle's edge, m."""
     risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
     """Highest probability, of each obstacle at each instant, that this distance is not kept."""
-    certain_s: NonNegativeSeconds = 8.0
-    """So far ahead the risk holds as it is. Later its share of the standard deviations falls to none at `horizon_s`, as
-    newer lists come before."""
+    certain_s: NonNegativeSeconds = 3.0
+    """So far ahead the risk holds as it is, s: what lies there cannot be put right later."""
+    expected_s: Seconds = 10.0
+    """From `certain_s` on less and less of the standard deviations counts, and from here on, s, none: newer lists come
+    before, and places are taken as expected."""
     horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
     """Paths are looked at so far ahead, s."""
     headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
@@ -51,8 +53,8 @@ class SteeringSettings(Settings, frozen=True):
     def __post_init__(self) -> None:
         if self.slow_m_s > self.cruise_m_s:
             raise ValueError("slow_m_s: must not be above cruise_m_s")
-        if self.certain_s >= self.horizon_s:
-            raise ValueError("certain_s: must be below horizon_s")
+        if not self.certain_s < self.expected_s <= self.horizon_s:
+            raise ValueError("expected_s: must be above certain_s, and not above horizon_s")
 
     @property
     def turn_rate_rad_s(self) -> float:

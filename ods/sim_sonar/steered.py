@@ -8,6 +8,7 @@ import numpy as np
 
 from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.quaternion import Quaternion, Vector3, from_euler
 from ods.base.settings import NonNegative, Positive, Settings
 from ods.sim_sonar.pose import Times
 
@@ -49,7 +50,30 @@ class VehicleState(NamedTuple):
     """Through the water."""
     turn_rad_s: float
     climb_m_s: float
-    """Upwards."""
+    """Upwards,"""
+    velocity_m_s: tuple[float, float]
+    """and north, east over ground."""
+
+    @property
+    def place(self) -> Vector3:
+        """NED, m."""
+        return self.north_m, self.east_m, self.down_m
+
+    @property
+    def velocity_ned(self) -> Vector3:
+        """m/s over ground."""
+        return *self.velocity_m_s, -self.climb_m_s
+
+    @property
+    def attitude(self) -> Quaternion:
+        """Body to global: level, along the heading."""
+        return from_euler(0.0, 0.0, self.heading_rad)
+
+
+def at_start(heading_rad: float, speed_m_s: float, place: Vector3 = (0.0, 0.0, 0.0)) -> VehicleState:
+    """Return a vehicle at time 0 that goes straight on."""
+    flat = speed_m_s * math.cos(heading_rad), speed_m_s * math.sin(heading_rad)
+    return VehicleState(0.0, *place, heading_rad, speed_m_s, 0.0, 0.0, flat)
 
 
 class Steered:
@@ -65,6 +89,9 @@ class Steered:
         self._current = current_m_s
         self.way = [start]
         """All states so far, in order of time."""
+        self._recent = np.repeat(np.array([start[:5]]), KEPT, axis=0)
+        """(KEPT, 5) the newest ones; before the start it stood."""
+        self._recent[:, 0] -= np.arange(KEPT)[::-1]
         self.heading_rad, self.speed_m_s, self.down_m = start.heading_rad, start.speed_m_s, start.down_m
         """The set points."""
 
@@ -92,8 +119,11 @@ class Steered:
             speed,
             turn,
             climb,
+            (north, east),
         )
         self.way.append(now)
+        self._recent[:-1] = self._recent[1:]
+        self._recent[-1] = now[:5]
         return now
 
     def position(self, t_s: Times) -> Floats:
@@ -110,11 +140,8 @@ class Steered:
 
     def _at(self, t_s: Times) -> tuple[Floats, Floats]:
         """Return (..., 4) north, east, down, heading, and how fast they change; straight on beyond both ends."""
-        kept = np.array([state[:5] for state in self.way[-KEPT:]])
-        times, rows = kept[:, 0], kept[:, 1:]
-        if len(times) == 1:
-            return np.broadcast_to(rows[0], (*np.shape(t_s), 4)), np.zeros((*np.shape(t_s), 4))
-        before = np.clip(np.searchsorted(times, t_s, side="right") - 1, 0, len(times) - 2)
+        times, rows = self._recent[:, 0], self._recent[:, 1:]
+        before = np.minimum(np.maximum(times.searchsorted(t_s, side="right") - 1, 0), KEPT - 2)
         slope = (rows[before + 1] - rows[before]) / (times[before + 1] - times[before])[..., None]
         return np.asarray(rows[before] + (t_s - times[before])[..., None] * slope), slope
 
