@@ -129,7 +129,7 @@ class Planner:
             which = int(np.argmin(cost))
             if best is None or cost[which] < best[0]:
                 best = float(cost[which]), float(headings[which]), float(unknown[which])
-            avoiding = avoiding or bad[0] > 0.0
+            avoiding = avoiding or bool(bad[0] > 0.0)
             if bad[which] == 0.0:
                 break
         assert best is not None

@@ -6,7 +6,6 @@ from typing import Annotated, NamedTuple
 import msgspec
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats
 from ods.base.quaternion import Quaternion, Vector3, from_euler
 from ods.base.settings import NonNegative, Positive, Settings
@@ -136,7 +135,10 @@ class Steered:
 
     def attitude(self, t_s: Times) -> Floats:
         """Return (..., 4) unit quaternions, body to global: level, along the heading."""
-        return geometry.quat_from_euler(0.0, 0.0, self._at(t_s)[0][..., 3])
+        half = 0.5 * self._at(t_s)[0][..., 3]
+        attitude = np.zeros((*np.shape(half), 4))
+        attitude[..., 0], attitude[..., 3] = np.cos(half), np.sin(half)
+        return attitude
 
     def _at(self, t_s: Times) -> tuple[Floats, Floats]:
         """Return (..., 4) north, east, down, heading, and how fast they change; straight on beyond both ends."""

@@ -1,0 +1,71 @@
+"""`ods missions`: a campaign from its file to its results."""
+
+import time
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from ods import __version__
+from ods.base.errors import OdsError, reason_of
+from ods.base.settings_file import load
+from ods.config import OnboardConfig, part_of
+from ods.missions import report
+from ods.missions.flight import Flight
+from ods.missions.journal import Journal
+from ods.missions.outcome import Outcome
+from ods.missions.settings import Campaign
+from ods.missions.workers import Task, outcomes_of
+from ods.offline.mission import MissionSettings
+from ods.sim_sonar.by_name import find_sonar
+
+
+def run(args: Namespace) -> None:
+    """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
+    campaign = load(args.campaign, Campaign)
+    find_sonar(campaign.sonar)
+    _onboard(campaign)
+    console, began = Console(highlight=False), time.perf_counter()
+    with closing(Journal(args.out, campaign, f"ods {__version__}")) as journal:
+        tasks = [Task(campaign, number, arm) for number in range(campaign.missions) for arm in campaign.arms]
+        left = tasks[len(journal.done) :]
+        flown = 0.0
+        for outcome in _shown(outcomes_of(left, fly, args.workers), left, args.campaign.name):
+            journal.add(outcome)
+            flown += outcome.time_s
+        result = report.result_of(campaign, journal.done)
+        try:
+            report.write(args.out, journal.done, result)
+        except OSError as error:
+            raise OdsError(f"{args.out}: {reason_of(error)}") from error
+    console.print(report.table_of(result))
+    for line in report.lines_of(result):
+        console.print(line, soft_wrap=True)
+    if left:
+        spent = time.perf_counter() - began
+        console.print(f"{len(left)} missions, {flown / 60.0:.0f} min of them in {spent:.0f} s: {flown / spent:.0f} times faster")
+
+
+def fly(task: Task) -> Outcome:
+    """Fly one mission, in any process. Raises OdsError."""
+    campaign = task.campaign
+    return Flight(campaign, task.number, task.arm, find_sonar(campaign.sonar), _onboard(campaign)).fly()
+
+
+def _onboard(campaign: Campaign) -> MissionSettings:
+    if campaign.onboard is None:
+        return MissionSettings()
+    return part_of(load(campaign.onboard, OnboardConfig), MissionSettings)
+
+
+def _shown(outcomes: Iterator[Outcome], tasks: Sequence[Task], name: str) -> Iterator[Outcome]:
+    """Yield them, with a bar that shows how many are done and the time left."""
+    console = Console(stderr=True)
+    columns = TextColumn(f"{name}:"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn()
+    with Progress(*columns, console=console, disable=not console.is_terminal) as bar:
+        row = bar.add_task("", total=len(tasks))
+        for outcome in outcomes:
+            bar.advance(row)
+            yield outcome
