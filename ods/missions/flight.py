@@ -17,7 +17,7 @@ from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.steered import Steered, VehicleState, at_start
 
 NEARLY = 2.0
-"""An obstacle within so many times the distance to keep is a true reason for an evasion: nobody knows places exactly."""
+"""An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
 
 
 class Referee:

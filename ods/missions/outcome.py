@@ -1,10 +1,18 @@
 """What came of a mission."""
 
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import msgspec
 
 Ending = Literal["success", "collision", "time-out"]
+
+
+class Flown(NamedTuple):
+    """A mission and what it cost."""
+
+    outcome: "Outcome"
+    cpu_s: float
+    """Of one core; no part of the results, which are the same at each time."""
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

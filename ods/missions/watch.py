@@ -41,7 +41,7 @@ class Watch(Protocol):
     """Looks at the world from the vehicle."""
 
     def look(self, number: int, sent: VehicleState) -> Heard | None:
-        """Return what ping `number`, sent from there, led to; the vehicle has gone on until the next one. None: nothing.
+        """Return what ping `number`, sent from there, led to, once the vehicle has gone on to the next; None: nothing.
 
         Raises OdsError.
         """

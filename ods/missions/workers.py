@@ -7,7 +7,7 @@ from concurrent.futures.process import BrokenProcessPool
 from typing import NamedTuple
 
 from ods.base.errors import OdsError
-from ods.missions.outcome import Outcome
+from ods.missions.outcome import Flown
 from ods.missions.settings import Arm, Campaign
 
 MOST_KILLS = 3
@@ -24,10 +24,10 @@ class Task(NamedTuple):
     arm: Arm
 
 
-Fly = Callable[[Task], Outcome]
+Fly = Callable[[Task], Flown]
 
 
-def outcomes_of(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Outcome]:
+def flown_of(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Flown]:
     """Yield what comes of each task, in their order. With one worker it is flown here. Raises OdsError."""
     if workers == 1:
         yield from map(fly, tasks)
@@ -36,9 +36,9 @@ def outcomes_of(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Outco
     while done < len(tasks):
         before = done
         try:
-            for outcome in _of_one_pool(tasks[done:], fly, workers):
+            for flown in _of_one_pool(tasks[done:], fly, workers):
                 done += 1
-                yield outcome
+                yield flown
         except BrokenProcessPool:
             kills = 1 if done > before else kills + 1
             if kills == MOST_KILLS:
@@ -48,10 +48,10 @@ def outcomes_of(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Outco
                 ) from None
 
 
-def _of_one_pool(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Outcome]:
+def _of_one_pool(tasks: Sequence[Task], fly: Fly, workers: int) -> Iterator[Flown]:
     context = multiprocessing.get_context("spawn")  # of a process with threads no copy is safe
     with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        waiting: list[Future[Outcome]] = []
+        waiting: list[Future[Flown]] = []
         try:
             for task in tasks:
                 if len(waiting) == AHEAD * workers:

@@ -67,9 +67,7 @@ def _courses(obstacles: Sequence[Obstacle], lead_s: Floats, age_s: float, settin
 def _sigma_m(obstacle: Obstacle, lead_s: Floats) -> Floats:
     """Return the (m,) longest half-axis of the error ellipse, m, as predicted; beyond that it grows as last."""
     north, east = obstacle.sigma_position[:2]
-    now = math.sqrt(
-        0.5 * (north**2 + east**2) + math.hypot(0.5 * (north**2 - east**2), obstacle.covariance_ne)
-    )
+    now = math.sqrt(0.5 * (north**2 + east**2) + math.hypot(0.5 * (north**2 - east**2), obstacle.covariance_ne))
     leads, sigmas = [0.0], [now]
     for told in obstacle.predicted:
         if told.lead_s > leads[-1]:

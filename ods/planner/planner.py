@@ -22,10 +22,12 @@ from ods.planner.unknown import unknown_m
 
 CONFLICT_M = 100.0
 """What 1 m^2 s of conflict is worth, m of way: no detour is worth one."""
-UNKNOWN_M = 1.0
+UNKNOWN_M = 3.0
 """What 1 m through water not known to be empty is worth, m of way."""
-CHANGE_M = 2.0
+CHANGE_M = 1.0
 """What a change of the set heading by 1 rad is worth, m of way: without it, it sways between two ways round."""
+BEYOND = 1.2
+"""Paths are judged by how near they come to a point on the straight way, so many times as far as they reach."""
 DRIFT_S = 10.0
 """The water's velocity is a mean over about this time."""
 
@@ -110,9 +112,7 @@ class Planner:
             down = min(down, settings.climb_to_m)
         return SetPoint(heading, speed, down, avoiding, valid, arrived)
 
-    def _heading(
-        self, now: Motion, told: ObstacleList, now_ns: int, back: float | None
-    ) -> tuple[float, bool, bool]:
+    def _heading(self, now: Motion, told: ObstacleList, now_ns: int, back: float | None) -> tuple[float, bool, bool]:
         """Return the best heading, whether something is in the way, and whether the water ahead is known."""
         settings, age_s = self.settings, (now_ns - told.t_ns) / NS
         wanted = self._bearing(now) if back is None else back
@@ -137,11 +137,12 @@ class Planner:
 
     def _way(self, paths: Paths, now: Motion, back: float | None) -> Floats:
         """Return (n,) how far each path leaves the vehicle from where it wants to go, m."""
-        far = self.settings.cruise_m_s * self.settings.horizon_s
-        goal = np.array(self._ahead[0][:2])
+        far = BEYOND * self.settings.cruise_m_s * self.settings.horizon_s
+        way = np.array(self._ahead[0][:2]) - now.place
         if back is not None:
-            goal = now.place + far * np.array([math.cos(back), math.sin(back)])
-        offset = paths.places - goal
+            way = far * np.array([math.cos(back), math.sin(back)])
+        away = float(np.hypot(*way))
+        offset = paths.places - (now.place + way * (far / max(away, far)))
         return np.asarray(np.hypot(offset[..., 0], offset[..., 1]).min(axis=1))
 
     def _motion(self, told: ObstacleList, now_ns: int) -> Motion:
