@@ -57,9 +57,17 @@ class Referee:
 class Flight:
     """One arm's mission in one world."""
 
-    def __init__(self, campaign: Campaign, number: int, arm: Arm, sonar: SonarModel, onboard: MissionSettings) -> None:
-        """Raises OdsError where sonar and world do not fit."""
-        self.world = make_world(campaign.world, campaign.seed, number)
+    def __init__(
+        self,
+        campaign: Campaign,
+        number: int,
+        arm: Arm,
+        sonar: SonarModel,
+        onboard: MissionSettings,
+        world: World | None = None,
+    ) -> None:
+        """`world`: none: that of the campaign and number. Raises OdsError where sonar and world do not fit."""
+        self.world = make_world(campaign.world, campaign.seed, number) if world is None else world
         self._number, self._arm, self._campaign = number, arm, campaign
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
         start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))

@@ -1,6 +1,7 @@
 """The chance constraint, against numbers by hand and against drawn places."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -26,7 +27,7 @@ def bad(*obstacles: Obstacle, settings: SteeringSettings = SETTINGS, age_s: floa
 def test_the_distance_kept_is_that_of_the_risk(sigma: float) -> None:
     """Abreast at 4 m north, 2 s ahead: 1 m radius, 3 m to keep, 2.33 standard deviations."""
     least = 1.0 + 3.0 + Z * sigma
-    known = {"sigma_position": (sigma, sigma, 0.0), "sigma_radius": 0.0}
+    known: dict[str, Any] = {"sigma_position": (sigma, sigma, 0.0), "sigma_radius": 0.0}
     assert bad(obstacle(4.0, least + 0.01, **known)) == 0.0
     assert bad(obstacle(4.0, least - 0.01, **known)) > 0.0
 
@@ -36,14 +37,14 @@ def test_drawn_places_are_too_near_as_often_as_the_risk_says() -> None:
     sigma, at_m = 0.8, 4.0 + Z * 0.8
     lateral = at_m + sigma * rng.standard_normal(200_000)
     assert np.mean(lateral - 1.0 < 3.0) == pytest.approx(0.01, rel=0.1)
-    known = {"sigma_position": (0.0, sigma, 0.0), "sigma_radius": 0.0}
+    known: dict[str, Any] = {"sigma_position": (0.0, sigma, 0.0), "sigma_radius": 0.0}
     assert bad(obstacle(4.0, at_m + 0.02, **known)) == 0.0 < bad(obstacle(4.0, at_m - 0.02, **known))
 
 
 def test_what_may_not_exist_is_kept_off_less_and_what_hardly_does_not_at_all() -> None:
     def kept(existence: float, bottom: float = 0.0) -> float:
         east = np.arange(3.5, 8.0, 0.01)
-        known = {"sigma_position": (1.0, 1.0, 0.0), "sigma_radius": 0.0}
+        known: dict[str, Any] = {"sigma_position": (1.0, 1.0, 0.0), "sigma_radius": 0.0}
         each = (obstacle(4.0, e, existence=existence, bottom_probability=bottom, **known) for e in east)
         return float(max((e for e, o in zip(east, each, strict=True) if bad(o) > 0.0), default=0.0))
 
@@ -55,7 +56,7 @@ def test_what_may_not_exist_is_kept_off_less_and_what_hardly_does_not_at_all() -
 
 def test_the_ellipse_counts_by_its_longest_half_axis() -> None:
     """Errors of north and east that go together: variances 1 and covariance 0.9 make 1.9 along the diagonal."""
-    known = {"sigma_position": (1.0, 1.0, 0.0), "sigma_radius": 0.0, "covariance_ne": 0.9}
+    known: dict[str, Any] = {"sigma_position": (1.0, 1.0, 0.0), "sigma_radius": 0.0, "covariance_ne": 0.9}
     least = 4.0 + Z * math.sqrt(1.9)
     assert bad(obstacle(4.0, least + 0.01, **known)) == 0.0 < bad(obstacle(4.0, least - 0.01, **known))
 
