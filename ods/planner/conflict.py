@@ -37,7 +37,7 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
     standard deviations more than `keep_m`, where p (1 - Phi(z)) is the risk; one that is less likely to be in the way
     than the risk needs no distance. `age_s`: time since the list's `t_ns`.
     """
-    told = _courses(obstacles, paths.t_s + age_s, age_s, settings)
+    told = _courses(obstacles, paths, age_s, settings)
     if not len(told.places):
         return np.zeros(len(paths.heading_rad))
     offset = paths.places[:, None] - told.places
@@ -47,21 +47,42 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
     return np.asarray(badness.max(axis=1) @ np.diff(paths.t_s, prepend=0.0))
 
 
-def _courses(obstacles: Sequence[Obstacle], lead_s: Floats, age_s: float, settings: SteeringSettings) -> _Courses:
-    ahead_s, fades_s = lead_s - age_s, settings.expected_s - settings.certain_s
-    share = np.clip((settings.expected_s - ahead_s) / fades_s, 0.0, 1.0)
+def _courses(obstacles: Sequence[Obstacle], paths: Paths, age_s: float, settings: SteeringSettings) -> _Courses:
+    lead_s, fades_s = paths.t_s + age_s, settings.expected_s - settings.certain_s
+    share = np.clip((settings.expected_s - paths.t_s) / fades_s, 0.0, 1.0)
+    north_m, east_m, reach_m = _reach(paths)
+    reach_m += settings.keep_m + settings.vehicle_radius_m
     rows, sigma_m = [], []
     for each in obstacles:
         likely = each.existence * (1.0 - each.bottom_probability)
         if each.state == "terminated" or likely <= settings.risk:
             continue
         sigmas = max(0.0, NormalDist().inv_cdf(1.0 - settings.risk / min(likely, LIKELIEST)))
+        own_m = each.radius_m + math.hypot(*each.velocity_ned[:2]) * lead_s[-1]
+        own_m += sigmas * math.hypot(_most_sigma_m(each, settings.expected_s + age_s), each.sigma_radius)
+        if math.hypot(each.position_ned[0] - north_m, each.position_ned[1] - east_m) > reach_m + own_m:
+            continue  # no path comes near it: what follows costs more
         rows.append((*each.position_ned[:2], *each.velocity_ned[:2], each.radius_m, each.sigma_radius, sigmas))
         sigma_m.append(_sigma_m(each, lead_s))
     north, east, v_north, v_east, radius, sigma_radius, sigmas_ = np.array(rows).reshape(-1, 7, 1).transpose(1, 0, 2)
     places = np.stack([north + lead_s * v_north, east + lead_s * v_east], axis=-1)
     sigma = np.hypot(np.array(sigma_m).reshape(-1, len(lead_s)), sigma_radius)
     return _Courses(places, radius, sigmas_ * share * sigma)
+
+
+def _reach(paths: Paths) -> tuple[float, float, float]:
+    """Return the circle around all paths: north, east, radius, m."""
+    places = paths.places.reshape(-1, 2)
+    middle = places.mean(axis=0)
+    return *middle.tolist(), float(np.hypot(*(places - middle).T).max())
+
+
+def _most_sigma_m(obstacle: Obstacle, until_s: float) -> float:
+    """Return what `_sigma_m` is not above until then, m."""
+    last = obstacle.predicted[-1] if obstacle.predicted else None
+    grown = 0.0 if last is not None and last.lead_s >= until_s else max(obstacle.sigma_velocity[:2]) * until_s
+    at_last = 0.0 if last is None else max(last.sigma_position[:2])
+    return max(math.hypot(*obstacle.sigma_position[:2]), at_last) + grown
 
 
 def _sigma_m(obstacle: Obstacle, lead_s: Floats) -> Floats:

@@ -9,7 +9,7 @@ from ods.base.arrays import Floats
 from ods.base.geometry import wrap_angle
 from ods.planner.settings import SteeringSettings
 
-FINE_S, FINE_UNTIL_S, COARSE_S = 0.5, 8.0, 1.0
+FINE_S, FINE_UNTIL_S, COARSE_S = 0.5, 8.0, 2.0
 """Steps of time: fine ones as long as the vehicle may still turn."""
 
 

@@ -93,8 +93,23 @@ def test_paths_turn_no_faster_than_the_vehicle_and_drift_with_the_water() -> Non
     paths = paths_of(NORTH._replace(drift=np.array([0.0, 0.5])), np.radians([0.0, 90.0, -90.0]), 2.0, settings)
     legs = np.diff(paths.places, axis=1) / np.diff(paths.t_s)[:, None] - (0.0, 0.5)
     course = np.arctan2(legs[..., 1], legs[..., 0])
-    assert np.abs(np.diff(course, axis=1)).max() <= math.radians(10.0) * 1.0 + 1e-9
+    middle = 0.5 * (paths.t_s[1:] + paths.t_s[:-1])
+    assert (np.abs(np.diff(course, axis=1)) <= math.radians(10.0) * np.diff(middle) + 1e-9).all()
     assert np.degrees(course[:, -1]) == pytest.approx([0.0, 90.0, -90.0])
     assert np.allclose(np.hypot(*legs.T), 2.0)
     assert paths.t_s[-1] == settings.horizon_s
     assert np.all(np.diff(instants(30.0)) > 0.0)
+
+
+def test_what_no_path_comes_near_costs_nothing_and_changes_nothing() -> None:
+    """The sum over many obstacles, near and far, is that of each by itself: nothing near is left out."""
+    rng = np.random.default_rng(2)
+    paths = paths_of(NORTH, np.radians(np.arange(0.0, 360.0, 30.0)), 2.0, SETTINGS)
+    for _ in range(200):
+        place, velocity = rng.uniform(-150.0, 150.0, 2), rng.uniform(-1.5, 1.5, 2)
+        sigma = float(rng.uniform(0.0, 4.0))
+        each = obstacle(*place, sigma_position=(sigma, sigma, 0.0), velocity_ned=(*velocity, 0.0))
+        offset = paths.places - (place + paths.t_s[:, None] * velocity)
+        share = np.clip((15.0 - paths.t_s) / 10.0, 0.0, 1.0)
+        room = np.hypot(*offset.T).T - 1.0 - 3.0 - Z * share * math.hypot(sigma, 0.1)
+        assert ((room < 0.0).any(axis=1) == (conflict(paths, [each], 0.0, SETTINGS) > 0.0)).all()
