@@ -75,6 +75,9 @@ def test_before_water_that_is_not_known_it_goes_slowly_and_turns_to_what_is_know
     to_starboard.hear(told(here), clear(here, [100.0 if 4 <= k < 18 else 0.0 for k in range(72)]))
     set_point = to_starboard.steer(0)
     assert math.radians(10.0) < set_point.heading_rad < math.radians(100.0)
+    forgotten = planner()
+    forgotten.hear(told(here), clear(here, valid=False))
+    assert forgotten.steer(0).speed_m_s == 1.0
     without = planner()
     without.hear(told(here), None)
     assert without.steer(0).speed_m_s == 1.0
