@@ -1,7 +1,7 @@
 """The results of a campaign as they come: one JSON line a mission and arm, in order, so that a stopped one goes on."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -10,18 +10,17 @@ import msgspec
 from ods.base.errors import OdsError, reason_of
 from ods.base.in_file import MOST_BYTES, content_of
 from ods.missions.outcome import Outcome
-from ods.missions.settings import Campaign
 
 NAME = "missions.jsonl"
 
 
 class Journal:
-    """A file that begins with the campaign; what a stopped campaign left half written is cut off."""
+    """A file that begins with what its results depend on; what a stopped campaign left half written is cut off."""
 
-    def __init__(self, folder: Path, campaign: Campaign, model: str) -> None:
-        """`model`: what else the results depend on. Raises OdsError: unwritable, or another campaign's."""
+    def __init__(self, folder: Path, depends_on: Mapping[str, object]) -> None:
+        """`depends_on`: what the results are of. Raises OdsError: unwritable, or of something else."""
         self._path = folder / NAME
-        head = msgspec.json.encode({"campaign": msgspec.to_builtins(campaign, enc_hook=str), "model": model}) + b"\n"
+        head = msgspec.json.encode(depends_on, enc_hook=str) + b"\n"
         self.done: list[Outcome] = []
         """Results that were there already, in order."""
         try:

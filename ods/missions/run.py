@@ -5,7 +5,10 @@ from argparse import Namespace
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import closing
+from dataclasses import fields
+from hashlib import sha256
 
+import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -21,15 +24,20 @@ from ods.missions.settings import Campaign
 from ods.missions.workers import Task, flown_of
 from ods.offline.mission import MissionSettings
 from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.sonar.model import SonarModel
 
 
 def run(args: Namespace) -> None:
     """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
     campaign = load(args.campaign, Campaign)
-    find_sonar(campaign.sonar)
-    _onboard(campaign)
+    depends_on = {
+        "ods": __version__,
+        "campaign": campaign,
+        "onboard": _onboard(campaign),
+        "sonar": _fingerprint(find_sonar(campaign.sonar)),
+    }
     console, began = Console(highlight=False), time.perf_counter()
-    with closing(Journal(args.out, campaign, f"ods {__version__}")) as journal:
+    with closing(Journal(args.out, depends_on)) as journal:
         tasks = [Task(campaign, number, arm) for number in range(campaign.missions) for arm in campaign.arms]
         left = tasks[len(journal.done) :]
         costs: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
@@ -63,6 +71,12 @@ def _onboard(campaign: Campaign) -> MissionSettings:
     if campaign.onboard is None:
         return MissionSettings()
     return part_of(load(campaign.onboard, OnboardConfig), MissionSettings)
+
+
+def _fingerprint(sonar: SonarModel) -> str:
+    """Return what no two sonars have in common, whatever their names."""
+    parts = [getattr(sonar, field.name) for field in fields(sonar)]
+    return sha256(b"".join(np.asarray(part).tobytes() for part in parts)).hexdigest()
 
 
 def _shown(flown: Iterator[Flown], tasks: Sequence[Task], name: str) -> Iterator[Flown]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from ods.base.shipped import shipped_file
 from ods.cli import main
 
 CAMPAIGN = """
@@ -49,6 +50,7 @@ def test_results_are_told_and_kept(campaign: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.slow
 def test_two_processes_make_the_same_bytes(campaign: Path) -> None:
+    campaign.write_text(CAMPAIGN.replace('"truth"', '"ods", "truth"').replace("80.0", "50.0"))
     assert results(campaign, "one") == results(campaign, "two", "--workers", "2")
 
 
@@ -75,6 +77,25 @@ def refusal(campaign: Path, capsys: pytest.CaptureFixture[str]) -> str:
 def test_results_of_another_campaign_are_not_mixed(campaign: Path, capsys: pytest.CaptureFixture[str]) -> None:
     results(campaign, "out")
     campaign.write_text(CAMPAIGN.replace("seed = 3", "seed = 4"))
+    assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
+
+
+def test_results_by_other_settings_or_another_sonar_of_the_same_name_are_not_mixed(
+    campaign: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = campaign.parent
+    onboard, sonar = folder / "onboard.toml", folder / "sonar.toml"
+    config = shipped_file("onboard.toml").read_text()
+    onboard.write_text(config)
+    seabat = shipped_file("sonars/seabat6012.toml").read_text()
+    sonar.write_text(seabat)
+    campaign.write_text(f'onboard = "{onboard}"\nsonar = "{sonar}"\n{CAMPAIGN}')
+    whole = results(campaign, "out")
+    assert results(campaign, "out") == whole
+    sonar.write_text(seabat.replace("overhead_s = 0.016", "overhead_s = 0.1"))
+    assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
+    sonar.write_text(seabat)
+    onboard.write_text(config.replace("[tracker.map]", "[tracker.life]\nconfirm_echoes = 4\n\n[tracker.map]"))
     assert "missions.jsonl: of another campaign" in refusal(campaign, capsys)
 
 
