@@ -22,11 +22,11 @@ from ods.planner.unknown import unknown_m
 
 CONFLICT_M = 100.0
 """What 1 m^2 s of conflict is worth, m of way: no detour is worth one."""
-UNKNOWN_M = 3.0
+UNKNOWN_M = 1.0
 """What 1 m through water not known to be empty is worth, m of way."""
-CHANGE_M = 1.0
-"""What a change of the set heading by 1 rad is worth, m of way: without it, it sways between two ways round."""
-BEYOND = 1.2
+CHANGE_M = 0.5
+"""What a change of the set heading by 1 rad is worth, m of way: else it sways between two ways round."""
+BEYOND = 1.0
 """Paths are judged by how near they come to a point on the straight way, so many times as far as they reach."""
 DRIFT_S = 10.0
 """The water's velocity is a mean over about this time."""
@@ -136,14 +136,14 @@ class Planner:
         return best[1], avoiding, best[2] < 0.5 * settings.look_m
 
     def _way(self, paths: Paths, now: Motion, back: float | None) -> Floats:
-        """Return (n,) how far each path leaves the vehicle from where it wants to go, m."""
+        """Return (n,) how far from where it wants to go each path leaves the vehicle, m: the mean over its time."""
         far = BEYOND * self.settings.cruise_m_s * self.settings.horizon_s
         way = np.array(self._ahead[0][:2]) - now.place
         if back is not None:
             way = far * np.array([math.cos(back), math.sin(back)])
-        away = float(np.hypot(*way))
-        offset = paths.places - (now.place + way * (far / max(away, far)))
-        return np.asarray(np.hypot(offset[..., 0], offset[..., 1]).min(axis=1))
+        offset = paths.places - (now.place + way * (far / max(float(np.hypot(*way)), far)))
+        away_m = np.hypot(offset[..., 0], offset[..., 1])
+        return np.asarray(away_m @ np.diff(paths.t_s, prepend=0.0) / paths.t_s[-1])
 
     def _motion(self, told: ObstacleList, now_ns: int) -> Motion:
         assert told.pose is not None
