@@ -62,7 +62,7 @@ class Planner:
         """The newest list that has the vehicle's pose."""
         self._clearance: Clearance | None = None
         self._valid_ns: int | None = None
-        """Of the newest valid list."""
+        """Of the newest valid list; before there is one, of the first list."""
         self._steered_ns: int | None = None
         self._came_from_rad: float | None = None
         """Back to there, while the list is not valid; None: it is."""
@@ -71,7 +71,7 @@ class Planner:
         """Take in a list and what goes with it."""
         if told.pose is not None:
             self._told = told
-            if told.valid:
+            if told.valid or self._valid_ns is None:
                 self._valid_ns = told.t_ns
         self._clearance = clearance
 
@@ -97,28 +97,31 @@ class Planner:
         self._follow_drift(told, elapsed_s)
         now = self._motion(told, now_ns)
         arrived = self._passed(now)
-        since_s = math.inf if self._valid_ns is None else (now_ns - self._valid_ns) / NS
+        assert self._valid_ns is not None
+        since_s = (now_ns - self._valid_ns) / NS
         valid = told.valid and since_s <= settings.stale_s
         if valid:
             self._came_from_rad = None
         elif self._came_from_rad is None:
             self._came_from_rad = now.heading_rad + math.pi
-        desperate = not valid and self._valid_ns is not None and since_s > settings.not_valid_after_s
+        desperate = not valid and since_s > settings.not_valid_after_s
         back = self._came_from_rad if desperate and settings.not_valid == "turn" else None
-        heading, avoiding, known = self._heading(now, told, now_ns, back)
-        speed = settings.cruise_m_s if valid and known else settings.slow_m_s
+        heading, speed, avoiding = self._course(now, told, now_ns, back)
+        if not valid:
+            speed = settings.slow_m_s
         down = self._ahead[0][2]
         if desperate and settings.not_valid == "climb":
             down = min(down, settings.climb_to_m)
         return SetPoint(heading, speed, down, avoiding, valid, arrived)
 
-    def _heading(self, now: Motion, told: ObstacleList, now_ns: int, back: float | None) -> tuple[float, bool, bool]:
-        """Return the best heading, whether something is in the way, and whether the water ahead is known."""
+    def _course(self, now: Motion, told: ObstacleList, now_ns: int, back: float | None) -> tuple[float, float, bool]:
+        """Return the best heading and speed, and whether something is in the way."""
         settings, age_s = self.settings, (now_ns - told.t_ns) / NS
         wanted = self._bearing(now) if back is None else back
         around = np.arange(settings.headings) * (2.0 * math.pi / settings.headings)
         headings = wrap_angle(wanted + around)
-        best: tuple[float, float, float] | None = None
+        best: tuple[float, float, float] = math.inf, wanted, settings.slow_m_s
+        """Cost, heading, speed."""
         avoiding = False
         for speed in (settings.cruise_m_s, settings.slow_m_s):
             paths = paths_of(now, headings, speed, settings, self._until_s(now))
@@ -127,13 +130,13 @@ class Planner:
             cost = CONFLICT_M * bad + UNKNOWN_M * unknown + self._way(paths, now, back)
             cost += CHANGE_M * np.abs(wrap_angle(headings - self._last.heading_rad))
             which = int(np.argmin(cost))
-            if best is None or cost[which] < best[0]:
-                best = float(cost[which]), float(headings[which]), float(unknown[which])
+            if cost[which] < best[0]:
+                known = unknown[which] < 0.5 * settings.look_m
+                best = float(cost[which]), float(headings[which]), speed if known else settings.slow_m_s
             avoiding = avoiding or bool(bad[0] > 0.0)
             if bad[which] == 0.0:
                 break
-        assert best is not None
-        return best[1], avoiding, best[2] < 0.5 * settings.look_m
+        return *best[1:], avoiding
 
     def _way(self, paths: Paths, now: Motion, back: float | None) -> Floats:
         """Return (n,) how far from where it wants to go each path leaves the vehicle, m: the mean over its time."""

@@ -46,6 +46,11 @@ def test_it_passes_behind_what_is_through_first_and_before_what_is_late(from_m: 
     assert side * set_point.heading_rad > 0.0
 
 
+def test_where_it_cannot_turn_in_time_it_lets_what_crosses_pass() -> None:
+    set_point = steered(planner(turn_rate_deg_s=0.5), obstacle(30.0, -15.0, velocity_ned=(0.0, 1.0, 0.0)))
+    assert (set_point.avoiding, set_point.speed_m_s) == (True, 1.0)
+
+
 def test_it_holds_its_way_against_a_current_across() -> None:
     """A quarter of its speed: it is set off once, until it knows."""
     made = Planner(SteeringSettings(), [GOAL])
@@ -134,6 +139,12 @@ def test_after_a_while_it_turns_back() -> None:
     assert not_valid(made, 2.5).heading_rad == pytest.approx(0.0)
     assert abs(not_valid(made, 3.5).heading_rad) == pytest.approx(math.pi)
     assert not_valid(made, 3.7).down_m == 20.0
+
+
+def test_a_list_that_never_was_valid_makes_it_climb_too() -> None:
+    made = Planner(SteeringSettings(), [GOAL])
+    assert not_valid(made, 0.0).down_m == 20.0
+    assert not_valid(made, 3.5).down_m == 5.0
 
 
 def test_slow_stays_slow() -> None:
