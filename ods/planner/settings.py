@@ -39,7 +39,7 @@ class SteeringSettings(Settings, frozen=True):
     look_m: Positive = 20.0
     """Water ahead that should be known to be empty, m; where less is, the vehicle goes slowly."""
     reached_m: Positive = 10.0
-    """A way-point counts as reached at this distance, m; with less than its turning circle a vehicle may go round it."""
+    """A way-point counts as reached at this distance, m; with less than its turning circle a vehicle may circle it."""
     stale_s: Seconds = 1.0
     """A list older than this counts as one that is not valid, s."""
     not_valid: Literal["slow", "climb", "turn"] = "climb"
