@@ -14,7 +14,7 @@ seed = 3
 missions = 3
 arms = ["none", "truth"]
 [world]
-length_m = 80.0
+length_m = 60.0
 width_m = 40.0
 obstacles_per_hectare = 40.0
 """
@@ -50,7 +50,7 @@ def test_results_are_told_and_kept(campaign: Path, capsys: pytest.CaptureFixture
 
 @pytest.mark.slow
 def test_two_processes_make_the_same_bytes(campaign: Path) -> None:
-    campaign.write_text(CAMPAIGN.replace('"truth"', '"ods", "truth"').replace("80.0", "50.0"))
+    campaign.write_text(CAMPAIGN.replace('"truth"', '"ods", "truth"').replace("60.0", "50.0"))
     assert results(campaign, "one") == results(campaign, "two", "--workers", "2")
 
 
