@@ -80,6 +80,7 @@ COMMANDS = (
     Command("detect", "ods.commands.detect", "detections in recorded sonar images", BUILT_IN_SETTINGS),
     Command("calibrate", "ods.calibrate.command", "the sonar's mounting, from a recording of one object", ONBOARD),
     Command("track", "ods.track.command", "obstacles of recorded or simulated pings", BUILT_IN_SETTINGS),
+    Command("missions", "ods.missions.command", "missions in random worlds, with a planner in the loop", NO_CONFIG),
     Command("workbench", "ods.workbench.command", "all of it in a browser: sliders, images, tracks, scenes",
             BUILT_IN_SETTINGS),
     Command("map list", "ods.map.commands.list", "table of the objects", ONBOARD),

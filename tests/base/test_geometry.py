@@ -117,3 +117,8 @@ def test_slerp_of_equal_and_opposite_quaternions() -> None:
     w, x, y, z = q = quaternion.from_euler(0.1, 0.2, 0.3)
     np.testing.assert_allclose(quaternion.slerp(q, q, 0.5), q, atol=1e-15)
     np.testing.assert_allclose(np.abs(np.dot(quaternion.slerp(q, (-w, -x, -y, -z), 0.5), q)), 1.0)
+
+
+def test_one_attitude_is_turned_to_the_bit_as_it_is_among_others() -> None:
+    attitudes = geometry.quat_from_euler(*np.random.default_rng(1).uniform(-3.0, 3.0, (3, 500)))
+    assert (np.array([geometry.rotation_matrix(q) for q in attitudes]) == geometry.rotation_matrix(attitudes)).all()

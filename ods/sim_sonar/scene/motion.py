@@ -1,6 +1,7 @@
 """Paths in time: where objects and the vehicle are, and how the vehicle is turned."""
 
 import math
+from typing import Protocol
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -13,6 +14,19 @@ from ods.sim_sonar.scene.settings import Oscillation, Path, VehiclePath
 STILL = np.zeros(3)
 LEAST_SPEED = 1e-6
 """Horizontal speed below which a path has no heading, m/s."""
+
+
+class Moving(Protocol):
+    """What has a place, a velocity and an attitude at any time (...): see `VehicleMotion`."""
+
+    def position(self, t_s: Times) -> Floats:
+        """Return (..., 3) NED, m."""
+
+    def velocity(self, t_s: Times) -> Floats:
+        """Return (..., 3) NED, m/s."""
+
+    def attitude(self, t_s: Times) -> Floats:
+        """Return (..., 4) unit quaternions, body to global."""
 
 
 class Motion:

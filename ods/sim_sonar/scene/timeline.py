@@ -21,7 +21,7 @@ from ods.sim_sonar.echo.bodies import (
     contains,
 )
 from ods.sim_sonar.pose import Times, VehiclePose
-from ods.sim_sonar.scene.motion import Motion, VehicleMotion
+from ods.sim_sonar.scene.motion import Motion, Moving, VehicleMotion
 from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
 from ods.sim_sonar.sea_bed.model import sea_bed_of
 
@@ -58,19 +58,25 @@ class ObjectStates:
 class Scene:
     """A checked scene. Raises ValueError, one line, for one that cannot be."""
 
-    def __init__(self, file: SceneFile, mounting: MountingSettings | None = None) -> None:
-        """`mounting`: the sonar's, where the scene tells none."""
+    def __init__(
+        self, file: SceneFile, mounting: MountingSettings | None = None, vehicle: Moving | None = None
+    ) -> None:
+        """`mounting`: the sonar's, where the scene tells none; `vehicle`: one that goes its own way, not the scene's.
+
+        Where such a one goes is not known before, and not checked.
+        """
         self.file = file
         self._mounting = Mounting(file.vehicle.mounting or mounting or MountingSettings())
         self.sea_bed = sea_bed_of(file.sea_bed, file.seed) if file.sea_bed is not None else None
-        self._vehicle = VehicleMotion(file.vehicle)
+        self._vehicle: Moving = VehicleMotion(file.vehicle) if vehicle is None else vehicle
         self._paths = [Motion(item) for item in file.objects]
         self._bodies = np.concatenate([np.empty(0, BODY), *(_body(item) for item in file.objects)])
         self.shown = [i for i, item in enumerate(file.objects) if not _is_wall(item)]
         """Those of `bodies_at` that `objects_at` has: bounded objects."""
         self._names = tuple(file.objects[i].name for i in self.shown)
         self._radius = np.array([circle_radius(self._bodies[i]) for i in self.shown])
-        self._check()
+        if vehicle is None:
+            self._check()
 
     def pose_at(self, t_s: Times) -> VehiclePose:
         """Return the vehicle's poses at times (...)."""

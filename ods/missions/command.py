@@ -1,0 +1,23 @@
+"""`ods missions`: many missions in random worlds, with the vehicle in the loop, and what came of them."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from ods.base.arguments import positive_int
+from ods.base.in_file import refuse_missing
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """A campaign and where its results go."""
+    parser.add_argument("campaign", type=Path, metavar="CAMPAIGN.toml", help="worlds, arms, vehicle, planner")
+    parser.add_argument("--out", type=Path, metavar="DIR", required=True,
+                        help="results; those of a stopped campaign there are gone on with")  # fmt: skip
+    parser.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
+
+
+def run(args: Namespace) -> None:
+    """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
+    refuse_missing(args.campaign)
+    from ods.missions.run import run as work  # takes seconds: after what may be wrong
+
+    work(args)

@@ -1,0 +1,140 @@
+"""One mission: the vehicle in the loop, from the start to the goal, a collision or the end of patience."""
+
+import math
+
+import msgspec
+
+from ods.base.clock import NS
+from ods.base.errors import OdsError
+from ods.missions.outcome import Ending, Outcome
+from ods.missions.settings import Arm, Campaign
+from ods.missions.watch import STEPS, Heard, Told, watch_of
+from ods.missions.world import World, make_world
+from ods.offline.mission import MissionSettings
+from ods.planner.conflict import conflict
+from ods.planner.planner import Planner, SetPoint
+from ods.sim_sonar.sonar.model import SonarModel
+from ods.sim_sonar.steered import Steered, VehicleState, at_start
+
+NEARLY = 2.0
+"""An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
+
+
+class Referee:
+    """Sees the truth: how near the vehicle came, and whether evasions had a reason."""
+
+    def __init__(self, world: World, radius_m: float) -> None:
+        self._world, self._radius_m = world, radius_m
+        self.clearance_m = math.inf
+        self.path_m = self.not_valid_s = 0.0
+        self.evasions = self.groundless = 0
+        self._evading = self._grounded = False
+
+    def see(self, was: VehicleState, now: VehicleState) -> None:
+        """Take a step of the vehicle."""
+        self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
+        clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
+        self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+
+    def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
+        """Take what the planner did; `grounded`: there is a true reason to leave the course."""
+        self.not_valid_s += 0.0 if set_point.valid else dt_s
+        if set_point.avoiding and not self._evading:
+            self.evasions += 1
+            self._grounded = False
+        if set_point.avoiding:
+            self._grounded = self._grounded or grounded
+        elif self._evading:
+            self.end()
+        self._evading = set_point.avoiding
+
+    def end(self) -> None:
+        """The evasion, or the mission, is over."""
+        self.groundless += self._evading and not self._grounded
+        self._evading = False
+
+
+class Flight:
+    """One arm's mission in one world."""
+
+    def __init__(
+        self,
+        campaign: Campaign,
+        number: int,
+        arm: Arm,
+        sonar: SonarModel,
+        onboard: MissionSettings,
+        world: World | None = None,
+    ) -> None:
+        """`world`: none: that of the campaign and number. Raises OdsError where sonar and world do not fit."""
+        self.world = make_world(campaign.world, campaign.seed, number) if world is None else world
+        self._number, self._arm, self._campaign = number, arm, campaign
+        goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
+        start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))
+        self.vehicle = Steered(campaign.vehicle, start, self.world.current_m_s)
+        self.planner = Planner(campaign.planner, [goal])
+        self.referee = Referee(self.world, campaign.vehicle.radius_m)
+        self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
+        self._period_s = sonar.ping_period_s
+        self._true = Told(self.world, sonar.range_max_m)
+        try:
+            self._watch = watch_of(arm, self.world, self.vehicle, sonar, onboard)
+        except ValueError as error:
+            raise OdsError(f"world: {error}") from error
+        self.heard: Heard | None = None
+
+    def fly(self) -> Outcome:
+        """Return what came of it. Raises OdsError."""
+        campaign = self._campaign
+        patience_s = campaign.longest * campaign.world.length_m / campaign.planner.cruise_m_s
+        ending: Ending = "time-out"
+        for ping in range(math.ceil(patience_s / self._period_s)):
+            arrived = self.step(ping)
+            if self.referee.clearance_m < 0.0:
+                ending = "collision"
+                break
+            if arrived:
+                ending = "success"
+                break
+        self.referee.end()
+        return self._outcome(ending)
+
+    def step(self, ping: int) -> bool:
+        """Go on by one ping; tell whether the goal is reached.
+
+        While its echoes come the vehicle goes by what the planner made of those before.
+        """
+        sent = self.vehicle.way[-1]
+        for _ in range(STEPS):
+            was = self.vehicle.way[-1]
+            self.referee.see(was, self.vehicle.step(self._period_s / STEPS))
+        self.heard = self._watch.look(ping, sent)
+        if self.heard is not None:
+            self.planner.hear(*self.heard)
+        now_ns = round(self.vehicle.way[-1].t_s * NS)
+        set_point = self.planner.steer(now_ns)
+        self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
+        self.referee.judge(set_point, self._in_the_way(set_point, ping, sent, now_ns), self._period_s)
+        return set_point.arrived
+
+    def _in_the_way(self, set_point: SetPoint, ping: int, sent: VehicleState, now_ns: int) -> bool:
+        if not set_point.avoiding or self._arm == "truth":
+            return set_point.avoiding
+        true = self._true.look(ping, sent).list.obstacles
+        return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
+
+    def _outcome(self, ending: Ending) -> Outcome:
+        seen, campaign = self.referee, self._campaign
+        clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
+        return Outcome(
+            mission=self._number,
+            arm=self._arm,
+            ending=ending,
+            near_miss=0.0 <= seen.clearance_m < campaign.near_miss_m,
+            clearance_m=clearance,
+            path_m=round(seen.path_m, 3),
+            time_s=round(self.vehicle.way[-1].t_s, 3),
+            evasions=seen.evasions,
+            evasions_of_nothing=seen.groundless,
+            not_valid_s=round(seen.not_valid_s, 3),
+        )

@@ -1,0 +1,38 @@
+"""What came of a mission."""
+
+from typing import Literal, NamedTuple
+
+import msgspec
+
+Ending = Literal["success", "collision", "time-out"]
+
+
+class Flown(NamedTuple):
+    """A mission and what it cost."""
+
+    outcome: "Outcome"
+    cpu_s: float
+    """Of one core; no part of the results, which are the same at each time."""
+
+
+class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One arm in one world."""
+
+    mission: int
+    """Number of the world."""
+    arm: str
+    ending: Ending
+    near_miss: bool
+    """It came nearer than the campaign's `near_miss_m`, without a collision."""
+    clearance_m: float | None
+    """Least distance between the vehicle's circle and an obstacle; below 0: a collision; none: no obstacles."""
+    path_m: float
+    """Length of the vehicle's way over ground."""
+    time_s: float
+    """Until the goal, the collision, or the end of patience."""
+    evasions: int
+    """Times that something in the way made the vehicle leave its course."""
+    evasions_of_nothing: int
+    """Those during which nothing real was in the way."""
+    not_valid_s: float
+    """Time during which the planner had no list to rely on."""

@@ -1,0 +1,87 @@
+"""What a campaign's file may say."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.planner.settings import SteeringSettings
+from ods.sim_sonar.echo.settings import Surface
+from ods.sim_sonar.receiver.settings import ImageLevels
+from ods.sim_sonar.sea_bed.settings import SeaBed
+from ods.sim_sonar.steered import VehicleSettings
+
+Arm = Literal["none", "ods", "truth"]
+Metres = Annotated[float, msgspec.Meta(gt=0.0, le=5000.0)]
+MOST_OBSTACLES = 2000
+
+
+class WorldSettings(Settings, frozen=True):
+    """Of what the worlds are made: obstacles in a box between start and goal, Poisson distributed."""
+
+    length_m: Metres = 300.0
+    """From start to goal, due north, m."""
+    width_m: Metres = 120.0
+    """Of the box, m."""
+    obstacles_per_hectare: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)] = 5.0
+    """Mean number in 10,000 m^2."""
+    moving_share: Fraction = 0.3
+    """Share of them that move, each with one velocity."""
+    radius_m: tuple[Positive, Positive] = (0.5, 2.5)
+    """Least and greatest radius, m: evenly distributed. They are upright cylinders."""
+    speed_m_s: tuple[NonNegative, NonNegative] = (0.2, 1.0)
+    """Least and greatest speed of those that move, m/s."""
+    height_m: Positive = 10.0
+    """They reach so far above and below the vehicle's depth, m."""
+    current_m_s: NonNegative = 0.3
+    """Greatest speed of the current, m/s; its direction is random. What moves does so over ground."""
+    down_m: Annotated[float, msgspec.Meta(ge=1.0, le=6000.0)] = 20.0
+    """Depth that the vehicle is to keep, m."""
+    free_start_m: NonNegative = 30.0
+    """No obstacle begins nearer to the start, m,"""
+    free_goal_m: NonNegative = 15.0
+    """or to the goal, m."""
+    surface: Surface = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
+    """How obstacles reflect."""
+    sea_bed: SeaBed | None = None
+    """None: open water. Without a seed of its own, a rough one is another in each world."""
+    image: ImageLevels = ImageLevels(max_error=0.1)
+    """Levels and noise."""
+
+    def __post_init__(self) -> None:
+        for key, (low, high) in (("radius_m", self.radius_m), ("speed_m_s", self.speed_m_s)):
+            if low > high:
+                raise ValueError(f"{key}: the least is above the greatest")
+        if self.sea_bed is not None and self.sea_bed.depth_m <= self.down_m:
+            raise ValueError("sea_bed.depth_m: must be below down_m, where the vehicle goes")
+        if self.obstacles_per_hectare * self.length_m * self.width_m / 1e4 > MOST_OBSTACLES:
+            raise ValueError(f"obstacles_per_hectare: makes more than {MOST_OBSTACLES} obstacles a world")
+
+
+class Campaign(Settings, frozen=True):
+    """CAMPAIGN.toml."""
+
+    seed: NonNegativeInt
+    """Of all worlds and of all that is random in them."""
+    missions: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 100
+    """Worlds; each arm goes through all of them."""
+    arms: Annotated[tuple[Arm, ...], msgspec.Meta(min_length=1)] = ("none", "ods", "truth")
+    """none: no avoidance; ods: the list of pipeline and tracker; truth: a list of what is really there, in reach."""
+    sonar: str = "seabat6012"
+    """Name of a file in config/sonars, or a path that ends in .toml."""
+    onboard: Path | None = None
+    """Configuration of pipeline and tracker; none: built-in settings."""
+    near_miss_m: NonNegative = 1.0
+    """Nearer than this without touching is a near miss, m."""
+    longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
+    """A mission may take so many times what the straight way would at cruise speed."""
+    world: WorldSettings = WorldSettings()
+    vehicle: VehicleSettings = VehicleSettings()
+    planner: SteeringSettings = SteeringSettings()
+
+    def __post_init__(self) -> None:
+        if len(set(self.arms)) < len(self.arms):
+            raise ValueError("arms: one is named twice")
+        if self.planner.climb_to_m > self.world.down_m:
+            raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")

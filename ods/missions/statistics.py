@@ -1,0 +1,110 @@
+"""Rates with intervals, paired tests and what else is told of a campaign's arms."""
+
+import math
+from collections.abc import Sequence
+from itertools import combinations
+
+import msgspec
+import numpy as np
+from scipy.stats import binomtest
+
+from ods.missions.outcome import Outcome
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+class Rate(msgspec.Struct, frozen=True):
+    """A share of missions, with Wilson's interval."""
+
+    count: int
+    of: int
+    share: float
+    low: float
+    """95 %"""
+    high: float
+
+
+class Summary(msgspec.Struct, frozen=True):
+    """One arm."""
+
+    arm: str
+    success: Rate
+    collision: Rate
+    near_miss: Rate
+    time_out: Rate
+    clearance_m: list[float]
+    """Least clearance of a mission: its QUANTILES over all missions with obstacles."""
+    path_ratio: float | None
+    """Mean length of the way over that of the straight one, of successful missions; none: there are none."""
+    time_ratio: float | None
+    """Mean time over that of the arm `none` in the same world, where both succeed; none: there are none."""
+    evasions: float
+    """Mean a mission."""
+    evasions_of_nothing: float
+    not_valid_share: float
+    """Of the time."""
+
+
+class Paired(msgspec.Struct, frozen=True):
+    """Two arms in the same worlds."""
+
+    first: str
+    second: str
+    only_first_collides: int
+    """Worlds in which the first arm collides and the second does not,"""
+    only_second_collides: int
+    """and the other way round."""
+    p: float
+    """McNemar's exact test: how likely so much difference is by chance."""
+
+
+def rate_of(count: int, of: int) -> Rate:
+    """Return a share with its 95 % interval (Wilson 1927)."""
+    interval = binomtest(count, of).proportion_ci(method="wilson")
+    return Rate(count, of, count / of, float(interval.low), float(interval.high))
+
+
+def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float, base: Sequence[Outcome]) -> Summary:
+    """Return what is told of an arm; `base`: the outcomes of the arm `none`, for the ratio of times."""
+    own = [each for each in outcomes if each.arm == arm]
+    n = len(own)
+    clearances = [each.clearance_m for each in own if each.clearance_m is not None]
+    successes = [each for each in own if each.ending == "success"]
+    others = {each.mission: each.time_s for each in base if each.ending == "success"}
+    times = [each.time_s / others[each.mission] for each in successes if each.mission in others]
+    total_s = math.fsum(each.time_s for each in own)
+    return Summary(
+        arm=arm,
+        success=rate_of(len(successes), n),
+        collision=rate_of(sum(each.ending == "collision" for each in own), n),
+        near_miss=rate_of(sum(each.near_miss for each in own), n),
+        time_out=rate_of(sum(each.ending == "time-out" for each in own), n),
+        clearance_m=[round(float(q), 3) for q in np.quantile(clearances, QUANTILES)] if clearances else [],
+        path_ratio=_mean([each.path_m / straight_m for each in successes]),
+        time_ratio=_mean(times),
+        evasions=sum(each.evasions for each in own) / n,
+        evasions_of_nothing=sum(each.evasions_of_nothing for each in own) / n,
+        not_valid_share=math.fsum(each.not_valid_s for each in own) / total_s,
+    )
+
+
+def paired(outcomes: Sequence[Outcome], arms: Sequence[str]) -> list[Paired]:
+    """Compare the collisions of each two arms in the worlds that both went through (McNemar 1947, exact)."""
+    collides = {(each.arm, each.mission): each.ending == "collision" for each in outcomes}
+    missions = sorted({each.mission for each in outcomes})
+    pairs = []
+    for first, second in combinations(arms, 2):
+        both = [
+            (collides[first, number], collides[second, number])
+            for number in missions
+            if (first, number) in collides and (second, number) in collides
+        ]
+        only_first, only_second = both.count((True, False)), both.count((False, True))
+        discordant = only_first + only_second
+        p = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
+        pairs.append(Paired(first, second, only_first, only_second, p))
+    return pairs
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return math.fsum(values) / len(values) if values else None

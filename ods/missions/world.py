@@ -1,0 +1,85 @@
+"""One random world of a campaign: obstacles, current, and how near the vehicle comes to them."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.missions.settings import WorldSettings
+from ods.sim_sonar.scene.settings import Cylinder, SceneFile, VehiclePath
+
+SQUARE_M_A_HECTARE = 1e4
+
+
+class World(NamedTuple):
+    """A world; n obstacles."""
+
+    settings: WorldSettings
+    start_m: Floats
+    """(n, 2) north, east at time 0, m."""
+    velocity: Floats
+    """(n, 2) m/s over ground."""
+    radius_m: Floats
+    """(n,)"""
+    current_m_s: tuple[float, float]
+    """North, east."""
+    seed: int
+    """Of its images and its sea-bed."""
+
+    def places(self, t_s: float) -> Floats:
+        """Return (n, 2) where the obstacles are, north, east, m."""
+        return self.start_m + t_s * self.velocity
+
+    def clearances(self, t_s: float, north_m: float, east_m: float, down_m: float) -> Floats:
+        """Return (n,) the distance from a place to each obstacle's surface, m; inside of it none is below 0."""
+        away = np.hypot(*(self.places(t_s) - (north_m, east_m)).T) - self.radius_m
+        above = abs(down_m - self.settings.down_m) - self.settings.height_m
+        if above <= 0.0:
+            return np.asarray(away)
+        return np.asarray(np.hypot(np.maximum(away, 0.0), above))
+
+    def scene(self, duration_s: float) -> SceneFile:
+        """Return it as a scene; the vehicle in it stands at the start."""
+        settings = self.settings
+        down = settings.down_m
+        rows = zip(self.start_m.tolist(), self.velocity.tolist(), self.radius_m.tolist(), strict=True)
+        objects = [
+            Cylinder(
+                name=f"{number}",
+                position_ned=(north, east, down),
+                velocity_ned=(v_north, v_east, 0.0),
+                radius_m=radius,
+                length_m=2.0 * settings.height_m,
+                surface=settings.surface,
+            )
+            for number, ((north, east), (v_north, v_east), radius) in enumerate(rows)
+        ]
+        return SceneFile(
+            seed=self.seed,
+            duration_s=duration_s,
+            vehicle=VehiclePath(position_ned=(0.0, 0.0, down)),
+            objects=list(objects),
+            sea_bed=settings.sea_bed,
+            image=settings.image,
+        )
+
+
+def make_world(settings: WorldSettings, seed: int, number: int) -> World:
+    """Return the world of that number; by spawn keys, so that no two campaigns or numbers share one."""
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(number,)))
+    area = settings.length_m * settings.width_m / SQUARE_M_A_HECTARE
+    count = int(rng.poisson(settings.obstacles_per_hectare * area))
+    half = 0.5 * settings.width_m
+    start = np.stack([rng.uniform(0.0, settings.length_m, count), rng.uniform(-half, half, count)], axis=1)
+    radius = rng.uniform(*settings.radius_m, count)
+    speed = rng.uniform(*settings.speed_m_s, count) * (rng.random(count) < settings.moving_share)
+    course = rng.uniform(0.0, 2.0 * math.pi, count)
+    velocity = speed[:, None] * np.stack([np.cos(course), np.sin(course)], axis=1)
+    flow, toward = settings.current_m_s * math.sqrt(rng.random()), rng.uniform(0.0, 2.0 * math.pi)
+    image_seed = int(rng.integers(2**31))
+    goal = np.array([settings.length_m, 0.0])
+    free = np.hypot(*start.T) - radius >= settings.free_start_m
+    free &= np.hypot(*(start - goal).T) - radius >= settings.free_goal_m
+    current = (flow * math.cos(toward), flow * math.sin(toward))
+    return World(settings, start[free], velocity[free], radius[free], current, image_seed)

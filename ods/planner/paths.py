@@ -1,0 +1,58 @@
+"""The paths that a vehicle may take: turn to a heading as fast as it can, then go straight on."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.base.geometry import wrap_angle
+from ods.planner.settings import SteeringSettings
+
+FINE_S, FINE_UNTIL_S, COARSE_S = 0.5, 8.0, 2.0
+"""Steps of time: fine ones as long as the vehicle may still turn."""
+
+
+class Motion(NamedTuple):
+    """The vehicle now."""
+
+    place: Floats
+    """(2,) north, east, m."""
+    heading_rad: float
+    speed_m_s: float
+    """Through the water."""
+    drift: Floats
+    """(2,) velocity of the water, north, east, m/s."""
+
+
+class Paths(NamedTuple):
+    """One path for each of n headings, at m instants."""
+
+    t_s: Floats
+    """(m,) from now."""
+    heading_rad: Floats
+    """(n,) that each path ends with."""
+    places: Floats
+    """(n, m, 2) north, east, m."""
+
+
+def instants(horizon_s: float) -> Floats:
+    """Return the (m,) instants at which paths are looked at, s."""
+    fine = np.arange(FINE_S, min(FINE_UNTIL_S, horizon_s) + 1e-9, FINE_S)
+    return np.concatenate([fine, np.arange(FINE_UNTIL_S + COARSE_S, horizon_s + 1e-9, COARSE_S)])
+
+
+def paths_of(
+    now: Motion, heading_rad: Floats, speed_m_s: float, settings: SteeringSettings, until_s: float = math.inf
+) -> Paths:
+    """Return the paths to (n,) headings at a speed through the water, up to `until_s` or the horizon."""
+    t_s = instants(min(until_s, settings.horizon_s))
+    middle = t_s - 0.5 * np.diff(t_s, prepend=0.0)
+    turn = wrap_angle(heading_rad - now.heading_rad)
+    most = settings.turn_rate_rad_s * middle
+    course = now.heading_rad + np.clip(turn[:, None], -most, most)
+    change = settings.acceleration_m_s2 * middle
+    speed = now.speed_m_s + np.clip(speed_m_s - now.speed_m_s, -change, change)
+    velocity = speed[:, None] * np.stack([np.cos(course), np.sin(course)], axis=-1) + now.drift
+    steps = velocity * np.diff(t_s, prepend=0.0)[:, None]
+    return Paths(t_s, heading_rad, now.place + np.cumsum(steps, axis=1))

@@ -1,0 +1,62 @@
+"""Settings of the reference planner, [planner] of a campaign."""
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import NonNegative, NonNegativeSeconds, Positive, Seconds, Settings
+
+Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
+
+
+class SteeringSettings(Settings, frozen=True):
+    """What the vehicle can do, what distance it shall keep, and what it does without a list to rely on."""
+
+    cruise_m_s: Positive = 2.0
+    """Speed through the water with nothing in the way, m/s."""
+    slow_m_s: Positive = 1.0
+    """The least speed at which the vehicle still steers, m/s: it cannot stop."""
+    turn_rate_deg_s: Positive = 10.0
+    """Degrees a second."""
+    acceleration_m_s2: Positive = 0.2
+    """Along the course, m/s^2."""
+    vehicle_radius_m: NonNegative = 0.5
+    """Of the circle around the vehicle, m."""
+    keep_m: NonNegative = 3.0
+    """Distance to keep between the vehicle's circle and an obstacle's edge, m."""
+    risk: Annotated[float, msgspec.Meta(gt=0.0, lt=0.5)] = 0.01
+    """Highest probability, of each obstacle at each instant, that this distance is not kept."""
+    certain_s: NonNegativeSeconds = 3.0
+    """So far ahead the risk holds as it is, s: what lies there cannot be put right later."""
+    expected_s: Seconds = 10.0
+    """From `certain_s` on less and less of the standard deviations counts, and from here on, s, none: newer lists come
+    before, and places are taken as expected."""
+    horizon_s: Annotated[float, msgspec.Meta(gt=1.0, le=300.0)] = 30.0
+    """Paths are looked at so far ahead, s."""
+    headings: Annotated[int, msgspec.Meta(ge=8, le=360)] = 60
+    """Headings that are tried, all around."""
+    look_m: Positive = 20.0
+    """Water ahead that should be known to be empty, m; where less is, the vehicle goes slowly."""
+    reached_m: Positive = 10.0
+    """A way-point counts as reached at this distance, m; with less than its turning circle a vehicle may circle it."""
+    stale_s: Seconds = 1.0
+    """A list older than this counts as one that is not valid, s."""
+    not_valid: Literal["slow", "climb", "turn"] = "climb"
+    """What happens while the list is not valid. Always: slow, and clear of what was last listed. After
+    `not_valid_after_s` as well: climb to `climb_to_m`, or turn back to where the vehicle came from."""
+    not_valid_after_s: NonNegativeSeconds = 3.0
+    """s."""
+    climb_to_m: Down = 5.0
+    """Down coordinate that it climbs to, m."""
+
+    def __post_init__(self) -> None:
+        if self.slow_m_s > self.cruise_m_s:
+            raise ValueError("slow_m_s: must not be above cruise_m_s")
+        if not self.certain_s < self.expected_s <= self.horizon_s:
+            raise ValueError("expected_s: must be above certain_s, and not above horizon_s")
+
+    @property
+    def turn_rate_rad_s(self) -> float:
+        """rad/s."""
+        return math.radians(self.turn_rate_deg_s)

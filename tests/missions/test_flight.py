@@ -1,0 +1,94 @@
+"""One mission in the loop: what the referee sees, and arms in the same world."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from ods.missions.flight import Flight
+from ods.missions.settings import Arm, Campaign, WorldSettings
+from ods.missions.watch import Told
+from ods.missions.world import World
+from ods.offline.mission import MissionSettings
+from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.steered import VehicleSettings
+
+WORLD = WorldSettings(length_m=80.0, width_m=40.0, obstacles_per_hectare=0.0, current_m_s=0.0)
+
+
+def flight(
+    arm: Arm, *obstacles: tuple[float, float, float], moving: tuple[float, float] = (0.0, 0.0), **more: Any
+) -> Flight:
+    """Return a mission among obstacles (north, east, radius)."""
+    campaign = Campaign(seed=1, world=WORLD, **more)
+    return Flight(campaign, 0, arm, find_sonar("seabat6012"), MissionSettings(), world_of(*obstacles, moving=moving))
+
+
+def world_of(*obstacles: tuple[float, float, float], moving: tuple[float, float] = (0.0, 0.0)) -> World:
+    rows = np.array(obstacles, np.float64).reshape(-1, 3)
+    return World(WORLD, rows[:, :2], np.tile(moving, (len(rows), 1)), rows[:, 2], (0.0, 0.0), 5)
+
+
+def test_without_avoidance_it_collides_where_the_obstacle_is() -> None:
+    flown = flight("none", (50.0, 0.5, 2.0))
+    outcome = flown.fly()
+    assert outcome.ending == "collision"
+    assert not outcome.near_miss
+    edge = 50.0 - math.sqrt((2.0 + 0.5) ** 2 - 0.5**2)
+    assert flown.vehicle.way[-1].north_m == pytest.approx(edge, abs=0.3)
+    assert outcome.clearance_m is not None
+    assert -0.3 < outcome.clearance_m < 0.0
+    assert outcome.path_m == pytest.approx(edge, abs=0.3)
+
+
+def test_a_near_miss_is_no_collision_and_what_moves_may_hit() -> None:
+    assert flight("none", (50.0, 3.0, 2.0)).fly().near_miss
+    assert flight("none", (50.0, 3.0, 2.0)).fly().ending == "success"
+    assert flight("none", (40.0, -10.0, 1.0), moving=(0.0, 0.45)).fly().ending == "collision"
+
+
+def test_in_open_water_it_arrives_without_evasion() -> None:
+    outcome = flight("truth").fly()
+    assert (outcome.ending, outcome.evasions, outcome.clearance_m) == ("success", 0, None)
+    assert outcome.path_m == pytest.approx(70.0, abs=0.5)
+
+
+def test_with_the_truth_as_list_it_keeps_its_distance() -> None:
+    outcome = flight("truth", (50.0, 0.5, 2.0)).fly()
+    assert (outcome.ending, outcome.evasions_of_nothing) == ("success", 0)
+    assert outcome.clearance_m is not None
+    assert outcome.clearance_m > 2.0
+    assert outcome.evasions > 0
+
+
+def test_it_gives_up_in_time() -> None:
+    outcome = flight("none", longest=1.0, vehicle=VehicleSettings(most_m_s=1.5)).fly()
+    assert outcome.ending == "time-out"
+    assert outcome.time_s == pytest.approx(40.0, abs=0.2)
+
+
+def test_an_evasion_of_nothing_is_told_from_others() -> None:
+    """It is told of an obstacle where there is none, and of the one that there is."""
+    there = (60.0, 0.5, 1.0)
+    flown = flight("truth", there)
+    assert flown.fly().evasions_of_nothing == 0
+    deceived = flight("ods", (60.0, 30.0, 1.0))
+    deceived._watch = Told(world_of((50.0, 0.5, 2.0)), 100.0)
+    outcome = deceived.fly()
+    assert outcome.evasions == outcome.evasions_of_nothing > 0
+
+
+@pytest.mark.slow
+def test_with_the_list_of_pipeline_and_tracker_it_passes_what_it_would_hit() -> None:
+    """The obstacle is found where it is, the start is not valid, and the same again is the same."""
+    flown = flight("ods", (50.0, 0.5, 2.0))
+    for ping in range(90):
+        flown.step(ping)
+    assert flown.heard is not None
+    (found,) = flown.heard.list.obstacles
+    assert math.dist(found.position_ned[:2], (50.0, 0.5)) < 1.0
+    outcome = flight("ods", (50.0, 0.5, 2.0)).fly()
+    assert (outcome.ending, outcome.near_miss, outcome.evasions_of_nothing) == ("success", False, 0)
+    assert 0.0 < outcome.not_valid_s < 3.0
+    assert flight("ods", (50.0, 0.5, 2.0)).fly() == outcome
