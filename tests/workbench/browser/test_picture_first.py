@@ -48,7 +48,6 @@ def test_f_gives_the_picture_the_window_and_back(window: webdriver.Chrome, size:
     until(lambda: window.execute_script(SHARE) > 1.3 * small)
     assert window.execute_script(BOTTOM) <= 0
     assert window.execute_script(TOOLS) < 60  # one row
-    window.save_screenshot(f"/tmp/wb_{size[0]}.png")
     ActionChains(window).send_keys("f").perform()
     until(lambda: window.execute_script(SHARE) == pytest.approx(small, abs=0.01))
 
