@@ -60,6 +60,8 @@ class View(Settings, frozen=True):
     """Upper end."""
     attention: bool = False
     """Ranges that this ping skips are dimmed."""
+    large: bool = False
+    """Pictures have the window; stages and charts are folded away."""
     pinned_beam: int | None = None
     """Whose range profile is shown, however the mouse moves."""
     marked_obstacle: int | None = None

@@ -1,6 +1,7 @@
 """Menu 1, image processing: the chain and its sliders beside what they do to a ping, at once."""
 
 from functools import partial
+from typing import get_args, get_type_hints
 
 import numpy as np
 from nicegui import ui
@@ -11,7 +12,7 @@ from nicegui.events import KeyEventArguments
 from ods.workbench.engine.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
-from ods.workbench.model.state import State
+from ods.workbench.model.state import State, View
 from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
 from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
@@ -24,9 +25,17 @@ from ods.workbench.web.frames import FrameBoard
 
 KEYS = (
     ("drag", "in a profile or histogram: a level of the detector"),
+    ("F", "image processing: pictures fill the window, and back"),
     ("space", "image processing: play, and stop"),
     ("arrows, with Shift", "image processing: a ping back or on, ten"),
 )
+PALETTES = get_args(get_type_hints(View)["palette"])
+PICTURES = "processing-pictures"
+"""Id of their row, which goes full screen."""
+HEIGHT = "42vh"
+"""Of a picture with charts below it."""
+WINDOW = "calc(100vh - 7rem)"
+"""Height below the header."""
 BLINK_S = 0.6
 BUSY_S = 0.25
 """A picture that is older is dimmed."""
@@ -53,21 +62,16 @@ class _Page:
         self._waits: Answer | None = None
         self._work = Work(session, self)
         with ui.row().classes("w-full no-wrap items-start gap-3") as self._root:
-            with (
-                ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto").style("max-height: calc(100vh - 7rem)")
-            ):
+            self._column = ui.column().classes("w-[27rem] shrink-0 gap-1 overflow-y-auto")
+            with self._column.style(f"max-height: {WINDOW}"):
                 self._stages = StageList(session)
-            with ui.column().classes("grow min-w-0 gap-1"):
+            with ui.column().classes("grow min-w-0 gap-1 flex-nowrap") as self._right:
                 self._build_tools()
                 self._build_pictures()
                 self._timeline = Timeline(session, lambda: self._work.answered == self._work.asked, self._hold)
                 ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
-                with ui.row().classes("w-full no-wrap items-start gap-3"):
-                    with ui.column().classes("w-1/2 min-w-0 gap-0"):
-                        self._profile = Profile(self._drag_level)
-                    with ui.column().classes("w-1/2 min-w-0 gap-0"):
-                        self._histogram = Histogram(self._drag_level)
-                self._cost = CostBars()
+                with ui.column().classes("w-full gap-1") as self._charts:
+                    self._build_charts()
         panel.bind_visibility_to(self._work, "visible")
         ui.context.client.on_delete(self._work.close)
         ui.timer(0.1, self._mark_busy)
@@ -80,9 +84,9 @@ class _Page:
     def _build_tools(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-56").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-40").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-56").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-40").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
@@ -90,9 +94,27 @@ class _Page:
             self._attention.props("dense").tooltip("dims the ranges that this ping skips")
             ui.label("colours, dB").classes("text-xs opacity-80 ml-2")
             self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
-            self._scale.props("dense label").classes("w-40").tooltip("colour scale, dB over the image's median")
+            self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
+            self._build_size()
             ui.space()
             self._build_comparison()
+
+    def _build_size(self) -> None:
+        ui.select(list(PALETTES), on_change=lambda event: self._view("palette", event.value)).props(
+            "dense options-dense borderless"
+        ).bind_value_from(self, "palette").tooltip("colours of all images").mark("palette")
+        self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
+        self._large.tooltip("pictures fill the window (F)").mark("large")
+        whole = ui.button(icon="fullscreen").props("dense flat").tooltip("full screen").mark("full screen")
+        whole.on("click", js_handler=f"() => document.getElementById('{PICTURES}').requestFullscreen()")
+
+    def _build_charts(self) -> None:
+        with ui.row().classes("w-full no-wrap items-start gap-3"):
+            with ui.column().classes("w-1/2 min-w-0 gap-0"):
+                self._profile = Profile(self._drag_level)
+            with ui.column().classes("w-1/2 min-w-0 gap-0"):
+                self._histogram = Histogram(self._drag_level)
+        self._cost = CostBars()
 
     def _build_comparison(self) -> None:
         button = "dense flat no-caps"
@@ -108,9 +130,10 @@ class _Page:
 
     def _build_pictures(self) -> None:
         self._complaint = ui.label().classes("text-negative text-sm").mark("trouble")
-        with ui.row().classes("w-full no-wrap gap-2"):
-            self._main = FanView(self._session, self._board, MAIN, height="42vh").classes("grow min-w-0")
-            self._second = FanView(self._session, self._board, BESIDE, height="42vh").classes("grow min-w-0")
+        ui.add_css(f"#{PICTURES}:fullscreen > * {{ height: 100% !important; }}")  # after the picture's own style
+        with ui.row().classes("w-full no-wrap gap-2 grow min-h-0").props(f"id={PICTURES}"):
+            self._main = FanView(self._session, self._board, MAIN, height=HEIGHT).classes("grow min-w-0")
+            self._second = FanView(self._session, self._board, BESIDE, height=HEIGHT).classes("grow min-w-0")
         for view in (self._main, self._second):
             view.on_hover(self._hover)
             view.on_pick(self._pick)
@@ -121,6 +144,14 @@ class _Page:
     def presentation(self) -> str:
         """Of the session; the toggle shows it."""
         return self._session.state.view.presentation
+
+    @property
+    def palette(self) -> str:
+        """Of the session; the choice shows it."""
+        return self._session.state.view.palette
+
+    def _toggle_large(self) -> None:
+        self._view("large", not self._session.state.view.large)
 
     def _view(self, name: str, value: object) -> None:
         if value is not None and getattr(self._session.state.view, name) != value:
@@ -142,6 +173,8 @@ class _Page:
     def _pressed(self, event: KeyEventArguments) -> None:
         if event.action.keydown and self._work.visible:
             self._timeline.press(event)
+            if event.key.name.lower() == "f" and not (event.modifiers.ctrl or event.modifiers.meta):
+                self._toggle_large()
 
     def _hold(self, held: bool) -> None:
         self._work.hold(held)
@@ -261,6 +294,12 @@ class _Page:
         _offer(self._beside, {NOTHING: "nothing", **options}, compared)
         self._beside.set_enabled(not compares(state))
         self._attention.set_value(view.attention)
+        self._column.set_visibility(not view.large)
+        self._charts.set_visibility(not view.large)
+        for picture in (self._main, self._second):
+            picture.style(f"height: {'100%' if view.large else HEIGHT}")
+        self._right.style(f"height: {WINDOW if view.large else 'auto'}")
+        self._large.set_icon("close_fullscreen" if view.large else "open_in_full")
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
         self._comparison.set_value(view.comparison)
         for widget in (self._swap, self._drop, self._comparison):

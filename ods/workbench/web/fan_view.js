@@ -21,6 +21,7 @@ const KINDS = {
 };
 const DIM = 0.35; // of what attention skips
 const MARGIN = { left: 14, right: 74, top: 26, bottom: 24 };
+const TURN_GAIN = 1.5; // a narrow fan lies on its side where it is larger by this at least
 const RULER = 30; // of the button in the corner
 const DEG = 180 / Math.PI;
 
@@ -152,6 +153,12 @@ function coloursOf(palette, scale, shown) {
   return table; // 512: transparent
 }
 
+// Of a fan seen with its axis to the right instead of up; starboard is below then.
+const turned = ({ x0, x1, y0, y1 }) => ({ x0: y0, x1: y1, y0: -x1, y1: -x0 });
+
+// Pixels that a metre has where all of an extent is to be seen.
+const fitOf = ({ x0, x1, y0, y1 }, box) => Math.min(box.width / (x1 - x0), box.height / (y1 - y0));
+
 // Where places of the image are on the canvas: `box` is the part of the canvas that the image may fill.
 class Projection {
   constructor(geometry, presentation, box, zoom) {
@@ -165,17 +172,22 @@ class Projection {
       const ahead = arc.map((bearing) => far_m * Math.cos(bearing));
       extent = { x0: Math.min(0, ...across), x1: Math.max(0, ...across), y0: Math.min(0, ...ahead), y1: Math.max(0, ...ahead) };
     }
+    if (this.isFan && fitOf(turned(extent), box) > TURN_GAIN * fitOf(extent, box)) {
+      this.isTurned = true;
+      extent = turned(extent);
+    }
     this.scaleX = box.width / (extent.x1 - extent.x0);
     this.scaleY = box.height / (extent.y1 - extent.y0);
-    if (this.isFan) this.scaleX = this.scaleY = 0.97 * Math.min(this.scaleX, this.scaleY);
+    if (this.isFan) this.scaleX = this.scaleY = 0.97 * fitOf(extent, box);
     this.scaleX *= zoom.factor;
     this.scaleY *= zoom.factor;
     this.x = 0.5 * (extent.x0 + extent.x1) + zoom.x / this.scaleX;
     this.y = 0.5 * (extent.y0 + extent.y1) + zoom.y / this.scaleY;
   }
   toCanvas(range_m, bearing) {
-    const x = this.isFan ? range_m * Math.sin(bearing) : bearing * DEG;
-    const y = this.isFan ? range_m * Math.cos(bearing) : range_m;
+    const across = this.isFan ? range_m * Math.sin(bearing) : bearing * DEG;
+    const ahead = this.isFan ? range_m * Math.cos(bearing) : range_m;
+    const [x, y] = this.isTurned ? [ahead, -across] : [across, ahead];
     const { box } = this;
     return [box.x + 0.5 * box.width + (x - this.x) * this.scaleX, box.y + 0.5 * box.height - (y - this.y) * this.scaleY];
   }
@@ -183,7 +195,8 @@ class Projection {
     const { box } = this;
     const x = this.x + (canvasX - box.x - 0.5 * box.width) / this.scaleX;
     const y = this.y - (canvasY - box.y - 0.5 * box.height) / this.scaleY;
-    return this.isFan ? [Math.hypot(x, y), Math.atan2(x, y)] : [y, x / DEG];
+    if (!this.isFan) return [y, x / DEG];
+    return [Math.hypot(x, y), this.isTurned ? Math.atan2(-y, x) : Math.atan2(x, y)];
   }
   // Cell under each pixel of the box; `beams * cells` where there is none.
   table() {
@@ -304,8 +317,11 @@ export default {
     // A cell is a pixel long at least, so that every cell is drawn.
     wantedCells() {
       const { height, width } = this.box();
-      const longest = this.presentation === "fan" ? Math.min(height, 1.2 * width) : height;
+      const longest = this.presentation === "fan" ? Math.max(Math.min(height, 1.2 * width), this.turnedLength()) : height;
       return Math.max(64, Math.min(4096, Math.floor(longest * this.zoom.factor)));
+    },
+    turnedLength() {
+      return this.projected?.projection.isTurned ? this.box().width : 0;
     },
     show(frame) {
       const { bearing_rad, range0_m, dr_m, pool, beams, cells, samples } = frame;
