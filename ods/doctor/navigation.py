@@ -48,6 +48,8 @@ def files(settings: OnboardConfig) -> Iterator[Finding]:
         return
     expected = ", ".join(f"{name} ({what})" for name, what in sorted(source.expects().items()))
     yield Finding("good", subject, f"waits for {expected}")
+    for doubt in source.doubts():
+        yield Finding("wrong", subject, doubt)
 
 
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:

@@ -55,6 +55,10 @@ class PoseSource(ABC, Generic[ItemT]):
     def expects(self) -> dict[str, str]:
         """Return what must come for a pose, by the name that `name_of` gives it, with a word on what it carries."""
 
+    def doubts(self) -> list[str]:
+        """Say what is unlikely of its files and settings, before anything came."""
+        return []
+
     @abstractmethod
     def name_of(self, item: ItemT) -> str:
         """Return what people call the item: its CAN identifier, its sentence."""

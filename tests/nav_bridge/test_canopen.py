@@ -2,7 +2,9 @@
 
 import itertools
 import math
+import re
 import struct
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ from ods.base.clock import NS
 from ods.base.geometry import euler_from_quat, quat_from_euler
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.object_map import object_map
-from ods.nav_bridge.canopen.pdo_layout import load_pdo_set
+from ods.nav_bridge.canopen.pdo_layout import ODD_BYTES, PdoLayout, load_pdo_set
 from ods.nav_bridge.settings import POSE_OBJECTS
 from ods.nav_bridge.utc import WallClock
 from ods.runtime.pose_buffer import PoseBuffer
@@ -315,13 +317,81 @@ EDS_TEXT = EDS.read_text()
 OBJECTS = object_map(POSE_OBJECTS)
 
 
+def fields_of(tmp_path: Path, text: str) -> list[tuple[int, tuple[str, ...]]]:
+    """Return COB-ID and fields of the PDOs of an EDS."""
+    file = tmp_path / "made.eds"
+    file.write_text(text, encoding="utf-8-sig")
+    return [(layout.cob_id, layout.fields) for layout in load_pdo_set(file, 5, OBJECTS).layouts]
+
+
+def compact(text: str) -> str:
+    """Return an EDS whose mapping records are in compact form."""
+    sections = re.split(r"(?m)^(?=\[)", text)
+    mapped = {
+        index: re.findall(rf"(?ms)^\[{index}sub[1-9A-F]\].*?DefaultValue=(\S+)", text)
+        for index in sorted(set(re.findall(r"(?m)^\[(1A\w\w)\]", text)))
+    }
+    kept = [section for section in sections if not re.match(r"\[1A", section)]
+    for index, values in mapped.items():
+        kept.append(
+            f"[{index}]\nParameterName=m\nObjectType=8\nDataType=0x0007\nAccessType=rw\nCompactSubObj={len(values)}\n"
+        )
+        entries = "".join(f"{n}={value}\n" for n, value in enumerate(values, 1))
+        kept.append(f"[{index}Value]\nNrOfEntries={len(values)}\n{entries}")
+    return "".join(kept)
+
+
+@pytest.mark.parametrize(
+    "written",
+    [
+        lambda text: re.sub(r"(?m)^(DataType|ObjectType|SubNumber)=0x0*([0-7])$", r"\1=00\2", text),
+        lambda text: re.sub(r"(?m)^PDOMapping=.*$", "PDOMapping=", text),
+        lambda text: re.sub(r"(?m)^\[(\w{4})sub(\w+)\]$", r"[\1SUB\2]", text),
+        lambda text: re.sub(r"(?m)^DefaultValue", "defaultvalue", text),
+        lambda text: re.sub(r"(?m)^DefaultValue=\$NODEID\+(\S+)$", r"DefaultValue=\1 + $NodeId", text),
+        lambda text: text + "\n[5F00]\nObjectType=0x7\nDataType=what\n[5F01sub1]\nDataType=0x7\n[Comments]\nLines=x\n",
+        lambda text: text + "\n[5F00]\nDataType=0x7\nDefaultValue=nothing\nLowLimit=-\n[5F00]\nDataType=0x7\n",
+        lambda text: text + "\n[1806]\nObjectType=9\n[1806sub0]\nDataType=5\nDefaultValue=2\n[1A06]\nObjectType=9\n"
+        "[1A06sub0]\nDataType=5\nDefaultValue=0\n[1A06sub1]\nDataType=7\nDefaultValue=0x20110110\n",
+        compact,
+    ],
+    ids=["octal", "empty", "SUB", "keys", "node id last", "what is not used", "twice", "mapping off", "compact"],
+)  # fmt: skip
+def test_an_eds_is_read_however_a_tool_writes_it(tmp_path: Path, written: Callable[[str], str]) -> None:
+    assert written(EDS_TEXT) != EDS_TEXT
+    assert fields_of(tmp_path, written(EDS_TEXT)) == fields_of(tmp_path, EDS_TEXT)
+
+
+@pytest.mark.parametrize("bits", [24, 40, 48, 56])
+@pytest.mark.parametrize("signed", [True, False])
+def test_numbers_of_an_odd_count_of_bytes_are_read(bits: int, signed: bool) -> None:
+    kind = {24: 0x10, 40: 0x12, 48: 0x13, 56: 0x14}[bits] + (0 if signed else 6)
+    size, sign = ODD_BYTES[kind]
+    assert (size, sign) == (bits // 8, signed)
+    layout = PdoLayout(0, 0x185, struct.Struct(f"<1x{size}sB"), ("north", "sequence"), (0.5, 1), ((0, signed),))
+    for number in (0, 1, 12345, (1 << (bits - signed)) - 1, *((-1, -(1 << (bits - 1))) if signed else ())):
+        data = b"\xff" + number.to_bytes(size, "little", signed=signed) + b"\x07"
+        assert layout.decode(data) == {"north": 0.5 * number, "sequence": 7}
+
+
+def test_a_restricted_cob_id_is_named_before_anything_came(tmp_path: Path) -> None:
+    file = tmp_path / "bare.eds"
+    file.write_text(EDS_TEXT.replace("DefaultValue=$NODEID+0x180", "DefaultValue=0x180"))
+    assert Bench().source.doubts() == []
+    bench = Bench(file)
+    assert bench.source.doubts() == [
+        "0x180: CiA 301 keeps such COB-IDs for other services: is $NODEID missing in the EDS?"
+    ]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
         ("", "", "INI"),
         ("DefaultValue=0x20000008", "DefaultValue=0x20FF0008", "sequence"),
         ("DefaultValue=0x20110110", "DefaultValue=0x20110120", "does not fit 32 bits"),
-        ("DefaultValue=0x20110110", "DefaultValue=0x20110104", "whole bytes"),
+        ("DefaultValue=0x20110110", "DefaultValue=0x20110104", "does not fit 4 bits"),
+        ("DefaultValue=0x20110110", "DefaultValue=0x30000004", "0x2011:2 is mapped behind 4 bits, not whole bytes"),
         ("DefaultValue=0x20020030", "DefaultValue=0x20020020", "time of day"),
         ("DefaultValue=0x20010008", "DefaultValue=0x20010040", "0x2001"),
         ("[2011sub2]", "[3011sub2]", ""),
@@ -333,9 +403,9 @@ OBJECTS = object_map(POSE_OBJECTS)
         ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x20000480", "no transmit PDO carries 0x2011:1 (roll)"),
         ("DefaultValue=$NODEID+0x480\n", "", "0x1803:1"),
         ("DefaultValue=$NODEID+0x480", "DefaultValue=$NODEID+0x380", "the same COB-ID"),
-        ("Dummy0002=0\n", "", "not a usable EDS"),
-        ("[2000]", "[2001]", "not a usable EDS"),
-        ("[2011]", "[2011Name]\nNrOfEntries=\n 1000000000\n[2011]", "more than 254 entries"),
+        ("[2000]", "[2001]", "object 0x2000 is missing"),
+        ("[2011]", "[2011]\nCompactSubObj=1000000000", "254 are the most"),
+        ("[2000]", "[2000]\n[", "not a usable EDS"),
     ],
 )
 def test_an_eds_that_does_not_fit_is_one_line_that_says_so(tmp_path: Path, old: str, new: str, said: str) -> None:

@@ -1,16 +1,13 @@
 """EDS and DCF files, whoever wrote them: read with canopen, every failure one line."""
 
 import io
-from configparser import RawConfigParser
 from pathlib import Path
 
 from canopen import ObjectDictionary, import_od
 
 from ods.base.errors import OdsError, one_line
+from ods.nav_bridge.canopen.eds_text import canonical
 from ods.nav_bridge.encoding import read_text
-
-MOST_ENTRIES = 254
-"""Of an array (CiA 301): canopen goes through as many as a file tells of, be they a thousand million."""
 
 
 class EdsError(OdsError):
@@ -23,23 +20,12 @@ def read_dictionary(eds: Path, node_id: int, key: str) -> ObjectDictionary:
         text = read_text(eds, "latin-1")
     except OSError as error:
         raise EdsError(f"{eds}: {key}: {error.strerror}") from error
-    source = io.StringIO(text)
-    source.name = str(eds)  # canopen tells the format by the name
     try:
-        _refuse_long_arrays(text)
+        source = io.StringIO(canonical(text, node_id))
+        source.name = str(eds)  # canopen tells the format by the name
         return import_od(source, node_id)
     except Exception as error:  # canopen lets through whatever a malformed file runs into
         raise EdsError(f"{eds}: {key}: not a usable EDS: {one_line(repr(error))}") from error
-
-
-def _refuse_long_arrays(text: str) -> None:
-    """Raise ValueError, or configparser.Error; reads the file as canopen does."""
-    parser = RawConfigParser(inline_comment_prefixes=(";",))
-    parser.optionxform = str  # type: ignore[assignment,method-assign]
-    parser.read_string(text)
-    for section in parser.sections():
-        if int(parser.get(section, "NrOfEntries", fallback="0")) > MOST_ENTRIES:
-            raise ValueError(f"[{section}] tells of more than {MOST_ENTRIES} entries")
 
 
 def number_of(dictionary: ObjectDictionary, index: int, subindex: int) -> int:

@@ -26,12 +26,27 @@ STRUCT_CODES: dict[int, str] = {
     datatypes.REAL64: "d",
 }
 UNSIGNED_CODES = frozenset("BHIQ")
+ODD_BYTES: dict[int, tuple[int, bool]] = {
+    datatypes.INTEGER24: (3, True),
+    datatypes.INTEGER40: (5, True),
+    datatypes.INTEGER48: (6, True),
+    datatypes.INTEGER56: (7, True),
+    datatypes.UNSIGNED24: (3, False),
+    datatypes.UNSIGNED40: (5, False),
+    datatypes.UNSIGNED48: (6, False),
+    datatypes.UNSIGNED56: (7, False),
+}
+"""Bytes of the numbers that `struct` does not know, and whether they have a sign."""
 TIME_OF_DAY_BITS = 48
 FIRST_TPDO, FIRST_MAPPING, TPDO_COUNT = 0x1800, 0x1A00, 512
 NOT_VALID = 1 << 31
 EXTENDED_ID = 1 << 29
 COB_ID_MASK = 0x7FF
 MAX_MAPPED = 64
+RESTRICTED = (
+    (0x000, 0x07F), (0x101, 0x180), (0x581, 0x5FF), (0x601, 0x67F), (0x6E0, 0x6FF), (0x701, 0x7FF),
+)  # fmt: skip
+"""COB-IDs that are no PDO's (CiA 301), from and to."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,13 @@ class PdoLayout:
     packed: struct.Struct
     fields: tuple[str, ...]
     factors: tuple[float, ...]
+    odd: tuple[tuple[int, bool], ...] = ()
+    """Of the fields that are bytes, in `ODD_BYTES`: position, and whether they have a sign."""
+
+    @property
+    def restricted(self) -> bool:
+        """Its COB-ID is none that a PDO may have."""
+        return any(first <= self.cob_id <= last for first, last in RESTRICTED)
 
     @property
     def size(self) -> int:
@@ -56,6 +78,11 @@ class PdoLayout:
         The time of day is `time_ms` (raw, with its reserved bits) and `time_days`.
         """
         raw = self.packed.unpack_from(data)
+        if self.odd:
+            numbers = list(raw)
+            for position, signed in self.odd:
+                numbers[position] = int.from_bytes(raw[position], "little", signed=signed)
+            raw = tuple(numbers)
         return {name: value * factor for name, value, factor in zip(self.fields, raw, self.factors, strict=True)}
 
 
@@ -80,6 +107,8 @@ class _Entry(NamedTuple):
     code: str
     fields: tuple[str, ...] = ()
     factors: tuple[float, ...] = ()
+    signed: bool | None = None
+    """Of a number of an odd count of bytes."""
 
 
 def load_pdo_set(eds: Path, node_id: int, objects: Mapping[Where, MappedObject]) -> PdoSet:
@@ -121,13 +150,19 @@ def _layouts(
         if packed.size > MAX_DATA_BYTES:
             raise ValueError(f"TPDO {number + 1} maps {packed.size} bytes, more than a CAN frame holds")
         factors = tuple(factor for entry in entries for factor in entry.factors)
-        yield PdoLayout(place, cob_id & COB_ID_MASK, packed, fields, factors)
+        signs = [entry.signed for entry in entries for _ in entry.fields]
+        odd = tuple((position, signed) for position, signed in enumerate(signs) if signed is not None)
+        yield PdoLayout(place, cob_id & COB_ID_MASK, packed, fields, factors, odd)
         place += 1
 
 
 def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject]) -> bool:
-    """Tell whether a mapping record, as far as it can be read, maps one of `objects`."""
-    for subindex in range(1, MAX_MAPPED + 1):
+    """Tell whether a mapping record, as far as it counts and can be read, maps one of `objects`."""
+    try:
+        count = number_of(dictionary, index, 0)
+    except ValueError:
+        count = MAX_MAPPED
+    for subindex in range(1, min(count, MAX_MAPPED) + 1):
         try:
             mapped = number_of(dictionary, index, subindex)
         except ValueError:
@@ -140,18 +175,22 @@ def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Wher
 def _entries(
     dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject], carried: set[Where]
 ) -> Iterator[_Entry]:
-    """Yield one mapping record; what is no pose field is skipped bytes."""
+    """Yield one mapping record; what is no pose field is skipped, be it single bits."""
+    skipped = 0
     for subindex in range(1, number_of(dictionary, index, 0) + 1):
         mapped = number_of(dictionary, index, subindex)
         where, bits = (mapped >> 16, mapped >> 8 & 0xFF), mapped & 0xFF
-        if bits % 8:
-            raise ValueError(f"object 0x{where[0]:X}:{where[1]:X} is mapped with {bits} bits, not whole bytes")
         told = objects.get(where)
         if told is None:
-            yield _Entry(f"{bits // 8}x")
+            skipped += bits
             continue
+        if skipped % 8:
+            raise ValueError(f"object {told.name} is mapped behind {skipped} bits, not whole bytes")
+        yield _Entry(f"{skipped // 8}x")
+        skipped = 0
         carried.add(where)
         yield _entry(dictionary.get_variable(*where), told, bits)
+    yield _Entry(f"{-(-skipped // 8)}x")
 
 
 def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry:
@@ -159,11 +198,13 @@ def _entry(variable: ODVariable | None, told: MappedObject, bits: int) -> _Entry
         if bits != TIME_OF_DAY_BITS:
             raise ValueError(f"the time of day is mapped with {bits} bits instead of {TIME_OF_DAY_BITS}")
         return _Entry("IH", ("time_ms", "time_days"), (1, 1))
-    code = STRUCT_CODES.get(variable.data_type or 0) if variable is not None else None
+    kind = (variable.data_type or 0) if variable is not None else 0
+    size, signed = ODD_BYTES.get(kind, (0, None))
+    code = f"{size}s" if size else STRUCT_CODES.get(kind)
     if variable is None or code is None or struct.calcsize(code) * 8 != bits:
         raise ValueError(f"object {told.name} is missing, or its type does not fit {bits} bits")
     if told.field not in (SEQUENCE_FIELD, STATUS_FIELD):
-        return _Entry(code, (told.field,), (variable.factor if told.factor is None else told.factor,))
+        return _Entry(code, (told.field,), (variable.factor if told.factor is None else told.factor,), signed)
     if code not in UNSIGNED_CODES:
         raise ValueError(f"object {told.name} ({told.field}) is no unsigned number")
     return _Entry(code, (told.field,), (1,))

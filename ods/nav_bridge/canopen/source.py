@@ -75,6 +75,13 @@ class CanopenSource(CanSource):
             found[HEARTBEAT + self._settings.ins_node_id] = "heartbeat"
         return {str(CanId(number, extended=False)): what for number, what in found.items()}
 
+    def doubts(self) -> list[str]:
+        """Name the COB-IDs that are no PDO's."""
+        cob_ids = [layout.cob_id for layout in self._layouts.values() if layout.restricted]
+        told = ", ".join(str(CanId(number, extended=False)) for number in sorted(cob_ids))
+        asked = "is $NODEID missing in the EDS?"
+        return [f"{told}: CiA 301 keeps such COB-IDs for other services: {asked}"] if cob_ids else []
+
     @property
     def late_ns(self) -> int:
         """How late the newest epoch was."""
