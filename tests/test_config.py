@@ -30,7 +30,7 @@ def test_shipped_configurations_load() -> None:
     [
         ("[site]", "[site]\nlatitud_deg = 1.0", "site.latitud_deg: unknown key"),
         ("[bus]", "[bus]\nrun_dir = 7", "bus.run_dir: expected `str`, got `int`"),
-        ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: expected `float` <= 90.0"),
+        ("latitude_deg = ", "latitude_deg = 900 #", "site.latitude_deg: in degrees, at most 90"),
         ("latitude_deg = ", "latitude_deg = nan #", "site.latitude_deg: must be a finite number, got nan"),
         ("[site]", "[site", "not valid TOML"),
         (

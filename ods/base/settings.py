@@ -54,6 +54,22 @@ def refuse_even(settings: Settings) -> None:
             raise ValueError(f"{field.encode_name}: expected an odd number, got {value}")
 
 
+BOUNDS = {"<=": "at most", ">=": "at least", "<": "less than", ">": "more than"}
+UNITS = {
+    "m_s": "metres a second", "rad_s": "radians a second", "deg_s": "degrees a second", "m": "metres", "s": "seconds",
+    "ms": "milliseconds", "hz": "hertz", "deg": "degrees", "rad": "radians", "db": "decibels", "mb": "megabytes",
+    "bytes": "bytes", "percent": "per cent", "counts": "counts",
+}  # fmt: skip
+"""By the ending of a key."""
+
+
+def _unit_of(key: str) -> str:
+    """Return "in metres, " for a key that ends so; "" where its name has no unit."""
+    name = re.sub(r"(\[[^\]]*\])+$", "", key).rpartition(".")[2]
+    unit = next((unit for ending, unit in UNITS.items() if name.endswith(f"_{ending}")), "")
+    return f"in {unit}, " if unit else ""
+
+
 def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     """Turn what msgspec says of a `kind` into a line that begins with the key.
 
@@ -68,6 +84,9 @@ def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     if chosen:
         told = int(chosen["number"]) if chosen["number"] else chosen["text"]
         message = none_of(told, allowed_names(kind, key))
+    bound = re.fullmatch(r"Expected `(?:int|float)` (>=|<=|>|<) (\S+)", message)
+    if bound:
+        message = f"{_unit_of(key)}{BOUNDS[bound[1]]} {float(bound[2]):g}"
     field = re.search(r"(unknown|required) field `([^`]+)`", message)
     if field:
         missing = field[1] == "required"

@@ -67,6 +67,8 @@ def onboard(folder: Path, source: str) -> dict[str, Any]:
         nav["dbc"]["signals"]["latitude"]["plus"] = {"signal": "SBG_ECAN_MSG_EKF_POS.LATITUDE"}
         nav["dbc"]["held"] = {"SBG_ECAN_MSG_EKF_ALTITUDE": {}}
         nav["dbc"]["valid"][0]["accept"] = [0x30]
+    elif source == "nmea":
+        nav["nmea"]["accept"] = {"estimated": 10.0}
     elif source == "canopen":
         nav["canopen"] |= {name: str(CONFIG / nav["canopen"][name]) for name in ("ins_eds", "node_eds")}
         nav["canopen"]["objects"] = {name: {"field": field} for name, field in POSE_OBJECTS.items()}

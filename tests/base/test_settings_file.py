@@ -8,6 +8,7 @@ from ods.base.geodesy import SiteSettings
 from ods.base.settings import Settings
 from ods.base.settings_file import ConfigError, load, load_table
 from ods.config import OnboardConfig, part_of
+from ods.nav_bridge.settings import NavSettings
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.sonar.settings import SonarFile
 from ods.sonar_link.files.fan_image import FanGeometry
@@ -33,7 +34,7 @@ def test_a_file_of_an_editor_that_marks_its_encoding_is_read(tmp_path: Path) -> 
     [
         ("[other]", "site: missing"),
         ("[site]\nlatitude_deg = 57", "site.longitude_deg: missing"),
-        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0", "site.latitude_deg: expected `float` <= 90.0"),
+        ("[site]\nlatitude_deg = 91\nlongitude_deg = 0", "site.latitude_deg: in degrees, at most 90"),
     ],
 )
 def test_a_wrong_table_is_one_line_with_its_key(tmp_path: Path, text: str, complaint: str) -> None:
@@ -95,3 +96,22 @@ def test_many_numbers_in_a_line_are_no_key(tmp_path: Path) -> None:
     file.write_text(f"bearing_deg = [{', '.join(f'{k}.5' for k in range(300))}]\n")
     with pytest.raises(ConfigError, match="bearing_deg: unknown key"):
         load(file, SceneFile)
+
+
+@pytest.mark.parametrize(
+    ("line", "complaint"),
+    [
+        ("lever_arm_m = [3700.0, 0.0, 0.0]", "nav.lever_arm_m[0]: in metres, at most 100"),
+        ("stale_s = -1", "nav.stale_s: in seconds, more than 0"),
+        ("canopen = { inz = 1 }", "nav.canopen.inz: unknown key (did you mean ins_eds)"),
+        ("nmae = 1", "nav.nmae: unknown key (did you mean nmea)"),
+    ],
+)
+def test_a_number_out_of_bounds_is_said_in_its_unit_and_an_unknown_key_with_what_was_meant(
+    tmp_path: Path, line: str, complaint: str
+) -> None:
+    file = tmp_path / "some.toml"
+    file.write_text(f"[nav]\n{line}\n")
+    with pytest.raises(ConfigError) as refused:
+        load_table(file, "nav", NavSettings)
+    assert str(refused.value) == f"{file}: {complaint}"

@@ -635,7 +635,7 @@ def test_numbers_that_no_signal_has_are_refused(changes: dict[str, object], said
         ("mask = 0x30", "", "mask: give mask, accept or both"),
         ("mask = 0x30", "mask = 0", "nav.dbc.valid[0]: mask: 0 lets everything pass"),
         ("mask = 0x30", "accept = []", "nav.dbc.valid[0]: accept: no value at all would be good"),
-        ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: expected `float` > 0.0"),
+        ("window_s = 0.008", "window_s = 0", "nav.dbc.window_s: in seconds, more than 0"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sine = 1}', "sine: unknown key"),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", sign = 2}', "sign: "),
         ('roll = "SBG_ECAN_MSG_EKF_EULER.ROLL"', 'roll = {signal = "A.B", factor = -1.0}', "factor: must be positive"),
