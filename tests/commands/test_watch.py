@@ -1,14 +1,29 @@
 """What `ods watch` shows: obstacles, and above all what is not right."""
 
+import json
 import math
+import sys
+import threading
+import tomllib
 from io import StringIO
+from pathlib import Path
+from typing import Any
 
 import msgspec
+import pytest
+import tomli_w
+import zmq
 from rich.console import Console
 
+from ods import cli, commands
+from ods.base import clock
 from ods.base.clock import NS
-from ods.commands.watch import screen
+from ods.commands import heard, watch_json
+from ods.commands.heard import Heard
+from ods.commands.watch_screen import screen
 from ods.messages import Clearance, ClosestApproach, Health, Obstacle, ObstacleList, PoseAt, UnseenPart
+from ods.runtime import bus
+from ods.runtime.processes import on_board
 
 NOW = 100 * NS
 SEEN = Obstacle(
@@ -100,3 +115,96 @@ def test_a_loud_bottom_is_told_of_and_a_quiet_one_is_not() -> None:
     assert "objects less than 26 dB over the background may be missing: loud bottom, or high levels" in shown(loud, {})
     assert "bottom" not in shown(msgspec.structs.replace(picture(0.1), heard_from_db=10.9), {})
     assert "bottom" not in shown(picture(0.1), {})
+
+
+def as_json(newest: ObstacleList | None, health: dict[str, Health], hindrance: str = "") -> dict[str, Any]:
+    told = json.loads(watch_json.text(Heard(newest, None, health), NOW, hindrance))
+    assert isinstance(told, dict)
+    return told
+
+
+def test_one_object_says_what_a_program_asks() -> None:
+    told = as_json(picture(0.1), {"sonar": report("sonar", 0.1, ["no ping for 2.0 s"]), "nav": report("nav", 9.0, [])})
+    assert (told["ods"], told["valid"], told["reasons"], told["age_s"]) == (1, True, [], 0.1)
+    assert told["list"]["obstacles"][0]["id"] == 17
+    states = {name: process["state"] for name, process in told["processes"].items()}
+    assert states == {"tracker": "not seen", "pipeline": "not seen", "nav": "silent", "sonar": "ready"}
+    assert told["processes"]["sonar"]["problems"] == ["no ping for 2.0 s"]
+
+
+@pytest.mark.parametrize(
+    ("newest", "reasons"),
+    [
+        (None, ["no obstacle list yet: no socket"]),
+        (picture(3.0), ["no obstacle list for 3.0 s"]),
+        (picture(0.1, False, ["no pose for 2 s"]), ["no pose for 2 s"]),
+    ],
+)
+def test_one_object_says_why_the_list_is_not_valid(newest: ObstacleList | None, reasons: list[str]) -> None:
+    told = as_json(newest, {}, ": no socket")
+    assert (told["valid"], told["reasons"], told["cautions"]) == (False, reasons, [])
+
+
+def configuration(folder: Path) -> str:
+    file = folder / "onboard.toml"
+    data = tomllib.loads((Path(__file__).parents[2] / "config" / "onboard.toml").read_text())
+    file.write_text(tomli_w.dumps(data | {"bus": {"run_dir": str(folder)}}))
+    return str(file)
+
+
+@pytest.mark.parametrize(("valid", "code"), [(True, 0), (False, 1)])
+def test_one_look_ends_when_all_was_heard_and_says_by_its_exit_code_whether_the_list_is_valid(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], valid: bool, code: int
+) -> None:
+    stop = threading.Event()
+    publishing = threading.Thread(target=publish, args=(tmp_path, valid, stop))
+    publishing.start()
+    try:
+        assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == code
+    finally:
+        stop.set()
+        publishing.join()
+    told = json.loads(capsys.readouterr().out)
+    assert told["valid"] is valid
+    assert told["clearance"]["seq"] == 1
+    assert {told["processes"][process.name]["state"] for process in on_board()} == {"ready"}
+
+
+def publish(run_dir: Path, valid: bool, stop: threading.Event) -> None:
+    with zmq.Context() as context:
+        publishers = {process.name: bus.Publisher(context, run_dir, process.name) for process in on_board()}
+        while not stop.wait(0.05):
+            now_ns = clock.monotonic_ns()
+            told = msgspec.structs.replace(picture(0.0, valid, [] if valid else ["no ping"]), t_ns=now_ns)
+            publishers["tracker"].publish("obstacles", told)
+            publishers["tracker"].publish(
+                "clearance", Clearance(1, 9, now_ns, 0, True, [0.0] * 8, [0.0] * 8, [None] * 8)
+            )
+            for name, publisher in publishers.items():
+                publisher.publish(bus.HEALTH, msgspec.structs.replace(report(name, 0.0, []), t_ns=now_ns))
+        for publisher in publishers.values():
+            publisher.close()
+
+
+def test_one_look_at_nothing_is_not_valid(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(heard, "LOOK_S", 0.1)
+    assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == 1
+    assert "has no socket of the tracker" in json.loads(capsys.readouterr().out)["reasons"][0]
+    assert cli.main(["watch", "--once", "--config", configuration(tmp_path)]) == 1
+    assert "no obstacle list yet" in capsys.readouterr().out
+
+
+def test_one_object_needs_no_rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(heard, "LOOK_S", 0.1)
+    monkeypatch.setitem(sys.modules, "rich.console", None)
+    monkeypatch.delitem(sys.modules, "ods.commands.watch_screen")
+    monkeypatch.delattr(commands, "watch_screen")
+    assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == 1
+    assert cli.main(["watch", "--once", "--config", configuration(tmp_path)]) == 2
+
+
+def test_json_without_once_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.main(["watch", "--json", "--config", configuration(tmp_path)]) == 2
+    assert "--json needs --once" in capsys.readouterr().err
