@@ -173,7 +173,9 @@ def test_a_list_is_valid_up_to_a_limit_and_movers_alike_may_be_a_convoy(wrong: W
     assert bool(errors.reasons()) == not_valid
 
 
-@pytest.mark.parametrize("wrong", [Wrong(yaw=math.radians(2.0)), Wrong(scale=0.03), Wrong(latency=0.1)])
+@pytest.mark.parametrize(
+    "wrong", [Wrong(yaw=math.radians(2.0)), Wrong(scale=0.03), Wrong(latency=0.1), Wrong(turn=math.radians(0.1))]
+)
 def test_what_is_wrong_by_a_known_amount_is_in_the_covariance(wrong: Wrong) -> None:
     world = World()
     *_, (snapshot, _, _) = world.pings(wrong, 30.0)

@@ -1,12 +1,12 @@
 """Which one error explains how all objects at rest seem to move, in plain words."""
 
 import math
-from collections.abc import Callable, Mapping
-from types import MappingProxyType
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
+from ods.base.arrays import Floats
 from ods.tracker.common_error.least_squares import Fit, Reduced, fit
 from ods.tracker.common_error.sightings import EAST, LATENCY, NORTH, SCALE, TURN, YAW
 
@@ -52,6 +52,16 @@ class Finding(NamedTuple):
         """Of the only column judged; of several, their length."""
         judged = self.fit.value[: len(self.cause.judged)]
         return float(judged[0]) if len(judged) == 1 else float(np.linalg.norm(judged))
+
+    def offset(self, design: Floats) -> Floats:
+        """Return (k, 2) by how much places are off now, of a (k, 2, columns) design."""
+        columns = (*self.cause.judged, *self.cause.beside)
+        off = [
+            value * design[:, :, column]
+            for column, value in zip(columns, self.fit.value, strict=True)
+            if column in OFFSETS
+        ]
+        return np.sum(off, axis=0) if off else np.zeros(design.shape[:2])
 
     @property
     def sigma(self) -> float:
@@ -112,16 +122,13 @@ FAST_TURN = Cause((TURN,), (NORTH, EAST), math.radians(0.2), FASTEST_TURN, math.
 """By an angle of any size: the angle itself is as a drift."""
 SLOW_TURN = Cause((TURN,), (YAW,), math.radians(0.05), FASTEST_TURN, math.radians(0.5), _turn)
 """By a small angle, which itself is as an error of the yaw."""
-STEADY: Mapping[int, Cause] = MappingProxyType(
-    {
-        YAW: Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(20.0), _yaw),
-        SCALE: Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale),
-        LATENCY: Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency),
-    }
-)
-"""By these an object's place is off by as much as is known."""
+WRONG_YAW = Cause((YAW,), (), math.radians(0.5), math.radians(5.0), math.radians(20.0), _yaw)
+WRONG_SCALE = Cause((SCALE,), (), 0.005, 0.05, 0.1, _scale)
+LATE_POSES = Cause((LATENCY,), (), 0.02, 0.3, 0.5, _latency)
 FAST = (FAST_TURN, DRIFT)
-SLOW = (SLOW_TURN, DRIFT, *STEADY.values())
+SLOW = (SLOW_TURN, DRIFT, WRONG_YAW, WRONG_SCALE, LATE_POSES)
+OFFSETS = YAW, SCALE, LATENCY
+"""Columns of errors by which a place is off now; of the others only their rates are known."""
 
 
 def explanations(reduced: Reduced, causes: tuple[Cause, ...]) -> list[Finding]:

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from ods.base.clock import NS
-from ods.tracker.common_error.causes import FAST, SLOW, STEADY, Finding, explanations
+from ods.tracker.common_error.causes import FAST, SLOW, Finding, explanations
 from ods.tracker.common_error.least_squares import FadingSums
 from ods.tracker.common_error.sightings import Motion, design_of, sightings_of
 from ods.tracker.existence.lifecycle import ACTIVE, STAND_BY
@@ -69,12 +69,11 @@ class CommonErrors:
 
     def widened(self, snapshot: Snapshot) -> Snapshot:
         """Return live objects with what is known to be wrong with their places in their covariance."""
-        steady = [(column, each) for column, cause in STEADY.items() for each in self._findings if each.cause is cause]
-        if not steady or self._vehicle is None or not len(snapshot):
+        if not self._findings or self._vehicle is None or not len(snapshot):
             return snapshot
-        (column, finding), (vehicle, motion) = steady[0], self._vehicle
-        offset = (snapshot.position[:2] - vehicle.position[:2, None]).T
-        wrong = finding.value * design_of(offset, motion)[:, :, column].T
+        vehicle, motion = self._vehicle
+        away = (snapshot.position[:2] - vehicle.position[:2, None]).T
+        wrong = self._findings[0].offset(design_of(away, motion)).T
         wrong = wrong * np.isin(snapshot.state, (ACTIVE, STAND_BY))
         sigma = snapshot.sigma_position.copy()
         sigma[:2] = np.hypot(sigma[:2], wrong)
