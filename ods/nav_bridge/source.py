@@ -49,6 +49,10 @@ class PoseSource(ABC, Generic[ItemT]):
     def __init__(self, nav: NavSettings, now_ns: int) -> None:
         self._stale_ns = round(nav.stale_s * NS)
         self._pose_ns = now_ns
+        self._item_ns = now_ns
+        """When anything came last."""
+        self._worked = False
+        """There was a pose."""
         self._lever_arm = LeverArm(nav.lever_arm_m)
 
     @abstractmethod
@@ -65,10 +69,11 @@ class PoseSource(ABC, Generic[ItemT]):
 
     def take(self, item: ItemT) -> Pose | None:
         """Take one item; return the pose, of the body's origin, that it completes."""
+        self._item_ns = item.t_ns
         pose = self._take(item)
         if pose is None:
             return None
-        self._pose_ns = item.t_ns
+        self._pose_ns, self._worked = item.t_ns, True
         return self._lever_arm.at_origin(pose)
 
     def problems(self, now_ns: int, overload: str = "") -> list[str]:
@@ -77,10 +82,17 @@ class PoseSource(ABC, Generic[ItemT]):
         overload: that the computer is overloaded, which makes all that comes late; or "".
         """
         stale_ns = self.stale_ns(now_ns)
+        if stale_ns and self._fell_silent(now_ns):
+            return [f"no pose for {stale_ns / NS:.1f} s: nothing comes on the line any more"]  # all else follows
         stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
         if stale and self.late_ns:
             stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {overload or HELD_BACK}")
         return stale + self._complaints(now_ns)
+
+    def _fell_silent(self, now_ns: int) -> bool:
+        """Tell whether nothing comes any more of a source that worked until then: it is off, or its line is cut."""
+        worked = self._worked and self._item_ns - self._pose_ns < self._stale_ns
+        return worked and now_ns - self._item_ns > self._stale_ns
 
     def stale_ns(self, now_ns: int) -> int:
         """Return for how long there has been no pose, 0 while that is no problem."""

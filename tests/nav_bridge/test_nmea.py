@@ -414,6 +414,8 @@ def test_what_is_old_not_valid_or_missing_is_said_by_name() -> None:
     ]  # fmt: skip
     source.take(Line(ins.bs(), NS))
     assert source.take(Line(ins.pashr(NS + MS), NS + MS)) is not None
+    assert source.problems(2 * NS + 400 * MS) == ["no pose for 1.4 s: nothing comes on the line any more"]
+    source.take(Line(summed("GPGSV,1,1,00"), 2 * NS + 399 * MS))
     assert source.problems(2 * NS + 400 * MS) == [
         "no pose for 1.4 s",
         "GGA: last came 1.4 s ago, nav.nmea.held.GGA.max_age_s is 0.5",

@@ -184,6 +184,14 @@ def test_problems_of_others_are_passed_on() -> None:
     assert told.reasons(10 * NS, pose_known=True) == ["sonar: not ready", "nav: the INS is silent", "nav: CAN bus off"]
 
 
+def test_an_ins_that_is_gone_is_one_reason() -> None:
+    told = monitor()
+    told.health(health("nav", 10.5, "no pose for 0.6 s: nothing comes on the line any more"))
+    assert told.reasons(round(10.6 * NS), pose_known=True) == [
+        "nav: no pose for 0.6 s: nothing comes on the line any more"
+    ]
+
+
 def test_a_ping_without_a_pose() -> None:
     assert monitor().reasons(10 * NS, pose_known=False) == ["no pose for the time of the ping"]
 

@@ -17,6 +17,8 @@ MOST = 0.5
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
 NO_SIGN = "no sign of life"
+NO_POSE = "no pose for "
+NAV_SAYS = f"nav: {NO_POSE}"
 AWAY_S = 3.0
 """After so long without sight (no ping, most of the image unseen, no pose) there may be other objects in view."""
 
@@ -119,10 +121,12 @@ class InputMonitor:
         return self._causes(found)
 
     def _causes(self, found: list[str]) -> list[str]:
-        """Return the reasons, that the computer is overloaded before them if it is, and not what that alone explains.
+        """Return the reasons, that the computer is overloaded before them if it is, and not what others explain.
 
-        That no ping or pose came stays: it is so, whatever the cause.
+        That no ping or pose came stays: it is so, whatever the cause; of poses, as the nav process says it.
         """
+        if any(reason.startswith(NAV_SAYS) for reason in found):
+            found = [reason for reason in found if not reason.startswith(NO_POSE)]
         overload = self._overload() if found else ""
         if not overload:
             return found
