@@ -29,9 +29,13 @@ def keys(place: inspect.Type, steps: Steps = ()) -> Iterator[tuple[Steps, inspec
             for field in place.fields:
                 yield from keys(field.type, (*steps, field.encode_name))
         case inspect.DictType():
-            yield from keys(place.value_type, (*steps, "any-name"))
+            yield from keys(place.value_type, (*steps, some_name(place)))
         case inspect.ListType() | inspect.VarTupleType():
             yield from keys(place.item_type, (*steps, 0))
+
+
+def some_name(place: inspect.DictType) -> str:
+    return str(place.key_type.values[0]) if isinstance(place.key_type, inspect.LiteralType) else "any-name"
 
 
 def named(steps: Steps) -> str:
@@ -64,3 +68,30 @@ def test_each_wrong_value_is_one_line_with_its_key(tmp_path: Path, kind: type[Se
         if isinstance(place, inspect.StructType):
             assert complaint(file, kind, (*steps, "colour"), "1") == f"{file}: {named(steps)}.colour: unknown key"
     assert len(tried) > 25
+
+
+ENDINGS = {
+    "_m_s": "m/s",
+    "_m": "metres",
+    "_s": "seconds",
+    "_ms": "milliseconds",
+    "_deg": "degrees",
+    "_hz": "Hz",
+    "_db": "dB",
+}
+
+
+@pytest.mark.parametrize("kind", [OnboardConfig, BenchConfig])
+def test_each_number_with_a_unit_is_refused_with_it(tmp_path: Path, kind: type[Settings]) -> None:
+    file, tried = tmp_path / "some.toml", 0
+    for steps, place in keys(inspect.type_info(kind)):
+        names = [step for step in steps if isinstance(step, str)]
+        unit = next((unit for ending, unit in ENDINGS.items() if names and names[-1].endswith(ending)), "")
+        if unit and isinstance(place, inspect.FloatType | inspect.IntType):
+            tried += 1
+            assert complaint(file, kind, steps, "'3 m'").endswith(f"; it is in {unit}"), steps
+            for bound, value in ((place.le, 1e300), (place.lt, 1e300), (place.ge, -1e300), (place.gt, -1e300)):
+                if bound is not None:
+                    said = complaint(file, kind, steps, str(value) if isinstance(place, inspect.FloatType) else "-1")
+                    assert f": in {unit}, " in said, steps
+    assert tried > 10

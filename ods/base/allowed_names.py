@@ -12,22 +12,28 @@ def allowed_names(kind: type, path: str) -> list[Any]:
 
     path: as msgspec writes it, without the `$`: "nav.dbc.valid[0].says", with "[...]" for any key of a dict.
     """
-    places: list[inspect.Type] = list(_plain(inspect.type_info(kind)))
+    return [name for place in types_at(kind, path) for plain in _plain(place) for name in _names(plain)]
+
+
+def types_at(kind: type, path: str) -> list[inspect.Type]:
+    """Return what may stand at `path`, with what is said about it."""
+    places = [inspect.type_info(kind)]
     for name, index in re.findall(r"([^.\[\]]+)|\[([^\]]*)\]", path):
-        places = [inner for place in places for inner in _inside(place, name or f"[{index}]")]
-    return [name for place in places for name in _names(place)]
+        step = name or f"[{index}]"
+        places = [inner for place in places for plain in _plain(place) for inner in _inside(plain, step)]
+    return places
 
 
 def _inside(place: inspect.Type, step: str) -> Iterator[inspect.Type]:
     """Yield what may stand one step further in."""
     if isinstance(place, inspect.StructType):
-        for field in place.fields:
-            if field.encode_name == step:
-                yield from _plain(field.type)
+        yield from (field.type for field in place.fields if field.encode_name == step)
     elif isinstance(place, inspect.ListType | inspect.VarTupleType):
-        yield from _plain(place.item_type)
+        yield place.item_type
+    elif isinstance(place, inspect.TupleType):
+        yield from place.item_types
     elif isinstance(place, inspect.DictType):
-        yield from _plain(place.value_type)
+        yield place.value_type
 
 
 def _plain(place: inspect.Type) -> Iterator[inspect.Type]:
@@ -44,4 +50,5 @@ def _plain(place: inspect.Type) -> Iterator[inspect.Type]:
 def _names(place: inspect.Type) -> list[Any]:
     if isinstance(place, inspect.StructType):
         return [field.encode_name for field in place.fields]
-    return list(place.values) if isinstance(place, inspect.LiteralType) else []
+    names = place.key_type if isinstance(place, inspect.DictType) else place
+    return list(names.values) if isinstance(names, inspect.LiteralType) else []

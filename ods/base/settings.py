@@ -6,7 +6,8 @@ from typing import Annotated, NamedTuple
 import msgspec
 
 from ods.base.allowed_names import allowed_names
-from ods.base.choices import meant, none_of
+from ods.base.choices import nearest, none_of
+from ods.base.units import unit_of
 
 Positive = Annotated[float, msgspec.Meta(gt=0.0)]
 NonNegative = Annotated[float, msgspec.Meta(ge=0.0)]
@@ -37,6 +38,11 @@ def slider(low: float, high: float, *, step: float = 0.0, log: bool = False, uni
     return msgspec.Meta(extra={"slider": Slider(low, high, step, log, unit)})
 
 
+def unit(text: str) -> msgspec.Meta:
+    """Return what to put beside a number's type where neither its key's ending nor a slider has its unit."""
+    return msgspec.Meta(extra={"unit": text})
+
+
 class Settings(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Base of every settings struct: keyword only, immutable, unknown keys are errors.
 
@@ -55,41 +61,47 @@ def refuse_even(settings: Settings) -> None:
 
 
 BOUNDS = {"<=": "at most", ">=": "at least", "<": "less than", ">": "more than"}
-UNITS = {
-    "m_s": "metres a second", "rad_s": "radians a second", "deg_s": "degrees a second", "m": "metres", "s": "seconds",
-    "ms": "milliseconds", "hz": "hertz", "deg": "degrees", "rad": "radians", "db": "decibels", "mb": "megabytes",
-    "bytes": "bytes", "percent": "per cent", "counts": "counts",
-}  # fmt: skip
-"""By the ending of a key."""
-
-
-def _unit_of(key: str) -> str:
-    """Return "in metres, " for a key that ends so; "" where its name has no unit."""
-    name = re.sub(r"(\[[^\]]*\])+$", "", key).rpartition(".")[2]
-    unit = next((unit for ending, unit in UNITS.items() if name.endswith(f"_{ending}")), "")
-    return f"in {unit}, " if unit else ""
 
 
 def complaint_of(error: msgspec.ValidationError, kind: type) -> str:
     """Turn what msgspec says of a `kind` into a line that begins with the key.
 
     "Expected `float`, got `str` - at `$.a.b`" becomes "a.b: expected `float`, got `str`"; names that `kind` does not
-    know, of keys and of choices, come with those that it does.
+    know, of keys and of choices, come with those that it does, and numbers with their unit.
     """
     text = str(error)
-    match = re.fullmatch(r"(.*) - at `\$\.?(.*)`", text, re.DOTALL)
+    match = re.fullmatch(r"(.*) - at (?:`key` in )?`\$\.?(.*)`", text, re.DOTALL)
     message, key = (match[1], match[2]) if match else (text, "")
     message = message.replace(" | null", "").replace("object`", "table`")  # TOML has no null, and tables
     chosen = re.fullmatch(r"Invalid enum value (?:'(?P<text>.*)'|(?P<number>-?\d+))", message, re.DOTALL)
     if chosen:
         told = int(chosen["number"]) if chosen["number"] else chosen["text"]
         message = none_of(told, allowed_names(kind, key))
-    bound = re.fullmatch(r"Expected `(?:int|float)` (>=|<=|>|<) (\S+)", message)
-    if bound:
-        message = f"{_unit_of(key)}{BOUNDS[bound[1]]} {float(bound[2]):g}"
     field = re.search(r"(unknown|required) field `([^`]+)`", message)
     if field:
-        missing = field[1] == "required"
-        message = "missing" if missing else f"unknown key{meant(field[2], allowed_names(kind, key))}"
-        key = f"{key}.{field[2]}" if key else field[2]
+        message = "missing" if field[1] == "required" else f"unknown key{_near_key(kind, key, field[2])}"
+        key = _below(key, field[2])
+    elif message.startswith("Expected `"):
+        message = _expected(message, unit_of(kind, key))
     return f"{key}: {message[:1].lower()}{message[1:]}" if key else message
+
+
+def _below(table: str, key: str) -> str:
+    return f"{table}.{key}" if table else key
+
+
+def _near_key(kind: type, table: str, key: str) -> str:
+    """Return " (did you mean stale_s, in seconds)", "" when no key of the table is near."""
+    near = nearest(key, allowed_names(kind, table))
+    if near is None:
+        return ""
+    unit = unit_of(kind, _below(table, str(near)))
+    return f" (did you mean {near}, in {unit})" if unit else f" (did you mean {near})"
+
+
+def _expected(message: str, unit: str) -> str:
+    """Return what msgspec says of a wrong value with the unit, "", and a bound in words."""
+    bound = re.fullmatch(r"Expected `(?:int|float)` (>=|<=|>|<) (\S+)", message)
+    if bound:
+        return f"{f'in {unit}, ' if unit else ''}{BOUNDS[bound[1]]} {float(bound[2]):.15g}"
+    return f"{message}; it is in {unit}" if unit else message

@@ -9,7 +9,7 @@ import msgspec
 from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import Lever
-from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider
+from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider, unit
 from ods.runtime.port.address import tcp_address
 from ods.runtime.port.udp_port import udp_address
 
@@ -63,7 +63,7 @@ class LimitSettings(Settings, frozen=True):
     """Height above the datum."""
     depth_m: Positive = 12_000.0
     """Depth below the datum."""
-    speed: Positive = 30.0
+    speed: Annotated[Positive, unit("m/s")] = 30.0
     """m/s along each body axis."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
     """Time from the pose's instant to its arrival."""
@@ -299,8 +299,8 @@ class NmeaSettings(Settings, frozen=True):
     """GST; none: `nav.sigma.position_m` holds."""
     altitude: str | None = None
     """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: not told."""
-    accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], NonNegative] = msgspec.field(
-        default_factory=lambda: {"estimated": 10.0}
+    accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
+        msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
     """Places and velocities that are used though no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode E, M and S, and
     an RMC whose navigational status is U; each with what it adds to the standard deviation of the place, m. What is

@@ -32,7 +32,9 @@ OPTIONS = ("nav", "can", "options", ITEM)
 
 
 def numeric_keys(kind: inspect.Type, key: Key = ()) -> Iterator[Key]:
-    if isinstance(kind, inspect.UnionType):
+    if isinstance(kind, inspect.Metadata):
+        yield from numeric_keys(kind.type, key)
+    elif isinstance(kind, inspect.UnionType):
         for choice in kind.types:
             yield from numeric_keys(choice, key)
     elif isinstance(kind, inspect.StructType):

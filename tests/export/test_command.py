@@ -92,7 +92,10 @@ def test_a_configuration_is_read_as_by_all_commands(
     [
         ({}, "the recording does not tell its configuration: name one by --config"),
         ({"config.toml": b"\xff"}, "the recording's configuration: not valid TOML"),
-        ({"config.toml": b"[site]\nlatitude_deg = 100.0\nlongitude_deg = 1.0"}, "site.latitude_deg: expected"),
+        (
+            {"config.toml": b"[site]\nlatitude_deg = 100.0\nlongitude_deg = 1.0"},
+            "site.latitude_deg: in degrees, at most 90",
+        ),
         ({"config.toml": b"[sonar]"}, "site: missing"),
     ],
 )

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import msgspec
 
-from ods.base.settings import NonNegative, Positive, Settings
+from ods.base.settings import NonNegative, Positive, Settings, unit
 
 Degrees90 = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 Level = Annotated[float, msgspec.Meta(le=0.0)]
@@ -41,7 +41,7 @@ class SonarFile(Settings, frozen=True, kw_only=True):
     """Maker and model."""
     frequency_hz: Positive
     """Carrier frequency, Hz."""
-    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] = 1500.0
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
     """m/s."""
     beams_per_plane: Annotated[int, msgspec.Meta(ge=1, le=4096)] = 1
     """Beams of one plane, evenly spaced about straight ahead; not read when bearing_deg is given."""

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import Bytes, Floats, Mask
-from ods.base.settings import NonNegative, Positive, Settings
+from ods.base.settings import NonNegative, Positive, Settings, unit
 from ods.messages import Ping
 from ods.sonar_link.files.avi import AviFrames
 from ods.sonar_link.files.decoder import Decoder
@@ -40,7 +40,7 @@ class FanGeometry(Settings, frozen=True):
     """What brightness stands for."""
     db_per_count: Positive = 80.0 / 255.0
     """Decibels a step of brightness, with scale "db"."""
-    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] = 1500.0
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] = 1500.0
     """m/s."""
 
     def __post_init__(self) -> None:

@@ -4,7 +4,7 @@ from typing import Annotated, Literal
 
 import msgspec
 
-from ods.base.settings import Seconds, Settings
+from ods.base.settings import Seconds, Settings, unit
 from ods.sonar_link.oculus.messages import PING_RATES, SECOND_VERSION, STATUS_PORT, THIRTY_TWO_BIT, Fire, Flags
 
 MODES = {"low": 1, "high": 2}
@@ -24,7 +24,7 @@ class OculusSettings(Settings, frozen=True):
     gamma: Annotated[int, msgspec.Meta(ge=1, le=255)] = 127
     """Samples are sent as amplitudes to the power gamma / 255, and made linear here: 127 gives weak echoes finer steps,
     255 sends them linear."""
-    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0)] | None = None
+    sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | None = None
     """Sound speed, m/s; left out: the sonar computes it from its temperature and `salinity_ppt`."""
     salinity_ppt: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] = 35.0
     """Salinity, parts per thousand: 35 in the open sea, 0 in fresh water."""
