@@ -17,7 +17,7 @@ VALUES = re.compile(r"([0-9A-F]{4})Value", re.IGNORECASE)
 NODE_ID = re.compile(r"\$NODEID", re.IGNORECASE)
 NUMBER = re.compile(r"[+-]?(0[Xx][0-9A-Fa-f]{1,16}|[0-9]{1,20})")
 OCTAL = re.compile(r"0[0-7]+")
-VARIABLE, RECORD = 7, 9
+VARIABLE, ARRAY, RECORD = 7, 8, 9
 SECTION = "[{}]\n{}\n"
 
 Options = dict[str, str]
@@ -76,7 +76,8 @@ def _object(index: int, options: Options, node_id: int, is_parent: bool) -> str:
     name = f"{index:04X}"
     if not is_parent:
         return _variable(name, options, node_id)
-    return SECTION.format(name, f"ParameterName={options.get('parametername', name)}\nObjectType={RECORD}\n")
+    kind = ARRAY if _or(options.get("objecttype", ""), RECORD) == ARRAY else RECORD
+    return SECTION.format(name, f"ParameterName={options.get('parametername', name)}\nObjectType={kind}\n")
 
 
 def _variable(name: str, options: Options, node_id: int) -> str:
