@@ -1,34 +1,38 @@
 """`python -m benchmarks.common_errors`: what is wrong with poses, mounting and sound speed, how soon, and how well.
 
 Simulated images go through the chain once; then the tracker gets their detections with a pose, or ranges, that are
-wrong from 10 s on (a drift) or from the start. Printed is when what was first named, and what at the end. Last, scenes
-of the family with nothing wrong: all that is named there is false.
+wrong from 10 s on (a drift) or from the start. Printed is when what was first named, what at the end, and how many
+places of bodies were beyond three standard deviations in the last 20 s, without and with what is known to be wrong in
+the covariance. Last, scenes of the family with nothing wrong: all that is named there is false.
 """
 
 import math
 import re
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
 import tomli_w
 
 from ods.assess.sea.run import DetectedPing, detected, head_at, images_of, scene_with_seed
+from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.quaternion import product
 from ods.base.shipped import shipped_file
-from ods.messages import Detection
+from ods.messages import Detection, Truth
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.timeline import Scene
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
+from ods.tracker.existence.lifecycle import ACTIVE
 from ods.tracker.measurement.from_detections import received
+from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import TrackerSettings
 from ods.tracker.tracker import Tracker
 
@@ -39,6 +43,9 @@ ERRORS: dict[str, float] = {
 }  # fmt: skip
 NOTHING_WRONG = ("gravel", "kelp", "rocky", "ripples", "slope", "gentle", "school", "wall")
 SURFACE = {"cd": 0.1, "cs": 0.05, "sigma_deg": 15.0}
+LATE_S, NEAR_M, BEYOND = 20, 6.0, 9.0
+"""Places are judged in the last so many seconds, of bodies within so much of an object; square of three sigma."""
+SHAPE_SIGMA = TrackerSettings().planner.shape_sigma
 PosedAt = Callable[[int], PoseEstimate]
 
 
@@ -75,10 +82,23 @@ def wrong(scene: Scene, error: str) -> PosedAt:
     return posed
 
 
-def report(pings: Iterable[DetectedPing], posed: PosedAt, scale: float) -> tuple[dict[str, float], str]:
-    """Return when each error was first named, by its words without numbers, and what was named at the end."""
+class Report(NamedTuple):
+    """What came of one error."""
+
+    first: dict[str, float]
+    """When each was first named, s, by its words without numbers."""
+    last: str
+    """What was named at the end."""
+    beyond: tuple[float, float]
+    """Shares of the places beyond three standard deviations, without and with the known error in the covariance."""
+
+
+def report(pings: Sequence[DetectedPing], posed: PosedAt, scale: float) -> Report:
+    """Track with an error."""
     tracker, errors, first = Tracker(TrackerSettings()), CommonErrors(), dict[str, float]()
-    for _, found, _ in pings:
+    squares: list[tuple[list[float], list[float]]] = []
+    late_ns = pings[-1].found.t_ns - LATE_S * NS
+    for truth, found, _ in pings:
         longer = msgspec.structs.replace(
             found, detections=_scaled(found.detections, scale), faint=_scaled(found.faint, scale)
         )
@@ -86,11 +106,35 @@ def report(pings: Iterable[DetectedPing], posed: PosedAt, scale: float) -> tuple
         scan = received(longer, head, posed, found.utc_ns).scan
         tracker.step(scan)
         yaw_rate = 0.5 * scan.fan_turn * found.sound_speed
-        errors.look(tracker.snapshot(), scan, Motion(head.velocity_ned[:2], yaw_rate))
+        snapshot = tracker.snapshot()
+        errors.look(snapshot, scan, Motion(head.velocity_ned[:2], yaw_rate))
+        if found.t_ns > late_ns:
+            squares.append((_squares(snapshot, truth), _squares(errors.widened(snapshot), truth)))
         for each in errors.problem().split("; or "):
             if each:
                 first.setdefault(re.sub(r"[-+. ]*[0-9][-+.0-9 ]*", " ... ", each), found.t_ns / NS)
-    return first, errors.problem()
+    shares = [_share_beyond(np.concatenate(each)) for each in zip(*squares, strict=True)]
+    return Report(first, errors.problem(), (shares[0], shares[1]))
+
+
+def _share_beyond(squares: Floats) -> float:
+    return float(np.mean(squares > BEYOND)) if squares.size else math.nan
+
+
+def _squares(snapshot: Snapshot, truth: Truth) -> list[float]:
+    """Return the squared errors of bodies' places over their covariance: of the nearest active object, if near."""
+    active = snapshot.take(snapshot.state == ACTIVE)
+    found = []
+    for body in truth.objects:
+        off = active.position[:2] - np.array(body.position_ned[:2])[:, None]
+        if not len(active) or (away := np.hypot(*off)).min() > NEAR_M:
+            continue
+        k = int(away.argmin())
+        shape = (SHAPE_SIGMA * active.radius[k]) ** 2
+        north, east = active.sigma_position[:2, k] ** 2 + shape
+        both = np.array([[north, active.covariance_ne[k]], [active.covariance_ne[k], east]])
+        found.append(float(off[:, k] @ np.linalg.solve(both, off[:, k])))
+    return found
 
 
 def _scaled(detections: list[Detection], scale: float) -> list[Detection]:
@@ -113,9 +157,12 @@ def _show(name: str, file: Path, errors: tuple[str, ...]) -> None:
     scene = scene_with_seed(file, 0)
     pings = list(detected(images_of(scene, find_sonar("seabat6012"), SECONDS), scene, PipelineSettings()))
     for error in errors:
-        first, last = report(pings, wrong(scene, error), ERRORS[error] if "ranges" in error else 0.0)
-        named = "; ".join(f"{at_s:.1f} s: {words}" for words, at_s in first.items())
-        print(f"{name}, {error}: first named at {named or 'no time'}; at the end: {last or 'nothing'}", flush=True)
+        found = report(pings, wrong(scene, error), ERRORS[error] if "ranges" in error else 0.0)
+        named = "; ".join(f"{at_s:.1f} s: {words}" for words, at_s in found.first.items())
+        beyond = "beyond 3 sigma {:.0%} -> {:.0%}".format(*found.beyond)
+        beyond = "no body is near an object" if math.isnan(found.beyond[0]) else beyond
+        said = f"first named at {named or 'no time'}; at the end: {found.last or 'nothing'}"
+        print(f"{name}, {error}: {beyond}; {said}", flush=True)
 
 
 if __name__ == "__main__":
