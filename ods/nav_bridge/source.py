@@ -49,7 +49,7 @@ class PoseSource(ABC, Generic[ItemT]):
 
     def __init__(self, nav: NavSettings, now_ns: int) -> None:
         self._stale_ns = round(nav.stale_s * NS)
-        self._oldest_ns = round(nav.limits.age_s * NS)
+        self._oldest_ns = nav.limits.age_s * NS
         self._pose_ns = now_ns
         self._item_ns = now_ns
         """When anything came last."""
