@@ -24,6 +24,10 @@ from ods.runtime.counters import trouble_names
 from ods.runtime.run_dir import is_locked
 
 PAUSE_S = 0.005
+SILENT, NEVER = "no CAN frame", "has never come"
+"""Of problems: what an INS that is off looks like."""
+NO_NAME = "?"
+"""Of what comes: no sentence."""
 SLOW = 0.9
 """A message that comes less often than this share of the fastest is slow."""
 
@@ -34,8 +38,10 @@ class Heard(NamedTuple):
     items: Counter[str]
     """How often each identifier or sentence came."""
     poses: list[Pose]
+    line: list[str]
+    """Problems of the interface at the end, in plain words."""
     problems: list[str]
-    """Of interface and source at the end, in plain words."""
+    """Those of the source."""
 
 
 def files(settings: OnboardConfig) -> Iterator[Finding]:
@@ -75,9 +81,10 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
         return
     yield from _rates(source, heard.items, _own_rhythm(settings.nav, source), seconds)
     if nav_runs:  # its frames are another node's to us, and it tells of the rest itself
-        heard = heard._replace(problems=[])
+        heard = heard._replace(line=[], problems=[])
         counters["own_id_taken"] = 0
-    yield from _judge(subject, heard, counters, seconds, settings.pose.max_extrapolation_s)
+    instants = _fastest(source, heard.items, _own_rhythm(settings.nav, source))
+    yield from _judge(subject, heard, counters, instants, seconds, settings.pose.max_extrapolation_s)
 
 
 def _source(settings: OnboardConfig, counters: Counter[str]) -> PoseSource[Any]:
@@ -103,7 +110,7 @@ def _hear(settings: OnboardConfig, source: PoseSource[Any], counters: Counter[st
                         counters.clear()
                     poses.append(pose)
             _wait(opened[-1])
-        return Heard(items, poses, link.problems() + source.problems(clock.monotonic_ns()))
+        return Heard(items, poses, link.problems(), source.problems(clock.monotonic_ns()))
     finally:
         link.close()
 
@@ -139,24 +146,40 @@ def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Hea
 
 
 def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
-    """Say that nothing came that a pose is made of, and what came instead."""
-    others = ", ".join(sorted(heard.items))
-    told = [*heard.problems, f"others came: {others}"] if others else heard.problems
-    keys = {"canopen": "bit rate and nav.canopen.ins_node_id", "dbc": "bit rate and nav.dbc.file"}
-    right = keys.get(nav.source, "nav.nmea.port and nav.nmea.baud")
-    asked = f"is the INS on, wired and told to send, and are {right} right?"
+    """Say that nothing came that a pose is made of, why if that is known, and what came instead."""
+    others = ", ".join(sorted(heard.items.keys() - {NO_NAME}))
+    told = [f"others came: {others}"] if others else []
+    causes = [problem for problem in heard.problems if problem.endswith("?")] or heard.line
+    if causes and not any(SILENT in cause for cause in causes):
+        return f"nothing that it should send came within {seconds:g} s: {'; '.join([*told, *causes])}"
+    told = [*heard.line, *(problem for problem in heard.problems if NEVER not in problem), *told]
+    asked = f"is the INS on, wired and told to send, and {_right(nav)} right?"
     return f"nothing that it should send came within {seconds:g} s ({'; '.join(told)}): {asked}"
+
+
+def _right(nav: NavSettings) -> str:
+    """Return the keys that decide whether anything is heard, with their verb."""
+    if nav.nmea is not None and nav.source == "nmea":
+        return "is nav.nmea.port" if "://" in nav.nmea.port else "are nav.nmea.port and nav.nmea.baud"
+    return f"are bit rate and {'nav.dbc.file' if nav.source == 'dbc' else 'nav.canopen.ins_node_id'}"
+
+
+def _fastest(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str]) -> int:
+    """Return how many instants the INS told of: how often came what comes most, of that which each pose needs."""
+    return max(items[name] for name, what in source.expects().items() if what not in own_rhythm)
 
 
 def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
     """Say how often each expected identifier came."""
     expected = sorted(source.expects().items())
     otherwise = ", or list it in nav.dbc.held" if isinstance(source, DbcSource) else ""
-    fastest = max(items[name] for name, what in expected if what not in own_rhythm)
+    unusable, fastest = source.unusable(), _fastest(source, items, own_rhythm)
     for name, what in expected:
         subject, rate = f"{source.kind} {name}", items[name] / seconds
         if not rate:
             yield Finding("wrong", subject, f"{what}: never came within {seconds:g} s: switch it on at the INS")
+        elif name in unusable:
+            yield Finding("wrong", subject, f"{what}: {rate:.1f} Hz, {unusable[name]}")
         elif items[name] < SLOW * fastest and what not in own_rhythm:
             yield Finding("note", subject, f"{what}: {rate:.1f} Hz, others {fastest / seconds:.1f} Hz: a pose needs "
                           f"all of them, so give them one rate at the INS{otherwise}")  # fmt: skip
@@ -164,12 +187,17 @@ def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], s
             yield Finding("good", subject, f"{what}: {rate:.1f} Hz")
 
 
-def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, bridged_s: float) -> Iterator[Finding]:
-    """Say how many poses came and what is wrong with them; bridged_s: gap between poses that the tracker bridges."""
+def _judge(
+    subject: str, heard: Heard, counters: Counter[str], instants: int, seconds: float, bridged_s: float
+) -> Iterator[Finding]:
+    """Say how many poses came and what is wrong with them.
+
+    instants: how many there could be. bridged_s: gap between poses that the tracker bridges.
+    """
     trouble = [f"{name} {count}" for name, count in sorted(counters.items()) if count and name in trouble_names("nav")]
     if not heard.poses:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
-        others = [problem for problem in heard.problems if problem not in stale]
+        others = [*heard.line, *(problem for problem in heard.problems if problem not in stale)]
         yield Finding("wrong", subject, "; ".join(stale + (others or trouble)))
         if others and trouble:
             yield _counted(subject, trouble)
@@ -178,9 +206,13 @@ def _judge(subject: str, heard: Heard, counters: Counter[str], seconds: float, b
     if rate * bridged_s < 1.0:
         yield Finding("wrong", subject, f"{rate:.1f} poses/s: the tracker bridges {bridged_s:g} s "
                       "(pose.max_extrapolation_s), so give the INS's messages a higher rate")  # fmt: skip
+    elif len(heard.poses) < SLOW * instants:
+        lost = 1.0 - len(heard.poses) / instants
+        yield Finding("note", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}: {lost:.0%} of what "
+                      f"the INS tells is lost")  # fmt: skip
     else:
         yield Finding("good", subject, f"{rate:.1f} poses/s, the newest {_place(heard.poses[-1])}")
-    for problem in heard.problems:
+    for problem in (*heard.line, *heard.problems):
         yield Finding("wrong", subject, problem)
     yield from pose_sense.examine(subject, heard.poses)
     if trouble:

@@ -7,6 +7,7 @@ from ods.base import clock
 from ods.base.geodesy import LocalFrame
 from ods.nav_bridge.registry import make_link, make_source
 from ods.nav_bridge.settings import NavConfig
+from ods.nav_bridge.source import NOTHING_COMES
 from ods.runtime.service import TICK_S, Service, Worker
 
 GATHER_S = 0.0018
@@ -72,7 +73,10 @@ class NavWorker(Worker[NavConfig]):
 
     def problems(self) -> list[str]:
         """Say what is wrong with line, INS and pose."""
-        return self._link.problems() + self._source.problems(clock.monotonic_ns(), self.service.overload())
+        line, told = self._link.problems(), self._source.problems(clock.monotonic_ns(), self.service.overload())
+        if line and told and told[0].endswith(NOTHING_COMES):
+            return [told[0].replace(NOTHING_COMES, "; ".join(line))]  # one cause
+        return line + told
 
     def stop(self) -> None:
         """Give the line back."""

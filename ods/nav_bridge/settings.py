@@ -310,6 +310,14 @@ class NmeaSettings(Settings, frozen=True):
     )
     """How long each sentence holds, by its name without talker; one left out: as its own defaults say."""
 
+    @property
+    def look_at(self) -> str:
+        """What may be wrong of the line when what comes cannot be read; of a network that is less."""
+        if udp_address(self.port):
+            return "is nav.nmea.port right, and is what is sent there NMEA 0183?"
+        server = "the serial server's " if tcp_address(self.port) else ""
+        return f"are nav.nmea.port, {server}baud, ground and polarity right?"
+
     def __post_init__(self) -> None:
         udp_address(self.port) or tcp_address(self.port)
         for part, usable in NMEA_CHOICES.items():

@@ -13,6 +13,7 @@ from ods.nav_bridge.settings import NavSettings
 from ods.nav_bridge.utc import Utc
 
 HELD_BACK = "the line or an adapter holds it back; if that clock stood still, start nav again"
+NOTHING_COMES = "nothing comes on the line any more"
 Send = Callable[[int, bytes], None]
 """Sends one data frame with a standard identifier."""
 
@@ -48,6 +49,7 @@ class PoseSource(ABC, Generic[ItemT]):
 
     def __init__(self, nav: NavSettings, now_ns: int) -> None:
         self._stale_ns = round(nav.stale_s * NS)
+        self._oldest_ns = nav.limits.age_s * NS
         self._pose_ns = now_ns
         self._item_ns = now_ns
         """When anything came last."""
@@ -62,6 +64,10 @@ class PoseSource(ABC, Generic[ItemT]):
     def doubts(self) -> list[str]:
         """Say what is unlikely of its files and settings, before anything came."""
         return []
+
+    def unusable(self) -> dict[str, str]:
+        """Return what comes of `expects`, but was never of use, and what is wrong with it."""
+        return {}
 
     @abstractmethod
     def name_of(self, item: ItemT) -> str:
@@ -83,9 +89,9 @@ class PoseSource(ABC, Generic[ItemT]):
         """
         stale_ns = self.stale_ns(now_ns)
         if stale_ns and self._fell_silent(now_ns):
-            return [f"no pose for {stale_ns / NS:.1f} s: nothing comes on the line any more"]  # all else follows
+            return [f"no pose for {stale_ns / NS:.1f} s: {NOTHING_COMES}"]  # all else follows
         stale = [f"no pose for {stale_ns / NS:.1f} s"] if stale_ns else []
-        if stale and self.late_ns:
+        if stale and self.late_ns > self._oldest_ns:  # what is less late would be used
             stale.append(f"what comes is {self.late_ns / NS:.1f} s late by the INS's clock: {overload or HELD_BACK}")
         return stale + self._complaints(now_ns)
 

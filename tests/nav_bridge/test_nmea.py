@@ -217,9 +217,60 @@ def test_sentences_without_checksum_are_said_as_such() -> None:
     for line in (Ins().gga(0), Ins().pashr(0)):
         source.take(Line(line.split(b"*")[0], NS))
     assert counters == {"nmea_no_checksum": 2}
-    said = "sentences come without checksum, and are dropped: let the sender append it (*hh)"
+    said = "all that is of use comes without checksum, and is dropped: let the sender append it (*hh)"
     assert source.problems(2 * NS - 1)[-1] == said
     assert not any("baud" in problem or "never come" in problem for problem in source.problems(2 * NS - 1))
+
+
+def test_a_sentence_that_comes_without_checksum_or_damaged_is_not_said_never_to_come() -> None:
+    source, _ = source_of(USUAL)
+    ins = Ins()
+    for line in (ins.gga(0).split(b"*")[0], ins.ts(0), ins.bs() + b"\xff", ins.pashr(0)):
+        assert source.take(Line(line, NS)) is None
+    assert source.unusable() == {
+        "GGA": "without checksum, and is dropped: let the sender append it (*hh)",
+        "BS": "damaged, and is dropped: its checksum or its fields are wrong",
+    }
+    assert source.problems(2 * NS - 1)[1:3] == [
+        "GGA (place) comes without checksum, and is dropped: let the sender append it (*hh)",
+        "BS (velocity) comes damaged, and is dropped: its checksum or its fields are wrong",
+    ]
+    for line in (ins.gga(0), ins.bs()):
+        source.take(Line(line, NS))
+    assert source.unusable() == {}
+
+
+@pytest.mark.parametrize(("late_ms", "said"), [(40, False), (990, False), (3_000, True)])
+def test_a_line_that_is_less_late_than_poses_may_be_old_is_no_reason(late_ms: int, said: bool) -> None:
+    source, _ = source_of(USUAL)
+    source.take(Line(Ins().pashr(0), NS))
+    source._clock.estimator.held_back_ns = late_ms * MS
+    problems = source.problems(2 * NS)
+    assert any("late by the INS's clock" in problem for problem in problems) == said
+    assert "GGA (place) has never come" in problems
+
+
+def test_wrong_checksums_of_all_sentences_are_one_reason_without_hints_at_the_line() -> None:
+    source, _ = source_of(USUAL)
+    ins = Ins()
+    for line in (ins.gga(0), ins.gst(0), ins.pashr(0)):
+        source.take(Line(line[:-2] + b"xx", NS))
+    for line in (ins.ts(0), ins.bs()):
+        source.take(Line(line + b"\xff", NS))
+    assert source.problems(2 * NS - 1)[1:] == [
+        "all that is of use comes damaged, and is dropped: its checksum or its fields are wrong"
+    ]
+
+
+def test_an_attitude_that_becomes_damaged_is_said() -> None:
+    source, _ = source_of(USUAL)
+    ins = Ins()
+    for second in range(4):
+        t_ns = second * NS
+        pashr = ins.pashr(t_ns) if second < 2 else ins.pashr(t_ns)[:-2] + b"xx"
+        for line in (ins.gga(t_ns), ins.gst(t_ns), ins.ts(t_ns), ins.bs(), pashr):
+            source.take(Line(line, t_ns))
+    assert source.problems(3 * NS)[1:] == ["PASHR comes damaged, and is dropped: its checksum or its fields are wrong"]
 
 
 def test_an_attitude_that_is_not_valid_is_said() -> None:
@@ -459,6 +510,11 @@ def test_noise_is_told_from_silence() -> None:
     source.take(Line(b"\x81\x00\xff", NS))
     assert "what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?" in source.problems(NS)
     assert counters == {"nmea_damaged": 1}
+    by_network = msgspec.structs.replace(USUAL, port="udp://0.0.0.0:10110")
+    source, _ = source_of(by_network)
+    source.take(Line(b"\x81\x00\xff", NS))
+    said = "what comes is no NMEA: is nav.nmea.port right, and is what is sent there NMEA 0183?"
+    assert source.problems(NS)[1:] == [said]
 
 
 def test_utc_is_the_inss_where_this_computers_clock_is_not_synchronized() -> None:

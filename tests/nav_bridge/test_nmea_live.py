@@ -1,7 +1,9 @@
 """An INS made by hand that speaks NMEA 0183 and PD6, on a real pseudo-terminal and by UDP: to nav, and to doctor."""
 
+import itertools
 import math
 import os
+import re
 import socket
 import threading
 import tty
@@ -16,7 +18,7 @@ from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.doctor import nav_line, navigation
-from ods.doctor.navigation import listen
+from ods.doctor.navigation import NEVER, listen
 from ods.messages import Pose
 from ods.nav_bridge.settings import CanSettings, HeldSettings, NmeaSettings
 from tests.nav_bridge.nav_chain import SITE, nav_process
@@ -92,7 +94,7 @@ def test_sentences_become_poses_and_what_is_wrong_is_said(ends: tuple[str, Write
         assert worker.ready()
         vehicle.only = b"$INGGA,garbled*00"
         client.until(lambda: client.says("BS: last came "))
-        client.until(lambda: client.says("what comes is no NMEA"))
+        client.until(lambda: client.says("all that is of use comes damaged"))
         vehicle.only = None
         seen = len(client.poses)
         client.until(lambda: len(client.poses) > seen + 20)
@@ -162,4 +164,46 @@ def test_doctor_looks_at_the_line_and_what_comes_on_it(ends: tuple[str, Write], 
     assert wrong["navigation by nmea"].startswith("no pose for ")
     assert "; BS (velocity) has never come" in wrong["navigation by nmea"]
     assert [item.level for item in silent] == ["wrong"]
-    assert "are nav.nmea.port and nav.nmea.baud right?" in silent[0].text
+    right = "is nav.nmea.port right?" if "://" in port else "are nav.nmea.port and nav.nmea.baud right?"
+    assert silent[0].text.endswith(right)
+    assert NEVER not in silent[0].text
+
+
+def test_doctor_says_what_is_lost_or_unusable_of_what_comes(ends: tuple[str, Write], tmp_path: Path) -> None:
+    port, write = ends
+    settings = onboard(tmp_path, port)
+    pashr = itertools.count()
+
+    def a_third_damaged(data: bytes) -> None:
+        damaged = b"PASHR" in data and next(pashr) % 3 == 0
+        write(data.replace(b"*", b"0*") if damaged else data)
+
+    def gga_without_checksum(data: bytes) -> None:
+        write(data.partition(b"*")[0] + b"\r\n" if b"GGA" in data else data)
+
+    told = []
+    for writing in (a_third_damaged, gga_without_checksum):
+        vehicle = Vehicle(writing)
+        vehicle.start()
+        told.append({item.subject: item for item in reversed(list(listen(settings, 1.5)))})
+        vehicle.close()
+    assert told[0]["navigation by nmea"].level == "note"
+    assert re.search(r" deg: (2[5-9]|3\d|4[0-5])% of what the INS tells is lost$", told[0]["navigation by nmea"].text)
+    assert told[1]["NMEA GGA"].level == "wrong"
+    assert "Hz, without checksum, and is dropped" in told[1]["NMEA GGA"].text
+    assert told[1]["NMEA PASHR"].level == "good"
+    assert "GGA (place) comes without checksum" in told[1]["navigation by nmea"].text
+
+
+@pytest.mark.parametrize("ends", ["udp"], indirect=True)
+def test_doctor_says_that_no_nmea_comes_without_asking_for_more(ends: tuple[str, Write], tmp_path: Path) -> None:
+    port, write = ends
+    vehicle = Vehicle(lambda data: write(b"\x81\x00\xff\n"))
+    vehicle.start()
+    (found,) = listen(onboard(tmp_path, port), 0.7)
+    vehicle.close()
+    assert found.level == "wrong"
+    assert found.text == (
+        "nothing that it should send came within 0.7 s: what comes is no NMEA: is nav.nmea.port right, and is what is "
+        "sent there NMEA 0183?"
+    )

@@ -26,6 +26,7 @@ class NmeaLink(Link[Line]):
 
     def __init__(self, settings: NmeaSettings, counters: Counter[str], opened: Descriptor, closing: Descriptor) -> None:
         self._port = _port(settings, counters)
+        self._look_at = settings.look_at
         self._splitter = LineSplitter(counters)
         self._opened, self._closing = opened, closing
         self._fd: int | None = None
@@ -57,7 +58,7 @@ class NmeaLink(Link[Line]):
         """Say why it is not open, or that what comes has no line ends."""
         if self._port.fault:
             return [self._port.fault]
-        endless = "what comes has no line ends: are nav.nmea.port, baud, ground and polarity right?"
+        endless = f"what comes has no line ends: {self._look_at}"
         return [endless] if self._splitter.endless else []
 
     def close(self) -> None:

@@ -2,6 +2,7 @@
 
 import logging
 import math
+from collections.abc import Iterator
 
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.errors import OdsError
@@ -34,6 +35,10 @@ FIELDS: dict[str, tuple[str, ...]] = {
 """Pose fields of each part of the settings; a velocity's are those of its sentence."""
 
 
+BARE = "without checksum, and is dropped: let the sender append it (*hh)"
+DAMAGED = "damaged, and is dropped: its checksum or its fields are wrong"
+
+
 class NmeaSource(PoseSource[Line]):
     """Sentences to poses: one for each sentence with roll and pitch; all else is held, each with its age.
 
@@ -50,7 +55,7 @@ class NmeaSource(PoseSource[Line]):
         """Choose the sentences. Raises OdsError when they do not make a pose."""
         super().__init__(nav, host.now_ns)
         self._counters, self._utc = host.counters, host.utc
-        self._accept = settings.accept
+        self._accept, self._look_at = settings.accept, settings.look_at
         self._parts = _parts(settings)
         self._talkers = {TALKER.sub("", told): told[:2] for told in self._parts.values() if TALKER.match(told)}
         self._fields = _fields(self._parts)
@@ -72,8 +77,10 @@ class NmeaSource(PoseSource[Line]):
         self._told_utc = ToldUtc(host.counters)
         self._heard: dict[str, dict[str, int]] = {}
         """When each sentence last came of each talker."""
-        self._damaged_ns = self._good_ns = self._bare_ns = host.now_ns - NS
-        """When a damaged, a good one, and one without checksum last came."""
+        self._unreadable_ns = self._undamaged_ns = host.now_ns - NS
+        """When a line that is no sentence, and an undamaged sentence of use, last came."""
+        self._dropped: dict[str, tuple[int, str]] = {}
+        """Of sentences that were not undamaged since: when they last came, and what is wrong with them."""
         self._refused: tuple[int, str] | None = None
         """When the sentence with pace last was not valid, and why, if that was the newest."""
         self._start_ns = host.now_ns
@@ -96,7 +103,7 @@ class NmeaSource(PoseSource[Line]):
         talker, name = sentence.name_of(line)
         if name not in self._fields and name != DATE:
             self._counters["nmea_other" if name else "nmea_damaged"] += 1
-            self._damaged_ns = self._damaged_ns if name else item.t_ns
+            self._unreadable_ns = self._unreadable_ns if name else item.t_ns
             return None
         if self._talkers.get(name, talker) != talker:
             self._counters["nmea_other"] += 1
@@ -105,10 +112,10 @@ class NmeaSource(PoseSource[Line]):
             return self._use(sentence.parse(line), item.t_ns)
         except NoChecksumError:
             self._counters["nmea_no_checksum"] += 1
-            self._bare_ns = item.t_ns
+            self._dropped[name] = item.t_ns, BARE
         except BadSentenceError:
             self._counters["nmea_damaged"] += 1
-            self._damaged_ns = item.t_ns
+            self._dropped[name] = item.t_ns, DAMAGED
         except NotValidError as error:
             self._counters["nmea_not_valid"] += 1
             self._hear(name, talker, item.t_ns)
@@ -144,7 +151,6 @@ class NmeaSource(PoseSource[Line]):
             ]
             raise NotValidError(f"no {' and no '.join(missing)}" if missing else "")
         self._counters["nmea_sentences"] += 1
-        self._good_ns = t_ns
         self._hear(found.name, found.talker, t_ns)
         if found.name == self._pace:
             self._refused = None
@@ -170,6 +176,8 @@ class NmeaSource(PoseSource[Line]):
 
     def _hear(self, name: str, talker: str, t_ns: int) -> None:
         """Take note of who talks."""
+        self._dropped.pop(name, None)
+        self._undamaged_ns = t_ns
         heard = self._heard.setdefault(name, {})
         heard[talker] = t_ns
         told = _two_talkers(name, heard, t_ns)
@@ -204,23 +212,34 @@ class NmeaSource(PoseSource[Line]):
         step_ms = (told.day_ms - day_ms + DAY_MS / 2) % DAY_MS - DAY_MS / 2
         return min(instant_ns + round(step_ms * MS), t_ns)
 
+    def unusable(self) -> dict[str, str]:
+        """Return the sentences that come but were never undamaged, and what is wrong with them."""
+        return {name: why for name, (_, why) in self._dropped.items() if name not in self._heard}
+
     def _complaints(self, now_ns: int) -> list[str]:
+        dropped = {name: why for name, (t_ns, why) in self._dropped.items() if now_ns - t_ns < NS}
+        if now_ns - self._undamaged_ns > NS:  # nothing else comes: one cause for all of them
+            if len(set(dropped.values())) == 1:
+                return [f"all that is of use comes {min(dropped.values())}"]
+            if not dropped and now_ns - self._unreadable_ns < NS:
+                return [f"what comes is no NMEA: {self._look_at}"]
         found = [self._maker.disbelief] if self._maker.disbelief else []
         if now_ns - self._start_ns > self._stale_ns:
-            never = [
-                name for name, told in self._fields.items() if name not in self._heard and not set(told) <= OPTIONAL
-            ]
-            found += [f"{name} ({self.expects()[name]}) has never come" for name in never]
+            found += self._never(dropped)
         found += filter(None, (_two_talkers(name, heard, now_ns) for name, heard in self._heard.items()))
-        silent = now_ns - self._good_ns > NS
-        if self._refused is not None and now_ns - self._refused[0] < NS:
+        if self._pace in dropped and self._pace in self._heard:
+            found.append(f"{self._pace} comes {dropped[self._pace]}")
+        elif self._refused is not None and now_ns - self._refused[0] < NS:
             why = self._refused[1]
             found.append(f"{self._pace}: says that it is not valid" + (f" ({why})" if why else ""))
-        if now_ns - self._bare_ns < NS and silent:
-            return ["sentences come without checksum, and are dropped: let the sender append it (*hh)"]
-        if now_ns - self._damaged_ns < NS and silent:
-            return ["what comes is no NMEA: are nav.nmea.port, baud, ground and polarity right?"]
         return [*found, *self._held.too_old(now_ns)]
+
+    def _never(self, dropped: dict[str, str]) -> Iterator[str]:
+        """Say of each sentence that a pose needs and that was never good, whether it comes at all."""
+        for name, fields in self._fields.items():
+            if name not in self._heard and not set(fields) <= OPTIONAL:
+                comes = f"comes {dropped[name]}" if name in dropped else "has never come"
+                yield f"{name} ({self.expects()[name]}) {comes}"
 
 
 def _two_talkers(name: str, heard: dict[str, int], now_ns: int) -> str:
