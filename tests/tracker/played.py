@@ -65,9 +65,11 @@ class Chain:
         self.last_pose = -1
         """`Pose.seq` of the newest one sent."""
         self.place = (0.0, 0.0, 4.0)
-        """Of the vehicle,"""
+        """Where the INS says that the vehicle began,"""
         self.north_mps = 0.0
-        """and how fast it moves; `echoes` are seen from the origin."""
+        """how fast it moves from then on,"""
+        self._north = 0.0
+        """and how far it came; `echoes` are seen from where it began."""
         self._posed_ns = clock.monotonic_ns()
         self.ins_turned_rad = 0.0
         """By so much is the heading wrong,"""
@@ -121,12 +123,13 @@ class Chain:
             zeros = (0.0, 0.0, 0.0)
             since_s = max(0, now - self._posed_ns) / clock.NS
             self.ins_turned_rad += self.ins_drift * since_s
-            self.place = (self.place[0] + self.north_mps * since_s, *self.place[1:])
+            self._north += self.north_mps * since_s
             self._posed_ns = now
             half = 0.5 * (self.heading(now / clock.NS) + self.ins_turned_rad)
             attitude = (math.cos(half), 0.0, 0.0, math.sin(half))
+            place = (self.place[0] + self._north, *self.place[1:])
             velocity = (self.north_mps * math.cos(2.0 * half), -self.north_mps * math.sin(2.0 * half), 0.0)
-            pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), self.place, attitude, velocity, zeros, zeros)
+            pose = Pose(k, now + self.ahead_ns, clock.utc_ns(now), place, attitude, velocity, zeros, zeros)
             self._publishers["nav"].publish("pose", pose)
             self.last_pose = k
         if k % 10 == 0:
@@ -156,7 +159,7 @@ class Chain:
                 sigma_bearing_rad=0.01,
                 sigma_radius_m=0.3,
             )
-            for r, b in self._seen_from(self.place[0] - self.north_mps * LISTENING_NS / clock.NS)
+            for r, b in self._seen_from(self._north - self.north_mps * LISTENING_NS / clock.NS)
             if not abs(math.remainder(b - self.heading(t_ns / clock.NS), 2.0 * math.pi)) > SECTOR.bearing_max_rad
         ]
         message = Detections(number, number, t_ns, t_ns + 2 * MS, clock.utc_ns(t_ns), SOUND, SECTOR, found)
