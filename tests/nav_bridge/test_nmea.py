@@ -197,6 +197,14 @@ def test_places_that_are_no_fix_are_used_as_the_settings_say(quality: int, caplo
     assert wider.sigma_position_ned[0] == pytest.approx(math.hypot(plain.sigma_position_ned[0], 7.0))
 
 
+def test_a_dead_reckoning_with_an_accuracy_sentence_is_as_exact_as_that_says() -> None:
+    source, _ = source_of(msgspec.structs.replace(USUAL, depth="GGA", velocity="BS", accept={"estimated": 10.0}))
+    ins = Ins()
+    pose = [source.take(Line(line, 0)) for line in (ins.gga(0, quality=6), ins.gst(0), ins.bs(), ins.pashr(0))][-1]
+    assert pose is not None
+    assert max(pose.sigma_position_ned[:2]) < 1.0
+
+
 @pytest.mark.parametrize(
     "line",
     [

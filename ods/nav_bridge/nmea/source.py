@@ -161,7 +161,10 @@ class NmeaSource(PoseSource[Line]):
         return None
 
     def _accepted(self, kind: str) -> float:
-        """Return what a place that is no fix adds to the standard deviation, m. Raises NotValidError where refused."""
+        """Return what a place that is no fix adds to the standard deviation, m. Raises NotValidError where refused.
+
+        A dead reckoning's error is in the accuracy sentence, where one is used: it is not counted twice.
+        """
         if not kind:
             return 0.0
         if kind not in self._accept:
@@ -169,7 +172,7 @@ class NmeaSource(PoseSource[Line]):
         if not self._counters["nmea_no_fix"]:
             log.warning("places or velocities are %s (said once, then counted as nmea_no_fix)", kind)
         self._counters["nmea_no_fix"] += 1
-        return self._accept[kind]
+        return 0.0 if kind == "estimated" and "accuracy" in self._parts else self._accept[kind]
 
     def _parts_of(self, name: str) -> list[str]:
         return [part for part, told in self._parts.items() if TALKER.sub("", told) == name]
