@@ -68,7 +68,7 @@ class TrackManager:
             return
         inside = in_opening(np.ascontiguousarray(places), vehicle, coverage_of(scan.sector), WAKE_MARGIN_M)
         if inside.any():
-            tracks.recall(self.asleep.wake(ids[inside].tolist()), scan.t_ns)
+            tracks.recall(self.asleep.wake(ids[inside].tolist()), scan.t_ns, vehicle.sigma_position[:2] ** 2)
 
     def manage(self, tracks: Tracks, states: Ints, prediction: ScanPrediction, utc_ns: int) -> Outcome:
         """Take the objects to their next `states` (n,); return what that changes."""

@@ -23,6 +23,15 @@ class ClutterState(msgspec.Struct, frozen=True):
     by_radius: list[float]
 
 
+class PoseNoiseState(msgspec.Struct, frozen=True):
+    """What is known of the noise of poses; see `PoseNoise`."""
+
+    prior: float
+    weight: float
+    squares: list[float]
+    before: list[tuple[int, list[float]]]
+
+
 class TrackerState(msgspec.Struct, frozen=True):
     """All but the objects of the map."""
 
@@ -32,6 +41,7 @@ class TrackerState(msgspec.Struct, frozen=True):
     clutter: ClutterState
     clutter_statistics: list[float]
     """See `ClutterStatistics`."""
+    pose_noise: PoseNoiseState
 
 
 class MapChanges(msgspec.Struct, frozen=True):

@@ -12,6 +12,7 @@ from ods.tracker.existence.evidence import ClutterStatistics
 from ods.tracker.judgement import judge
 from ods.tracker.management import Outcome, TrackManager
 from ods.tracker.map.map_object import MapObject
+from ods.tracker.measurement.pose_noise import PoseNoise
 from ods.tracker.measurement.scan import Scan
 from ods.tracker.observer.registry import make_observer
 from ods.tracker.output.snapshot import Snapshot, map_objects, snapshot_of, snapshot_of_map
@@ -37,6 +38,7 @@ class Tracker:
         self._associate = association_of(settings.association)
         self._clutter, self._clutter_statistics = Clutter(settings.echo.clutter_per_scan), ClutterStatistics()
         self._manager = TrackManager(known or [], first_id, settings.echo.gate_sigmas)
+        self._pose_noise = PoseNoise()
         self._t_ns: int | None = None
         self._scans = 0
 
@@ -57,7 +59,7 @@ class Tracker:
     def state(self) -> TrackerState:
         """Return all that is known but the objects of the map (`map_changes`)."""
         counted = self._clutter.state(), self._clutter_statistics.save()
-        return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted)
+        return TrackerState(self._t_ns, self._scans, self._tracks.state(), *counted, self._pose_noise.state())
 
     def map_changes(self) -> MapChanges:
         """Return how the objects that belong in the map differ from those at the last `whole_map`."""
@@ -77,6 +79,7 @@ class Tracker:
         refuse_absurd(self._tracks, state.t_ns or 0)
         self._clutter.restore(state.clutter)
         self._clutter_statistics.load(state.clutter_statistics)
+        self._pose_noise.restore(state.pose_noise)
         self._manager.restore(known, next_id, self._tracks)
 
     def step(self, scan: Scan) -> Outcome:
@@ -92,6 +95,7 @@ class Tracker:
             return Outcome()
         tracks.look_away(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
+        vehicle = self._pose_noise.take(vehicle, scan.t_ns)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
         tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)

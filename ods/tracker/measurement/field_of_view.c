@@ -150,11 +150,11 @@ KERNEL(near_coverage, "f8[8,n] predicted, " COVERAGE ", float margin_m, out b1[n
 KERNEL(in_opening, "f8[2,n] places, " VEHICLE ", " COVERAGE ", float margin_m, out b1[n] inside")
 {
     const int64_t n = SIZE(0, 1);
-    const double *places = ARRAY(double, 0), margin_m = FLOAT(11);
+    const double *places = ARRAY(double, 0), margin_m = FLOAT(13);
     const Vehicle vehicle = vehicle_from(arguments, 1);
     const MatrixRow *rotation = vehicle.rotation;
-    const Coverage fan = coverage_from(arguments, 5);
-    bool *inside = ARRAY(bool, 12);
+    const Coverage fan = coverage_from(arguments, 7);
+    bool *inside = ARRAY(bool, 14);
     for (int64_t i = 0; i < n; i++) {
         const double north = places[i] - vehicle.position[0], east = places[n + i] - vehicle.position[1];
         const double ahead = rotation[0][0] * north + rotation[1][0] * east;

@@ -70,7 +70,8 @@ typedef struct {
     int64_t count;
 } Places;
 
-/* What the pose adds to the uncertainty of all places. */
+/* What the pose adds to the uncertainty of all places as the sonar sees them: the bias of the vehicle's place is theirs,
+   too, but one of the attitude turns them anew as the vehicle moves. */
 typedef struct {
     Ned variance;
     double tilt, yaw; /* variances, rad^2 */
@@ -78,9 +79,9 @@ typedef struct {
 
 static PoseError pose_error(Vehicle vehicle)
 {
-    const double *position = vehicle.sigma_position, *attitude = vehicle.sigma_attitude;
+    const double *attitude = vehicle.sigma_attitude, *noise = vehicle.noise;
     return (PoseError){
-        .variance = {square(position[0]), square(position[1]), square(position[2])},
+        .variance = {square(noise[0]), square(noise[1]), square(vehicle.sigma_position[2])},
         .tilt = larger(square(attitude[0]), square(attitude[1])),
         .yaw = square(attitude[2]),
     };
@@ -139,7 +140,7 @@ KERNEL(predict_hypotheses,
     const int64_t hypotheses = SIZE(0, 0), n = SIZE(0, 2);
     const Vehicle vehicle = vehicle_from(arguments, 4);
     const PoseError error = pose_error(vehicle);
-    const PredictedMeasurement made = predicted_rows(ARRAY(double, 8), hypotheses * n);
+    const PredictedMeasurement made = predicted_rows(ARRAY(double, 10), hypotheses * n);
     for (int64_t h = 0; h < hypotheses; h++) {
         const Places places = {ARRAY(double, 0) + 3 * h * n, ARRAY(double, 1) + 3 * h * n, ARRAY(double, 2) + h * n,
                                ARRAY(double, 3) + 2 * h * n, n};
@@ -155,7 +156,7 @@ KERNEL(predict_objects,
     const Places places = {ARRAY(double, 0), ARRAY(double, 1), ARRAY(double, 2), ARRAY(double, 3), n};
     const Vehicle vehicle = vehicle_from(arguments, 4);
     const PoseError error = pose_error(vehicle);
-    predict_all(predicted_rows(ARRAY(double, 8), n), 0, places, vehicle, error);
+    predict_all(predicted_rows(ARRAY(double, 10), n), 0, places, vehicle, error);
 }
 
 /* ---------------------------------------------------------------- echoes to places */
@@ -260,7 +261,7 @@ static void set_sensitivity(Measured made, int64_t j, Curve curve, Ned place, do
 static void set_place(Measured made, EchoRows echoes, int64_t j, Aim aim, Ned place, Curve curve, double longer,
                       Vehicle vehicle)
 {
-    const double *own = vehicle.sigma_position, *along = curve.per_range, *across = curve.per_bearing;
+    const double *own = vehicle.noise, *along = curve.per_range, *across = curve.per_bearing;
     const double yaw_2 = square(vehicle.sigma_attitude[2]);
     const double farther = echoes.range_m[j] - aim.range_m - longer, aside = wrapped(echoes.bearing[j] - aim.bearing);
     const double s_range = square(echoes.sigma_range[j]) + 2.0 * square(longer);
@@ -277,7 +278,8 @@ static void measure_one(Measured made, EchoRows echoes, PredictedMeasurement pre
                         Vehicle vehicle, double half_vertical)
 {
     const MatrixRow *rotation = vehicle.rotation;
-    const double yaw = vehicle.sigma_attitude[2], tilt = larger(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1]);
+    const double yaw = vehicle.sigma_attitude[2];
+    const double tilt = larger(vehicle.sigma_attitude[0], vehicle.sigma_attitude[1]);
     const double half = echoes.half_vertical[j] > 0.0 ? echoes.half_vertical[j] : half_vertical;
     const Aim aim = aim_of(echoes, predicted, j, is_new, half, yaw);
     const Turned turned = {sin(aim.bearing), cos(aim.bearing)};
@@ -298,7 +300,7 @@ static void measure_one(Measured made, EchoRows echoes, PredictedMeasurement pre
     made.azimuth[made.count + j] = place.n / horizontal_2;
     const double height_variance = is_new ? square(half_fan) / 3.0 : predicted.vertical[j];
     /* a tilt turns what is higher or lower than the sonar aside, as a yaw does all */
-    const double biased = sqrt(square(yaw) + square(tilt) * (square(place.d) + height_variance) / horizontal_2);
+    const double biased = sqrt(square(vehicle.bias[2]) + square(tilt) * (square(place.d) + height_variance) / horizontal_2);
     set_sensitivity(made, j, curve, place, biased);
 }
 
@@ -317,9 +319,9 @@ KERNEL(measure_positions,
     const EchoRows echoes = echo_rows(ARRAY(double, 0), m);
     const PredictedMeasurement predicted = predicted_rows(ARRAY(double, 1), SIZE(1, 1));
     const Vehicle vehicle = vehicle_from(arguments, 2);
-    double *rest = ARRAY(double, 8);
+    double *rest = ARRAY(double, 10);
     const Measured made = {
-        .position = ARRAY(double, 7),
+        .position = ARRAY(double, 9),
         .variance_north = rest,
         .variance_east = rest + m,
         .covariance_ne = rest + 2 * m,
@@ -327,10 +329,10 @@ KERNEL(measure_positions,
         .radius = rest + 4 * m,
         .radius_variance = rest + 5 * m,
         .height = rest + 6 * m,
-        .azimuth = ARRAY(double, 9),
-        .sensitivity = ARRAY(double, 10),
+        .azimuth = ARRAY(double, 11),
+        .sensitivity = ARRAY(double, 12),
         .count = m,
     };
     for (int64_t j = 0; j < m; j++)
-        measure_one(made, echoes, predicted, j, is_new, vehicle, FLOAT(6));
+        measure_one(made, echoes, predicted, j, is_new, vehicle, FLOAT(8));
 }

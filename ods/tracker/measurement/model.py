@@ -64,7 +64,7 @@ class PositionMeasurement(NamedTuple):
     """(UNSEEN, 2, k) change of north and east: per m of height, per m^2, by a standard deviation of the attitude, m,
     and by one of the climb, m: 0, as the height is that at the ping."""
     pose_variance: Floats
-    """(2,) of the vehicle's own north and east, m^2."""
+    """(2,) of the bias of the vehicle's own north and east, m^2."""
 
 
 def predicted_measurement(
@@ -102,4 +102,4 @@ def position_measurement(
     position, rest, azimuth = np.empty((3, m)), np.empty((7, m)), np.empty((2, m))
     sensitivity = np.empty((UNSEEN, 2, m))
     native.measure_positions(echoes.table, predicted, vehicle, half_vertical, position, rest, azimuth, sensitivity)
-    return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.sigma_position[:2] ** 2))
+    return PositionMeasurement(*(position, *rest, azimuth, sensitivity, vehicle.bias[:2] ** 2))

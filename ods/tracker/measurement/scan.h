@@ -29,12 +29,15 @@ typedef struct {
     const MatrixRow *rotation;    /* (3, 3) body to global */
     const double *sigma_position; /* (3,) north, east, down, m */
     const double *sigma_attitude; /* (3,) roll, pitch, yaw, rad */
+    const double *noise;          /* (3,) north, east, m, and yaw, rad: what is new with every ping, */
+    const double *bias;           /* and what all pings share */
 } Vehicle;
 
-/* A `Vehicle` in a signature: four arguments. */
-#define VEHICLE "f8[3] position, f8[3,3] rotation, f8[3] sigma_position, f8[3] sigma_attitude"
+/* A `Vehicle` in a signature: six arguments. */
+#define VEHICLE "f8[3] position, f8[3,3] rotation, f8[3] sigma_position, f8[3] sigma_attitude, f8[3] noise, " \
+                "f8[3] bias"
 
-/* Returns the vehicle of the four arguments from number k on. */
+/* Returns the vehicle of the six arguments from number k on. */
 static inline Vehicle vehicle_from(const Argument *arguments, int k)
 {
     return (Vehicle){
@@ -42,6 +45,8 @@ static inline Vehicle vehicle_from(const Argument *arguments, int k)
         .rotation = ARRAY(const MatrixRow, k + 1),
         .sigma_position = ARRAY(const double, k + 2),
         .sigma_attitude = ARRAY(const double, k + 3),
+        .noise = ARRAY(const double, k + 4),
+        .bias = ARRAY(const double, k + 5),
     };
 }
 

@@ -12,6 +12,9 @@ from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.named import Named
 
 
+NO_NOISE = np.zeros(3)
+
+
 class Vehicle(NamedTuple):
     """The sonar's head at the ping: what sees the echoes, wherever it sits on the vehicle."""
 
@@ -23,6 +26,10 @@ class Vehicle(NamedTuple):
     """(3,) north, east, down, m."""
     sigma_attitude: Floats
     """(3,) roll, pitch, yaw, rad."""
+    noise: Floats = NO_NOISE
+    """(3,) standard deviations of north, east and yaw that are new with every ping,"""
+    bias: Floats = NO_NOISE
+    """and of what all pings share (`PoseNoise`)."""
 
 
 def vehicle_at(position: Floats, attitude: Floats, sigma_position: Floats, sigma_attitude: Floats) -> Vehicle | None:

@@ -156,8 +156,13 @@ class Tracks:
         self._observer.start(measured)
         self._told = None
 
-    def recall(self, objects: list[MapObject], t_ns: int) -> None:
-        """Append hibernated objects of the map."""
+    def recall(self, objects: list[MapObject], t_ns: int, pose_variance: Floats) -> None:
+        """Append hibernated objects of the map; `pose_variance`: (2,) of the vehicle's north and east now, m^2.
+
+        Their places are by the pose of then, whose bias was another one.
+        """
+        variance = np.array([o.sigma for o in objects]).T.copy() ** 2
+        variance[:2] += pose_variance[:, None]
         new, exists = self._history.grow(len(objects)), self._existence.grow(len(objects))
         new.id[:], new.echoes[:] = [o.id for o in objects], [o.times_seen for o in objects]
         new.first_utc[:], new.last_utc[:] = zip(
@@ -171,7 +176,7 @@ class Tracks:
         exists.clutter_share[:] = EVEN
         self._observer.recall(
             np.array([o.position for o in objects]).T.copy(),
-            np.array([o.sigma for o in objects]).T.copy() ** 2,
+            variance,
             np.array([o.covariance_ne for o in objects]),
             np.array([o.radius for o in objects]),
             np.array([o.sigma_radius for o in objects]) ** 2,

@@ -1,0 +1,75 @@
+"""What of the pose's error is noise, new with every ping, and what is a bias that all pings share.
+
+A pose's standard deviation does not say. Under water most of it is bias: dead reckoning is metres off, and the places of
+consecutive pings still agree within millimetres. Taken for noise, it would open the gates by metres, and what is
+averaged over pings would never become exact. The noise is measured: of a vehicle that keeps its motion, the place at a
+ping follows from the two before, and the mean square of what it differs by is that of the noise, times a number.
+"""
+
+import math
+
+import numpy as np
+
+from ods.base.arrays import Floats
+from ods.tracker.measurement.scan import Vehicle
+from ods.tracker.state import PoseNoiseState
+
+FORGETTING = 0.99
+"""Of the weight of earlier pings at each."""
+USUAL = np.array([0.3, 0.3, math.radians(0.5)])
+"""Noise that may be expected before there are pings enough: north and east, m, and yaw, rad;"""
+PRIOR_PINGS = 3.0
+"""and as how many pings it counts. As long as it does, it counts as both, noise and bias."""
+LONGEST_STEP = 3.0
+"""What comes later than so many of the periods before, or begins anew, is compared with nothing."""
+
+
+class PoseNoise:
+    """The noise of north, east and yaw."""
+
+    def __init__(self) -> None:
+        self._squares, self._weight, self._prior = np.zeros(3), 0.0, PRIOR_PINGS
+        self._before: list[tuple[int, Floats]] = []
+        """Times, and north, east and yaw, of the last two pings."""
+
+    def state(self) -> PoseNoiseState:
+        """Return all that is known."""
+        before = [(t_ns, place.tolist()) for t_ns, place in self._before]
+        return PoseNoiseState(self._prior, self._weight, self._squares.tolist(), before)
+
+    def restore(self, state: PoseNoiseState) -> None:
+        """Go on where another one was. Raises ValueError when that makes no sense."""
+        numbers = [state.prior, state.weight, *state.squares, *(number for _, place in state.before for number in place)]
+        sizes = [len(state.squares), *(len(place) for _, place in state.before)]
+        weights = state.prior >= 0.0 and state.weight >= 0.0 and state.prior + state.weight > 0.0
+        if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or not weights or min(state.squares) < 0.0:
+            raise ValueError("the noise of poses is not one of three axes")
+        self._squares, self._weight, self._prior = np.array(state.squares), state.weight, state.prior
+        self._before = [(t_ns, np.array(place)) for t_ns, place in state.before[-2:]]
+
+    def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
+        """Take the pose of the next ping in; return the vehicle with the noise and bias of its pose, of which it claims the sum."""
+        ahead, right = vehicle.rotation[0, 0], vehicle.rotation[1, 0]
+        now = np.array([vehicle.position[0], vehicle.position[1], math.atan2(right, ahead)])
+        if self._before and t_ns <= self._before[-1][0]:
+            self._before.clear()
+        self._compare(t_ns, now)
+        self._before = [*self._before[-1:], (t_ns, now)]
+        claimed = np.array([*vehicle.sigma_position[:2], vehicle.sigma_attitude[2]])
+        seen = self._squares / (self._weight + self._prior)
+        most = seen + USUAL**2 * self._prior / (self._weight + self._prior)
+        bias = np.sqrt(np.maximum(0.0, claimed**2 - seen))
+        return vehicle._replace(noise=np.minimum(np.sqrt(most), claimed), bias=bias)
+
+    def _compare(self, t_ns: int, now: Floats) -> None:
+        if len(self._before) < 2:
+            return
+        (first_ns, first), (second_ns, second) = self._before
+        step = (t_ns - second_ns) / (second_ns - first_ns)
+        if step > LONGEST_STEP:
+            return
+        last, this = second - first, now - second
+        last[2], this[2] = (math.remainder(turn, math.tau) for turn in (last[2], this[2]))
+        differs = this - step * last
+        self._squares = FORGETTING * self._squares + differs**2 / (1.0 + (1.0 + step) ** 2 + step**2)
+        self._weight, self._prior = FORGETTING * self._weight + 1.0, FORGETTING * self._prior
