@@ -303,8 +303,8 @@ class NmeaSettings(Settings, frozen=True):
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
     """Places and velocities that are used though no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode E, M and S, and
-    an RMC whose navigational status is U; each with what it adds to the standard deviation of the place, m (estimated ones
-    nothing where `accuracy` names a sentence: it knows better). What is left out is refused, by name."""
+    an RMC whose navigational status is U; each with what it adds to the standard deviation of the place, m. Estimated
+    ones add nothing where `accuracy` names a sentence, which knows better. What is left out is refused, by name."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )

@@ -80,7 +80,7 @@ def places_of(sigma_m: float, bodies: Floats) -> tuple[Floats, Floats]:
 
 
 def test_dead_reckoning_that_is_ten_metres_off_keeps_objects_apart_and_where_they_are() -> None:
-    """As under water: the vehicle's place may be wrong by 10 m, and that of the objects with it, but not one another."""
+    """As under water: the vehicle's place may be wrong by 10 m, and the objects with it, but not one another."""
     bodies = np.array([[60.0, 60.0, 62.0, 60.0], [-6.0, -2.5, 1.0, 5.0]])
     exact, _ = places_of(0.1, bodies)
     found, sigma = places_of(10.0, bodies)

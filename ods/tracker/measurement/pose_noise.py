@@ -1,9 +1,9 @@
 """What of the pose's error is noise, new with every ping, and what is a bias that all pings share.
 
-A pose's standard deviation does not say. Under water most of it is bias: dead reckoning is metres off, and the places of
-consecutive pings still agree within millimetres. Taken for noise, it would open the gates by metres, and what is
-averaged over pings would never become exact. The noise is measured: of a vehicle that keeps its motion, the place at a
-ping follows from the two before, and the mean square of what it differs by is that of the noise, times a number.
+A pose's standard deviation does not say which. Under water most of it is bias: dead reckoning is metres off, and the
+places of consecutive pings still agree within millimetres. Taken for noise, it would open the gates by metres. The
+noise is measured: if the vehicle keeps its motion, the place at a ping follows from the two before, and the variance of
+the difference is that of the noise times 1 + (1 + r)^2 + r^2, r being the ratio of the two intervals.
 """
 
 import math
@@ -39,7 +39,8 @@ class PoseNoise:
 
     def restore(self, state: PoseNoiseState) -> None:
         """Go on where another one was. Raises ValueError when that makes no sense."""
-        numbers = [state.prior, state.weight, *state.squares, *(number for _, place in state.before for number in place)]
+        places = [number for _, place in state.before for number in place]
+        numbers = [state.prior, state.weight, *state.squares, *places]
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]
         weights = state.prior >= 0.0 and state.weight >= 0.0 and state.prior + state.weight > 0.0
         if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or not weights or min(state.squares) < 0.0:
@@ -48,7 +49,7 @@ class PoseNoise:
         self._before = [(t_ns, np.array(place)) for t_ns, place in state.before[-2:]]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
-        """Take the pose of the next ping in; return the vehicle with the noise and bias of its pose, of which it claims the sum."""
+        """Take the pose of the next ping in; return the vehicle with its noise and its bias."""
         ahead, right = vehicle.rotation[0, 0], vehicle.rotation[1, 0]
         now = np.array([vehicle.position[0], vehicle.position[1], math.atan2(right, ahead)])
         if self._before and t_ns <= self._before[-1][0]:

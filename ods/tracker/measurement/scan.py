@@ -11,7 +11,6 @@ from ods.base.geometry import rotation_matrix
 from ods.messages import Detection, Sector, UnseenPart
 from ods.tracker.named import Named
 
-
 NO_NOISE = np.zeros(3)
 
 
