@@ -84,9 +84,7 @@ def configured(page: str, folder: Path) -> tuple[Path, Path]:
     mine = folder / command(page, "run")[2]
     (lines,) = blocks(page, "toml")
     mine.write_text(tomli_w.dumps(merged(tomllib.loads(mine.read_text()), tomllib.loads(lines))))
-    sim = msgspec.structs.replace(
-        bench.sim, sonar_tcp_port=free_port(), sonar_status_port=free_port(socket.SOCK_DGRAM)
-    )
+    sim = msgspec.structs.replace(bench.sim, sonar_tcp_port=free_port(), sonar_status_port=free_port(socket.SOCK_DGRAM))
     bus = BusSettings(run_dir=folder / "run")
     onboard, simulator = write_configs(
         msgspec.structs.replace(bench, onboard=mine, bus=bus, sim=sim, out=folder / "out", seconds=60.0)
