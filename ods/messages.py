@@ -25,7 +25,7 @@ Metres = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e7, le=1e7)]
 """m; the earth is no larger."""
 SoundSpeed = Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
-"""m/s; 0: not told."""
+"""m/s; 0: not reported."""
 Coordinates = tuple[Coordinate, Coordinate, Coordinate]
 Speed = Annotated[float, msgspec.Meta(ge=-1e3, le=1e3)]
 """m/s."""
@@ -42,7 +42,7 @@ Quaternion = tuple[float, float, float, float]
 Scale = Literal["linear", "db", "log8"]
 SampleType = Literal["u1", "u2", "f4"]
 UtcSource = Literal["clock", "ins", "unsure"]
-"""Whose UTC a message bears: this computer's clock, the INS's, or one that is not to be relied on."""
+"""Source of the UTC in a message: this computer's clock, the INS's, or an unreliable one."""
 Count = Annotated[int, msgspec.Meta(ge=0)]
 CountOrNone = Annotated[int, msgspec.Meta(ge=-1)]
 """-1: none."""
@@ -91,19 +91,20 @@ class Ping(msgspec.Struct, frozen=True):
     elevation_rad: list[Angle] = []
     """(beams,) elevation of each beam; empty when all are 0."""
     beam_width_rad: list[Angle] = []
-    """(beams,) horizontal -3 dB width of each beam; empty when not told."""
+    """(beams,) horizontal -3 dB width of each beam; empty if not reported."""
     planes: Annotated[int, msgspec.Meta(ge=1, le=64)] = 1
     frequency_hz: Annotated[float, msgspec.Meta(ge=0.0, le=1e9)] = 0.0
-    """0 when not told."""
+    """0 if not reported."""
     scale: Scale = "linear"
     """linear: proportional to pressure amplitude; db: decibels; log8: a = scale_factor * log10(linear)."""
     scale_factor: Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)] = 1.0
     """log8: the factor F (s7k record 7042, default 40); db: decibels a count; linear: unused."""
     setting: str = ""
-    """What else the sonar is set to, such as power and gain: levels of pings of different settings are not alike."""
+    """Other settings of the sonar, such as power and gain. Levels of pings with different settings are not
+    comparable."""
     no_data: list[tuple[int, int, int]] = []
-    """Samples that hold no data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: all
-    samples hold data, as far as the sonar tells."""
+    """Samples without data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: the sonar
+    reports no such samples."""
 
 
 class Detection(msgspec.Struct, frozen=True):
@@ -134,24 +135,24 @@ class Detection(msgspec.Struct, frozen=True):
     elevation_rad: float = 0.0
     """Elevation of the plane it was seen in."""
     near_m: float = 0.0
-    """Slant range of the body's nearest point. An echo tells it far better than the circle, of which it may show the
-    front only: the errors of `range_m` and `radius_m` go together."""
+    """Slant range of the object's nearest point. It is far more accurate than the circle, of which an echo may show the
+    front only: the errors of `range_m` and `radius_m` are correlated."""
     sigma_near_m: float = 0.0
-    """Standard deviation of `near_m`; 0: it is not told, as in recordings of before."""
+    """Standard deviation of `near_m`; 0: not measured, as in older recordings."""
     cut: bool = False
-    """It reaches the fan's first or last beam, beams without data, or the nearest or farthest range: the body may go on
-    beyond, and its place and radius are those of what is seen of it. Their errors are then the same from ping to
+    """The echo reaches the first or last beam, beams without data, or the nearest or farthest range. The object may
+    extend beyond; position and radius are those of its visible part. Their errors are then correlated from ping to
     ping."""
     onset: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """How far its highest level lies behind the place before it that has half of that, in widths of a point: about 1
-    for a face that is met at once, more for a bottom that begins to shine slowly; 0: it is not told."""
+    """Rise: distance from the half-level point of the leading edge to the peak, in widths of the point response. About
+    1 for the face of an object, more for a bottom whose level rises slowly; 0: not measured."""
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """How likely it sets in as a body does, and not as a rough bottom's crests do, where there are as many of both; 0:
-    it is not told, as in calm water."""
+    """Probability that the leading edge is an object's and not a crest's of a rough bottom, if both are equally
+    frequent; 0: not estimated, as in calm water."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What a ping can show: the fan's borders in the frame of the sonar's head."""
+    """The region that a ping covers: the limits of the fan in the frame of the sonar's head."""
 
     range_min_m: Metres
     range_max_m: Metres
@@ -160,27 +161,28 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     half_vertical_rad: Angle
     """Half the vertical opening, of all planes together."""
     plane_half_rad: Annotated[float, msgspec.Meta(ge=0.0, le=1.6)] = 0.0
-    """Half the vertical opening of one of several planes; 0, and then left out: there is one, or it is not told."""
+    """Half the vertical opening of one of several planes; 0, and then omitted: there is one plane, or it is not
+    known."""
 
 
 UnseenWhy = Literal["no data", "saturated", "level fallen", "interference"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
-    """A part of the sector that a ping could not show, in the frame of the sonar's head."""
+    """A part of the sector that a ping did not observe, in the frame of the sonar's head."""
 
     bearing_min_rad: Angle
     bearing_max_rad: Angle
     range_min_m: Metres
     range_max_m: Metres
     why: UnseenWhy
-    """no data: there are no samples (dead beams, beams cut short, an image of nothing); saturated: samples are
-    at full scale; level fallen: far below what it was (a head that is blocked or out of the water); interference: beams
-    that hear another source all the time."""
+    """no data: there are no samples (dead beams, beams cut short, an empty image); saturated: samples are at full
+    scale; level fallen: levels are far below those before (the head is blocked or out of the water); interference:
+    beams with a continuous other source."""
 
 
 class Detections(msgspec.Struct, frozen=True):
-    """All detections of one ping; an empty list is information too."""
+    """All detections of one ping; published for pings without detections, too."""
 
     seq: Count
     """`Ping.seq`."""
@@ -192,32 +194,31 @@ class Detections(msgspec.Struct, frozen=True):
     sector: Sector
     detections: list[Detection]
     usable: bool = True
-    """False when the image as a whole shows nothing (drop-out): then a missing echo says nothing."""
+    """False if the whole image is unusable (drop-out): a missing echo is then no evidence."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
-    """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo says nothing."""
+    """Slant ranges (from, to) that were processed, m; empty: all. Elsewhere a missing echo is no evidence."""
     unseen: list[UnseenPart] = []
-    """Parts of the sector that this ping could not show: there a missing echo says nothing."""
+    """Parts of the sector that this ping did not observe: there a missing echo is no evidence."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Their share of the image."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
     second_ways_m: list[float] = []
-    """Multipath: by how much longer, m of slant range, ways are by which bodies are heard once more; empty: none is
-    known."""
+    """Multipath: additional path lengths, m of slant range, at which echoes repeat; empty: none is known."""
     caution: str = ""
-    """What makes the image doubtful, in plain words, though it is taken: it stands still, say; empty: nothing does."""
+    """Why an image that is used may be wrong, in plain words, such as that it does not change; empty: no reason."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the pipeline knew when it worked on the ping; -1: none. With the same poses,
     the same ping gives the same detections."""
     poses_heard: Count = 0
-    """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
+    """Number of poses published to it since it started, some of which it may have lost; 0: none, or not reported."""
     faint: list[Detection] = []
-    """Echoes too weak for the false-alarm rate wanted over this background: many are none. For who looks for the same
-    echo in many pings, as the tracker does."""
+    """Weak detections, below the threshold for the wanted false-alarm rate; many are false alarms. For users that
+    combine many pings, as the tracker does."""
     heard_from_db: HearingLevel | None = None
-    """In half of the image an echo, faint or not, counts by its level alone from so far over the background on, dB: 7
-    in open water, 9 to 11 over a smooth bottom, more where the bottom's crests are loud; what sets in as a body does
-    may count from less on. None: nothing was looked at, or the detector does not tell."""
+    """Detection threshold over the background, dB, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
+    more where crests of the bottom are strong. Echoes with an object's leading edge may be detected below it. None: no
+    part of the image was processed, or the detector does not report it."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -236,9 +237,9 @@ class Pose(msgspec.Struct, frozen=True):
     sigma_attitude: tuple[Uncertainty, Uncertainty, Uncertainty]
     """Standard deviations of roll, pitch, yaw, rad."""
     utc_source: UtcSource = "unsure"
-    """Whose `utc_ns` it is: this computer's clock, the INS's, or one that is not to be relied on."""
+    """Source of `utc_ns`: this computer's clock, the INS's, or an unreliable one."""
     altitude_m: Height | None = None
-    """Of the vehicle's origin over the bottom right below; none: not told, or not believed."""
+    """Altitude of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
     sigma_altitude_m: Coordinate = 0.0
     """Its standard deviation, m."""
 
@@ -247,20 +248,20 @@ TrackState = Literal["active", "stand_by", "hibernated", "terminated"]
 
 
 class ClosestApproach(msgspec.Struct, frozen=True, gc=False):
-    """How near an obstacle comes if it and the vehicle go on as they do now.
+    """Closest point of approach of an obstacle if it and the vehicle keep their velocities.
 
     In the horizontal plane, and to the obstacle's edge: its depth is hardly observed, so it stands for a vertical
     cylinder. The vehicle is a point, its origin.
     """
 
     time_s: float
-    """From the list's `t_ns`, within [0, `tracker.planner.approach_horizon_s`]. 0: it is nearest now, because it gets
-    farther away, or because the distance does not change (parallel courses, both at rest)."""
+    """Time after the list's `t_ns`, within [0, `tracker.planner.approach_horizon_s`]. 0: the distance is smallest now,
+    as it grows or stays the same (parallel courses, both static)."""
     distance_m: float
     """Between the vehicle's origin and the obstacle's edge at that time; below 0: inside it."""
     sigma_m: float
-    """Standard deviation of `distance_m`: the obstacle's place at that time, and its radius; or, where that is more,
-    what its velocity may make of the time: what seems to fall behind may come nearer."""
+    """Standard deviation of `distance_m`, from the obstacle's position at that time and its radius, or, if that is
+    larger, from the effect of its velocity's error on the time: an object that seems to fall behind may approach."""
 
 
 class Prediction(msgspec.Struct, frozen=True, gc=False):
@@ -285,7 +286,8 @@ class Obstacle(msgspec.Struct, frozen=True):
     sigma_position: Vector3
     """Standard deviations, m, north east down."""
     sigma_velocity: Vector3
-    """Standard deviations, m/s, north east down. At rest: what its echoes do not tell from that yet."""
+    """Standard deviations, m/s, north east down. For a static object: the largest velocity that its echoes do not
+    exclude yet."""
     sigma_radius: float
     first_seen_utc_ns: int
     last_seen_utc_ns: int
@@ -299,18 +301,18 @@ class Obstacle(msgspec.Struct, frozen=True):
     predicted: list[Prediction] = []
     """At each of `tracker.planner.lead_times_s`; empty for terminated objects."""
     unseen_s: Annotated[float, msgspec.Meta(ge=0.0)] = 0.0
-    """Of the time since it was last seen, for so long nobody could look at its place: it is not missed, it is carried
-    on."""
+    """Part of the time since it was last seen in which its position was not observed, s: the object is coasted, not
+    missed."""
     bottom_probability: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Probability that it is part of the bottom: that it reaches no higher over it than `tracker.bottom.clearance_m`. 0
-    where the bottom is not known: the pose tells no altitude."""
+    """Probability that it is part of the bottom, reaching no higher over it than `tracker.bottom.clearance_m`. 0 if the
+    bottom is not known, as the pose has no altitude."""
     height_above_bottom_m: float | None = None
-    """Of the middle of what is seen of it, over the bottom; none: the bottom is not known."""
+    """Height of the middle of its visible part over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
-    """Its standard deviation, m: large where heights are not seen, as by a sonar of one plane."""
+    """Its standard deviation, m: large where heights are not observed, as with a sonar of one plane."""
     multipath_of: CountOrNone = -1
-    """It is likely no body, but the echo of the obstacle of this id by a longer way (`Detections.second_ways_m`); -1:
-    nothing says so. It stays in the list, as a body may stand there."""
+    """Id of the obstacle of which this one is probably a multipath echo (`Detections.second_ways_m`); -1: no sign of
+    that. It stays in the list, as there may be an object."""
 
 
 class Site(msgspec.Struct, frozen=True):
@@ -333,64 +335,64 @@ class PoseAt(msgspec.Struct, frozen=True):
     sigma_attitude: Vector3
     """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
     extrapolated_s: float = 0.0
-    """Time to the `Pose` that it was carried on from; 0: it lies between two."""
+    """Time to the `Pose` from which it was extrapolated, s; 0: it lies between two."""
 
 
 class ObstacleList(msgspec.Struct, frozen=True):
-    """The full picture for the path planner, at every ping and at least twice a second."""
+    """The complete list of obstacles for the path planner, at every ping and at least twice a second."""
 
     seq: Count
     """Lists published by this tracker process, from 0."""
     ping_number: int
-    """The ping behind this list; -1 when none is (the list then only says that it is not valid)."""
+    """Number of the ping of this list; -1: a list without a ping, which is not valid."""
     t_ns: int
-    """Time the list is valid for: transmit time of the ping, or now when there was none."""
+    """Time to which the list refers: transmit time of the ping, or now if there was none."""
     utc_ns: int
     t_rx_ns: int
     """When the ping's last byte was read; 0 when there was none."""
     valid: bool
-    """False: do not rely on this list to be complete; `reasons` says why."""
+    """False: the list may be incomplete or wrong; `reasons` says why."""
     reasons: list[str]
     obstacles: list[Obstacle]
     utc_source: UtcSource = "unsure"
-    """Whose UTC the list and its obstacles bear: this computer's clock, the INS's, or one that is not to be relied on.
-    The list's validity does not depend on it."""
+    """Source of the UTC of the list and its obstacles: this computer's clock, the INS's, or an unreliable one. The
+    list's validity does not depend on it."""
     left_out: Count = 0
-    """Objects that are not in the list, as `tracker.planner.most_listed` others are nearer."""
+    """Number of objects omitted from the list, as `tracker.planner.most_listed` others are nearer."""
     bottom_left_out: Count = 0
-    """Objects that are not in the list, as they are part of the bottom or waves of the surface: see `tracker.bottom`
-    and `tracker.surface`."""
+    """Number of objects omitted from the list as parts of the bottom or surface waves: see `tracker.bottom` and
+    `tracker.surface`."""
     unseen: list[UnseenPart] = []
-    """Parts of the sector that the ping could not show: for these the list cannot vouch."""
+    """Parts of the sector that the ping did not observe: the list may lack obstacles there."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share of the image; the list is not valid when most of it was unseen for longer than a moment."""
+    """Their share of the image; the list is not valid if more than half was unseen for longer than 0.5 s."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
     heard_from_db: HearingLevel | None = None
-    """`Detections.heard_from_db` of the ping: objects that are not clearly louder may be missing from the list."""
+    """`Detections.heard_from_db` of the ping: objects that are not clearly stronger may be missing from the list."""
     caution: str = ""
     """`Detections.caution` of the ping."""
     poses_until: CountOrNone = -1
     """`Pose.seq` of the newest pose that the tracker knew when it made the list; -1: none."""
     poses_heard: Count = 0
-    """So many poses it had heard since it started, of which some may not have reached it; 0 also: not told."""
+    """Number of poses published to it since it started, some of which it may have lost; 0: none, or not reported."""
     made_ns: Instant = 0
-    """When the list was made, the instant for which `valid` and `reasons` hold; 0: not told."""
+    """Time when the list was made, to which `valid` and `reasons` refer; 0: not reported."""
     made_utc_ns: Instant = 0
-    """The same, UTC; 0: not told."""
+    """The same, UTC; 0: not reported."""
     frame: Literal["ned"] = "ned"
-    """Of all places in the list: the local frame, north east down."""
+    """Frame of all positions in the list: the local one, north east down."""
     site: Site | None = None
-    """The origin of that frame; none: not told."""
+    """The origin of that frame; none: not reported."""
     pose: PoseAt | None = None
-    """The vehicle's at `t_ns`, as it was used; none: not known."""
+    """The vehicle's pose at `t_ns`, as the tracker used it; none: not known."""
     head: PoseAt | None = None
-    """Of the sonar's head at `t_ns`, in whose frame `sector` and `unseen` are; none: not known."""
+    """Pose of the sonar's head at `t_ns`, in whose frame `sector` and `unseen` are; none: not known."""
     sector: Sector | None = None
-    """What the ping could show; none: there was no ping."""
+    """The region that the ping covered; none: there was no ping."""
     processed_ranges_m: list[tuple[Metres, Metres]] = []
-    """`Detections.processed_ranges_m` of the ping: elsewhere in the sector nobody looked for objects; empty: all of it
-    was processed, or there was no ping."""
+    """`Detections.processed_ranges_m` of the ping: the rest of the sector was not searched; empty: all of it was
+    searched, or there was no ping."""
 
 
 Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
@@ -398,51 +400,50 @@ Distance = Annotated[float, msgspec.Meta(ge=0.0, le=1e5)]
 
 
 class Clearance(msgspec.Struct, frozen=True):
-    """Where nothing is, as far as it was looked at: by sectors of bearing around the vehicle's origin, with each list.
+    """Water known to be empty, by sectors of bearing around the vehicle's origin; published with each list.
 
-    The n sectors are of one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n.
-    Known to be empty is what lies from `clear_from_m` to `clear_to_m`, and nothing else: what is nearer or farther may
-    be unknown as well as taken, and where both are 0 nothing is known. Unknown is what was not insonified, not
-    processed or not seen by the ping (`Detections.unseen`), what lies behind an echo, and all while the list is not
-    valid.
+    The n sectors have one width and go clockwise from north: sector k has azimuths from k to k + 1 times 2 pi / n. The
+    water from `clear_from_m` to `clear_to_m` is known to be empty. Nearer and farther water may be unknown or occupied;
+    if both are 0, all of the sector is unknown. Water is unknown if it was not insonified, not processed or not
+    observed by the ping (`Detections.unseen`), if it lies behind an echo, and while the list is not valid.
 
-    It is held over pings, for what the fan's vertical opening covered then, and given up by when something that is as
-    fast as `fastest_m_s` could have come from what was not seen. What echoes more faintly than
-    `ObstacleList.heard_from_db` may be there all the same.
+    Clear water is remembered from earlier pings, for the layer that the fan covered then, until an object with the
+    speed `fastest_m_s` could have entered it from unobserved water. Objects with echoes weaker than
+    `ObstacleList.heard_from_db` may be there nevertheless.
     """
 
     seq: Count
-    """That of the list that it goes with."""
+    """`seq` of the list that it belongs to."""
     ping_number: int
-    """The ping behind it; -1 when none is."""
+    """Number of the ping; -1: none."""
     t_ns: int
-    """Time it is valid for, as the list's."""
+    """Time to which it refers, as in the list."""
     utc_ns: int
     valid: bool
-    """As the list's; false: nothing is known to be empty."""
+    """As in the list; false: no water is known to be empty."""
     clear_from_m: list[Distance]
     """(n,) of each sector: there the water known to be empty begins,"""
     clear_to_m: list[Distance]
     """(n,) and there it ends, two standard deviations before the nearest obstacle or echo at the latest."""
     nearest_m: list[Distance | None]
-    """(n,) to the edge of the nearest obstacle of the list or, two standard deviations nearer, echo of the ping; none:
-    there is none, which says nothing of what is not known."""
+    """(n,) distance to the edge of the nearest obstacle of the list or, two standard deviations nearer, echo of the
+    ping; none: there is neither, which does not mean that the water is clear."""
     pose: PoseAt | None = None
     """The vehicle's at `t_ns`: the sectors are around its place. None: not known."""
     site: Site | None = None
     half_height_m: float = 0.0
-    """The layer that is empty reaches so far above and below the vehicle's origin: `tracker.clearance`."""
+    """Half the height of the empty layer, which is centred on the vehicle's origin: `tracker.clearance`."""
     fastest_m_s: float = 0.0
     """What is faster may have come in: `tracker.clearance`."""
     made_ns: Instant = 0
-    """When it was made; 0: not told."""
+    """Time when it was made; 0: not reported."""
     made_utc_ns: Instant = 0
 
 
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
-    """A planner's wish to the sonar process: what is given is set, until the next request; nothing given asks only.
+    """A planner's request to the sonar process to set values until the next request; without values it only asks.
 
-    A field that is none is refused: one that is misspelt would be answered with ok, and set nothing.
+    Unknown fields are refused, as a misspelt one would otherwise be answered with ok and set nothing.
 
     The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
     """
@@ -454,14 +455,14 @@ class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True
 
 
 class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
-    """What became of a request."""
+    """Result of a request."""
 
     ok: bool
     """The sonar works with what was asked for."""
     reason: str
     """Why not, in plain words; empty when ok."""
     range_m: float | None = None
-    """What the sonar says of itself now; none: it has not said."""
+    """The range that the sonar reports now; none: it has not reported one."""
     power_db: float | None = None
     gain_db: float | None = None
 
@@ -473,7 +474,7 @@ class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=Tru
     """tell: nothing but the answer; step: go on until so many obstacle lists have been published, then pause."""
     steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
     speed: ReplaySpeed | None = None
-    """From now on; none: as it is."""
+    """New speed; none: keep the present one."""
 
 
 class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
@@ -491,7 +492,7 @@ class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Health(msgspec.Struct, frozen=True):
-    """How a process is: published by each of them about twice a second."""
+    """State of a process, published by each of them about twice a second."""
 
     process: str
     pid: int
@@ -506,7 +507,7 @@ class Health(msgspec.Struct, frozen=True):
     rates_hz: dict[str, float]
     """Messages a second over the last period, for each topic read or published."""
     ages_s: dict[str, float]
-    """Time since the newest message of each topic read; -1 when there was none."""
+    """Time since the newest message of each topic read; -1 if there was none."""
     lags: dict[str, int]
     """Longest queue since the last report, for each topic read."""
     cpu_percent: float
@@ -515,7 +516,7 @@ class Health(msgspec.Struct, frozen=True):
 
 
 class TruthObject(msgspec.Struct, frozen=True):
-    """A simulated object as it is."""
+    """Ground truth of a simulated object."""
 
     name: str
     position_ned: Vector3
@@ -529,7 +530,7 @@ class TruthObject(msgspec.Struct, frozen=True):
 
 
 class Truth(msgspec.Struct, frozen=True):
-    """What the simulator knows about one ping; on the bench only, never read on board."""
+    """Ground truth of one ping from the simulator; on the bench only, never read on board."""
 
     ping_number: Count
     t_ns: int

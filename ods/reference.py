@@ -29,7 +29,7 @@ name, and a msgpack map with the fields below. JSON Schema of all of them: [mess
 """
 
 PACED = f"""
-Of a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
+With a sonar that pings seldom, `ping` and `detections` are stale after {PERIODS:g} periods, {LONGEST_S:g} s at most.
 """
 
 REQUESTS_HEAD = """
@@ -44,18 +44,19 @@ CONFIG_HEAD = """# Configuration
 Generated from the settings types by `make docs`; do not edit.
 
 Files are TOML. An unknown key, a wrong type or a value out of range is one line that names the file and the key, and
-exit code 2. Relative paths are taken from the file's own folder; `~` is the user's home. In brackets: what is usual,
-and its unit; the workbench's slider shows it, it bounds nothing, and `ods doctor` notes what lies beyond.
+exit code 2. Relative paths are relative to the file's own folder; `~` is the user's home. In brackets: the usual range
+and its unit. The workbench's slider covers that range; values outside are accepted, and `ods doctor` notes them.
 """
 
 COUNTERS_HEAD = """# Counters
 
 Generated from the table in `ods/runtime/counters.py` by `make docs`; do not edit.
 
-Every loss has a counter of its own. A process tells its counters in its [health report](messages.md#health), and
-`ods watch` shows those that are not 0; the recorder tells them in its summary, `ods detect` those of the file it reads.
-**Trouble**: something is lost or not as it should be; `ods doctor --listen` notes those of `sonar` and `nav`.
-**Logged**: the first one is a line in the log.
+Every kind of loss has a counter of its own. Each process sends its counters in its [health report](messages.md#health),
+and `ods watch` shows those that are not 0. The recorder prints its counters in its summary, `ods detect` those of the
+file it reads.
+**Trouble**: data is lost, or a device misbehaves; `ods doctor --listen` notes those of `sonar` and `nav`.
+**Logged**: the first occurrence is a line in the log.
 """
 
 

@@ -32,9 +32,9 @@ OWN_RECORDINGS, REPLAY = "recordings of ods", "ods replay"
 
 _POSE_BUFFER = (
     CounterRow("pose_bad", "poses dropped: not finite, attitude no unit quaternion, negative sigma"),
-    CounterRow("pose_duplicate", "poses dropped: of an instant that another one has"),
-    CounterRow("pose_too_old", "poses dropped: older than all of a full buffer"),
-    CounterRow("pose_thinned", "poses of no use: they come faster than `pose.max_rate_hz`", trouble=False),
+    CounterRow("pose_duplicate", "poses dropped: another pose has the same time"),
+    CounterRow("pose_too_old", "poses dropped: older than all poses in a full buffer"),
+    CounterRow("pose_thinned", "poses not used: they come faster than `pose.max_rate_hz`", trouble=False),
 )
 
 _BRIDGE = (
@@ -43,9 +43,9 @@ _BRIDGE = (
     CounterRow(
         "withheld_lists", "lists not sent: not valid, too old, or the vehicle's pose is not known", trouble=False
     ),
-    CounterRow("paced_lists", "lists not sent: newer ones came before it was their turn", trouble=False),
+    CounterRow("paced_lists", "lists not sent: newer ones arrived before they were due", trouble=False),
     CounterRow("left_out_obstacles", "obstacles of lists sent that were not sent: others are nearer", trouble=False),
-    CounterRow("refused_datagrams", "datagrams that came to a computer on which nobody listens"),
+    CounterRow("refused_datagrams", "datagrams refused by the receiving computer: no program listens on the port"),
     CounterRow("unsent_datagrams", "datagrams that could not be sent: no way there, no room"),
 )
 
@@ -53,32 +53,32 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
-        CounterRow("lost_pings", "ping numbers that never became a ping, for whatever reason", logged=True,
-                   advice="pings that the sonar numbered and that did not come whole: noise, a full line, or a busy "
+        CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
+                   advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),
         CounterRow("duplicate_pings", "samples of a ping that was published already"),
-        CounterRow("ping_number_restarts", "gaps of more than 1000 ping numbers: the sonar started afresh",
+        CounterRow("ping_number_restarts", "gaps of more than 1000 ping numbers: the sonar restarted",
                    logged=True),
         CounterRow("records", "records found whole", trouble=False),
-        CounterRow("other_records", "records of no use here", trouble=False),
+        CounterRow("other_records", "records of other kinds, not used", trouble=False),
         CounterRow("unchecked_records", "records taken without a checksum, as their flags say", trouble=False),
         CounterRow("network_frames", "packets with a network frame (s7k over TCP)", trouble=False),
-        CounterRow("unframed_bytes", "bytes outside network frames, handed on like all others", logged=True,
+        CounterRow("unframed_bytes", "bytes outside network frames, searched for records all the same", logged=True,
                    advice="bytes outside network frames: is this the port of a 7k center?"),
-        CounterRow("lying_frames", "packets whose network frame lied of their length: another one began within",
+        CounterRow("lying_frames", "packets with a wrong length in the network frame: another packet began within",
                    logged=True),
-        CounterRow("garbage_bytes", "bytes that belong to no record",
-                   advice="bytes that are in no record: noise, or records cut short by a baud that is too low"),
-        CounterRow("bad_version", "what began like a record was none: its protocol version"),
-        CounterRow("bad_offset", "what began like a record was none: its data begin at an impossible place"),
-        CounterRow("unknown_message", "what began like an Oculus message was none: its kind"),
-        CounterRow("short_record", "what began like a record was none: too short"),
-        CounterRow("overlong_record", "what began like a record was none: longer than `sonar.max_record_bytes`",
+        CounterRow("garbage_bytes", "bytes outside records",
+                   advice="bytes outside records: noise, or records cut short by a baud rate that is too low"),
+        CounterRow("bad_version", "false starts of a record: wrong protocol version"),
+        CounterRow("bad_offset", "false starts of a record: impossible offset of its data"),
+        CounterRow("unknown_message", "false starts of an Oculus message: unknown kind"),
+        CounterRow("short_record", "false starts of a record: too short"),
+        CounterRow("overlong_record", "false starts of a record: longer than `sonar.max_record_bytes`",
                    logged=True),
-        CounterRow("bad_checksum", "what began like a record was none: its checksum", logged=True,
-                   advice="bytes change on the way: termination, ground, cable"),
-        CounterRow("nested_record", "what began like a record was none: without a checksum, and another begins in it"),
-        CounterRow("truncated_record", "records given up: their end did not come within `sonar.record_timeout_s`"),
+        CounterRow("bad_checksum", "records with a wrong checksum", logged=True,
+                   advice="the line damages bytes: check termination, ground, cable"),
+        CounterRow("nested_record", "false starts of a record: it has no checksum, and another record begins within"),
+        CounterRow("truncated_record", "incomplete records: their end did not arrive within `sonar.record_timeout_s`"),
         CounterRow("bad_settings", "records 7000 that cannot be used", logged=True),
         CounterRow("bad_beam_table", "records 7004 that cannot be used", logged=True),
         CounterRow("bad_water_column", "records 7018 and 7042 that cannot be used", logged=True),
@@ -89,10 +89,10 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("data_without_geometry", "samples without their record 7004", logged=True,
                    advice="switch record 7004 on at the sonar, for every ping"),
         CounterRow("bad_ping", "samples that do not fit their settings and beam table", logged=True),
-        CounterRow("no_device_time", "pings stamped by their arrival, as the sonar told no time", trouble=False,
+        CounterRow("no_device_time", "pings stamped by their arrival, as the sonar reported no time", trouble=False,
                    logged=True),
         CounterRow("device_clock_jumps", "jumps of the sonar's clock"),
-        CounterRow("wild_device_times", "stamps of the sonar more than 0.5 s off its clock so far"),
+        CounterRow("wild_device_times", "time stamps that differ by more than 0.5 s from the sonar's clock so far"),
         CounterRow("pings_held_back", "pings more than 0.5 s late, by the sonar's clock: the line holds them back",
                    logged=True, advice="pings come late by the sonar's clock: the line holds them back; if that clock "
                    "stood still, as a player's that paused, start sonar again"),
@@ -118,8 +118,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    "sonar for fewer pings"),
         CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
                    trouble=False),
-        CounterRow("drop_out_image", "images that show nothing"),
-        CounterRow("unseen_images", "images of which parts show nothing, for any of the reasons of `UnseenPart`",
+        CounterRow("drop_out_image", "images without usable data (drop-out)"),
+        CounterRow("unseen_images", "images with unseen parts, for any of the reasons of `UnseenPart`",
                    advice="parts of the sector are blind: `ods watch` says which, and why"),
         CounterRow("pings_without_pose", "pings without a pose for the stages that compare pings"),
         CounterRow("process_mean_us", "running mean of the time a ping takes, us", trouble=False),
@@ -132,17 +132,17 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    logged=True, advice="too many objects or echoes for this computer: raise the detector's threshold"),
         CounterRow("detections_late", "pings left out: not later than the one before", logged=True),
         CounterRow("detections_from_future", "pings left out: stamped more than 1 s ahead", logged=True),
-        CounterRow("pings_without_pose", "pings without a pose at transmission: objects only carried on"),
+        CounterRow("pings_without_pose", "pings without a pose at transmission: objects are only predicted"),
         CounterRow("poses_from_future", "poses left out: stamped more than 1 s ahead", logged=True),
         CounterRow("pose_jumps", "poses that are elsewhere, or turned, by more than the vehicle can have moved since "
                    "the one before: the list is not valid for 1 s", logged=True,
-                   advice="the INS's place or heading jumps: objects seen before lie elsewhere for it"),
+                   advice="the INS's position or heading jumps: earlier objects are displaced"),
         CounterRow("pings_without_reception_pose", "pings without a pose at reception, or without a sound speed: the "
                    "pose at transmission taken"),
-        CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start go with them", trouble=False),
+        CounterRow("utc_steps", "steps of UTC by more than 1 s: stamps since the start are corrected", trouble=False),
         CounterRow("obstacle_not_finite", "obstacles left out of a list: a number that is not finite"),
-        CounterRow("checkpoint_unusable", "what a former tracker left could not be used", logged=True),
-        CounterRow("checkpoint_failed", "times the tracker could not leave its objects in the run folder", logged=True),
+        CounterRow("checkpoint_unusable", "checkpoints of an earlier tracker that could not be used", logged=True),
+        CounterRow("checkpoint_failed", "checkpoints that could not be written to the run folder", logged=True),
         CounterRow("map_not_finite", "objects left out of the map: a number that is not finite", logged=True),
         CounterRow("map_unusable", "attempts to open and read the map that failed", logged=True),
         CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),
@@ -158,9 +158,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    logged=True, advice="choose one by nav.dbc.source_address"),
         CounterRow("frame_twin", "DBC: frames dropped: a mapped number with the other kind of identifier"),
         CounterRow("nmea_sentences", "NMEA: sentences used", trouble=False),
-        CounterRow("nmea_other", "NMEA: sentences of no use, or of another talker", trouble=False),
+        CounterRow("nmea_other", "NMEA: sentences of other kinds or talkers, not used", trouble=False),
         CounterRow("nmea_damaged", "NMEA: lines dropped: a wrong checksum, or no sentence at all",
-                   logged=True, advice="bytes change on the way: baud, ground, cable, two devices on one line"),
+                   logged=True, advice="the line damages bytes: baud, ground, cable, or two devices on one line"),
         CounterRow("nmea_talkers", "NMEA: sentences used while they come of two talkers", logged=True,
                    advice="name one in nav.nmea"),
         CounterRow("nmea_no_checksum", "NMEA: sentences dropped: they have no checksum", logged=True,
@@ -192,14 +192,14 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("altitude_absurd", "altitudes left out of a pose: not above 0, no number, or they or their standard "
                    "deviation beyond `nav.limits.altitude_m`", logged=True),
         CounterRow("altitude_still", "altitudes left out of a pose: always the same, though the vehicle rises or sinks",
-                   logged=True, advice="the altimeter hangs, or hears no bottom and tells its longest range"),
+                   logged=True, advice="the altimeter hangs, or detects no bottom and reports its longest range"),
         CounterRow("epoch_late", "poses dropped: too old"),
         CounterRow("epoch_contested", "poses dropped while two nodes send as the INS"),
         CounterRow("epoch_untimed", "poses stamped without a valid time of day"),
-        CounterRow("ins_twice", "frames that tell of a second node with the INS's id"),
-        CounterRow("own_id_taken", "frames that tell of a second node with our own id"),
+        CounterRow("ins_twice", "frames that show a second node with the INS's id"),
+        CounterRow("own_id_taken", "frames that show a second node with the id of ODS"),
         CounterRow("ins_clock_jumps", "jumps of the INS's clock"),
-        CounterRow("ins_clock_wild", "stamps that did not fit the INS's clock so far"),
+        CounterRow("ins_clock_wild", "time stamps that do not fit the INS's clock so far"),
         CounterRow("wall_clock_steps", "steps of this machine's wall clock by more than 0.1 s"),
         CounterRow("heartbeat_bad", "malformed heartbeats of the INS"),
         CounterRow("emcy", "emergency messages of the INS", trouble=False),
@@ -217,7 +217,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("can_extended", "data frames with 29-bit identifiers (CANopen)"),
         CounterRow("can_ignored", "remote and FD frames", trouble=False),
         CounterRow("can_overflow", "frames that the kernel dropped as its receive buffer was full"),
-        CounterRow("can_error_frames", "what the driver told of the CAN controller"),
+        CounterRow("can_error_frames", "error frames: states of the CAN controller, reported by the driver"),
         CounterRow("can_bus_off", "times the controller went bus-off"),
         CounterRow("can_recovered", "ends of bus-off"),
         CounterRow("can_garbage", "lines of an slcan adapter that are neither frame nor answer"),
@@ -225,7 +225,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     ),
     "sim": (
         CounterRow("pings_late", "pings that were sent after their time"),
-        CounterRow("sonar_bytes_lost", "bytes of pings that nobody took"),
+        CounterRow("sonar_bytes_lost", "bytes of pings that no client read"),
     ),
     "record": (
         CounterRow("messages", "messages written", trouble=False),
@@ -250,14 +250,14 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("unfit_poses", "poses that s7k cannot carry"),
         CounterRow("utc_steps", "steps of UTC by more than 1 s: the recording goes on in the UTC that it began with"),
         CounterRow("contacts_without_pose", "changes not written yet, because the vehicle's pose was not known"),
-        *(CounterRow(f"bad_{topic}", f"`{topic}` messages that are none; they are among the lost ones too")
+        *(CounterRow(f"bad_{topic}", f"malformed `{topic}` messages; they are among the lost ones too")
           for topic in ("ping", "obstacles", "pose")),
     ),
     RECORDINGS: (
-        CounterRow("corrupt_frames", "ARIS: frames that are none; clips: frames that show what the one before showed"),
+        CounterRow("corrupt_frames", "ARIS: malformed frames; clips: frames equal to the one before"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
         CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
-        CounterRow("other_messages", "Oculus: messages, and items of a log, of no use here"),
+        CounterRow("other_messages", "Oculus: messages, and items of a log, of other kinds, not used"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (
@@ -295,8 +295,8 @@ def _of_bus(process: str) -> list[CounterRow]:
     row = PROCESSES[process]
     topics = [] if row.raw else [*row.reads, *([bus.HEALTH] if row.watches else [])]
     dropped = [CounterRow(f"dropped_{topic}", f"`{topic}` messages dropped: newer ones waited") for topic in topics]
-    bad = [CounterRow(f"bad_{topic}", f"`{topic}` messages that are none", logged=True) for topic in topics]
-    requests = [CounterRow(f"bad_{row.answers}", "requests that are none, or too long")] if row.answers else []
+    bad = [CounterRow(f"bad_{topic}", f"malformed `{topic}` messages", logged=True) for topic in topics]
+    requests = [CounterRow(f"bad_{row.answers}", "requests that are malformed or too long")] if row.answers else []
     return dropped + bad + requests
 
 

@@ -80,7 +80,8 @@ def test_each_word_of_the_glossary_has_its_place(word: str, file: str, name: str
 
 
 def test_the_glossary_has_a_place_for_every_word() -> None:
-    rows = [line for line in GLOSSARY.splitlines() if line.startswith("| ")]
+    words = GLOSSARY[: GLOSSARY.index("## Words to replace")]
+    rows = [line for line in words.splitlines() if line.startswith("| ")]
     assert len(WORDS) == len(rows) - rows.count("| word | meaning | in the code |") >= 30
 
 
