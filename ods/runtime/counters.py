@@ -71,7 +71,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    advice="bytes that are in no record: noise, or records cut short by a baud that is too low"),
         CounterRow("bad_version", "what began like a record was none: its protocol version"),
         CounterRow("bad_offset", "what began like a record was none: its data begin at an impossible place"),
-        CounterRow("unknown_message", "what began like an Oculus message was none: its kind"),
+        CounterRow("unknown_message", "what began like a message of Oculus or Norbit was none: its kind"),
         CounterRow("short_record", "what began like a record was none: too short"),
         CounterRow("overlong_record", "what began like a record was none: longer than `sonar.max_record_bytes`",
                    logged=True),
@@ -256,8 +256,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     RECORDINGS: (
         CounterRow("corrupt_frames", "ARIS: frames that are none; clips: frames that show what the one before showed"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
-        CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
-        CounterRow("other_messages", "Oculus: messages, and items of a log, of no use here"),
+        CounterRow("corrupt_pings", "Oculus, Norbit: images that cannot be used"),
+        CounterRow("other_messages", "Oculus, Norbit: messages, and items of a log, of no use here"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (

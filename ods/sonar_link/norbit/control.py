@@ -58,20 +58,27 @@ class CommandControl:
 
     @property
     def answered(self) -> bool:
-        """Tell whether the sonar has answered any command since the last beginning."""
+        """Tell whether the sonar has answered any command on this connection."""
         return any(answer is not None for answer in self._answers.values())
 
     def connected(self, now_ns: int) -> None:
         """Begin: the command port has been connected."""
         self._connected = True
         self._bytes = b""
+        self._answers = {}
+        self._tried = 0
         self.begin(now_ns)
 
     def begin(self, now_ns: int) -> None:
-        """Send all commands, from the first on."""
+        """Send all commands, from the first on; what was answered before holds until it is answered anew.
+
+        One that waits for its very first answer goes on waiting: the stream of a silent sonar is made anew again and
+        again.
+        """
+        if self._tried and not self.answered:
+            return
         self._place = self._tried = 0
         self._due_ns = now_ns
-        self._answers = {}
 
     def lost(self) -> None:
         """Say nothing until there is a connection."""
@@ -101,7 +108,7 @@ class CommandControl:
 
     def problems(self) -> list[str]:
         """Say in plain words what the sonar did not take; nothing of commands that are still to be answered."""
-        if len(self._answers) >= len(self._commands) and not self.answered:
+        if self._answers and not self.answered:
             return ["the sonar answers no command: is the command port that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]
 
