@@ -13,7 +13,7 @@ from tests.sonar_link.norbit import wire
 PACKETS = [wire.image(wire.samples(number), number=number, time=1.7e9 + 0.1 * number) for number in range(1, 4)]
 
 
-def written(path: Path, *parts: bytes) -> Path:
+def written(path: Path, *parts: bytes | bytearray) -> Path:
     path.write_bytes(b"".join(parts))
     return path
 

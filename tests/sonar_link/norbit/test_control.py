@@ -88,7 +88,9 @@ def test_the_settings_are_the_document_s_commands_and_pinging_comes_last() -> No
         "set_resolution 1000 512", "set_tx 400 80 15 500", "set_vga 50", "sound_velocity -1", "set_trigger_mode 2",
         "set_rate 10", "set_tp_rate 10", "set_power 1",
     ]  # fmt: skip
-    manual = [command.words for command in NorbitSettings(gain_ramp_db=0.0, gain_db=12.0, sound_speed=1481.5).commands()]
+    manual = [
+        command.words for command in NorbitSettings(gain_ramp_db=0.0, gain_db=12.0, sound_speed=1481.5).commands()
+    ]
     assert manual[8:11] == ["set_vga 0", "set_gain 12", "sound_velocity 1481.5"]
     assert not any("sound" in command.name for command in NorbitSettings().commands())
 

@@ -172,7 +172,7 @@ def test_it_is_told_what_to_do_and_its_images_come_also_after_a_lost_connection(
         process.wait(lambda: len(process.pings) > 3)
         ping = process.pings[-1]
         np.testing.assert_array_equal(frame_of(ping), wire.samples(ping.ping_number, 500, 64).T)
-        asked = [line for line in dict.fromkeys(end.asked)]
+        asked = list(dict.fromkeys(end.asked))
         assert asked[0] == "set_mode 0"
         assert asked[-1] == "set_power 1"
         process.wait(lambda: process.health and not process.health.problems)

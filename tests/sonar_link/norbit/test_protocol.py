@@ -57,7 +57,7 @@ def test_every_sample_type_of_the_document(dtype: str, kept: str) -> None:
     sent = wire.samples(5, dtype=dtype)
     (ping,) = feed(make(), [wire.image(sent)])
     assert ping.dtype == kept
-    np.testing.assert_allclose(frame_of(ping), np.maximum(sent, 0).T.astype(np.float64), rtol=1e-6)
+    np.testing.assert_allclose(frame_of(ping).astype(np.float64), np.maximum(sent, 0).T.astype(np.float64), rtol=1e-6)
 
 
 def test_beams_that_are_counted_from_starboard_are_turned_round_with_their_samples() -> None:
@@ -195,9 +195,7 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
     (said,) = protocol.problems(6 * S)
     assert said.startswith("connected, but no image: it pings only after `set_power 1`, and its command port cannot be")
     answer_all(protocol, S, set_power="set_power 0")
-    assert protocol.problems(6 * S) == [
-        "connected, but no image: the sonar did not take set_power 1: it says 0"
-    ]
+    assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not take set_power 1: it says 0"]
     answer_all(protocol, S)
     assert "Another program that is connected and does not read stalls all others" in protocol.problems(6 * S)[0]
     unanswered = make()
@@ -213,7 +211,7 @@ def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
         (wire.sealed(bytes(88), 1), "it sends bathymetry, no images: sonar.port 2211 is theirs, images have 2211"),
         (wire.sealed(bytes(168), 4, checksum=0), "it sends snippets, no images"),
         (GOOD[:-1] + b"\xff", "its packets come damaged"),
-        (b"Sonar is ready to accept commands\r\n", "what comes is no WBMS packet: is sonar.port 2211 that of the images"),
+        (b"Sonar is ready to accept commands\r\n", "what comes is no WBMS packet: is sonar.port 2211 that"),
         (wire.image(wire.samples(1), rate=0.0), "its images cannot be used: see the counters"),
     ],
 )
