@@ -24,17 +24,11 @@ class CommandLine:
         self.counters = counters
         self._protocol = protocol
         self._port = TcpPort(address, 0.0, pauses_s)
-        self._open = False
-
-    @property
-    def fault(self) -> str:
-        """Why it is away, in plain words; '' when it is not."""
-        return self._port.fault
+        self._fault = ""
 
     def check(self, now_ns: int) -> None:
         """Open it if its time has come, hand on what has come, send what is due."""
         if self._port.open_if_due(now_ns):
-            self._open = True
             self._protocol.commands_open(now_ns)
         for _ in range(MAX_READS):
             data = self._port.read(now_ns)
@@ -44,9 +38,9 @@ class CommandLine:
         if self._port.fd is not None:
             for request in self._protocol.requests(now_ns):
                 self.counters["control_unsent"] += not self._port.write(request, now_ns)
-        if self._open and self._port.fd is None:
-            self._open = False
-            self._protocol.commands_lost(now_ns)
+        if self._port.fault and self._port.fault != self._fault:
+            self._protocol.commands_lost(self._port.fault, now_ns)
+        self._fault = self._port.fault
 
     def close(self) -> None:
         """Give the connection back."""

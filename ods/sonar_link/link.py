@@ -50,9 +50,8 @@ class SonarLink:
 
     @property
     def faults(self) -> list[str]:
-        """Why the line is away, no command can be sent, or no announcement be heard, in plain words."""
-        beside = self._commands.fault if self._commands else "", self._side.fault if self._side else ""
-        faults = self._port.fault, *beside
+        """Why the line is away, or the sonar's announcements cannot be heard, in plain words."""
+        faults = self._port.fault, self._side.fault if self._side else ""
         return [fault for fault in faults if fault]
 
     @property

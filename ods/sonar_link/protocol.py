@@ -17,7 +17,7 @@ Of a sonar with a `command_port`, connected or not with the stream:
 
     commands_open  a connection to it was made; from now on `requests` is what is sent there, and not with the stream
     answered       bytes have come from it
-    commands_lost  that connection was lost; another one may follow
+    commands_lost  that connection was lost, or could not be made; another one may follow
 """
 
 from abc import ABC, abstractmethod
@@ -95,8 +95,10 @@ class SonarProtocol(ABC):
     def answered(self, data: bytes, now_ns: int) -> None:  # noqa: B027
         """Take what came on `command_port`, in any chunking."""
 
-    def commands_lost(self, now_ns: int) -> None:  # noqa: B027
-        """Forget what was under way on `command_port`."""
+    def commands_lost(self, why: str, now_ns: int) -> None:  # noqa: B027
+        """Forget what was under way on `command_port`. That it is away is this protocol's to say, in `problems`: while
+        pings come, a list need not suffer from it.
+        """
 
     def problems(self, now_ns: int) -> list[str]:
         """Say in plain words what is wrong with the sonar, '' for nothing: one item each. Silence is said elsewhere."""

@@ -128,7 +128,8 @@ class CommandControl:
             if found:
                 self._answers[self._now.name] = tuple(float(number) for number in _NUMBER.findall(values))
                 self.counters["control_acknowledged"] += 1
-                self.counters["control_refused"] += bool(self._objection(self._now))
+                if self._objection(self._now):
+                    self.counters["control_refused"] += 1
                 self._go_on(now_ns)
                 return
 

@@ -62,6 +62,7 @@ class NorbitProtocol(SonarProtocol):
         self._kinds: Counter[int] = Counter()
         self._mode = FORWARD
         self._connected = self._commanded = False
+        self._no_commands = ""
         self._newest_ns: int | None = None
         """Of the newest ping; before the first, of the beginning."""
 
@@ -85,9 +86,10 @@ class NorbitProtocol(SonarProtocol):
         self._commanded = True
         self._control.connected(now_ns)
 
-    def commands_lost(self, _now_ns: int) -> None:
+    def commands_lost(self, why: str, _now_ns: int) -> None:
         """Say nothing until the command port is there again."""
         self._commanded = False
+        self._no_commands = why
         self._control.lost()
 
     def answered(self, data: bytes, now_ns: int) -> None:
@@ -116,14 +118,16 @@ class NorbitProtocol(SonarProtocol):
         return self._take(self._framer.flush())
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no image comes, or what the sonar did not take."""
+        """Say why no image comes, or that the images are of another mode.
+
+        What the sonar answers otherwise than wanted is counted and logged: each packet tells what its image is of.
+        """
         if self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS:
             return [silence.why(self._evidence())]
-        said = self._control.problems()
-        if self._mode != FORWARD:
-            name = MODE_NAMES.get(self._mode, "unknown")
-            said.append(f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): another program's?")
-        return said
+        if self._mode == FORWARD:
+            return []
+        name = MODE_NAMES.get(self._mode, "unknown")
+        return [f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): another program's?"]
 
     def traffic(self, seconds: float) -> str:
         """Say which packets came."""
@@ -139,6 +143,7 @@ class NorbitProtocol(SonarProtocol):
         return Evidence(
             connected=self._connected,
             commanded=self._commanded,
+            no_commands=self._no_commands,
             commands=self._command_port is not None,
             answered=self._control.answered,
             objections=self._control.problems(),
@@ -155,7 +160,8 @@ class NorbitProtocol(SonarProtocol):
             if packet.header.kind != PacketKind.IMAGE:
                 self.counters["other_records"] += 1
                 continue
-            self.counters["unchecked_records"] += not packet.header.checksum
+            if not packet.header.checksum:
+                self.counters["unchecked_records"] += 1
             ping = self._ping(packet, packets.decode_image_head(packet.data))
             pings += [] if ping is None else [ping]
         return pings

@@ -15,6 +15,8 @@ class Evidence(NamedTuple):
     """With the stream;"""
     commanded: bool
     """with the command port."""
+    no_commands: str
+    """Why not with the command port;"""
     commands: bool
     """Whether commands are sent at all."""
     answered: bool
@@ -63,7 +65,7 @@ def _silent(known: Evidence) -> str:
             "is the program on that sets it?"
         )
     if not known.commanded:
-        return "it pings only after `set_power 1`, and its command port cannot be reached: a firewall, or another port"
+        return f"it pings only after `set_power 1`, and its command port cannot be reached: {known.no_commands}"
     if known.objections:
         return known.objections[0]
     if not known.answered:

@@ -27,6 +27,7 @@ from tests.sonar_link.norbit import wire
 
 CONFIG = Path(__file__).parents[3] / "config" / "onboard-norbit.toml"
 PATIENCE_S = 30.0
+EDS = {"ins_eds": "ins", "node_eds": "ods_node"}
 
 
 class FarEnd:
@@ -37,6 +38,7 @@ class FarEnd:
         self.images = socket.create_server(("127.0.0.1", 0))
         self.commands = socket.create_server(("127.0.0.1", 0))
         self.clients: list[socket.socket] = []
+        self.talkers: list[socket.socket] = []
         self._answers = answers
         self._always = always
         self._stopping = threading.Event()
@@ -61,11 +63,12 @@ class FarEnd:
         self.commands.close()
 
     def _accept(self, server: socket.socket) -> socket.socket | None:
-        server.settimeout(0.05)
-        with contextlib.suppress(TimeoutError):
+        with contextlib.suppress(OSError):  # nobody has come, or the test has closed it
+            server.settimeout(0.05)
             client, _ = server.accept()
             client.settimeout(0.05)
             return client
+        self._stopping.wait(0.01)
         return None
 
     def _talk(self) -> None:
@@ -73,6 +76,7 @@ class FarEnd:
             client = self._accept(self.commands)
             if client is None:
                 continue
+            self.talkers.append(client)
             with client, contextlib.suppress(OSError):
                 client.sendall(b"NORBIT WBMS\r\nSonar is ready\r\n")
                 rest = b""
@@ -122,7 +126,7 @@ class Process:
             },
             "nav": {
                 "can": {"interface": "virtual", "channel": "none"},
-                "canopen": {"ins_eds": str(CONFIG.with_name("ins.eds")), "node_eds": str(CONFIG.with_name("ods_node.eds"))},
+                "canopen": {name: str(CONFIG.with_name(f"{file}.eds")) for name, file in EDS.items()},
             },
         }  # fmt: skip
         config = folder / "onboard.toml"
@@ -184,6 +188,25 @@ def test_it_is_told_what_to_do_and_its_images_come_also_after_a_lost_connection(
         process.wait(lambda: process.counter("port_opens") == 2)
         assert process.counter("bad_checksum") == 0
         assert process.counter("control_lost") == 0
+
+
+@pytest.mark.timeout(120)
+def test_a_lost_command_port_costs_no_image_and_is_spoken_to_again() -> None:
+    end = FarEnd()
+    with running(end) as process:
+        process.wait(lambda: len(process.pings) > 3)
+        before = len(end.asked)
+        end.talkers[-1].shutdown(socket.SHUT_RDWR)
+        process.wait(lambda: end.asked.count("set_power 1") == 2 and len(end.asked) >= 2 * before)
+        newest = process.pings[-1].ping_number
+        process.wait(lambda: process.pings[-1].ping_number > newest + 3)
+        end.commands.close()
+        end.talkers[-1].shutdown(socket.SHUT_RDWR)
+        seen = process.health.seq if process.health else 0
+        process.wait(lambda: process.health and process.health.seq > seen + 3)
+        assert process.health is not None
+        assert process.health.problems == []
+        assert process.counter("port_losses") == 0
 
 
 @pytest.mark.timeout(120)

@@ -192,8 +192,11 @@ def answer_all(protocol: NorbitProtocol, now_ns: int, **other: str) -> list[str]
 def test_why_there_is_no_image_the_likeliest_cause_first() -> None:
     protocol = make()
     assert protocol.problems(5 * S) == []  # its commands take their time
-    (said,) = protocol.problems(6 * S)
-    assert said.startswith("connected, but no image: it pings only after `set_power 1`, and its command port cannot be")
+    protocol.commands_lost("192.168.53.68 port 2209: connection refused", S)
+    assert protocol.problems(6 * S) == [
+        "connected, but no image: it pings only after `set_power 1`, and its command port cannot be reached: "
+        "192.168.53.68 port 2209: connection refused"
+    ]
     answer_all(protocol, S, set_power="set_power 0")
     assert protocol.problems(6 * S) == ["connected, but no image: the sonar did not take set_power 1: it says 0"]
     answer_all(protocol, S)
@@ -231,12 +234,14 @@ def test_a_sonar_that_cannot_be_reached() -> None:
     assert said.startswith("it takes commands, but no connection at port 2211: images have 2211; or a firewall")
 
 
-def test_another_mode_and_what_it_did_not_take_are_problems_while_pings_come() -> None:
+def test_while_pings_come_another_mode_is_a_problem_and_what_it_did_not_take_is_counted() -> None:
+    """A problem makes lists not valid; of a range, each ping says itself what it is."""
     protocol = make()
     assert answer_all(protocol, S, set_range="set_range 0 25")[3] == "set_range 0 40"
     protocol.feed(wire.image(wire.samples(1), mode=1), 6 * S)
+    assert protocol.counters["control_refused"] == 1
+    protocol.commands_lost("refused", 6 * S)
     assert protocol.problems(7 * S) == [
-        "the sonar did not take set_range 0 40: it says 0 25",
         "the sonar works in mode 1 (bathymetry), not 0 (forward): another program's?",
     ]
     assert protocol.traffic(2.0) == "images at 0.5 Hz"
@@ -249,7 +254,7 @@ def test_all_commands_are_sent_again_when_the_stream_is_new() -> None:
     protocol.end_stream(2 * S)
     protocol.connected(3 * S)
     assert protocol.requests(3 * S) == [b"set_mode 0\r\n"]
-    protocol.commands_lost(3 * S)
+    protocol.commands_lost("hung up", 3 * S)
     assert protocol.requests(5 * S) == []
 
 
