@@ -34,6 +34,7 @@ from ods.tracker.scenario import load_scenario
 from tests.map.test_command import rock
 from tests.recording.mcap_samples import mission, write_segment
 from tests.recordings import ARIS, OCULUS
+from tests.sonar_link.norbit import wire as norbit
 from tests.sonar_link.test_decoder_oculus_log import BEGUN_S, item, log, messages, packed
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -141,6 +142,7 @@ READERS: dict[str, Reader] = {
     "aris": Reader("a.aris", _copied(ARIS), _pings),
     "oculus": Reader("a.raw", _copied(OCULUS), _pings),
     "viewpoint": Reader("a.oculus", _viewpoint, _pings),
+    "norbit": Reader("a.wbms", lambda path: path.write_bytes(norbit.image(norbit.samples(1))), _pings),
     "mcap": Reader("a.mcap", lambda path: write_segment(path, mission(3), attachments={"a": b"b"}), _recording),
     "map": Reader("a.sqlite", _new_map, _map),
     "config": Reader("a.toml", _copied(CONFIG / "onboard.toml"), lambda path: load(path, OnboardConfig)),

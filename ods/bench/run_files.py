@@ -38,6 +38,7 @@ def _written(settings: BenchConfig) -> tuple[Path, Path]:
     onboard = _as_dict(load(settings.onboard, OnboardConfig))
     onboard["bus"]["run_dir"] = str(run_dir)
     onboard["sonar"] |= {"port": port_of(settings.sim, run_dir), "latency_ms": settings.sim.sonar_latency_ms}
+    onboard["sonar"]["norbit"]["command_port"] = settings.sim.sonar_command_port
     onboard["nav"]["can"] |= {"interface": interface, "channel": channel}
     if settings.sim.ins == "nmea":
         onboard["nav"]["nmea"]["port"] = str(run_dir / PORT)

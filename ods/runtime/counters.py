@@ -71,7 +71,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    advice="bytes outside records: noise, or records cut short by a baud rate that is too low"),
         CounterRow("bad_version", "false starts of a record: wrong protocol version"),
         CounterRow("bad_offset", "false starts of a record: impossible offset of its data"),
-        CounterRow("unknown_message", "false starts of an Oculus message: unknown kind"),
+        CounterRow("unknown_message", "false starts of an Oculus or Norbit message: unknown kind"),
         CounterRow("short_record", "false starts of a record: too short"),
         CounterRow("overlong_record", "false starts of a record: longer than `sonar.max_record_bytes`",
                    logged=True),
@@ -256,8 +256,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     RECORDINGS: (
         CounterRow("corrupt_frames", "ARIS: malformed frames; clips: frames equal to the one before"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
-        CounterRow("corrupt_pings", "Oculus: ping results that cannot be used"),
-        CounterRow("other_messages", "Oculus: messages, and items of a log, of other kinds, not used"),
+        CounterRow("corrupt_pings", "Oculus, Norbit: images that cannot be used"),
+        CounterRow("other_messages", "Oculus, Norbit: messages, and items of a log, of other kinds, not used"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (

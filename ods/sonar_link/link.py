@@ -1,4 +1,4 @@
-"""The line to the sonar: its port, the port of its announcements if it has one, and the protocol spoken there."""
+"""The line to the sonar: its port, those of its announcements and commands if it has them, and the protocol spoken."""
 
 from collections import Counter
 
@@ -8,6 +8,7 @@ from ods.runtime.port.port import Port
 from ods.runtime.port.serial_port import SerialPort
 from ods.runtime.port.tcp_port import TcpPort
 from ods.runtime.port.udp_listener import UdpListener
+from ods.sonar_link.command_line import CommandLine
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
 
@@ -35,6 +36,10 @@ class SonarLink:
             else SerialPort(settings.port, settings.baud, pauses_s, counters)
         )
         self._side = UdpListener(protocol.side_port) if protocol.side_port is not None else None
+        commands = protocol.command_port if address else None
+        self._commands = (
+            CommandLine(address._replace(port=commands), protocol, pauses_s, counters) if address and commands else None
+        )
         self._byte_s = 0.0 if address else BITS_A_BYTE / settings.baud
         self._streaming = False
 
@@ -75,7 +80,9 @@ class SonarLink:
         if self._port.open_if_due(now_ns):
             self._streaming = True
             self._protocol.connected(now_ns)
-        if self._port.fd is not None:
+        if self._commands is not None:
+            self._commands.check(now_ns)
+        elif self._port.fd is not None:
             for request in self._protocol.requests(now_ns):
                 self.counters["control_unsent"] += not self._port.write(request, now_ns)
         return pings
@@ -85,6 +92,8 @@ class SonarLink:
         self._port.close()
         if self._side is not None:
             self._side.close()
+        if self._commands is not None:
+            self._commands.close()
         return self._end_lost_stream(now_ns)
 
     def _end_lost_stream(self, now_ns: int) -> list[Ping]:

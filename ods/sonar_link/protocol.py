@@ -12,6 +12,12 @@ What the line calls, and when:
     requests       as often, while connected: what it returns is sent at once
     heard          a datagram came to `side_port`, connected or not
     end_stream     the connection was lost; another one may follow
+
+Of a sonar with a `command_port`, connected or not with the stream:
+
+    commands_open  a connection to it was made; from now on `requests` is what is sent there, and not with the stream
+    answered       bytes have come from it
+    commands_lost  that connection was lost, or could not be made; another one may follow
 """
 
 from abc import ABC, abstractmethod
@@ -38,6 +44,11 @@ class SonarProtocol(ABC):
     @property
     def side_port(self) -> int | None:
         """UDP port on which the sonar announces itself, by broadcast too; None: it does not. The line listens there."""
+        return None
+
+    @property
+    def command_port(self) -> int | None:
+        """TCP port, at the sonar's address, where it takes `requests`; None: on the connection of the stream itself."""
         return None
 
     @property
@@ -77,6 +88,17 @@ class SonarProtocol(ABC):
 
     def heard(self, datagram: bytes, sender: str, now_ns: int) -> None:  # noqa: B027
         """Take what came to `side_port`, at most 64 kB, from the IP address `sender`: anybody may have sent it."""
+
+    def commands_open(self, now_ns: int) -> None:  # noqa: B027
+        """Begin a conversation on `command_port`."""
+
+    def answered(self, data: bytes, now_ns: int) -> None:  # noqa: B027
+        """Take what came on `command_port`, in any chunking."""
+
+    def commands_lost(self, why: str, now_ns: int) -> None:  # noqa: B027
+        """Forget what was under way on `command_port`. That it is away is this protocol's to say, in `problems`: while
+        pings come, a list need not suffer from it.
+        """
 
     def problems(self, now_ns: int) -> list[str]:
         """Say in plain words what is wrong with the sonar, '' for nothing: one item each. Silence is said elsewhere."""

@@ -58,6 +58,9 @@ PROTOCOLS: dict[str, ProtocolRow] = {
         "ods.sonar_link.oculus.protocol:OculusProtocol", frozenset({"tcp"}), "Blueprint Subsea Oculus M series",
         "oculus.md",
     ),
+    "norbit": ProtocolRow(
+        "ods.sonar_link.norbit.protocol:NorbitProtocol", frozenset({"tcp"}), "Norbit WBMS FLS", "norbit.md",
+    ),
 }  # fmt: skip
 """By the names that `sonar.protocol` may have."""
 

@@ -9,6 +9,7 @@ from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegativeSeconds, Seconds, Settings, slider
 from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
+from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
@@ -55,6 +56,7 @@ class SonarSettings(Settings, frozen=True):
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()
+    norbit: NorbitSettings = NorbitSettings()
 
     @property
     def control_patience_s(self) -> float:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
+from ods.sim_sonar.device.norbit import NorbitEnd
 from ods.sim_sonar.device.oculus import OculusEnd
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
@@ -27,6 +28,9 @@ def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple
     if sim.sonar_line == "oculus":
         plain = TcpLine(sim.sonar_tcp_port)
         return OculusEnd(load(sim.sonar, SonarFile), images, plain, sim.sonar_status_port), plain
+    if sim.sonar_line == "norbit":
+        plain = TcpLine(sim.sonar_tcp_port)
+        return NorbitEnd(images, plain, TcpLine(sim.sonar_command_port)), plain
     refuse_beyond_s7k(sim.scene, images.scene, sim.sonar, images.sonar)
     line: Line = FramedTcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
     return SeaBatEnd(images, line), line

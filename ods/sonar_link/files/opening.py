@@ -13,6 +13,7 @@ from ods.base.plugins import reason
 from ods.sonar_link.files.aris import ArisDecoder
 from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder
 from ods.sonar_link.files.fan_image import FanClipDecoder, FanGeometry
+from ods.sonar_link.files.norbit import NorbitDecoder
 from ods.sonar_link.files.npz import NpzDecoder
 from ods.sonar_link.files.oculus import OculusDecoder
 from ods.sonar_link.files.oculus_log import OculusLogDecoder
@@ -27,6 +28,7 @@ DECODERS: tuple[Decoder, ...] = (
     ArisDecoder(),
     OculusDecoder(),
     OculusLogDecoder(),
+    NorbitDecoder(),
     FanClipDecoder(),
 )
 """Every format that comes with ODS, in any order."""

@@ -1,0 +1,77 @@
+"""Why a Norbit sends no image, in plain words, the likeliest cause first. Pure."""
+
+from collections import Counter
+from typing import NamedTuple
+
+from ods.sonar_link.norbit.packets import COMMAND_PORT, IMAGE_PORT, PacketKind
+
+OTHER_PORTS = {PacketKind.BATHYMETRY: "bathymetry", PacketKind.SNIPPETS: "snippets", PacketKind.SIDE_SCAN: "side scan"}
+
+
+class Evidence(NamedTuple):
+    """What is known when no ping comes."""
+
+    connected: bool
+    """With the stream;"""
+    commanded: bool
+    """with the command port."""
+    no_commands: str
+    """Why not with the command port;"""
+    commands: bool
+    """Whether commands are sent at all."""
+    answered: bool
+    objections: list[str]
+    """What the sonar did not take."""
+    host: str
+    port: int
+    kinds: "Counter[int]"
+    """Whole packets by kind,"""
+    counters: "Counter[str]"
+    """and what was no packet."""
+
+
+def why(known: Evidence) -> str:
+    """Return the reason, or what to look at."""
+    if not known.connected:
+        return _unreachable(known)
+    if known.kinds[PacketKind.IMAGE]:
+        return "its images cannot be used: see the counters"
+    for kind, name in OTHER_PORTS.items():
+        if known.kinds[kind]:
+            return f"it sends {name}, no images: sonar.port {known.port} is theirs, images have {IMAGE_PORT}"
+    if known.counters["bad_checksum"]:
+        return "its packets come damaged: look at cable and switch"
+    if known.counters["garbage_bytes"]:
+        return f"what comes is no WBMS packet: is sonar.port {known.port} that of the images, {IMAGE_PORT}?"
+    return f"connected, but no image: {_silent(known)}"
+
+
+def _unreachable(known: Evidence) -> str:
+    if known.commanded:
+        return (
+            f"it takes commands, but no connection at port {known.port}: images have {IMAGE_PORT}; "
+            f"or a firewall lets TCP {known.port} not out"
+        )
+    return (
+        f"is the sonar on, and is this computer in the network of {known.host} (`ip route get {known.host}`)? "
+        f"A firewall must let TCP {known.port} and {COMMAND_PORT} out"
+    )
+
+
+def _silent(known: Evidence) -> str:
+    if not known.commands:
+        return (
+            "it pings only after `set_power 1`, and no command is sent (sonar.norbit.command_port is 0): "
+            "is the program on that sets it?"
+        )
+    if not known.commanded:
+        return f"it pings only after `set_power 1`, and its command port cannot be reached: {known.no_commands}"
+    if known.objections:
+        return known.objections[0]
+    if not known.answered:
+        return "it has answered no command yet"
+    return (
+        "it says that it pings. Another program that is connected and does not read stalls all others: end it (the "
+        "maker's viewer, a hung driver); then a firewall that drops what comes back, and a sonar without images in its "
+        "licence"
+    )

@@ -1,0 +1,45 @@
+"""The whole chain with a simulated Norbit: images at one TCP port, commands at another."""
+
+import math
+import socket
+import tempfile
+from pathlib import Path
+
+import msgspec
+import pytest
+
+from ods.base.settings_file import load
+from ods.bench import runner
+from ods.bench.settings import BenchConfig
+from ods.runtime.bus import BusSettings
+
+CONFIG = Path(__file__).parents[2] / "config" / "bench-norbit.toml"
+
+
+def free_ports() -> list[int]:
+    with socket.create_server(("127.0.0.1", 0)) as one, socket.create_server(("127.0.0.1", 0)) as other:
+        return [one.getsockname()[1], other.getsockname()[1]]
+
+
+@pytest.mark.timeout(300)
+def test_every_object_has_a_track_and_the_sonar_was_told_what_to_do() -> None:
+    with tempfile.TemporaryDirectory(prefix="ods-") as folder:
+        images, commands = free_ports()
+        shipped = load(CONFIG, BenchConfig)
+        sim = msgspec.structs.replace(shipped.sim, sonar_tcp_port=images, sonar_command_port=commands)
+        bus = BusSettings(run_dir=Path(folder) / "run")
+        record = runner.fly_mission(
+            msgspec.structs.replace(shipped, bus=bus, out=Path(folder) / "out", sim=sim, seconds=10.0)
+        )
+    last = [item for _, item in record.lists if item.valid and item.ping_number in record.truths][-1]
+    things = [item for item in record.truths[last.ping_number].objects if item.in_sector]
+    assert len(things) == 3
+    for thing in things:
+        assert any(math.dist(item.position_ned[:2], thing.position_ned[:2]) < 1.0 for item in last.obstacles)
+    assert record.image is not None
+    ping, _ = record.image
+    assert (ping.beams, ping.samples, ping.dtype) == (512, 833, "u2")
+    assert ping.sound_speed == 1500.0
+    counters = record.health["sonar"][-1].counters
+    assert counters["control_acknowledged"] >= 14
+    assert not counters.keys() & {"control_lost", "control_refused", "bad_ping", "bad_checksum", "no_device_time"}
