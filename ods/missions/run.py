@@ -5,45 +5,39 @@ from argparse import Namespace
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import closing
-from dataclasses import fields
-from hashlib import sha256
+from statistics import median
 
-import numpy as np
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ods import __version__
 from ods.base.errors import OdsError, reason_of
 from ods.base.settings_file import load
-from ods.config import OnboardConfig, part_of
 from ods.missions import report
-from ods.missions.flight import Flight
+from ods.missions.detections.fit import fit_to_file
+from ods.missions.detections.laws import sonar_fingerprint
 from ods.missions.journal import Journal
 from ods.missions.outcome import Flown
 from ods.missions.settings import Campaign
+from ods.missions.setup import flight_of, setup_of
+from ods.missions.watch import OnBoard
 from ods.missions.workers import Task, flown_of
-from ods.offline.mission import MissionSettings
-from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.sonar.model import SonarModel
 
 
 def run(args: Namespace) -> None:
-    """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
+    """Fly all missions that are not done yet and tell what came of all; or fit. Raises OdsError."""
     campaign = load(args.campaign, Campaign)
-    depends_on = {
-        "ods": __version__,
-        "campaign": campaign,
-        "onboard": _onboard(campaign),
-        "sonar": _fingerprint(find_sonar(campaign.sonar)),
-    }
     console, began = Console(highlight=False), time.perf_counter()
-    with closing(Journal(args.out, depends_on)) as journal:
+    if args.fit is not None:
+        fit_to_file(campaign, args.fit, console)
+        return
+    with closing(Journal(args.out, depends_on(campaign))) as journal:
         tasks = [Task(campaign, number, arm) for number in range(campaign.missions) for arm in campaign.arms]
         left = tasks[len(journal.done) :]
         costs: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
-        for outcome, cpu_s in _shown(flown_of(left, fly, args.workers), left, args.campaign.name):
-            journal.add(outcome)
-            costs[outcome.arm].append((outcome.time_s, cpu_s))
+        for flown in _shown(flown_of(left, fly, args.workers), left, args.campaign.name):
+            journal.add(flown.outcome)
+            costs[flown.outcome.arm].append((flown.outcome.time_s, flown.cpu_s))
         result = report.result_of(campaign, journal.done)
         try:
             report.write(args.out, journal.done, result)
@@ -63,20 +57,24 @@ def run(args: Namespace) -> None:
 def fly(task: Task) -> Flown:
     """Fly one mission, in any process. Raises OdsError."""
     began, campaign = time.process_time(), task.campaign
-    outcome = Flight(campaign, task.number, task.arm, find_sonar(campaign.sonar), _onboard(campaign)).fly()
-    return Flown(outcome, time.process_time() - began)
+    flight = flight_of(campaign, task.number, task.arm, setup_of(campaign))
+    outcome = flight.fly()
+    spent_s = time.process_time() - began
+    if not isinstance(flight.watch, OnBoard):
+        return Flown(outcome, spent_s)
+    return Flown(outcome, spent_s, median(flight.watch.finding_ms), median(flight.watch.tracking_ms))
 
 
-def _onboard(campaign: Campaign) -> MissionSettings:
-    if campaign.onboard is None:
-        return MissionSettings()
-    return part_of(load(campaign.onboard, OnboardConfig), MissionSettings)
-
-
-def _fingerprint(sonar: SonarModel) -> str:
-    """Return what no two sonars have in common, whatever their names."""
-    parts = [getattr(sonar, field.name) for field in fields(sonar)]
-    return sha256(b"".join(np.asarray(part).tobytes() for part in parts)).hexdigest()
+def depends_on(campaign: Campaign) -> dict[str, object]:
+    """Return all that the results of a campaign depend on. Raises OdsError."""
+    setup = setup_of(campaign)
+    return {
+        "ods": __version__,
+        "campaign": campaign,
+        "onboard": setup.onboard,
+        "sonar": sonar_fingerprint(setup.sonar),
+        **({} if setup.laws is None else {"detections": setup.laws}),
+    }
 
 
 def _shown(flown: Iterator[Flown], tasks: Sequence[Task], name: str) -> Iterator[Flown]:

@@ -6,11 +6,13 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.pipeline.settings import PipelineSettings
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.steered import VehicleSettings
+from ods.tracker.settings import TrackerSettings
 
 Arm = Literal["none", "ods", "truth"]
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=5000.0)]
@@ -70,8 +72,18 @@ class Campaign(Settings, frozen=True):
     """none: no avoidance; ods: the list of pipeline and tracker; truth: a list of what is really there, in reach."""
     sonar: str = "seabat6012"
     """Name of a file in config/sonars, or a path that ends in .toml."""
+    range_m: Metres | None = None
+    """Range that the sonar is set to, m: the shorter the more pings a second; none: its own."""
     onboard: Path | None = None
     """Configuration of pipeline and tracker; none: built-in settings."""
+    pipeline: PipelineSettings | None = None
+    """In place of that of `onboard`,"""
+    tracker: TrackerSettings | None = None
+    """and so the tracker's."""
+    fidelity: Literal["images", "detections"] = "images"
+    """What the arm `ods` works on: simulated images, or detections drawn by laws that were fitted to them."""
+    detections: Path | None = None
+    """The laws, a file by --fit; for `fidelity = "detections"`."""
     near_miss_m: NonNegative = 1.0
     """Nearer than this without touching is a near miss, m."""
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
@@ -85,3 +97,5 @@ class Campaign(Settings, frozen=True):
             raise ValueError("arms: one is named twice")
         if self.planner.climb_to_m > self.world.down_m:
             raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")
+        if self.fidelity == "detections" and self.detections is None:
+            raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')
