@@ -61,6 +61,31 @@ class WorldSettings(Settings, frozen=True):
             raise ValueError(f"obstacles_per_hectare: makes more than {MOST_OBSTACLES} obstacles a world")
 
 
+class Variant(Settings, frozen=True):
+    """One way of detecting and tracking, of a chart. What is left out is as in the campaign."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=60)]
+    varies: str = ""
+    """What the chart's legend calls it; variants of one have one colour."""
+    range_m: Metres | None = None
+    pipeline: PipelineSettings | None = None
+    tracker: TrackerSettings | None = None
+
+
+class ChartSettings(Settings, frozen=True):
+    """What `--chart` compares, in the same worlds."""
+
+    speeds_m_s: Annotated[tuple[Positive, ...], msgspec.Meta(min_length=1)] = (1.0, 2.0, 3.0)
+    """Cruise speeds of the vehicle, m/s."""
+    fit_missions: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 4
+    """Image-level missions to which the laws of each variant are fitted."""
+    variant: tuple[Variant, ...] = (Variant(name="as configured"),)
+
+    def __post_init__(self) -> None:
+        if len({each.name for each in self.variant}) < len(self.variant):
+            raise ValueError("variant: two have one name")
+
+
 class Campaign(Settings, frozen=True):
     """CAMPAIGN.toml."""
 
@@ -91,6 +116,7 @@ class Campaign(Settings, frozen=True):
     world: WorldSettings = WorldSettings()
     vehicle: VehicleSettings = VehicleSettings()
     planner: SteeringSettings = SteeringSettings()
+    chart: ChartSettings = ChartSettings()
 
     def __post_init__(self) -> None:
         if len(set(self.arms)) < len(self.arms):

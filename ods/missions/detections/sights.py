@@ -97,12 +97,18 @@ def seen_of(distance: Floats, bearing: Floats, radius: Floats, fan: Fan, number:
     step = float(fan.rays[1] - fan.rays[0])
     half = np.arcsin(np.minimum(radius[rows] / np.maximum(distance[rows], 1e-9), 1.0))
     seen = own.sum(axis=1) * step
+    here, each = met[rows], np.arange(len(rows))
+    start, end = fan.rays[first_ray] - 0.5 * step, fan.rays[last_ray] + 0.5 * step
+    begins = (first_ray > 0) & ~here[each, np.maximum(first_ray - 1, 0)]
+    ends = (last_ray < last) & ~here[each, np.minimum(last_ray + 1, last)]
+    start = np.where(begins, bearing[rows] - half, start)
+    end = np.where(ends, bearing[rows] + half, end)
     near_m = np.where(own, near[rows], math.inf).min(axis=1, initial=math.inf)
     return Sights(
         body=numbers[rows],
         near_m=near_m,
         radius_m=radius[rows],
-        bearing=0.5 * (fan.rays[first_ray] + fan.rays[last_ray]),
+        bearing=0.5 * (start + end),
         width=seen,
         shown=np.minimum(seen / np.maximum(2.0 * half, step), 1.0),
         at_edge=(first_ray <= RAYS) | (last_ray >= last - RAYS),
