@@ -15,11 +15,11 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("campaign", type=Path, metavar="CAMPAIGN.toml", help="worlds, arms, vehicle, planner")
     what = parser.add_mutually_exclusive_group(required=True)
     what.add_argument("--out", type=Path, metavar="DIR",
-                      help="fly it; results go there, and those of a stopped campaign there are gone on with")  # fmt: skip
+                      help="fly it; results go there; a stopped campaign there is gone on with")  # fmt: skip
     what.add_argument("--fit", type=Path, metavar="FILE.json",
                       help="fly some missions by images only, and fit laws of detections to them")  # fmt: skip
     parser.add_argument("--chart", action="store_true",
-                        help="with --out: collisions against time a ping of the campaign's variants, as picture and table")  # fmt: skip
+                        help="with --out: collisions against time a ping, variant by variant")  # fmt: skip
     add_style(parser)
     parser.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
 

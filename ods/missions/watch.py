@@ -83,7 +83,7 @@ class Finding(Protocol):
     """Makes detections of the world."""
 
     def found(self, number: int, sent: VehicleState) -> Found:
-        """Return what is found in ping `number`, sent from there, and the poses until its last echo. Raises OdsError."""
+        """Return what is found in ping `number`, sent from there, and the poses until its end. Raises OdsError."""
 
 
 class InImages:

@@ -1,7 +1,9 @@
 """Detections of a ping, drawn by laws: no image, no pipeline."""
 
 import math
-from typing import NamedTuple
+from collections.abc import Iterator
+from itertools import starmap
+from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
@@ -59,7 +61,7 @@ class Drawing:
         self._scores = np.full((bodies, len(Errors._fields)), math.nan)
         """Normal scores of each body's newest echo; not numbers: there was none."""
         self._before = np.ones(bodies, np.bool_)
-        self._pool = [Detection(*row[:16], bool(row[16]), *row[17:]) for row in laws.clutter.echoes]
+        self._pool = laws.clutter.echoes
         self._heard: list[tuple[int, float, float]] = []
         """Clutter of the ping before: which of the pool, and its place, north, east, m."""
 
@@ -94,7 +96,7 @@ class Drawing:
         errors = np.where(
             cut[rows, None], self._cut.errors(features[rows], scores), self._whole.errors(features[rows], scores)
         )
-        echoes = echoes_of(Errors(*errors.T), Sights(*(part[rows] for part in sights)), cut[rows], self._fan)
+        echoes = echoes_of(Errors(*errors.T), sights.take(rows), cut[rows], self._fan)
         return _parted(echoes, faint[rows])
 
     def _next_scores(self, bodies: Indices, cut: Mask) -> Floats:
@@ -131,7 +133,10 @@ class Drawing:
 
 
 def echoes_of(errors: Errors, sights: Sights, cut: Mask, fan: Fan) -> list[Detection]:
-    """Return the detections of bodies of which the errors are known; the other way round of `fitting.errors_of`."""
+    """Return the detections of bodies of which the errors are known; the other way round of `fitting.errors_of`.
+
+    Not drawn, as no tracker looks at them: `cells` (1), `amplitude`, `elevation_rad`.
+    """
     grown = {name: np.exp(np.clip(getattr(errors, name), -LARGEST_LOG, LARGEST_LOG)) for name in Errors._fields[3:11]}
     near = np.maximum(sights.near_m + errors.near, SMALLEST_M)
     middle = np.maximum(sights.near_m + sights.radius_m * (1.0 + errors.middle), near + SMALLEST_M)
@@ -144,7 +149,7 @@ def echoes_of(errors: Errors, sights: Sights, cut: Mask, fan: Fan) -> list[Detec
         peak,
         peak * grown["mean"],
         np.clip(errors.snr, 0.0, 90.0),
-        np.ones(len(near)),
+        np.ones(len(near), np.int64),
         grown["range_extent"],
         grown["bearing_extent"],
         grown["sigma_range"],
@@ -158,8 +163,8 @@ def echoes_of(errors: Errors, sights: Sights, cut: Mask, fan: Fan) -> list[Detec
         np.where(cut, 0.0, np.exp(np.minimum(errors.onset, LARGEST_LOG))),
         np.where(front < NOT_TOLD, 0.0, front),
     )
-    rows = zip(*(column.tolist() for column in columns), strict=True)
-    return [Detection(*row[:6], int(row[6]), *row[7:]) for row in rows]
+    rows: Iterator[tuple[Any, ...]] = zip(*(column.tolist() for column in columns), strict=True)
+    return list(starmap(Detection, rows))
 
 
 def _moved_to(echo: Detection, north: float, east: float, head: Placed) -> Detection:

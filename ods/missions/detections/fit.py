@@ -75,9 +75,7 @@ def fitted(campaign: Campaign, missions: int) -> tuple[Heard, Laws]:
     )
 
 
-def gathered(
-    campaign: Campaign, number: int, setup: Setup, gathering: Gathering
-) -> tuple[OnBoard, list[Detections]]:
+def gathered(campaign: Campaign, number: int, setup: Setup, gathering: Gathering) -> tuple[OnBoard, list[Detections]]:
     """Fly a mission by images and gather what it sees; return the detections, too. Raises OdsError."""
     gathering.begin()
     flight = flight_of(campaign, number, "ods", setup)

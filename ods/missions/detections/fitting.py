@@ -4,7 +4,6 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
 from scipy.special import expit, ndtr
 from scipy.stats import norm, rankdata
@@ -151,7 +150,7 @@ def _processed(sights: Sights, ranges: Sequence[tuple[float, float]]) -> Sights:
     if not ranges:
         return sights
     looked = np.any([(sights.near_m >= near) & (sights.near_m <= far) for near, far in ranges], axis=0)
-    return Sights(*(part[looked] for part in sights))
+    return sights.take(looked)
 
 
 def logit_of(features: Floats, happened: Mask) -> Floats:
@@ -181,9 +180,13 @@ def echo_law(heard: Heard, rows: Mask) -> EchoLaw:
     scores = norm.ppf(rankdata(standard, axis=0) / (len(standard) + 1.0))
     correlation = np.nan_to_num(np.corrcoef(scores.T)) + 1e-6 * np.eye(scores.shape[1])
     np.fill_diagonal(correlation, 1.0 + 1e-6)
-    mixing = np.linalg.cholesky(correlation)
+    mixing = np.asarray(np.linalg.cholesky(correlation), np.float64)
     return EchoLaw(
-        _rows(mean), _rows(scale), _rows(quantiles), _rows(mixing), tuple(_memory(heard, rows, scores).round(4).tolist())
+        _rows(mean),
+        _rows(scale),
+        _rows(quantiles),
+        _rows(mixing),
+        tuple(_memory(heard, rows, scores).round(4).tolist()),
     )
 
 
@@ -216,7 +219,7 @@ def clutter_law(alone: Sequence[Alone], pings: int) -> ClutterLaw:
         for each in alone
     )  # fmt: skip
     some = alone[:: max(1, -(-len(alone) // KEPT))]
-    echoes = [tuple(round(float(value), 6) for value in msgspec.structs.astuple(each.echo)) for each in some]
+    echoes = [each.echo for each in some]
     stays = min(again / len(alone), 0.95) if alone else 0.0
     return ClutterLaw(round(len(alone) / pings, 5), round(stays, 4), echoes, [each.faint for each in some])
 

@@ -13,7 +13,7 @@ from ods.base.arrays import Floats
 from ods.base.errors import OdsError, reason_of
 from ods.base.in_file import content_of
 from ods.base.out_file import written_whole
-from ods.messages import Sector
+from ods.messages import Detection, Sector
 from ods.missions.detections.sights import WORDS
 from ods.missions.settings import Campaign
 from ods.pipeline.settings import PipelineSettings
@@ -74,8 +74,8 @@ class ClutterLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     per_scan: Annotated[float, msgspec.Meta(ge=0.0, le=1000.0)]
     stays: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)]
     """How likely it is heard again in the next ping, at the same place."""
-    echoes: list[Row]
-    """Some that were heard: the numbers of `Detection`, in its order."""
+    echoes: list[Detection]
+    """Some that were heard."""
     faint: list[bool]
     """Of each: it was a faint one."""
 

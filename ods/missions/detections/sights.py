@@ -37,6 +37,10 @@ class Sights(NamedTuple):
     at_end: Mask
     """(m,) its front does not end before the farthest range."""
 
+    def take(self, rows: Indices | Mask) -> "Sights":
+        """Return those of some rows."""
+        return Sights._make(part[rows] for part in self)
+
 
 class Fan(NamedTuple):
     """What a sonar looks at."""
