@@ -14,7 +14,7 @@ class Flown(NamedTuple):
     cpu_s: float
     """Of one core; no part of the results, which are the same at each time."""
     finding_ms: float | None = None
-    """Median time of the pipeline a ping, or of drawing detections; none: there is no list,"""
+    """Median CPU time of the pipeline a ping, or of drawing detections; none: there is no list,"""
     tracking_ms: float | None = None
     """and of the tracker."""
 

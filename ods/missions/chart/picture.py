@@ -24,7 +24,7 @@ def chart_figure(points: Sequence[Point]) -> Figure:
         for kind in kinds:
             _draw([each for each in own if each.varies == kind], axes, SERIES[kinds.index(kind) % len(SERIES)])
         dress(axes, f"vehicle at {speed:g} m/s, {own[0].collision.of} missions a point",
-              "time a ping, pipeline and tracker, ms", "collisions per 100 missions")  # fmt: skip
+              "CPU time a ping, pipeline and tracker, ms", "collisions per 100 missions")  # fmt: skip
     for axes in panels[1:]:
         axes.set_ylabel("")
     panels[0].set_ylim(bottom=0.0)

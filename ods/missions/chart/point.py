@@ -12,7 +12,7 @@ class Point(msgspec.Struct, frozen=True, kw_only=True):
     varies: str
     speed_m_s: float
     ms: float
-    """Pipeline and tracker, a ping: medians."""
+    """Pipeline and tracker, CPU time a ping, see `ms_a_ping`."""
     pings_a_second: float
     collision: Rate
     success: Rate

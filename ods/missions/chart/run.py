@@ -15,10 +15,11 @@ from rich.table import Table
 
 from ods.base.errors import OdsError, reason_of
 from ods.base.out_file import written_whole
+from ods.missions.chart.cost import ms_a_ping
 from ods.missions.chart.picture import chart_figure
 from ods.missions.chart.point import Point
 from ods.missions.detections.fit import fitted
-from ods.missions.detections.laws import load_laws, save_laws
+from ods.missions.detections.laws import save_laws
 from ods.missions.fly import depends_on, fly, tasks_of
 from ods.missions.journal import Journal
 from ods.missions.outcome import Outcome
@@ -58,15 +59,16 @@ def points_of(campaign: Campaign, out: Path, workers: int) -> Iterator[Point]:
         if not laws_file.exists():
             folder.mkdir(parents=True, exist_ok=True)
             save_laws(fitted(own, campaign.chart.fit_missions)[1], laws_file)
+        ms = ms_a_ping(own)
         own = replace(own, fidelity="detections", detections=laws_file, arms=("ods",), chart=ChartSettings())
         for speed in campaign.chart.speeds_m_s:
-            flown, tracking_ms = _flown(at_speed(own, speed), folder / f"{speed:g}", workers)
+            flown = _flown(at_speed(own, speed), folder / f"{speed:g}", workers)
             listed = [each.first_listed_m for each in flown if each.first_listed_m is not None]
             yield Point(
                 name=variant.name,
                 varies=variant.varies,
                 speed_m_s=speed,
-                ms=round(load_laws(laws_file).chain_ms + tracking_ms, 3),
+                ms=ms,
                 pings_a_second=round(1.0 / sonar_of(own).ping_period_s, 2),
                 collision=rate_of(sum(each.ending == "collision" for each in flown), len(flown)),
                 success=rate_of(sum(each.ending == "success" for each in flown), len(flown)),
@@ -89,15 +91,12 @@ def at_speed(campaign: Campaign, speed_m_s: float) -> Campaign:
     return replace(campaign, planner=replace(campaign.planner, cruise_m_s=speed_m_s, slow_m_s=slow), vehicle=vehicle)
 
 
-def _flown(campaign: Campaign, folder: Path, workers: int) -> tuple[list[Outcome], float]:
-    """Return all outcomes, and the median time of the tracker, ms a ping."""
+def _flown(campaign: Campaign, folder: Path, workers: int) -> list[Outcome]:
+    """Return all outcomes."""
     with closing(Journal(folder, depends_on(campaign))) as journal:
-        spent_ms, tasks = [], tasks_of(campaign)
-        for flown in flown_of(tasks[len(journal.done) :], fly, workers):
+        for flown in flown_of(tasks_of(campaign)[len(journal.done) :], fly, workers):
             journal.add(flown.outcome)
-            spent_ms.append(flown.tracking_ms)
-        known = [each for each in spent_ms or [fly(tasks[0]).tracking_ms] if each is not None]
-        return journal.done, median(known)
+        return journal.done
 
 
 def write(points: list[Point], out: Path) -> None:

@@ -108,7 +108,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Ping by ping, again and again."""
     heard_from_db: float | None
     chain_ms: float
-    """Median time of the pipeline a ping where it was fitted; no part of any result."""
+    """Median CPU time of the pipeline a ping where it was fitted; no part of any result."""
     pings: int
     """That it was fitted to,"""
     echoes: int
