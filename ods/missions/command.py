@@ -4,20 +4,33 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from ods.base.arguments import positive_int
+from ods.base.errors import OdsError
 from ods.base.in_file import refuse_missing
+from ods.base.out_file import refuse_unwritable
+from ods.plots.style import add_style
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """A campaign and where its results go."""
     parser.add_argument("campaign", type=Path, metavar="CAMPAIGN.toml", help="worlds, arms, vehicle, planner")
-    parser.add_argument("--out", type=Path, metavar="DIR", required=True,
-                        help="results; those of a stopped campaign there are gone on with")  # fmt: skip
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--out", type=Path, metavar="DIR",
+                      help="fly it; results go there; a stopped campaign there is gone on with")  # fmt: skip
+    what.add_argument("--fit", type=Path, metavar="FILE.json",
+                      help="fly some missions by images only, and fit laws of detections to them")  # fmt: skip
+    parser.add_argument("--chart", action="store_true",
+                        help="with --out: collisions against time a ping, variant by variant")  # fmt: skip
+    add_style(parser)
     parser.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
 
 
 def run(args: Namespace) -> None:
     """Fly all missions that are not done yet and tell what came of all. Raises OdsError."""
     refuse_missing(args.campaign)
+    if args.chart and args.out is None:
+        raise OdsError("--chart: needs --out, where it goes")
+    if args.fit is not None:
+        refuse_unwritable(args.fit, read=[args.campaign])
     from ods.missions.run import run as work  # takes seconds: after what may be wrong
 
     work(args)

@@ -1,11 +1,16 @@
 """One mission: the vehicle in the loop, from the start to the goal, a collision or the end of patience."""
 
 import math
+from collections.abc import Iterator
+from statistics import fmean
 
 import msgspec
+import numpy as np
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.messages import ObstacleList
+from ods.missions.detections.laws import Laws
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
 from ods.missions.watch import STEPS, Heard, Told, watch_of
@@ -19,6 +24,9 @@ from ods.sim_sonar.steered import Steered, VehicleState, at_start
 NEARLY = 2.0
 """An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
 
+LISTED_M = 1.0
+"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
+
 
 class Referee:
     """Sees the truth: how near the vehicle came, and whether evasions had a reason."""
@@ -29,12 +37,25 @@ class Referee:
         self.path_m = self.not_valid_s = 0.0
         self.evasions = self.groundless = 0
         self._evading = self._grounded = False
+        self.first_listed_m: dict[int, float] = {}
+        """By the obstacles' numbers: how far the edge was when it was listed first, m."""
 
     def see(self, was: VehicleState, now: VehicleState) -> None:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
         self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+
+    def hear(self, told: ObstacleList, now: VehicleState) -> None:
+        """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
+        if not told.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
+            return
+        listed = np.array([each.position_ned[:2] for each in told.obstacles])
+        places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
+        off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
+        clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
+        for which in np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist():
+            self.first_listed_m.setdefault(which, float(clear[which]))
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -65,8 +86,12 @@ class Flight:
         sonar: SonarModel,
         onboard: MissionSettings,
         world: World | None = None,
+        laws: Laws | None = None,
     ) -> None:
-        """`world`: none: that of the campaign and number. Raises OdsError where sonar and world do not fit."""
+        """`world`: none: that of the campaign and number; `laws`: see `OnBoard`.
+
+        Raises OdsError where sonar and world do not fit.
+        """
         self.world = make_world(campaign.world, campaign.seed, number) if world is None else world
         self._number, self._arm, self._campaign = number, arm, campaign
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
@@ -78,26 +103,38 @@ class Flight:
         self._period_s = sonar.ping_period_s
         self._true = Told(self.world, sonar.range_max_m)
         try:
-            self._watch = watch_of(arm, self.world, self.vehicle, sonar, onboard)
+            self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws)
         except ValueError as error:
             raise OdsError(f"world: {error}") from error
         self.heard: Heard | None = None
+        self._ending: Ending = "time-out"
 
     def fly(self) -> Outcome:
         """Return what came of it. Raises OdsError."""
-        campaign = self._campaign
-        patience_s = campaign.longest * campaign.world.length_m / campaign.planner.cruise_m_s
-        ending: Ending = "time-out"
-        for ping in range(math.ceil(patience_s / self._period_s)):
+        for _ in self.pings():
+            pass
+        return self._outcome()
+
+    def pings(self) -> Iterator[VehicleState]:
+        """Go on ping by ping to the end; yield where each was sent from. Raises OdsError."""
+        for ping in range(self.most_pings):
+            sent = self.vehicle.way[-1]
             arrived = self.step(ping)
+            yield sent
             if self.referee.clearance_m < 0.0:
-                ending = "collision"
+                self._ending = "collision"
                 break
             if arrived:
-                ending = "success"
+                self._ending = "success"
                 break
         self.referee.end()
-        return self._outcome(ending)
+
+    @property
+    def most_pings(self) -> int:
+        """After so many patience ends."""
+        campaign = self._campaign
+        patience_s = campaign.longest * campaign.world.length_m / campaign.planner.cruise_m_s
+        return math.ceil(patience_s / self._period_s)
 
     def step(self, ping: int) -> bool:
         """Go on by one ping; tell whether the goal is reached.
@@ -108,9 +145,10 @@ class Flight:
         for _ in range(STEPS):
             was = self.vehicle.way[-1]
             self.referee.see(was, self.vehicle.step(self._period_s / STEPS))
-        self.heard = self._watch.look(ping, sent)
+        self.heard = self.watch.look(ping, sent)
         if self.heard is not None:
             self.planner.hear(*self.heard)
+            self.referee.hear(self.heard.list, self.vehicle.way[-1])
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
@@ -123,18 +161,20 @@ class Flight:
         true = self._true.look(ping, sent).list.obstacles
         return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 
-    def _outcome(self, ending: Ending) -> Outcome:
+    def _outcome(self) -> Outcome:
         seen, campaign = self.referee, self._campaign
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
         return Outcome(
             mission=self._number,
             arm=self._arm,
-            ending=ending,
+            ending=self._ending,
             near_miss=0.0 <= seen.clearance_m < campaign.near_miss_m,
             clearance_m=clearance,
             path_m=round(seen.path_m, 3),
             time_s=round(self.vehicle.way[-1].t_s, 3),
             evasions=seen.evasions,
             evasions_of_nothing=seen.groundless,
+            listed=len(seen.first_listed_m),
+            first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
             not_valid_s=round(seen.not_valid_s, 3),
         )

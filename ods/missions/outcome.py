@@ -13,6 +13,10 @@ class Flown(NamedTuple):
     outcome: "Outcome"
     cpu_s: float
     """Of one core; no part of the results, which are the same at each time."""
+    finding_ms: float | None = None
+    """Median CPU time of the pipeline a ping, or of drawing detections; none: there is no list,"""
+    tracking_ms: float | None = None
+    """and of the tracker."""
 
 
 class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -34,5 +38,9 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Times that something in the way made the vehicle leave its course."""
     evasions_of_nothing: int
     """Those during which nothing real was in the way."""
+    listed: int
+    """Obstacles that came to be listed,"""
+    first_listed_m: float | None
+    """and how far their edges were from the vehicle then: the mean; none: none was."""
     not_valid_s: float
     """Time during which the planner had no list to rely on."""

@@ -6,11 +6,13 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.pipeline.settings import PipelineSettings
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.steered import VehicleSettings
+from ods.tracker.settings import TrackerSettings
 
 Arm = Literal["none", "ods", "truth"]
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=5000.0)]
@@ -59,6 +61,31 @@ class WorldSettings(Settings, frozen=True):
             raise ValueError(f"obstacles_per_hectare: makes more than {MOST_OBSTACLES} obstacles a world")
 
 
+class Variant(Settings, frozen=True):
+    """One way of detecting and tracking, of a chart. What is left out is as in the campaign."""
+
+    name: Annotated[str, msgspec.Meta(min_length=1, max_length=60)]
+    varies: str = ""
+    """What the chart's legend calls it; variants of one have one colour."""
+    range_m: Metres | None = None
+    pipeline: PipelineSettings | None = None
+    tracker: TrackerSettings | None = None
+
+
+class ChartSettings(Settings, frozen=True):
+    """What `--chart` compares, in the same worlds."""
+
+    speeds_m_s: Annotated[tuple[Positive, ...], msgspec.Meta(min_length=1)] = (1.0, 2.0, 3.0)
+    """Cruise speeds of the vehicle, m/s."""
+    fit_missions: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 4
+    """Image-level missions to which the laws of each variant are fitted."""
+    variant: tuple[Variant, ...] = (Variant(name="as configured"),)
+
+    def __post_init__(self) -> None:
+        if len({each.name for each in self.variant}) < len(self.variant):
+            raise ValueError("variant: two have one name")
+
+
 class Campaign(Settings, frozen=True):
     """CAMPAIGN.toml."""
 
@@ -70,8 +97,18 @@ class Campaign(Settings, frozen=True):
     """none: no avoidance; ods: the list of pipeline and tracker; truth: a list of what is really there, in reach."""
     sonar: str = "seabat6012"
     """Name of a file in config/sonars, or a path that ends in .toml."""
+    range_m: Metres | None = None
+    """Range that the sonar is set to, m: the shorter the more pings a second; none: its own."""
     onboard: Path | None = None
     """Configuration of pipeline and tracker; none: built-in settings."""
+    pipeline: PipelineSettings | None = None
+    """In place of that of `onboard`,"""
+    tracker: TrackerSettings | None = None
+    """and so the tracker's."""
+    fidelity: Literal["images", "detections"] = "images"
+    """What the arm `ods` works on: simulated images, or detections drawn by laws that were fitted to them."""
+    detections: Path | None = None
+    """The laws, a file by --fit; for `fidelity = "detections"`."""
     near_miss_m: NonNegative = 1.0
     """Nearer than this without touching is a near miss, m."""
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
@@ -79,9 +116,12 @@ class Campaign(Settings, frozen=True):
     world: WorldSettings = WorldSettings()
     vehicle: VehicleSettings = VehicleSettings()
     planner: SteeringSettings = SteeringSettings()
+    chart: ChartSettings = ChartSettings()
 
     def __post_init__(self) -> None:
         if len(set(self.arms)) < len(self.arms):
             raise ValueError("arms: one is named twice")
         if self.planner.climb_to_m > self.world.down_m:
             raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")
+        if self.fidelity == "detections" and self.detections is None:
+            raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')

@@ -1,5 +1,7 @@
 """Where the planner's lists come from, arm by arm."""
 
+import math
+import time
 from collections.abc import Iterator
 from itertools import count
 from typing import NamedTuple, Protocol
@@ -9,9 +11,12 @@ import numpy as np
 from ods.base.clock import NS
 from ods.base.quaternion import conjugate, rotated
 from ods.messages import Clearance, Obstacle, ObstacleList, Ping, Pose, PoseAt
+from ods.missions.detections.draw import Drawing, Placed
+from ods.missions.detections.laws import Laws
+from ods.missions.detections.sights import fan_of, sights_of
 from ods.missions.settings import Arm
 from ods.missions.world import World
-from ods.offline.mission import Detecting, MissionSettings, Tracking
+from ods.offline.mission import Detecting, Found, MissionSettings, Tracking
 from ods.offline.poses import SIGMA_ATTITUDE_RAD, SIGMA_POSITION_M
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.place import over_bottom
@@ -74,32 +79,103 @@ class Told:
         return Obstacle(which, "active", place, (north, east, 0.0), radius, STILL, STILL, 0.0, 0, 0, 1, 1.0)
 
 
-class OnBoard:
-    """Pipeline and tracker, as on board, on simulated images."""
+class Finding(Protocol):
+    """Makes detections of the world."""
 
-    def __init__(self, world: World, vehicle: Steered, sonar: SonarModel, settings: MissionSettings) -> None:
+    def found(self, number: int, sent: VehicleState) -> Found:
+        """Return what is found in ping `number`, sent from there, and the poses until its end. Raises OdsError."""
+
+
+class InImages:
+    """The pipeline, as on board, on simulated images."""
+
+    def __init__(self, scene: Scene, poses: Iterator[Pose], sonar: SonarModel, settings: MissionSettings) -> None:
         """Raises ValueError where sonar and world do not fit, PluginError, StageError."""
-        self._vehicle = vehicle
-        self._scene = Scene(world.scene(1.0), vehicle=vehicle)
-        self._images = ImageSimulator(sonar, self._scene)
-        self._noise = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(1,)))
-        self._next: tuple[int, VehicleState] = (0, vehicle.way[0])
-        self._tracking = Tracking(settings)
-        self._keeper = ClearanceKeeper(settings.tracker.clearance)
-        self._found = Detecting(settings).found(self._pings(), self._poses())
+        self._images = ImageSimulator(sonar, scene)
+        self._next: tuple[int, float] = (0, 0.0)
+        self._image_s = 0.0
+        self._found = Detecting(settings).found(self._pings(), poses)
 
-    def look(self, number: int, sent: VehicleState) -> Heard | None:
-        """Return the list of a ping."""
-        self._next = number, sent
-        _, found = next(self._found)
-        told = self._tracking.told(found)
-        return None if told is None else Heard(told, self._keeper.after(told, found.detections))
+    def found(self, number: int, sent: VehicleState) -> Found:
+        """Return what the pipeline finds."""
+        self._next = number, sent.t_s
+        began, self._image_s = time.process_time(), 0.0
+        found = next(self._found)[1]
+        return found._replace(chain_ms=1e3 * (time.process_time() - began - self._image_s))
 
     def _pings(self) -> Iterator[Ping]:
         while True:
-            number, sent = self._next
-            t_ns = round(sent.t_s * NS)
-            yield self._images.ping(sent.t_s, number, t_ns, START_UTC_NS + t_ns)
+            number, t_s = self._next
+            t_ns = round(t_s * NS)
+            began = time.process_time()
+            ping = self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+            self._image_s += time.process_time() - began
+            yield ping
+
+
+class ByLaws:
+    """Detections drawn by laws that were fitted to images and pipeline."""
+
+    def __init__(self, world: World, vehicle: Steered, poses: Iterator[Pose], sonar: SonarModel, laws: Laws) -> None:
+        rng = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(2,)))
+        self._world, self._vehicle, self._poses = world, vehicle, poses
+        self._fan = fan_of(sonar)
+        self._drawing = Drawing(laws, len(world.radius_m), self._fan, rng)
+        self._listens_s = 2.0 * sonar.range_max_m / sonar.sound_speed
+        self._heard_ns = -1
+
+    def found(self, number: int, sent: VehicleState) -> Found:
+        """Return what the pipeline might have found."""
+        t_ns = round(sent.t_s * NS)
+        ended_ns = t_ns + round(self._listens_s * NS)
+        began = time.process_time()
+        sights = sights_of(self._world, self._vehicle, sent.t_s, self._fan)
+        at = head_of(self._vehicle, sent.t_s + self._listens_s)
+        found = self._drawing.detections(number, t_ns, START_UTC_NS + t_ns, sights, at)
+        spent_ms = 1e3 * (time.process_time() - began)
+        heard = []
+        while self._heard_ns < ended_ns:
+            heard.append(next(self._poses))
+            self._heard_ns = heard[-1].t_ns
+        return Found(number, t_ns, START_UTC_NS + t_ns, ended_ns, heard, found, spent_ms)
+
+
+class OnBoard:
+    """The tracker and the clearance, as on board, on what is found."""
+
+    def __init__(
+        self, world: World, vehicle: Steered, sonar: SonarModel, settings: MissionSettings, laws: Laws | None = None
+    ) -> None:
+        """`laws`: to draw detections by; none: they are found in images.
+
+        Raises ValueError where sonar and world do not fit, PluginError, StageError.
+        """
+        self._vehicle = vehicle
+        self._scene = Scene(world.scene(1.0), vehicle=vehicle)
+        self._noise = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(1,)))
+        self._tracking = Tracking(settings)
+        self._keeper = ClearanceKeeper(settings.tracker.clearance)
+        poses = self._poses()
+        self._finding: Finding = (
+            InImages(self._scene, poses, sonar, settings)
+            if laws is None
+            else ByLaws(world, vehicle, poses, sonar, laws)
+        )
+        self.newest: Found | None = None
+        """Of the newest ping."""
+        self.finding_ms: list[float] = []
+        """CPU time of the pipeline, or of drawing, ping by ping,"""
+        self.tracking_ms: list[float] = []
+        """and of the tracker."""
+
+    def look(self, number: int, sent: VehicleState) -> Heard | None:
+        """Return the list of a ping."""
+        found = self.newest = self._finding.found(number, sent)
+        began = time.process_time()
+        told = self._tracking.told(found)
+        self.tracking_ms.append(1e3 * (time.process_time() - began))
+        self.finding_ms.append(found.chain_ms)
+        return None if told is None else Heard(told, self._keeper.after(told, found.detections))
 
     def _poses(self) -> Iterator[Pose]:
         """Yield the vehicle's poses, for ever: it has always gone on beyond the last echo."""
@@ -123,11 +199,25 @@ class OnBoard:
             )
 
 
-def watch_of(arm: Arm, world: World, vehicle: Steered, sonar: SonarModel, settings: MissionSettings) -> Watch:
+def watch_of(
+    arm: Arm,
+    world: World,
+    vehicle: Steered,
+    sonar: SonarModel,
+    settings: MissionSettings,
+    laws: Laws | None = None,
+) -> Watch:
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
-        return OnBoard(world, vehicle, sonar, settings)
+        return OnBoard(world, vehicle, sonar, settings, laws)
     return Told(world, sonar.range_max_m, blind=arm == "none")
+
+
+def head_of(vehicle: Steered, t_s: float) -> Placed:
+    """Return where the sonar's head is at a time."""
+    north, east, _ = vehicle.position(np.array(t_s)).tolist()
+    w, _, _, z = vehicle.attitude(np.array(t_s)).tolist()
+    return Placed(north, east, 2.0 * math.atan2(z, w))
 
 
 def pose_of(state: VehicleState) -> PoseAt:

@@ -10,6 +10,8 @@ from ods.missions.settings import WorldSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, VehiclePath
 
 SQUARE_M_A_HECTARE = 1e4
+FIRST_TO_FIT = 10_000_000
+"""Worlds from this number on are beyond any campaign's: laws of detections are fitted to them."""
 
 
 class World(NamedTuple):

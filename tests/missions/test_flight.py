@@ -74,7 +74,7 @@ def test_an_evasion_of_nothing_is_told_from_others() -> None:
     flown = flight("truth", there)
     assert flown.fly().evasions_of_nothing == 0
     deceived = flight("ods", (60.0, 30.0, 1.0))
-    deceived._watch = Told(world_of((50.0, 0.5, 2.0)), 100.0)
+    deceived.watch = Told(world_of((50.0, 0.5, 2.0)), 100.0)
     outcome = deceived.fly()
     assert outcome.evasions == outcome.evasions_of_nothing > 0
 

@@ -9,7 +9,15 @@ from ods.missions.statistics import paired, rate_of, summary_of
 def flown(arm: str, mission: int, ending: Ending = "success", **more: float) -> Outcome:
     values = {"clearance_m": 4.0, "path_m": 110.0, "time_s": 60.0, "not_valid_s": 6.0, **more}
     return Outcome(
-        mission=mission, arm=arm, ending=ending, near_miss=False, evasions=2, evasions_of_nothing=1, **values
+        mission=mission,
+        arm=arm,
+        ending=ending,
+        near_miss=False,
+        evasions=2,
+        evasions_of_nothing=1,
+        listed=1,
+        first_listed_m=40.0,
+        **values,
     )
 
 

@@ -1,0 +1,1 @@
+"""`ods missions --chart`: how many collisions a millisecond buys."""
