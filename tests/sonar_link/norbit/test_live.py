@@ -17,6 +17,7 @@ import pytest
 import tomli_w
 import zmq
 
+from ods.base.clock import NS, utc_ns
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
 from ods.doctor import sonar_port
@@ -108,7 +109,7 @@ class FarEnd:
 
 
 def packet(number: int) -> bytes:
-    return wire.image(wire.samples(number, 500, 64), number=number, time=time.time())
+    return wire.image(wire.samples(number, 500, 64), number=number, time=utc_ns() / NS)
 
 
 class Process:
