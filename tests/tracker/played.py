@@ -66,7 +66,7 @@ class Chain:
         """`Pose.seq` of the newest one sent."""
         self.place = (0.0, 0.0, 4.0)
         """Where the INS says that the vehicle began,"""
-        self.north_mps = 0.0
+        self.north_mps, self.range_scale = 0.0, 1.0
         """how fast it moves from then on,"""
         self._north = 0.0
         """and how far it came; `echoes` are seen from where it began."""
@@ -146,7 +146,7 @@ class Chain:
     def detect(self, number: int, t_ns: int) -> None:
         found = [
             Detection(
-                r,
+                self.range_scale * r,
                 b - self.heading(t_ns / clock.NS + 2.0 * r / SOUND),
                 1.0,
                 5.0,

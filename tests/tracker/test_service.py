@@ -176,6 +176,16 @@ def test_a_wrong_yaw_of_the_head_is_said_under_way(chain: Chain) -> None:
     assert chain.lists[-1].valid
 
 
+def test_ranges_that_are_two_percent_too_long_are_said_under_way(chain: Chain) -> None:
+    chain.echoes = FIVE
+    chain.north_mps, chain.range_scale = 2.0, 1.02
+    chain.until(tells(chain, "too long: is the sound speed right?"))
+    assert chain.health is not None
+    (problem,) = chain.health.problems
+    assert 1.5 < float(problem.split()[2]) < 2.5, problem
+    assert chain.lists[-1].valid
+
+
 def test_a_heading_that_drifts_slowly_under_way_is_said(chain: Chain) -> None:
     chain.echoes = FIVE
     chain.until(lambda m: m.valid and len(m.obstacles) == 5)

@@ -15,6 +15,9 @@ from ods.sonar_link.norbit.packets import HEADER_BYTES, IMAGE_AT, PREAMBLE, Buff
 KNOWN_KINDS = frozenset(PacketKind)
 MAX_PACKET_BYTES = 4 * 1024 * 1024
 """The document's largest has 1,048,768."""
+CHECKED_AGAIN = 8
+"""A byte is checked so many times: headers within false packets, each with a checksum of all that follows, would
+otherwise cost a megabyte's checksum each. What would cost more is no packet."""
 KIND_BYTES = 4
 _KNOWN_HEAD = re.compile(
     re.escape(PREAMBLE) + b"(?:%b)" % b"|".join(re.escape(kind.to_bytes(KIND_BYTES, "little")) for kind in PacketKind)
@@ -53,7 +56,7 @@ def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_PACKET_BYTES) -> st
 
 
 class Framer:
-    """Turns chunks of a stream into packets, in any chunking the same.
+    """Turns chunks of a stream into packets, in any chunking the same unless most of it are false headers.
 
     Counters: records (whole packets); garbage_bytes (bytes of no packet); and one for each reason to disbelieve a
     header: unknown_message, overlong_record, short_record, bad_ping, bad_checksum, truncated_record, nested_record
@@ -64,6 +67,7 @@ class Framer:
         self.counters: Counter[str] = Counter() if counters is None else counters
         self._max_packet_bytes = max_packet_bytes
         self._bytes = bytearray()
+        self._credit = max_packet_bytes  # bytes whose checksum may be computed
         self._start = 0  # position of the buffer's first byte in the stream
         self._arrivals: deque[tuple[int, int]] = deque()  # (position behind a chunk, when it was read)
 
@@ -72,6 +76,7 @@ class Framer:
         if not len(data):
             return []
         self._bytes += data
+        self._credit = min(self._credit + CHECKED_AGAIN * len(data), CHECKED_AGAIN * self._max_packet_bytes)
         self._arrivals.append((self._start + len(self._bytes), t_ns))
         return self._packets()
 
@@ -123,6 +128,10 @@ class Framer:
     def _fault_of_content(self, header: Header) -> str:
         """Say why the whole packet cannot be one, '' when it can."""
         if header.checksum:
+            self._credit -= header.size
+            if self._credit < 0:
+                self._credit += header.size
+                return "bad_checksum"
             with memoryview(self._bytes) as whole:
                 return "" if packets.is_sound(whole, header) else "bad_checksum"
         alike = self._bytes[: len(PREAMBLE) + KIND_BYTES]

@@ -150,3 +150,25 @@ def test_a_claim_of_the_longest_size_holds_no_more_than_that() -> None:
         assert framer.missing_bytes <= LIMIT
     assert counters["bad_checksum"] == 1
     assert counters["garbage_bytes"] >= 200_000 - LIMIT
+
+
+def test_headers_within_headers_cost_few_checksums_and_the_next_packet_comes(monkeypatch: pytest.MonkeyPatch) -> None:
+    checked = 0
+    sound = framer_module.packets.is_sound
+
+    def counting(data: memoryview, header: framer_module.Header) -> bool:
+        nonlocal checked
+        checked += header.size
+        return sound(data, header)
+
+    monkeypatch.setattr(framer_module.packets, "is_sound", counting)
+    hostile = struct.pack("<4s3I4xI", PREAMBLE, 1, LIMIT - 1, 1, 7) * 4000
+    framer = Framer(LIMIT)
+    fed = 0
+    for at in range(0, len(hostile), 4096):
+        part = hostile[at : at + 4096]
+        assert framer.feed(part) == []
+        fed += len(part)
+        assert checked <= framer_module.CHECKED_AGAIN * fed + LIMIT
+    assert framer.feed(bytes(2 * LIMIT)) == []
+    assert [packet.data for packet in framer.feed(GOOD)] == [GOOD]
