@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ods.sonar_link.norbit import framer as framer_module
+from ods.sonar_link.norbit import packets
 from ods.sonar_link.norbit.framer import Framer, fault_of
-from ods.sonar_link.norbit.packets import Buffer
+from ods.sonar_link.norbit.packets import Buffer, Header
 from tests.sonar_link.norbit import wire
 
 LIMIT = 20_000
@@ -154,14 +155,14 @@ def test_a_claim_of_the_longest_size_holds_no_more_than_that() -> None:
 
 def test_headers_within_headers_cost_few_checksums_and_the_next_packet_comes(monkeypatch: pytest.MonkeyPatch) -> None:
     checked = 0
-    sound = framer_module.packets.is_sound
+    sound = packets.is_sound
 
-    def counting(data: memoryview, header: framer_module.Header) -> bool:
+    def counting(data: memoryview, header: Header) -> bool:
         nonlocal checked
         checked += header.size
         return sound(data, header)
 
-    monkeypatch.setattr(framer_module.packets, "is_sound", counting)
+    monkeypatch.setattr(packets, "is_sound", counting)
     hostile = struct.pack("<4s3I4xI", PREAMBLE, 1, LIMIT - 1, 1, 7) * 4000
     framer = Framer(LIMIT)
     fed = 0
