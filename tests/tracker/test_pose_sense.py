@@ -55,10 +55,12 @@ def test_a_jump_over_a_gap_counts_less_the_way_the_vehicle_may_have_made() -> No
     assert heard(gap[0] + course(10, begin_ns=20 * NS, ahead_m=100.0))[1]
 
 
-def test_a_correction_within_what_the_ins_claims_is_none() -> None:
-    vague = [msgspec.structs.replace(p, sigma_position_ned=(3.0, 3.0, 1.0)) for p in course(200)]
-    vague[100:] = [msgspec.structs.replace(p, position_ned=(p.position_ned[0] + 10.0, 5.0, 0.0)) for p in vague[100:]]
-    assert not heard(vague)[1]
+@pytest.mark.parametrize(("step_m", "jumps"), [(4.0, False), (10.0, True)])
+def test_a_correction_that_noise_does_not_explain_is_a_jump_also_within_the_claim(step_m: float, jumps: bool) -> None:
+    """Dead reckoning that was 10 m off gets a fix: what was tracked before lies 10 m elsewhere."""
+    vague = [msgspec.structs.replace(p, sigma_position_ned=(10.0, 10.0, 1.0)) for p in course(200)]
+    vague[100:] = [msgspec.structs.replace(p, position_ned=(p.position_ned[0] + step_m, 0.0, 0.0)) for p in vague[100:]]
+    assert bool(heard(vague)[1]) == jumps
 
 
 def test_a_place_computed_once_a_second_is_no_jump() -> None:
