@@ -26,7 +26,6 @@ class ClutterState(msgspec.Struct, frozen=True):
 class PoseNoiseState(msgspec.Struct, frozen=True):
     """What is known of the noise of poses; see `PoseNoise`."""
 
-    prior: float
     weight: float
     squares: list[float]
     before: list[tuple[int, list[float]]]

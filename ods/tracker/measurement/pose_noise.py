@@ -16,10 +16,11 @@ from ods.tracker.state import PoseNoiseState
 
 FORGETTING = 0.99
 """Of the weight of earlier pings at each."""
-USUAL = np.array([0.3, 0.3, math.radians(0.5)])
-"""Noise that may be expected before there are pings enough: north and east, m, and yaw, rad;"""
+AT_LEAST_M = 0.3
+"""So much of the claim always counts as noise: a bias of the attitude makes the places that a moving vehicle sees drift
+by that much, which more exact echoes would take for a height or a motion."""
 PRIOR_PINGS = 3.0
-"""and as how many pings it counts. As long as it does, it counts as both, noise and bias."""
+"""Until more pings are compared, bias is taken to be the larger part."""
 LONGEST_STEP = 3.0
 """What comes later than so many of the periods before, or begins anew, is compared with nothing."""
 
@@ -28,24 +29,23 @@ class PoseNoise:
     """The noise of north, east and yaw."""
 
     def __init__(self) -> None:
-        self._squares, self._weight, self._prior = np.zeros(3), 0.0, PRIOR_PINGS
+        self._squares, self._weight = np.zeros(3), PRIOR_PINGS
         self._before: list[tuple[int, Floats]] = []
         """Times, and north, east and yaw, of the last two pings."""
 
     def state(self) -> PoseNoiseState:
         """Return all that is known."""
         before = [(t_ns, place.tolist()) for t_ns, place in self._before]
-        return PoseNoiseState(self._prior, self._weight, self._squares.tolist(), before)
+        return PoseNoiseState(self._weight, self._squares.tolist(), before)
 
     def restore(self, state: PoseNoiseState) -> None:
         """Go on where another one was. Raises ValueError when that makes no sense."""
         places = [number for _, place in state.before for number in place]
-        numbers = [state.prior, state.weight, *state.squares, *places]
+        numbers = [state.weight, *state.squares, *places]
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]
-        weights = state.prior >= 0.0 and state.weight >= 0.0 and state.prior + state.weight > 0.0
-        if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or not weights or min(state.squares) < 0.0:
+        if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or state.weight <= 0.0 or min(state.squares) < 0.0:
             raise ValueError("the noise of poses is not one of three axes")
-        self._squares, self._weight, self._prior = np.array(state.squares), state.weight, state.prior
+        self._squares, self._weight = np.array(state.squares), state.weight
         self._before = [(t_ns, np.array(place)) for t_ns, place in state.before[-2:]]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
@@ -57,10 +57,9 @@ class PoseNoise:
         self._compare(t_ns, now)
         self._before = [*self._before[-1:], (t_ns, now)]
         claimed = np.array([*vehicle.sigma_position[:2], vehicle.sigma_attitude[2]])
-        seen = self._squares / (self._weight + self._prior)
-        most = seen + USUAL**2 * self._prior / (self._weight + self._prior)
-        bias = np.sqrt(np.maximum(0.0, claimed**2 - seen))
-        return vehicle._replace(noise=np.minimum(np.sqrt(most), claimed), bias=bias)
+        measured = self._squares / self._weight
+        noise = np.minimum(np.maximum(np.sqrt(measured[:2]), AT_LEAST_M), claimed[:2])
+        return vehicle._replace(noise=noise, bias=np.sqrt(np.maximum(0.0, claimed**2 - measured)))
 
     def _compare(self, t_ns: int, now: Floats) -> None:
         if len(self._before) < 2:
@@ -73,4 +72,4 @@ class PoseNoise:
         last[2], this[2] = (math.remainder(turn, math.tau) for turn in (last[2], this[2]))
         differs = this - step * last
         self._squares = FORGETTING * self._squares + differs**2 / (1.0 + (1.0 + step) ** 2 + step**2)
-        self._weight, self._prior = FORGETTING * self._weight + 1.0, FORGETTING * self._prior
+        self._weight = FORGETTING * self._weight + 1.0

@@ -25,10 +25,10 @@ class Vehicle(NamedTuple):
     """(3,) north, east, down, m."""
     sigma_attitude: Floats
     """(3,) roll, pitch, yaw, rad."""
-    noise: Floats = NO_NOISE
-    """(3,) standard deviations of north, east and yaw that are new with every ping,"""
+    noise: Floats = NO_NOISE[:2]
+    """(2,) standard deviations of north and east that count as new with every ping,"""
     bias: Floats = NO_NOISE
-    """and of what all pings share (`PoseNoise`)."""
+    """and (3,) of north, east and yaw that all pings share (`PoseNoise`)."""
 
 
 def vehicle_at(position: Floats, attitude: Floats, sigma_position: Floats, sigma_attitude: Floats) -> Vehicle | None:
