@@ -10,7 +10,6 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Floats
 from ods.tracker.measurement.scan import Vehicle
 from ods.tracker.state import PoseNoiseState
 
@@ -29,14 +28,13 @@ class PoseNoise:
     """The noise of north, east and yaw."""
 
     def __init__(self) -> None:
-        self._squares, self._weight = np.zeros(3), PRIOR_PINGS
-        self._before: list[tuple[int, Floats]] = []
+        self._squares, self._weight = [0.0, 0.0, 0.0], PRIOR_PINGS
+        self._before: list[tuple[int, list[float]]] = []
         """Times, and north, east and yaw, of the last two pings."""
 
     def state(self) -> PoseNoiseState:
         """Return all that is known."""
-        before = [(t_ns, place.tolist()) for t_ns, place in self._before]
-        return PoseNoiseState(self._weight, self._squares.tolist(), before)
+        return PoseNoiseState(self._weight, self._squares.copy(), self._before.copy())
 
     def restore(self, state: PoseNoiseState) -> None:
         """Go on where another one was. Raises ValueError when that makes no sense."""
@@ -45,31 +43,35 @@ class PoseNoise:
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]
         if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or state.weight <= 0.0 or min(state.squares) < 0.0:
             raise ValueError("the noise of poses is not one of three axes")
-        self._squares, self._weight = np.array(state.squares), state.weight
-        self._before = [(t_ns, np.array(place)) for t_ns, place in state.before[-2:]]
+        self._squares, self._weight, self._before = state.squares.copy(), state.weight, state.before[-2:]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:
         """Take the pose of the next ping in; return the vehicle with its noise and its bias."""
-        ahead, right = vehicle.rotation[0, 0], vehicle.rotation[1, 0]
-        now = np.array([vehicle.position[0], vehicle.position[1], math.atan2(right, ahead)])
+        north, east, _ = vehicle.position.tolist()
+        now = [north, east, math.atan2(vehicle.rotation[1, 0], vehicle.rotation[0, 0])]
         if self._before and t_ns <= self._before[-1][0]:
             self._before.clear()
         self._compare(t_ns, now)
         self._before = [*self._before[-1:], (t_ns, now)]
-        claimed = np.array([*vehicle.sigma_position[:2], vehicle.sigma_attitude[2]])
-        measured = self._squares / self._weight
-        noise = np.minimum(np.maximum(np.sqrt(measured[:2]), AT_LEAST_M), claimed[:2])
-        return vehicle._replace(noise=noise, bias=np.sqrt(np.maximum(0.0, claimed**2 - measured)))
+        claimed = [*vehicle.sigma_position[:2].tolist(), float(vehicle.sigma_attitude[2])]
+        measured = [square / self._weight for square in self._squares]
+        noise = [min(max(math.sqrt(measured[k]), AT_LEAST_M), claimed[k]) for k in (0, 1)]
+        bias = [math.sqrt(max(0.0, claimed[k] ** 2 - measured[k])) for k in (0, 1, 2)]
+        return vehicle._replace(noise=np.array(noise), bias=np.array(bias))
 
-    def _compare(self, t_ns: int, now: Floats) -> None:
+    def _compare(self, t_ns: int, now: list[float]) -> None:
         if len(self._before) < 2:
             return
         (first_ns, first), (second_ns, second) = self._before
         step = (t_ns - second_ns) / (second_ns - first_ns)
         if step > LONGEST_STEP:
             return
-        last, this = second - first, now - second
-        last[2], this[2] = (math.remainder(turn, math.tau) for turn in (last[2], this[2]))
-        differs = this - step * last
-        self._squares = FORGETTING * self._squares + differs**2 / (1.0 + (1.0 + step) ** 2 + step**2)
+        last, this = _change(first, second), _change(second, now)
+        share = 1.0 / (1.0 + (1.0 + step) ** 2 + step**2)
+        differs = (b - step * a for a, b in zip(last, this, strict=True))
+        self._squares = [FORGETTING * s + share * d * d for s, d in zip(self._squares, differs, strict=True)]
         self._weight = FORGETTING * self._weight + 1.0
+
+
+def _change(earlier: list[float], later: list[float]) -> tuple[float, float, float]:
+    return later[0] - earlier[0], later[1] - earlier[1], math.remainder(later[2] - earlier[2], math.tau)
