@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 from ods.messages import frame_of
+from ods.sonar_link import sync_framer
 from ods.sonar_link.files.opening import PingFileError, open_pings
+from ods.sonar_link.norbit import packets
 from tests.sonar_link.norbit import wire
 
 PACKETS = [wire.image(wire.samples(number), number=number, time=1.7e9 + 0.1 * number) for number in range(1, 4)]
@@ -52,3 +54,19 @@ def test_absurd_numbers(tmp_path: Path, place: int, code: str, value: float) -> 
     struct.pack_into("<I", data, 20, 0)  # no checksum tells
     with pytest.raises(PingFileError, match="no whole image of a Norbit WBMS"):
         open_pings(written(tmp_path / "bad.wbms", data))
+
+
+def test_headers_within_headers_cost_few_checksums(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    checked = 0
+    is_sound = packets.is_sound
+
+    def counting(data: memoryview, header: packets.Header) -> bool:
+        nonlocal checked
+        checked += header.size
+        return is_sound(data, header)
+
+    monkeypatch.setattr(packets, "is_sound", counting)
+    hostile = struct.pack("<4s3I4xI", packets.PREAMBLE, 1, 400_000, 1, 7) * 30_000
+    file = written(tmp_path / "hostile.wbms", PACKETS[0], hostile, PACKETS[1], bytes(400_000), *PACKETS[1:])
+    assert [ping.ping_number for ping in open_pings(file).pings][:1] == [1]
+    assert checked < sync_framer.MAX_PACKET_BYTES + (sync_framer.CHECKED_AGAIN + 1) * file.stat().st_size

@@ -19,8 +19,9 @@ from ods.sonar_link.files.decoder import Decoder
 from ods.sonar_link.files.mapped_file import memory_map
 from ods.sonar_link.files.ping_sequence import LazyPings, PingFileError, PingSequence, recorded_ping
 from ods.sonar_link.oculus import image, messages
-from ods.sonar_link.oculus.framer import MAX_MESSAGE_BYTES, fault_of
+from ods.sonar_link.oculus.framer import fault_of
 from ods.sonar_link.oculus.messages import MessageKind
+from ods.sonar_link.sync_framer import MAX_PACKET_BYTES
 
 FILE_MARK, ITEM_MARK = (0x11223344).to_bytes(4, "little"), (0xAABBCCDD).to_bytes(4, "little")
 FILE_HEAD = struct.Struct("<4sI16sHH4xqd")
@@ -112,12 +113,12 @@ def _is_ping(data: mmap, item: _Item, losses: Counter[str]) -> bool:
 
 def _message(data: mmap, item: _Item) -> bytes:
     """Return the message in an item of the sonar. Raises ValueError, zlib.error where there is none."""
-    if item.size > MAX_MESSAGE_BYTES or item.compression not in (PLAIN, PACKED):
+    if item.size > MAX_PACKET_BYTES or item.compression not in (PLAIN, PACKED):
         raise ValueError("longer than any message, or packed in another way")
     content = data[item.start : item.start + item.size]
     if item.compression == PACKED:
         unzip = zlib.decompressobj()
-        content = unzip.decompress(content[QT_SIZE_BYTES:], MAX_MESSAGE_BYTES)
+        content = unzip.decompress(content[QT_SIZE_BYTES:], MAX_PACKET_BYTES)
         if not unzip.eof:
             raise ValueError("unpacks to more than any message, or is cut off")
     fault = fault_of(content)

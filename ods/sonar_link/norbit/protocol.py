@@ -10,7 +10,7 @@ from ods.runtime.port.address import tcp_address
 from ods.sonar_link.device_clock import DeviceClock
 from ods.sonar_link.norbit import image, packets, silence
 from ods.sonar_link.norbit.control import CommandControl
-from ods.sonar_link.norbit.framer import Framer, Packet
+from ods.sonar_link.norbit.framer import Framer
 from ods.sonar_link.norbit.packets import FORWARD, SAMPLE_TYPES, ImageHead, PacketKind
 from ods.sonar_link.norbit.silence import Evidence
 from ods.sonar_link.orders import Controls, Orders
@@ -18,6 +18,7 @@ from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
+from ods.sonar_link.sync_framer import Packet
 
 MAX_TIME_S = 1e10
 """A time beyond it is none."""
@@ -153,7 +154,7 @@ class NorbitProtocol(SonarProtocol):
             counters=self.counters,
         )
 
-    def _take(self, found: list[Packet]) -> list[Ping]:
+    def _take(self, found: list[Packet[packets.Header]]) -> list[Ping]:
         pings = []
         for packet in found:
             self._kinds[packet.header.kind] += 1
@@ -166,7 +167,7 @@ class NorbitProtocol(SonarProtocol):
             pings += [] if ping is None else [ping]
         return pings
 
-    def _ping(self, packet: Packet, head: ImageHead) -> Ping | None:
+    def _ping(self, packet: Packet[packets.Header], head: ImageHead) -> Ping | None:
         if head.ping_number == self._numbers.newest:
             self.counters["duplicate_pings"] += 1
             return None

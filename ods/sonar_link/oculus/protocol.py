@@ -10,7 +10,7 @@ from ods.runtime.port.address import tcp_address
 from ods.sonar_link.device_clock import DeviceClock
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.control import FireControl
-from ods.sonar_link.oculus.framer import Framer, Message
+from ods.sonar_link.oculus.framer import Framer
 from ods.sonar_link.oculus.messages import MessageKind, SimpleResult
 from ods.sonar_link.oculus.status import StatusBoard, model_of
 from ods.sonar_link.orders import Controls, Orders
@@ -18,6 +18,7 @@ from ods.sonar_link.ping_builder import Stamp, build_ping, listening_ns
 from ods.sonar_link.ping_numbers import PingNumbers
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
+from ods.sonar_link.sync_framer import Packet
 
 MAX_UPTIME_S = 1e9
 """A start time beyond it is no time."""
@@ -139,7 +140,7 @@ class OculusProtocol(SonarProtocol):
         told = "" if warmest_c is None else f", {warmest_c:.0f} deg C at its warmest"
         return f"{model_of(status)} number {status.device} at {status.address}{told}"
 
-    def _take(self, found: list[Message]) -> list[Ping]:
+    def _take(self, found: list[Packet[messages.Header]]) -> list[Ping]:
         pings = []
         for message in found:
             self._kinds[message.header.kind] += 1
@@ -152,7 +153,7 @@ class OculusProtocol(SonarProtocol):
                     self._dummy_ns = message.last_ns
         return pings
 
-    def _ping(self, message: Message, result: SimpleResult) -> Ping | None:
+    def _ping(self, message: Packet[messages.Header], result: SimpleResult) -> Ping | None:
         if result.ping_number == self._numbers.newest:
             self.counters["duplicate_pings"] += 1
             return None

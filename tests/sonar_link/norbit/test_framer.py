@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ods.sonar_link import sync_framer
 from ods.sonar_link.norbit import framer as framer_module
 from ods.sonar_link.norbit import packets
 from ods.sonar_link.norbit.framer import Framer, fault_of
@@ -170,6 +171,6 @@ def test_headers_within_headers_cost_few_checksums_and_the_next_packet_comes(mon
         part = hostile[at : at + 4096]
         assert framer.feed(part) == []
         fed += len(part)
-        assert checked <= framer_module.CHECKED_AGAIN * fed + LIMIT
+        assert checked <= sync_framer.CHECKED_AGAIN * fed + LIMIT
     assert framer.feed(bytes(2 * LIMIT)) == []
     assert [packet.data for packet in framer.feed(GOOD)] == [GOOD]
