@@ -58,6 +58,19 @@ ReplaySpeed = Annotated[float, msgspec.Meta(ge=0.01, le=100.0)]
 """Seconds of a recording in a second."""
 
 
+class RangeGrid(msgspec.Struct, frozen=True):
+    """Marks a ping as a range image: each direction has the range of its strongest echo, not a level at each range.
+
+    Column k of `Ping.data` has the elevation `elevation_rad[k]`. `Ping.dr_m` times the number of a pixel is the slant
+    range, m; 0: no echo in that direction.
+    """
+
+    elevation_rad: list[Angle]
+    """(samples,) strictly increasing, up positive."""
+    range_max_m: Annotated[float, msgspec.Meta(gt=0.0, le=1e5)]
+    """Up to this range an echo would have been received."""
+
+
 class Ping(msgspec.Struct, frozen=True):
     """One sonar image with its own geometry.
 
@@ -105,6 +118,8 @@ class Ping(msgspec.Struct, frozen=True):
     no_data: list[tuple[int, int, int]] = []
     """Samples without data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: the sonar
     reports no such samples."""
+    range_grid: RangeGrid | None = None
+    """Of a 3-D sonar: `data` are ranges by bearing and elevation. None: levels by bearing and range."""
 
 
 class Detection(msgspec.Struct, frozen=True):
@@ -149,6 +164,10 @@ class Detection(msgspec.Struct, frozen=True):
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that the leading edge is an object's and not a crest's of a rough bottom, if both are equally
     frequent; 0: not estimated, as in calm water."""
+    elevation_extent_rad: float = 0.0
+    """Of a 3-D sonar: vertical extent of what is seen of the object, around `elevation_rad`; 0: not measured."""
+    sigma_elevation_rad: float = 0.0
+    """Standard deviation of `elevation_rad`; 0: not measured, the object is anywhere in the plane's opening."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -179,6 +198,22 @@ class UnseenPart(msgspec.Struct, frozen=True):
     """no data: there are no samples (dead beams, beams cut short, an empty image); saturated: samples are at full
     scale; level fallen: levels are far below those before (the head is blocked or out of the water); interference:
     beams with a continuous other source."""
+
+
+class LookedVolume(msgspec.Struct, frozen=True):
+    """Of a 3-D sonar: how far the water is clear in each direction, in the frame of the sonar's head.
+
+    Cells of equal angles: `bearings` of them over the sector's bearings, `elevations` over the elevations. What lies
+    behind the nearest echo of a cell was not observed.
+    """
+
+    bearings: Annotated[int, msgspec.Meta(ge=1, le=256)]
+    elevations: Annotated[int, msgspec.Meta(ge=1, le=256)]
+    elevation_min_rad: Angle
+    elevation_max_rad: Angle
+    clear_m: bytes
+    """C order (bearings, elevations), float32, little endian: slant range of the nearest echo, the bottom's too; the
+    sector's largest range where there is none. Weak echoes may be missing: a pixel tells its strongest one only."""
 
 
 class Detections(msgspec.Struct, frozen=True):
@@ -219,6 +254,8 @@ class Detections(msgspec.Struct, frozen=True):
     """Detection threshold over the background, dB, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
     more where crests of the bottom are strong. Echoes with an object's leading edge may be detected below it. None: no
     part of the image was processed, or the detector does not report it."""
+    looked: LookedVolume | None = None
+    """How far the water is clear by bearing and elevation; none: the sonar has no range image."""
 
 
 class Pose(msgspec.Struct, frozen=True):

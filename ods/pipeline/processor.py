@@ -41,22 +41,27 @@ class PingProcessor:
         self._repeated = RepeatedImage()
         self._steadiness = Steadiness()
         self._poses_until, self._poses_heard = -1, 0
+        self._needs_poses = self.chain.over_pings
+        """Range images need them, too, to tell what is level."""
 
     def hear_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._repeated.hear_pose(pose)
-        if self.chain.over_pings:
+        if self._needs_poses:
             self._poses.insert(pose)
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
-        caution = "; ".join(filter(None, (self._repeated.judge(ping), self._steadiness.judge(ping))))
+        repeated = self._repeated.judge(ping) if ping.range_grid is None else ""  # an even bottom is always the same
+        caution = "; ".join(filter(None, (repeated, self._steadiness.judge(ping))))
         _refuse_sound_speed(ping)
         _refuse_negative(ping)
-        pose = head_of(self._poses.at(ping.t_ns), self._mounting) if self.chain.over_pings else None
-        self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
+        needed = self._needs_poses
+        self._needs_poses = self.chain.over_pings or ping.range_grid is not None
+        pose = head_of(self._poses.at(ping.t_ns), self._mounting) if needed else None
+        self.counters["pings_without_pose"] += needed and pose is None
         found = self.chain.process(ping, pose=pose)
         return msgspec.structs.replace(
             found, caution=caution, poses_until=self._poses_until, poses_heard=self._poses_heard

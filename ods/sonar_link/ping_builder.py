@@ -4,12 +4,13 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import AnyArray, Floats, Indices, Mask
 from ods.base.clock import NS
-from ods.messages import Ping, SampleType, Scale
+from ods.messages import Ping, RangeGrid, SampleType, Scale
 
 MAX_BEAMS = 4096
 MAX_SAMPLES = 65536
@@ -154,6 +155,18 @@ def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, no_data: Runs 
         scale_factor=geometry.scale_factor,
         no_data=no_data or [],
     )
+
+
+def build_range_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, grid: RangeGrid) -> Ping:
+    """Return the ping of a range image, (bearings, elevations) of uint8 or uint16.
+
+    Raises ValueError when the frame does not fit its directions.
+    """
+    elevation = np.asarray(grid.elevation_rad)
+    if frame.dtype.kind != "u" or frame.shape[1:] != elevation.shape or not np.all(np.diff(elevation) > 0.0):
+        raise ValueError(f"frame: {frame.shape} of {frame.dtype} is no image of ranges in {elevation.size} elevations")
+    _refuse_outside("range_max_m", grid.range_max_m, 0.01, MAX_RANGE_M)
+    return msgspec.structs.replace(build_ping(frame, geometry, stamp), range_grid=grid)
 
 
 def runs_beyond(lengths: ArrayLike, samples: int) -> Runs:

@@ -8,11 +8,16 @@ import numpy as np
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.messages import Sector
+from ods.tracker.measurement.looked import Looked
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named
 
 NOTHING_UNSEEN = nothing_unseen()
+HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
+"""An echo hides what lies so far behind it."""
+LEAST_CHANCE = 0.05
+"""That what is hidden gives an echo beside it, as in field_of_view.c."""
 
 
 class FieldOfView(NamedTuple):
@@ -74,6 +79,22 @@ def field_of_view(
     probability, watched = shares = np.empty((2, len(radius)))
     native.field_of_view(predicted.table, radius, fan, processed_m, unseen, edge_sigmas, flags, shares)
     return FieldOfView(inside, probability, skipped, unshown, watched)
+
+
+def hidden_by(
+    seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats
+) -> FieldOfView:
+    """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
+    table = predicted.rows
+    margin_m = radius + HIDDEN_SIGMAS * np.sqrt(table.along) + BEHIND_M
+    hidden = seen.inside & looked.hides(table.range_m, table.bearing, table.elevation, margin_m)
+    return FieldOfView(
+        inside=seen.inside,
+        probability=np.where(hidden, LEAST_CHANCE * seen.probability, seen.probability),
+        skipped=seen.skipped | hidden,
+        unseen=seen.unseen | hidden,
+        watched=np.where(hidden, 0.0, seen.watched),
+    )
 
 
 def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:
