@@ -184,8 +184,15 @@ def runs_where(mask: Mask) -> Runs:
 
 def listening_ns(ping: Ping) -> int:
     """Return the time from transmission until the echo of the last sample's centre is back, ns."""
-    last_m = ping.range0_m + (ping.samples - 1) * ping.dr_m
+    last_m = farthest_m(ping)
     return round(2.0 * last_m / ping.sound_speed * NS)
+
+
+def farthest_m(ping: Ping) -> float:
+    """Return the slant range of the last sample's centre, or the longest range of a range image, m."""
+    if ping.range_grid is not None:
+        return ping.range_grid.range_max_m
+    return ping.range0_m + (ping.samples - 1) * ping.dr_m
 
 
 def _refuse_outside(name: str, value: float, low: float, high: float) -> None:

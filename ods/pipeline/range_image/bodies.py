@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import Floats, Floats32, Indices
+from ods.base.arrays import Floats, Indices
 from ods.messages import Detection
 from ods.pipeline.measure.enclosing_circle import smallest_circle
 from ods.pipeline.range_image.points import RangePixels
@@ -13,8 +13,10 @@ SIGMA_RANGE_M = 0.03
 """Of a pixel."""
 SHAPE_SHARE = 0.25
 """Of the radius: what a front does not show of where the middle is, and how large the circle is."""
-NEAREST = 0.02
-"""Of the pixels of a body may be nearer than where it begins."""
+OUTLIERS = 0.03
+"""So large a share of the pixels at either end of its ranges are not believed."""
+FEWEST_FITTED = 10
+"""Pixels that tell how round a front is."""
 UNIFORM = 1.0 / math.sqrt(12.0)
 """Standard deviation of what is anywhere in an interval, of its width."""
 
@@ -37,14 +39,16 @@ def detection_of(pixels: RangePixels, body: Indices, range_max_m: float, beam_wi
     Its elevation is that of the middle of what is seen of it. A body that the upper or lower border cuts off may go on
     there: its middle is anywhere in what is seen.
     """
-    columns, rows = np.unravel_index(body, pixels.range_m.shape)
-    distances = pixels.range_m.ravel()[body]
-    points = pixels.points_ned.reshape(-1, 3)[body]
+    sure = _without_outliers(pixels, body)
+    columns, rows = np.unravel_index(sure, pixels.range_m.shape)
+    distances = pixels.range_m.ravel()[sure]
+    points = pixels.points_ned.reshape(-1, 3)[sure]
     north, east, radius = smallest_circle(np.ascontiguousarray(points[:, :2]))
     top, bottom = float(points[:, 2].min()), float(points[:, 2].max())
     range_m, bearing, elevation = pixels.head.to_polar(np.array([north, east, 0.5 * (top + bottom)]))
-    near_m = _near(distances)
-    range_m += _hidden_m(distances, near_m, range_m, radius)
+    near_m = float(distances.min())
+    roundness = _roundness(points - pixels.head.position, radius)
+    range_m += roundness * max(0.0, near_m + radius - range_m)  # a round body begins a radius before its middle
     across, up = pixels.spacing_rad
     width = beam_width_rad or 2.0 * across
     is_cut = _touches(columns, pixels.bearing_rad) or float(distances.max()) > 0.995 * range_max_m
@@ -71,19 +75,29 @@ def detection_of(pixels: RangePixels, body: Indices, range_max_m: float, beam_wi
     )
 
 
-def _near(distances: Floats32) -> float:
-    skipped = int(NEAREST * distances.size)
-    return float(np.partition(distances, skipped)[skipped])
+def _without_outliers(pixels: RangePixels, body: Indices) -> Indices:
+    """Return the pixels of a body without the few nearest and farthest ones, which may be noise beside it."""
+    order = np.argsort(pixels.range_m.ravel()[body], kind="stable")
+    skipped = int(OUTLIERS * body.size)
+    return body[order[skipped : body.size - skipped]]
 
 
-def _hidden_m(distances: Floats32, near_m: float, range_m: float, radius: float) -> float:
-    """Return by how much the middle of a body lies behind that of its visible front, m.
+def _roundness(seen: Floats, radius: float) -> float:
+    """Return how round the front of a body is: 1 as a circle of its radius, 0 flat, however it is turned.
 
-    A round body begins a radius before its middle. Its front is about as deep as that; one of no depth is flat.
+    seen: (n, 3) points from the head, level. Their distance is fitted by a parabola across and one up: across a circle
+    it grows by the square over its diameter.
     """
-    depth_m = float(np.mean(distances)) - near_m
-    roundness = min(1.0, 3.0 * depth_m / max(radius, SIGMA_RANGE_M))
-    return roundness * max(0.0, near_m + radius - range_m)
+    if len(seen) < FEWEST_FITTED:
+        return 0.5
+    level = np.hypot(seen[:, 0], seen[:, 1])
+    azimuth = np.arctan2(seen[:, 1], seen[:, 0])
+    middle = np.arctan2(np.sin(azimuth).sum(), np.cos(azimuth).sum())
+    across = level * np.sin(azimuth - middle)
+    up = seen[:, 2] - seen[:, 2].mean()
+    matrix = np.column_stack([np.ones(len(seen)), across, np.square(across), up, np.square(up)])
+    bend = float(np.linalg.lstsq(matrix, seen[:, :2] @ [np.cos(middle), np.sin(middle)], rcond=None)[0][2])
+    return min(max(2.0 * radius * bend, 0.0), 1.0)
 
 
 def _sigma_elevation(pixels: RangePixels, rows: Indices, extent_rad: float) -> float:

@@ -34,9 +34,11 @@ def detect_ranges(
     grid = ping.range_grid
     assert grid is not None
     pixels = _pixels_of(ping, grid, frame, settings, pose)
-    wanted = pixels.wanted & ~bottom_of(pixels, settings.range_image.bottom_m)
     chosen = settings.range_image
-    bodies = members_of(clusters_of(pixels, wanted, chosen.noise_m), chosen.least_pixels)
+    believed = bottom_of(pixels, chosen.bottom_m)
+    bodies = members_of(clusters_of(pixels, pixels.wanted & ~believed, chosen.noise_m), chosen.least_pixels)
+    for body in bodies:
+        believed.ravel()[body] = True
     pieces = [piece for body in bodies for piece in pieces_of(pixels, body, chosen.largest_m, chosen.least_pixels)]
     pieces.sort(key=lambda piece: float(pixels.range_m.ravel()[piece].min()))
     width = math.radians(settings.beam_width_deg)
@@ -54,7 +56,7 @@ def detect_ranges(
         sound_speed=ping.sound_speed,
         sector=sector_of(ping, grid, settings.min_range_m),
         detections=found,
-        looked=looked_of(pixels, grid.range_max_m),
+        looked=looked_of(pixels, believed, grid.range_max_m),
     )
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from ods.base.arrays import Mask
 from ods.messages import LookedVolume
 from ods.pipeline.range_image.points import RangePixels
 
@@ -9,9 +10,12 @@ BEARINGS, ELEVATIONS = 64, 16
 """Cells, as far as there are so many pixels."""
 
 
-def looked_of(pixels: RangePixels, range_max_m: float) -> LookedVolume:
-    """Return the range up to which nothing was heard, in cells of directions; the bottom counts, too."""
-    clear = np.where(pixels.wanted, pixels.range_m, np.float32(range_max_m))
+def looked_of(pixels: RangePixels, believed: Mask, range_max_m: float) -> LookedVolume:
+    """Return the range up to which nothing was heard, in cells of directions.
+
+    believed: (bearings, elevations) pixels whose echo counts, those of the bottom too.
+    """
+    clear = np.where(believed, pixels.range_m, np.float32(range_max_m))
     for axis, most in enumerate((BEARINGS, ELEVATIONS)):
         count = clear.shape[axis]
         cells = min(most, count)

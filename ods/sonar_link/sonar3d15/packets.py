@@ -82,7 +82,7 @@ def size_of(data: Buffer, at: int = 0) -> int:
 def is_sound(data: bytes | memoryview) -> bool:
     """Tell whether the checksum of a whole packet is right."""
     view = memoryview(data)
-    return zlib.crc32(view[:-CHECKSUM_BYTES]) == _SIZE.unpack(view[-CHECKSUM_BYTES:])[0]
+    return zlib.crc32(view[:-CHECKSUM_BYTES]) == int(_SIZE.unpack(view[-CHECKSUM_BYTES:])[0])
 
 
 def unpack(data: bytes | memoryview) -> Packet:

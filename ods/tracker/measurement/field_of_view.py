@@ -81,9 +81,7 @@ def field_of_view(
     return FieldOfView(inside, probability, skipped, unshown, watched)
 
 
-def hidden_by(
-    seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats
-) -> FieldOfView:
+def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats) -> FieldOfView:
     """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
     table = predicted.rows
     margin_m = radius + HIDDEN_SIGMAS * np.sqrt(table.along) + BEHIND_M
