@@ -138,7 +138,9 @@ def test_a_real_hull() -> None:
         assert np.count_nonzero(mask) > 0.85 * np.count_nonzero(shown)
         assert max(found.radius_m for found in seen.detections) <= 1.0
         nearest = min(found.near_m for found in seen.detections)
-        assert nearest == pytest.approx(float(np.quantile(frame_of(ping)[shown] * ping.dr_m, 0.01)), abs=0.3)
+        assert nearest == pytest.approx(
+            ping.dr_m * float(np.quantile(frame_of(ping).astype(float)[shown], 0.01)), abs=0.3
+        )
 
 
 @pytest.mark.parametrize(
