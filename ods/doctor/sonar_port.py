@@ -13,7 +13,7 @@ from ods.config import OnboardConfig
 from ods.doctor import serial_device
 from ods.doctor.finding import Finding
 from ods.runtime.counters import COUNTERS
-from ods.runtime.port.address import TcpAddress, tcp_address
+from ods.runtime.port.address import TcpAddress, tcp_address, transport_of
 from ods.runtime.run_dir import is_locked
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.registry import make_protocol
@@ -28,6 +28,9 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
 
     `in_use`: that process runs, so a sonar on the network, which may have one connection only, is left alone.
     """
+    if transport_of(port) == "udp":
+        yield Finding("note", f"sonar {port}", "it sends by itself: listened to only with --listen")
+        return
     address = tcp_address(port)
     if address and in_use:
         yield Finding("note", f"sonar {port}", "not tried: the sonar process has its connection")
@@ -67,7 +70,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
 
 def _load(rate: float, sonar: SonarSettings) -> str:
     """Say how much comes, bytes/s, and of a serial line, what part of its rate that is."""
-    if tcp_address(sonar.port):
+    if transport_of(sonar.port) != "serial":
         return f"{rate / 1e6:.2f} MB/s"
     return f"{rate / 1e6:.2f} MB/s, {rate * BITS_A_BYTE / sonar.baud:.0%} of {sonar.baud} baud"
 

@@ -3,7 +3,8 @@
 from collections import Counter
 
 from ods.messages import Ping
-from ods.runtime.port.address import tcp_address
+from ods.runtime.port.address import tcp_address, transport_of, udp_address
+from ods.runtime.port.datagram_port import DatagramPort
 from ods.runtime.port.port import Port
 from ods.runtime.port.serial_port import SerialPort
 from ods.runtime.port.tcp_port import TcpPort
@@ -27,20 +28,23 @@ class SonarLink:
         """Bytes read so far;"""
         self.newest = b""
         """and those of the last read."""
-        address = tcp_address(settings.port)
+        transport = transport_of(settings.port)
+        address = tcp_address(settings.port) if transport in ("tcp", "socket") else None
         pauses_s = settings.reopen_min_s, settings.reopen_max_s
         self._protocol = protocol
-        self._port: Port = (
-            TcpPort(address, settings.silence_s, pauses_s, counters)
-            if address
-            else SerialPort(settings.port, settings.baud, pauses_s, counters)
-        )
+        self._port: Port
+        if address:
+            self._port = TcpPort(address, settings.silence_s, pauses_s, counters)
+        elif udp := udp_address(settings.port):
+            self._port = DatagramPort(udp, protocol.datagrams, pauses_s, counters)
+        else:
+            self._port = SerialPort(settings.port, settings.baud, pauses_s, counters)
         self._side = UdpListener(protocol.side_port) if protocol.side_port is not None else None
         commands = protocol.command_port if address else None
         self._commands = (
             CommandLine(address._replace(port=commands), protocol, pauses_s, counters) if address and commands else None
         )
-        self._byte_s = 0.0 if address else BITS_A_BYTE / settings.baud
+        self._byte_s = BITS_A_BYTE / settings.baud if transport == "serial" else 0.0
         self._streaming = False
 
     @property

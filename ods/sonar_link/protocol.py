@@ -24,6 +24,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 
 from ods.messages import Ping
+from ods.runtime.port.datagram_port import DatagramSource
 from ods.sonar_link.orders import Orders
 
 
@@ -50,6 +51,11 @@ class SonarProtocol(ABC):
     def command_port(self) -> int | None:
         """TCP port, at the sonar's address, where it takes `requests`; None: on the connection of the stream itself."""
         return None
+
+    @property
+    def datagrams(self) -> DatagramSource:
+        """Where `sonar.port` is a UDP port: whose datagrams are wanted. `feed` is given one at a time, whole."""
+        return DatagramSource()
 
     @property
     def missing_bytes(self) -> int:

@@ -61,6 +61,10 @@ PROTOCOLS: dict[str, ProtocolRow] = {
     "norbit": ProtocolRow(
         "ods.sonar_link.norbit.protocol:NorbitProtocol", frozenset({"tcp"}), "Norbit WBMS FLS", "norbit.md",
     ),
+    "sonar3d15": ProtocolRow(
+        "ods.sonar_link.sonar3d15.protocol:Sonar3d15Protocol", frozenset({"udp"}), "Water Linked Sonar 3D-15",
+        "sonar3d15.md",
+    ),
 }  # fmt: skip
 """By the names that `sonar.protocol` may have."""
 

@@ -13,6 +13,7 @@ from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
+from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
 
 class SonarSettings(Settings, frozen=True):
@@ -20,7 +21,8 @@ class SonarSettings(Settings, frozen=True):
 
     port: str
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
-    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
+    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line; or
+    "udp://224.0.0.96:4747", where a sonar sends datagrams."""
     protocol: str = "s7k"
     """What the sonar speaks: a name of the table in docs/sonar-link.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
@@ -57,6 +59,7 @@ class SonarSettings(Settings, frozen=True):
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()
     norbit: NorbitSettings = NorbitSettings()
+    sonar3d15: Sonar3d15Settings = Sonar3d15Settings()
 
     @property
     def control_patience_s(self) -> float:

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
 from ods.sim_sonar.device.norbit import NorbitEnd
@@ -9,17 +10,23 @@ from ods.sim_sonar.device.oculus import OculusEnd
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
 from ods.sim_sonar.device.serial_line import SerialLine
+from ods.sim_sonar.device.sonar3d15 import Sonar3d15End
 from ods.sim_sonar.device.tcp_line import HOST, FramedTcpLine, TcpLine
+from ods.sim_sonar.device.udp_line import UdpLine
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.settings import SonarFile
 
+GROUP = "224.0.0.96"
+"""To which a Sonar 3D-15 sends."""
 SERIAL_PORT = "seabat"
 """Name of the simulated sonar's device in the run folder."""
 
 
 def port_of(sim: SimSettings, run_dir: Path) -> str:
     """Return `sonar.port` for the on-board side."""
+    if sim.sonar_line == "sonar3d15":
+        return f"udp://{GROUP}:{sim.sonar_udp_port}"
     return str(run_dir / SERIAL_PORT) if sim.sonar_line == "serial" else f"tcp://{HOST}:{sim.sonar_tcp_port}"
 
 
@@ -31,6 +38,11 @@ def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple
     if sim.sonar_line == "norbit":
         plain = TcpLine(sim.sonar_tcp_port)
         return NorbitEnd(images, plain, TcpLine(sim.sonar_command_port)), plain
+    if sim.sonar_line == "sonar3d15":
+        try:
+            return Sonar3d15End(images), UdpLine(GROUP, sim.sonar_udp_port)
+        except ValueError as error:
+            raise OdsError(f"{sim.scene}: {error}") from error
     refuse_beyond_s7k(sim.scene, images.scene, sim.sonar, images.sonar)
     line: Line = FramedTcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
     return SeaBatEnd(images, line), line
