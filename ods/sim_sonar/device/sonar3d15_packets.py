@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base.arrays import AnyArray, Bytes, Floats32
+from ods.base.arrays import Bytes, Floats32, Ints
 
 TYPES = "type.googleapis.com/waterlinked.sonar.protocol."
 LONGEST_LITERAL = 65536
@@ -31,7 +31,7 @@ class ImageSays(NamedTuple):
 
 def range_image(says: ImageSays, ranges_m: Floats32) -> bytes:
     """Return the packet of (rows, columns) ranges, the lowest row first; 0: no echo."""
-    numbers = np.clip(np.rint(ranges_m / says.scale_m), 0, 2**16 - 1).astype(np.uint32)
+    numbers = np.clip(np.rint(ranges_m / says.scale_m), 0, 2**16 - 1).astype(np.int64)
     rows, columns = numbers.shape
     image = _integer(5, columns) + _integer(6, rows) + _opening(7, says)
     image += _real(9, says.scale_m) + _bytes(10, _varints(numbers.ravel()))
@@ -71,7 +71,7 @@ def _snappy(plain: bytes) -> bytes:
     return b"".join(parts)
 
 
-def _varints(numbers: AnyArray) -> bytes:
+def _varints(numbers: Ints) -> bytes:
     """Return numbers below 2^21, 7 bits a byte."""
     sevens = np.stack([numbers >> shift & 0x7F for shift in (0, 7, 14)], axis=1).astype(np.uint8)
     count = 1 + (numbers > 0x7F).astype(np.intp) + (numbers > 0x3FFF)

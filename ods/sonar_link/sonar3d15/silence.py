@@ -51,7 +51,7 @@ def _silent(known: Evidence) -> str:
     interface = (
         f"does the interface with {known.source.interface} lead to it"
         if known.source.interface
-        else "does the sonar's line have the route (if not, sonar.sonar3d15.interface names this computer's address there)"
+        else "does the route lead to it (else sonar.sonar3d15.interface is this computer's address on its line)"
     )
     return (
         f"nothing comes from the group {known.address.host}: {on}? Is it set to multicast, and {interface}? "
