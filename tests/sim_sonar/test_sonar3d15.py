@@ -1,4 +1,4 @@
-"""The simulated Sonar 3D-15: its packets by our codec and by the maker's own client, which also writes some for ours."""
+"""The simulated Sonar 3D-15: its packets by our codec and by the maker's own client, which writes some for ours."""
 
 import math
 from pathlib import Path

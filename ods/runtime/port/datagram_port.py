@@ -54,4 +54,4 @@ class DatagramPort(UdpPort):
             self._socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, joined)
         except OSError as error:
             where = f"the interface with {self._interface}" if self._interface else "any interface"
-            raise PortError(f"cannot join {host} at {where}: {error.strerror}") from error
+            raise PortError(f"cannot join {host} at {where}: {error.strerror}") from None
