@@ -254,7 +254,7 @@ class Detections(msgspec.Struct, frozen=True):
     """Detection threshold over the background, dB, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
     more where crests of the bottom are strong. Echoes with an object's leading edge may be detected below it. None: no
     part of the image was processed, or the detector does not report it."""
-    looked: LookedVolume | None = None
+    looked_volume: LookedVolume | None = None
     """How far the water is clear by bearing and elevation; none: the sonar has no range image."""
 
 

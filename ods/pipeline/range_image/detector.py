@@ -56,7 +56,7 @@ def detect_ranges(
         sound_speed=ping.sound_speed,
         sector=sector_of(ping, grid, settings.min_range_m),
         detections=found,
-        looked=looked_of(pixels, believed, grid.range_max_m),
+        looked_volume=looked_of(pixels, believed, grid.range_max_m),
     )
 
 

@@ -30,13 +30,18 @@ def ping_of(image: RangeImage, stamp: Stamp) -> Ping:
         sound_speed=image.sound_speed,
         frequency_hz=float(image.frequency) if image.frequency >= LEAST_HZ else 0.0,
     )
-    grid = RangeGrid(_angles(image.height, image.vertical_deg, 90.0), image.range_m)
+    grid = RangeGrid(_elevations(image.height, image.vertical_deg), image.range_m)
     return build_range_ping(pixels_of(image.packed, image.width, image.height), geometry, stamp, grid)
 
 
 @lru_cache(maxsize=4)
 def _beams(width: int, opening_deg: float) -> BeamTable:
     return make_beam_table(_angles(width, opening_deg, 180.0), np.zeros(width))
+
+
+@lru_cache(maxsize=4)
+def _elevations(height: int, vertical_deg: float) -> list[float]:
+    return _angles(height, vertical_deg, 90.0)
 
 
 def _angles(count: int, opening_deg: float, most_deg: float) -> list[float]:

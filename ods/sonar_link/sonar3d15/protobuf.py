@@ -78,6 +78,8 @@ def _field(view: memoryview, at: int, kind: int) -> tuple[Field, int]:
 
 
 def _varint(view: memoryview, at: int) -> tuple[int, int]:
+    if at < len(view) and view[at] < 0x80:  # nearly all are of one byte
+        return view[at], at + 1
     number = 0
     for place, byte in enumerate(view[at : at + LONGEST_VARINT]):
         number |= (byte & 0x7F) << 7 * place

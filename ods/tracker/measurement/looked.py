@@ -33,7 +33,7 @@ class Looked(NamedTuple):
 
 def looked_of(message: Detections) -> Looked | None:
     """Return what a ping saw; None: it does not tell, or makes no sense."""
-    told, sector = message.looked, message.sector
+    told, sector = message.looked_volume, message.sector
     if told is None or len(told.clear_m) != 4 * told.bearings * told.elevations:
         return None
     clear_m = np.frombuffer(told.clear_m, "<f4").astype(np.float64).reshape(told.bearings, told.elevations)

@@ -107,8 +107,10 @@ def test_how_far_the_water_is_clear_is_the_nearest_echo_around_each_direction_bu
     alone = ranges.copy()
     alone[60, 250], alone[45, 20] = 2.0, 14.0
     seen = Chain(PipelineSettings()).process(ping_of(alone))
-    assert seen.looked is not None
-    told = np.frombuffer(seen.looked.clear_m, "<f4").reshape(seen.looked.bearings, seen.looked.elevations)
+    assert seen.looked_volume is not None
+    told = np.frombuffer(seen.looked_volume.clear_m, "<f4").reshape(
+        seen.looked_volume.bearings, seen.looked_volume.elevations
+    )
     wanted = np.where(ranges > 0.0, ranges, 15.0).T
     np.testing.assert_allclose(told, wanted.reshape(64, 4, 16, 4).min(axis=(1, 3)), atol=1e-3)
     assert seen.sector.half_vertical_rad == pytest.approx(math.radians(20.0))
