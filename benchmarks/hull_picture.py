@@ -1,4 +1,4 @@
-"""`python -m benchmarks.hull_picture docs/sonar3d15.png`: a real range image of a hull, and what the chain makes of it."""
+"""`python -m benchmarks.hull_picture docs/sonar3d15.png`: a real range image of a hull, and what becomes of it."""
 
 import sys
 from pathlib import Path

@@ -1,8 +1,8 @@
 """`python -m benchmarks.sonar3d15 [--rounds 60]`: what decoding packets of a Sonar 3D-15 costs.
 
 The 6 range images of tests/data/sonar3d15, as datagrams: against a memory copy of them, a copy of the images that they
-hold, and, where it is installed (the extra `peers`), Water Linked's own client, up to an array of ranges as ours. Each in
-turn, processor time, the median of the rounds. And what the chain takes for the same images.
+hold, and, where it is installed (the extra `peers`), Water Linked's own client, up to an array of ranges as ours.
+Each in turn, processor time, the median of the rounds. And what the chain takes for the same images.
 """
 
 import argparse

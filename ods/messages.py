@@ -592,3 +592,27 @@ def frame_of(ping: Ping) -> "AnyArray":
     if len(ping.data) != ping.beams * ping.samples * dtype.itemsize:
         raise ValueError(f"ping {ping.ping_number}: {len(ping.data)} bytes do not hold {ping.beams} x {ping.samples}")
     return np.frombuffer(ping.data, dtype).reshape(ping.beams, ping.samples)
+
+
+RANGES_ABOVE = 512
+"""Ranges of a range image that is shown as an image."""
+
+
+def seen_from_above(ping: Ping) -> Ping:
+    """Return a range image as an image by bearing and range, for pictures; any other ping as it is.
+
+    Its levels are how many elevations have their echo at each range. Raises ValueError as `frame_of`.
+    """
+    if ping.range_grid is None:
+        return ping
+    import numpy as np
+
+    range_m = frame_of(ping).astype(np.float64) * ping.dr_m
+    dr_m = ping.range_grid.range_max_m / RANGES_ABOVE
+    shown = (range_m > 0.0) & (range_m < ping.range_grid.range_max_m)
+    cell = np.nonzero(shown)[0] * RANGES_ABOVE + (range_m[shown] / dr_m).astype(np.intp)
+    counted = np.bincount(cell, minlength=ping.beams * RANGES_ABOVE)
+    data = np.minimum(counted, 255).astype(np.uint8).tobytes()
+    return msgspec.structs.replace(
+        ping, samples=RANGES_ABOVE, dtype="u1", data=data, range0_m=0.5 * dr_m, dr_m=dr_m, range_grid=None
+    )

@@ -20,7 +20,7 @@ from ods.base.quaternion import Quaternion, Vector3
 from ods.export import enu
 from ods.export import ros2_messages as texts
 from ods.export.sink import UnfitMessageError
-from ods.messages import Health, Obstacle, ObstacleList, Ping, Pose, frame_of
+from ods.messages import Health, Obstacle, ObstacleList, Ping, Pose, frame_of, seen_from_above
 
 MAP, VEHICLE, HEAD, FAN = "map", "base_link", "sonar", "sonar_fan"
 TOPICS = {
@@ -114,6 +114,7 @@ class Ros2Messages:
     def image(self, stamp_ns: int, ping: Ping) -> Any:
         """Return the ProjectedSonarImage: samples as recorded, those of one range side by side."""
         try:
+            ping = seen_from_above(ping)
             samples = frame_of(ping)
         except ValueError as error:
             raise UnfitMessageError("pings whose samples do not fit their shape") from error

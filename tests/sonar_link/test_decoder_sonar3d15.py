@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from ods.messages import frame_of
+from ods.sonar_link.files.npz_writer import write_ping_file
 from ods.sonar_link.files.opening import PingFileError, open_pings
+from ods.sonar_link.files.s7k.writer import write_s7k
 from tests.sonar_link.sonar3d15 import wire
 from tests.sonar_link.sonar3d15.test_packets import RECORDING
 
@@ -44,3 +46,11 @@ def test_cut_off_damaged_and_foreign(tmp_path: Path) -> None:
 def test_no_image_in_it(tmp_path: Path) -> None:
     with pytest.raises(PingFileError, match="no whole range image of a Sonar 3D-15 in it"):
         open_pings(written(tmp_path / "a.sonar", b"RIP2" + bytes(100)))
+
+
+def test_other_formats_refuse_to_keep_ranges_as_levels(tmp_path: Path) -> None:
+    pings = [*open_pings(RECORDING).pings]
+    with pytest.raises(ValueError, match="range image"):
+        write_ping_file(tmp_path / "a.npz", pings)
+    with pytest.raises(ValueError, match="range image"):
+        write_s7k(tmp_path / "a.s7k", pings)

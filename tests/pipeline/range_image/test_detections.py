@@ -9,7 +9,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.geometry import body_to_global, polar_to_body
-from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, frame_of
+from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, frame_of, seen_from_above
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineSettings
@@ -155,3 +155,17 @@ def test_what_makes_no_sense_is_refused(spoilt: dict[str, object]) -> None:
     ping = msgspec.structs.replace(ping_of(np.full((64, 256), 5.0, np.float32)), **spoilt)
     with pytest.raises(PingError):
         Chain(PipelineSettings()).process(ping)
+
+
+def test_from_above_it_is_an_image_whose_levels_are_counts_of_echoes() -> None:
+    ranges = np.zeros((64, 256), np.float32)
+    ranges[20:30, 100:110] = 6.0
+    ranges[40:45, 100] = 9.0
+    above = seen_from_above(ping_of(ranges))
+    frame = frame_of(above).astype(int)
+    cells = np.argwhere(frame > 0)
+    np.testing.assert_allclose(above.range0_m + above.dr_m * np.unique(cells[:, 1]), [6.0, 9.0], atol=above.dr_m)
+    assert frame.sum() == np.count_nonzero(ranges)
+    assert frame[100].max() == 10
+    assert above.range_grid is None
+    assert seen_from_above(above) is above
