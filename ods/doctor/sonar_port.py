@@ -29,7 +29,7 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
     `in_use`: that process runs, so a sonar on the network, which may have one connection only, is left alone.
     """
     if transport_of(port) == "udp":
-        yield Finding("note", f"sonar {port}", "it sends by itself: listened to only with --listen")
+        yield Finding("note", f"sonar {port}", "it sends by itself: heard with --listen")
         return
     address = tcp_address(port)
     if address and in_use:
