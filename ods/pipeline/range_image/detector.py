@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from ods.base.arrays import AnyArray
+from ods.base.arrays import AnyArray, Indices
 from ods.messages import Detection, Detections, Ping, Pose, RangeGrid, Sector
 from ods.pipeline.image.recorded import RegionNumbers
 from ods.pipeline.plan import PingError
@@ -39,11 +39,11 @@ def detect_ranges(
     bodies = members_of(clusters_of(pixels, pixels.wanted & ~believed, chosen.noise_m), chosen.least_pixels)
     for body in bodies:
         believed.ravel()[body] = True
+    bodies = _nearest(pixels, bodies)
     pieces = [piece for body in bodies for piece in pieces_of(pixels, body, chosen.largest_m, chosen.least_pixels)]
-    pieces.sort(key=lambda piece: float(pixels.range_m.ravel()[piece].min()))
     width = math.radians(settings.beam_width_deg)
     found: list[Detection] = []
-    for number, piece in enumerate(pieces[:MOST_DETECTIONS], 1):
+    for number, piece in enumerate(_nearest(pixels, pieces), 1):
         found.append(detection_of(pixels, piece, grid.range_max_m, width))
         if mask is not None:
             mask.ravel()[piece] = number
@@ -58,6 +58,12 @@ def detect_ranges(
         detections=found,
         looked_volume=looked_of(pixels, believed, grid.range_max_m),
     )
+
+
+def _nearest(pixels: RangePixels, bodies: list[Indices]) -> list[Indices]:
+    """Return bodies by their ranges, of too many the nearest ones."""
+    flat = pixels.range_m.ravel()
+    return sorted(bodies, key=lambda body: float(flat[body].min()))[:MOST_DETECTIONS]
 
 
 def sector_of(ping: Ping, grid: RangeGrid, min_range_m: float) -> Sector:

@@ -169,3 +169,13 @@ def test_from_above_it_is_an_image_whose_levels_are_counts_of_echoes() -> None:
     assert frame[100].max() == 10
     assert above.range_grid is None
     assert seen_from_above(above) is above
+
+
+def test_of_too_many_bodies_the_nearest_ones_are_told() -> None:
+    ranges = np.zeros((64, 256), np.float32)
+    for number in range(32 * 21):
+        row, column = 3 * (number % 21), 8 * (number // 21)
+        ranges[row : row + 2, column : column + 4] = 2.0 + 3.0 * (number % 5)
+    seen = Chain(PipelineSettings()).process(ping_of(ranges)).detections
+    assert len(seen) == 512
+    assert max(found.near_m for found in seen) == pytest.approx(11.0, abs=0.01)
