@@ -37,7 +37,18 @@ def bottom_of(pixels: RangePixels, tolerance_m: float) -> Mask:
     if plane is None:
         return nothing
     plane = _fitted(few[np.abs(_height(few, plane)) <= tolerance_m])
-    return np.asarray(pixels.wanted & (_height(points, plane) <= tolerance_m))
+    low = pixels.wanted & (_height(points, plane) <= tolerance_m)
+    return np.asarray(low & _lies_flat(points, low)[:, None])
+
+
+def _lies_flat(points: Floats, low: Mask) -> Mask:
+    """Tell (bearings,) where low points spread more in distance than in height: the foot of a wall does not."""
+    away = np.hypot(points[..., 0], points[..., 1])
+    return np.asarray(_spread(away, low) >= _spread(points[..., 2], low))
+
+
+def _spread(values: Floats, chosen: Mask) -> Floats:
+    return np.asarray(np.where(chosen, values, -np.inf).max(axis=1) - np.where(chosen, values, np.inf).min(axis=1))
 
 
 def _best_plane(points: Floats, tolerance_m: float, rng: np.random.Generator) -> Floats | None:

@@ -179,3 +179,16 @@ def test_of_too_many_bodies_the_nearest_ones_are_told() -> None:
     seen = Chain(PipelineSettings()).process(ping_of(ranges)).detections
     assert len(seen) == 512
     assert max(found.near_m for found in seen) == pytest.approx(11.0, abs=0.01)
+
+
+@pytest.mark.parametrize("bed_m", [None, 22.6])
+def test_the_foot_of_a_near_wall_is_no_bottom(bed_m: float | None) -> None:
+    wall = {"shape": "plane", "position_ned": [3.0, 0.0, 20.0], "normal_ned": [-1.0, 0.0, 0.0], "width_m": 2.0,
+            "height_m": 8.0}  # fmt: skip
+    _, seen, pose = looked_at(scene_of(wall, bed_m=bed_m))
+    ahead = [found for found in seen.detections if abs(found.bearing_rad) < 0.3]
+    assert ahead
+    for found in ahead:
+        assert found.elevation_extent_rad == pytest.approx(math.radians(40.0), rel=0.05)
+        assert place_of(found, pose)[2] == pytest.approx(20.0, abs=0.15)
+    assert all(place_of(found, pose)[0] < 3.5 for found in seen.detections)
