@@ -149,6 +149,13 @@ class Detection(msgspec.Struct, frozen=True):
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that the leading edge is an object's and not a crest's of a rough bottom, if both are equally
     frequent; 0: not estimated, as in calm water."""
+    half_length_m: float = 0.0
+    """Half the length of what is seen, along its long axis, with the beam's width taken out: of a uniform strip with
+    the same second moments. 0: not measured, as in older recordings."""
+    half_width_m: float = 0.0
+    """Half its width, likewise."""
+    axis_rad: Angle = 0.0
+    """Direction of the long axis in the sonar's plane, from the line of sight to starboard, within +-pi/2."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
