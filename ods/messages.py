@@ -282,6 +282,18 @@ class Prediction(msgspec.Struct, frozen=True, gc=False):
     may add."""
 
 
+class Outline(msgspec.Struct, frozen=True, gc=False):
+    """The strip that stands for an elongated object, as far as it is visible, in the horizontal plane."""
+
+    middle_ne: tuple[float, float]
+    """North and east of its middle, m; its standard deviations are those of the obstacle's position."""
+    half_length_m: float
+    half_width_m: float
+    azimuth_rad: float
+    """Direction of its long axis, from north to east, within [0, pi)."""
+    sigma_half_length_m: float
+
+
 class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
@@ -317,9 +329,21 @@ class Obstacle(msgspec.Struct, frozen=True):
     """Height of the middle of its visible part over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
     """Its standard deviation, m: large where heights are not observed, as with a sonar of one plane."""
+    moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Probability that it moves."""
     multipath_of: CountOrNone = -1
     """Id of the obstacle of which this one is probably a multipath echo (`Detections.second_ways_m`); -1: no sign of
     that. It stays in the list, as there may be an object."""
+    near_m: float | None = None
+    """Slant range from the sonar's head to the object's nearest point. It is more accurate than position and radius,
+    whose errors are correlated. None: it was not seen for more than 2 s, or its echoes have no near edge."""
+    sigma_near_m: float | None = None
+    """Standard deviation of `near_m`."""
+    elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Probability that it is an elongated object (a wall, a net, a rope): longer than 3 m, and than 2.5 times its
+    width."""
+    outline: Outline | None = None
+    """Its outline, where it is probably elongated, within the circle of `radius_m`. None: the circle describes it."""
 
 
 class Site(msgspec.Struct, frozen=True):

@@ -210,16 +210,17 @@ static inline Circle circle_of(const Region *region, Ends ends, const Depth *dep
     const double blur_m = width.blur * middle_m, wide_m = wide * middle_m;
     *outline = outline_of(region, ends, fan->borders_rad, centre, across);
     const double stout = resolved ? stout_of(*outline) : 1.0;
+    const double aslant = (1.0 - stout) * fabs(sin(2.0 * outline->axis_rad));
     const double whole = stout * depth->whole * as_deep_as_wide(long_m, wide_m, blur_m, resolved);
     double roundness = 1.0, radius = found.radius;
     if (resolved)
-        roundness = larger(whole, roundness_of(region, ends.near_m, fan->bearing_rad, centre, 0.5 * across * middle_m));
+        roundness = larger(whole, (1.0 - aslant) * roundness_of(region, ends.near_m, fan->bearing_rad, centre,
+                                                                0.5 * across * middle_m));
     radius *= 1.0 + roundness / pow(crest.contrast, 3.0); /* of a weak front the highlights show */
     const double doubt = fabs(0.5 * long_m - radius) * sqrt(whole * (1.0 - whole));
     radius = larger(0.5 * fan->dr_m, radius + whole * (0.5 * long_m - radius));
-    const double behind = roundness * (1.0 - (1.0 - stout) * fabs(sin(2.0 * outline->axis_rad)));
     double distance = distance_of(found.x, found.y);
-    distance += behind * held(radius / SMALL_M - 1.0, 0.0, 1.0) * (depth->near_m + radius - distance);
+    distance += roundness * held(radius / SMALL_M - 1.0, 0.0, 1.0) * (depth->near_m + radius - distance);
     *shape = (Shape){
         .whole = whole, .roundness = roundness, .long_m = long_m, .wide_m = wide_m, .blur_m = blur_m,
         .beams = (double)(region->high - region->low + 1), .contrast = crest.contrast,

@@ -1,62 +1,74 @@
 """The outlines and near edges of the confirmed objects: what the last images showed of each, beside the filters.
 
 The extent is the mean matrix of second moments, as in tracking by random matrices (Koch, 2008, IEEE Transactions on
-Aerospace and Electronic Systems 44(3)), without its weighing: what limits it is which part of a body shines, not noise.
+Aerospace and Electronic Systems 44(3)), without its weights: what limits it is which part of a body shines, not noise.
 """
 
 import math
-from typing import NamedTuple
+from typing import Generic, NamedTuple, TypeVar
 
+import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats, Indices, Ints
 from ods.base.clock import NS
-from ods.messages import Outline
+from ods.messages import Obstacle, Outline
 from ods.runtime.pose_buffer import PoseEstimate
-from ods.tracker.named import Named
+from ods.tracker.existence import lifecycle
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 
 NEWEST_SHARE = 0.1
 """Least weight of the newest image in the means."""
-GATE_SIGMAS, GATE_M = 3.0, 0.5
-"""An echo is of the object whose edge is nearest to its middle, and at most so far away."""
-UNSEEN_S = 2.0
-"""What was not seen for longer has no near edge any more: which side of it is the nearest may have changed."""
+GATE = 1.5
+"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's place than so many times
+the ellipse's axes, to which are added in squares"""
+GATE_SIGMAS, GATE_M = 2.0, 0.5
+"""so many standard deviations, and m."""
+COMMON_ERROR = 0.5
+"""Part of the standard deviation claimed for a near edge that images have in common."""
+EDGE_KEPT_S = 2.0
+"""What was not seen for longer has no near edge any more: another side of it may be the nearest."""
 SIDE_CHANGES = 0.1
-"""Standard deviation of what a near edge may change by as another side comes into view, m in a second."""
+"""Standard deviation by which a near edge may change in a second as another side comes into view, m."""
 ELONGATED_M, ELONGATED = 1.5, 2.5
 """An object is elongated from this half length on, and from so many times its half width."""
 LEAST_SIGHTS = 3
 """Images that an outline takes."""
 LENGTH_ERROR = 0.05
-"""Part of a length that no image tells: ends that do not shine."""
+"""Standard deviation of a length that no number of images takes away, as a part of it: ends that do not shine."""
+
+FloatsT = TypeVar("FloatsT", float, Floats)
 
 
-class Known(NamedTuple):
-    """What is known of n objects: (n,) each."""
+class Known(NamedTuple, Generic[FloatsT]):
+    """What is known of objects: numbers, or (n,) arrays."""
 
-    sights: Floats
-    """Images in which they were seen."""
-    seen_s: Floats
+    sights: FloatsT
+    """Images in which it was seen."""
+    unseen_s: FloatsT
     """Time since the newest of these, s."""
-    near: Floats
+    near: FloatsT
     """Slant range of the near edge from the head, m;"""
-    near_variance: Floats
-    """its variance, m^2, and"""
-    near_claim: Floats
-    """the mean of the variances that the images claim, m^2."""
-    north: Floats
+    near_variance: FloatsT
+    """its variance by the images together, m^2, and"""
+    near_claim: FloatsT
+    """the mean of what the images claim, m^2: their errors are not independent."""
+    north: FloatsT
     """From the object's place to the outline's middle, m,"""
-    east: Floats
-    nn: Floats
-    """Second moments, m^2: north, both, east."""
-    ne: Floats
-    ee: Floats
-    length: Floats
-    """Mean of the images' half lengths, m, and"""
-    length_square: Floats
+    east: FloatsT
+    north_north: FloatsT
+    """Second moments, m^2:"""
+    north_east: FloatsT
+    east_east: FloatsT
+    length: FloatsT
+    """Mean of the half lengths in the images, m, and"""
+    length_square: FloatsT
     """of their squares, m^2."""
+
+
+FIELDS = len(Known._fields)
+FIRST_MEAN = Known._fields.index("north")
 
 
 class Outlines:
@@ -64,39 +76,149 @@ class Outlines:
 
     def __init__(self) -> None:
         self._ids: Ints = np.empty(0, np.int64)
-        self._known = Named(Known, np.empty((len(Known._fields), 0)))
+        self._table = np.zeros((FIELDS, 0))
         self._t_ns = 0
 
-    def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate, t_ns: int) -> None:
-        """Take in the echoes of an image: those inside an object, or about it, show its outline."""
-        self._follow(snapshot, head, t_ns)
-        objects, echoes = _owned(snapshot, seen)
+    @property
+    def _known(self) -> Known[Floats]:
+        """Views."""
+        return Known(*self._table)
+
+    def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate) -> None:
+        """Take in the echoes of an image: those of an object show its outline; snapshot: at that instant."""
+        self._follow(snapshot, head)
+        objects, echoes = _owned(snapshot, seen, self._known)
         if not len(objects):
             return
         rows, parts = np.unique(objects, return_inverse=True)
-        sums = _Sums(parts, len(rows))
-        weight = np.maximum(seen.length[echoes], 1e-3)
-        total = sums.of(weight)
-        place = seen.place[echoes]
-        middle = np.stack([sums.of(weight * axis) / total for axis in place.T])
-        apart = place - middle.T[parts]
-        moments = seen.extent[echoes] + apart[:, :, None] * apart[:, None, :]
-        nn, ne, ee = (sums.of(weight * moments[:, i, j]) / total for i, j in ((0, 0), (0, 1), (1, 1)))
-        first = np.lexsort((seen.near[echoes], parts))[np.concatenate([[0], np.cumsum(np.bincount(parts))[:-1]])]
-        self._near(rows, seen.near[echoes][first], seen.sigma_near[echoes][first] ** 2)
-        half = np.sqrt(3.0 * _largest(nn, ne, ee))
-        offset = middle - snapshot.position[:2, rows]
-        self._mean(rows, (*offset, nn, ne, ee, half, half**2))
+        nearest = np.lexsort((seen.near[echoes], parts))[np.searchsorted(np.sort(parts), np.arange(len(rows)))]
+        self._take_edges(rows, seen.near[echoes][nearest], seen.sigma_near[echoes][nearest] ** 2)
+        middle, moments = _together(seen, echoes, parts, len(rows))
+        nn, ne, ee = moments
+        half = np.sqrt(1.5 * (nn + ee) + 3.0 * np.hypot(0.5 * (nn - ee), ne))
+        self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
 
-    def near_edges(self, ids: Ints) -> tuple[list[float | None], list[float | None]]:
-        """Return slant range and standard deviation of the near edges of objects, m; None: not known now."""
-        place = self._places(ids)
-        known = self._known.rows
-        near, sigma = known.near[place], np.sqrt(known.near_variance[place] + known.near_claim[place])
-        told = (place >= 0) & (known.sights[place] > 0) & (known.seen_s[place] <= UNSEEN_S) if len(self._ids) else place >= 0
-        return _where(told, near), _where(told, sigma)
+    def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
+        """Return obstacles with what is known of their edges and outlines at `t_ns`, not before the newest image."""
+        later_s = max(0.0, (t_ns - self._t_ns) / NS)
+        place = {each: k for k, each in enumerate(self._ids.tolist())}
+        known = self._table.T.tolist()
+        return [
+            _outlined(each, Known(*known[place[each.id]]), later_s) if each.id in place else each for each in obstacles
+        ]
 
-    def outlines(self, snapshot: Snapshot) -> tuple[list[Outline | None], list[float]]:
-        """Return the outlines of elongated objects, None for others, and how likely each is elongated."""
-        none: list[Outline | None] = [None] * len(snapshot)
-        return none, [0.0] * len(snapshot)
+    def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
+        """Keep the objects of the snapshot, carried on to its time."""
+        dt = max(0.0, (head.t_ns - self._t_ns) / NS) if len(self._ids) else 0.0
+        old = {each: k for k, each in enumerate(self._ids.tolist())}
+        ids = snapshot.id.tolist()
+        table = np.zeros((FIELDS, len(ids)))
+        kept = [k for k, each in enumerate(ids) if each in old]
+        table[:, kept] = self._table[:, [old[ids[k]] for k in kept]]
+        known: Known[Floats] = Known(*table)
+        away = snapshot.position - head.position_ned[:, None]
+        sight = away / np.maximum(np.linalg.norm(away, axis=0), 1e-3)
+        known.near[:] += dt * ((snapshot.velocity - head.velocity_ned[:, None]) * sight).sum(axis=0)
+        moves = dt * snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) ** 2
+        known.near_variance[:] += dt * (moves + SIDE_CHANGES**2)
+        known.unseen_s[:] += dt
+        self._ids, self._table, self._t_ns = snapshot.id.copy(), table, head.t_ns
+
+    def _take_edges(self, rows: Indices, near: Floats, variance: Floats) -> None:
+        """Correct near edges, or begin with them."""
+        known = self._known
+        fresh = (known.sights[rows] == 0.0) | (known.unseen_s[rows] > EDGE_KEPT_S)
+        before = known.near_variance[rows]
+        gain = np.where(fresh, 1.0, before / (before + variance))
+        known.near[rows] += gain * (near - known.near[rows])
+        known.near_variance[rows] = gain * variance
+        share = np.where(fresh, 1.0, _share_of(known.sights[rows]))
+        known.near_claim[rows] += share * (variance - known.near_claim[rows])
+
+    def _take_extents(self, rows: Indices, seen: tuple[Floats, ...]) -> None:
+        """Take outlines in: place of the middle, second moments, half length and its square."""
+        known = self._known
+        known.sights[rows] += 1.0
+        known.unseen_s[rows] = 0.0
+        share = _share_of(known.sights[rows] - 1.0)
+        for mean, new in zip(known[FIRST_MEAN:], seen, strict=True):
+            mean[rows] += share * (new - mean[rows])
+
+
+def _share_of(sights: Floats) -> Floats:
+    """Return the weight of a new image after so many."""
+    return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
+
+
+def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats]) -> tuple[Indices, Indices]:
+    """Return pairs of live objects and their echoes, each echo once."""
+    live = np.flatnonzero(snapshot.state != lifecycle.HIBERNATED)
+    if not len(live) or not len(seen.near):
+        return np.empty(0, np.intp), np.empty(0, np.intp)
+    square = snapshot.radius[live] ** 2
+    is_round = known.sights[live] < LEAST_SIGHTS  # as far as is known yet
+    shape = (
+        known.north_north + known.north**2,
+        known.north_east + known.north * known.east,
+        known.east_east + known.east**2,
+    )
+    sigma = np.hypot(snapshot.sigma_position[:2, live].max(axis=0)[:, None], seen.sigma[None, :])
+    blur = (GATE_SIGMAS * sigma) ** 2 + GATE_M**2
+    nn, ne, ee = (
+        np.where(is_round, circle, 3.0 * about[live])[:, None]
+        for circle, about in zip((square, np.zeros_like(square), square), shape, strict=True)
+    )
+    nn, ee = nn + blur, ee + blur
+    area = nn * ee - ne * ne
+    north, east = seen.place.T[:, None, :] - snapshot.position[:2, live][:, :, None]
+    away = (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / area
+    whole = snapshot.radius[live][:, None] + GATE * np.sqrt(blur)  # whatever the last images showed
+    largest = 2.0 * (snapshot.radius + GATE_SIGMAS * snapshot.sigma_radius)[live][:, None] + GATE_M
+    away[(np.hypot(north, east) > whole) | (seen.radius > largest)] = np.inf
+    owner = (away + np.log(area)).argmin(axis=0)
+    echoes = np.flatnonzero(away[owner, np.arange(len(owner))] <= GATE**2)
+    return live[owner[echoes]], echoes
+
+
+def _together(seen: Seen, echoes: Indices, parts: Indices, count: int) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
+    """Return middle (2, count) and second moments of the objects that echoes are parts of, weighted by length."""
+    weight = np.maximum(seen.length[echoes], 1e-3)
+
+    def mean(values: Floats) -> Floats:
+        return np.asarray(np.bincount(parts, weight * values, count) / np.bincount(parts, weight, count))
+
+    middle = np.stack([mean(axis) for axis in seen.place[echoes].T])
+    apart = seen.place[echoes] - middle.T[parts]
+    moments = seen.extent[echoes] + apart[:, :, None] * apart[:, None, :]
+    return middle, (mean(moments[:, 0, 0]), mean(moments[:, 0, 1]), mean(moments[:, 1, 1]))
+
+
+def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:
+    """Return the standard deviations along the principal axes, the larger first."""
+    mean, gap = 0.5 * (nn + ee), math.hypot(0.5 * (nn - ee), ne)
+    return math.sqrt(mean + gap), math.sqrt(max(0.0, mean - gap))
+
+
+def _outlined(obstacle: Obstacle, known: Known[float], later_s: float) -> Obstacle:
+    near_m = sigma_near_m = outline = None
+    if known.sights and known.unseen_s + later_s <= EDGE_KEPT_S:
+        near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
+    elongated, strip = _strip(obstacle, known) if known.sights >= LEAST_SIGHTS else (0.0, None)
+    outline = strip if elongated > 0.5 else None
+    return msgspec.structs.replace(
+        obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=elongated, outline=outline
+    )
+
+
+def _strip(obstacle: Obstacle, known: Known[float]) -> tuple[float, Outline]:
+    """Return how likely an object is elongated, and the strip with the same second moments."""
+    along, across = _principal(known.north_north, known.north_east, known.east_east)
+    half_length, half_width = math.sqrt(3.0) * along, math.sqrt(3.0) * across
+    spread = math.sqrt(max(0.0, known.length_square - known.length**2))
+    sigma = math.hypot(spread, LENGTH_ERROR * half_length) + 1e-3
+    excess = half_length - max(ELONGATED_M, ELONGATED * half_width)
+    azimuth = 0.5 * math.atan2(2.0 * known.north_east, known.north_north - known.east_east)
+    north, east, _ = obstacle.position_ned
+    middle = north + known.north, east + known.east
+    outline = Outline(middle, half_length, half_width, azimuth % math.pi, sigma)
+    return 0.5 * math.erfc(-excess / sigma * math.sqrt(0.5)), outline

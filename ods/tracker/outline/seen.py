@@ -45,7 +45,9 @@ def seen_from(head: PoseEstimate, echoes: Sequence[Detection], fan_turn: float, 
             if d.sigma_near_m > 0.0 and d.half_length_m > 0.0
         ]
     )  # fmt: skip
-    distance, bearing, elevation, radius, along, turned, near, sigma_near, length, width, axis = columns.reshape(-1, 11).T
+    distance, bearing, elevation, radius, along, turned, near, sigma_near, length, width, axis = columns.reshape(
+        -1, 11
+    ).T
     bearing = bearing + fan_turn * distance
     body = polar_to_body(1.0, bearing, elevation)
     sight = body @ rotation_matrix(head.attitude).T
