@@ -240,7 +240,7 @@ class MissionTracker:
         reasons += self._common_errors.reasons()
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)
+        nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
         self.left_out = len(hittable.snapshot) - len(nearest)
         message = ObstacleList(
             seq=self.seq,

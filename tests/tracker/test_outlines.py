@@ -89,6 +89,12 @@ def test_a_wall_heard_in_two_parts_is_one_strip() -> None:
     assert seen.elongated > 0.99
 
 
+def test_the_circle_of_a_wall_seen_aslant_covers_it() -> None:
+    wall, rock, outlines = (7, 50.0, 5.0, 6.0), (8, 30.0, -10.0, 0.5), Outlines()
+    looks(outlines, lambda head: [echo(head, 50.0, 5.0, 0.8, length=8.0), echo(head, 30.0, -10.0)], wall, rock)
+    assert outlines.covering(snapshot(wall, rock)).radius == pytest.approx([8.0, 0.5], abs=0.1)
+
+
 @pytest.mark.parametrize("yaw", [0.0, 1.0, -2.5])
 def test_extents_turn_with_the_head_and_with_the_fan(yaw: float) -> None:
     ahead = Detection(

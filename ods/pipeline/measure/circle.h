@@ -25,8 +25,6 @@
 #define RESOLVED 2.0
 /* and for no wider than this many times their depth: a sphere's front is seen to 0.3 to 0.6 of its radius. */
 #define WIDEST_FRONT 3.0
-/* What is narrower for its length is a flat front seen aslant: as deep as it is wide, but no whole body. */
-#define SLENDER 0.2
 /* Largest standard deviation of an echo's place across the line of sight: of what is small in widths of the beam, of a
    flat front in its own width. */
 #define BLURRED 0.15
@@ -180,12 +178,6 @@ static inline double as_deep_as_wide(double long_m, double wide_m, double blur_m
     return resolved ? alike : 0.5 + 0.5 * alike;
 }
 
-/* Returns 0 for what is a strip, 1 for what may be round. */
-static inline double stout_of(Outline outline)
-{
-    return held(4.0 * (outline.half_width_m / larger(1e-6, outline.half_length_m) - SLENDER), 0.0, 1.0);
-}
-
 /* Returns the smallest circle around the echo's outline, with its beams' width taken out: `across` rad are left. */
 static inline EnclosingCircle around(const Region *region, Ends ends, const double *borders, double centre,
                                      double across)
@@ -209,13 +201,10 @@ static inline Circle circle_of(const Region *region, Ends ends, const Depth *dep
     const EnclosingCircle found = around(region, ends, fan->borders_rad, centre, across);
     const double blur_m = width.blur * middle_m, wide_m = wide * middle_m;
     *outline = outline_of(region, ends, fan->borders_rad, centre, across);
-    const double stout = resolved ? stout_of(*outline) : 1.0;
-    const double aslant = (1.0 - stout) * fabs(sin(2.0 * outline->axis_rad));
-    const double whole = stout * depth->whole * as_deep_as_wide(long_m, wide_m, blur_m, resolved);
+    const double whole = depth->whole * as_deep_as_wide(long_m, wide_m, blur_m, resolved);
     double roundness = 1.0, radius = found.radius;
     if (resolved)
-        roundness = larger(whole, (1.0 - aslant) * roundness_of(region, ends.near_m, fan->bearing_rad, centre,
-                                                                0.5 * across * middle_m));
+        roundness = larger(whole, roundness_of(region, ends.near_m, fan->bearing_rad, centre, 0.5 * across * middle_m));
     radius *= 1.0 + roundness / pow(crest.contrast, 3.0); /* of a weak front the highlights show */
     const double doubt = fabs(0.5 * long_m - radius) * sqrt(whole * (1.0 - whole));
     radius = larger(0.5 * fan->dr_m, radius + whole * (0.5 * long_m - radius));

@@ -5,6 +5,7 @@ Aerospace and Electronic Systems 44(3)), without its weights: what limits it is 
 """
 
 import math
+from dataclasses import replace
 from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
@@ -97,6 +98,18 @@ class Outlines:
         nn, ne, ee = moments
         half = np.sqrt(1.5 * (nn + ee) + 3.0 * np.hypot(0.5 * (nn - ee), ne))
         self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
+
+    def covering(self, snapshot: Snapshot) -> Snapshot:
+        """Return the objects with circles that cover their outlines, where these are probably elongated.
+
+        The circle of an echo of a wall seen aslant is as deep as it is wide, as that of a whole body is: too small.
+        """
+        place = {each: k for k, each in enumerate(self._ids.tolist())}
+        radius, known = snapshot.radius.copy(), self._table.T.tolist()
+        for k, each in enumerate(snapshot.id.tolist()):
+            if each in place:
+                radius[k] = max(radius[k], _reach(Known(*known[place[each]])))
+        return replace(snapshot, radius=radius)
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
         """Return obstacles with what is known of their edges and outlines at `t_ns`, not before the newest image."""
@@ -199,26 +212,50 @@ def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:
     return math.sqrt(mean + gap), math.sqrt(max(0.0, mean - gap))
 
 
+def _reach(known: Known[float]) -> float:
+    """Return the radius of the circle about the object's place that covers its outline, m; 0: it has none."""
+    strip = _strip(known)
+    if strip is None or strip.elongated <= 0.5:
+        return 0.0
+    return math.hypot(known.north, known.east) + strip.half_length
+
+
 def _outlined(obstacle: Obstacle, known: Known[float], later_s: float) -> Obstacle:
     near_m = sigma_near_m = outline = None
     if known.sights and known.unseen_s + later_s <= EDGE_KEPT_S:
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
-    elongated, strip = _strip(obstacle, known) if known.sights >= LEAST_SIGHTS else (0.0, None)
-    outline = strip if elongated > 0.5 else None
+    strip = _strip(known)
+    elongated = 0.0 if strip is None else strip.elongated
+    if strip is not None and elongated > 0.5:
+        north, east, _ = obstacle.position_ned
+        middle = north + known.north, east + known.east
+        outline = Outline(middle, strip.half_length, strip.half_width, strip.azimuth, strip.sigma)
     return msgspec.structs.replace(
         obstacle, near_m=near_m, sigma_near_m=sigma_near_m, elongated=elongated, outline=outline
     )
 
 
-def _strip(obstacle: Obstacle, known: Known[float]) -> tuple[float, Outline]:
-    """Return how likely an object is elongated, and the strip with the same second moments."""
+class _Strip(NamedTuple):
+    """The strip with the same second moments."""
+
+    elongated: float
+    """Probability."""
+    half_length: float
+    half_width: float
+    azimuth: float
+    sigma: float
+    """Of the half length, m."""
+
+
+def _strip(known: Known[float]) -> _Strip | None:
+    """Return the strip of an object; None: it was seen too few times."""
+    if known.sights < LEAST_SIGHTS:
+        return None
     along, across = _principal(known.north_north, known.north_east, known.east_east)
     half_length, half_width = math.sqrt(3.0) * along, math.sqrt(3.0) * across
     spread = math.sqrt(max(0.0, known.length_square - known.length**2))
     sigma = math.hypot(spread, LENGTH_ERROR * half_length) + 1e-3
     excess = half_length - max(ELONGATED_M, ELONGATED * half_width)
     azimuth = 0.5 * math.atan2(2.0 * known.north_east, known.north_north - known.east_east)
-    north, east, _ = obstacle.position_ned
-    middle = north + known.north, east + known.east
-    outline = Outline(middle, half_length, half_width, azimuth % math.pi, sigma)
-    return 0.5 * math.erfc(-excess / sigma * math.sqrt(0.5)), outline
+    elongated = 0.5 * math.erfc(-excess / sigma * math.sqrt(0.5))
+    return _Strip(elongated, half_length, half_width, azimuth % math.pi, sigma)
