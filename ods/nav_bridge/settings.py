@@ -131,7 +131,7 @@ class CanopenSettings(Settings, frozen=True):
     """CANopen node id of this process."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
     """Object of the INS to pose field, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`; as a whole in
-    place of the default, which is that of config/ins.eds and config/ins_altitude.eds (docs/navigation.md)."""
+    place of the default, which is that of config/ins.eds and config/ins_altitude.eds (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
     """Bit of the status object that says that position, attitude, velocity, time_of_day or altitude (over the bottom)
     is valid; a part left out always is."""
@@ -241,7 +241,7 @@ class DbcSettings(Settings, frozen=True):
     file: Path
     """The DBC file."""
     signals: dict[str, str | SignalSettings]
-    """Pose field to MESSAGE.SIGNAL, or to a table with more; docs/navigation.md lists the fields."""
+    """Pose field to MESSAGE.SIGNAL, or to a table with more; docs/navigation/dbc.md lists the fields."""
     time: str | TimeSettings | None = None
     """The INS's clock; none: arrival is a pose's instant."""
     epoch: list[str] | None = None
