@@ -50,7 +50,7 @@ class SuperviseSettings(Settings, frozen=True):
     """Delay of the first restart, s; each further one is delayed twice as long, up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """A process that has run for this time counts as working, s: its next restart is delayed by `first_delay_s` again."""
+    """A process that has run for this time counts as working, s: its next restart has `first_delay_s` again."""
     start_s: Positive = 30.0
     """Time for the first sign of life, s. A process that uses a processor or waits for one meanwhile gets the same time
     again."""

@@ -38,7 +38,7 @@ class MedianRangeParams(Settings, frozen=True):
     """equalize.median_range: bring the median at each range to that of speckle of mean 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Range samples that count as the surroundings."""
+    """Length of the surroundings, range samples."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
 
