@@ -17,12 +17,12 @@ class FaultSettings(Settings, frozen=True):
     """A fault on the simulated side, to check that the on-board side recovers."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps"] | Blindness
-    """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing; sonar_garbage: it
-    sends other bytes; ins_steps: the place that the INS tells is off by `INS_STEP_M`. The others are in the image:
-    zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the range
-    are; head_blocked: all is 20 dB weaker; saturated: all is at full scale."""
+    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
+    it sends other bytes; ins_steps: the position that the INS reports is off by `INS_STEP_M`. The others are in the
+    image: zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the
+    range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale."""
     at_s: NonNegative
-    """Mission time."""
+    """Mission time, s."""
     for_s: Positive
 
 
