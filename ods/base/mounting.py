@@ -27,16 +27,16 @@ QuarterTurn = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 
 
 class MountingSettings(Settings, frozen=True):
-    """Where the sonar's head sits on the vehicle, and how it is turned (docs/mounting.md)."""
+    """Position and orientation of the sonar head on the vehicle (docs/mounting.md)."""
 
     position_m: Lever = (0.0, 0.0, 0.0)
-    """Forward, starboard and down of the body's origin, m."""
+    """Position of the head: forward, starboard and down of the body's origin, m."""
     roll_deg: HalfTurn = 0.0
     """Positive: starboard side down; 180: mounted upside down."""
     pitch_deg: QuarterTurn = 0.0
-    """Positive: it looks up, negative: down."""
+    """Positive: the head points up, negative: down."""
     yaw_deg: HalfTurn = 0.0
-    """Positive: it looks to starboard. Yaw, pitch and roll are applied in this order."""
+    """Positive: the head points to starboard. Yaw, pitch and roll are applied in this order."""
 
 
 class _SonarTable(Settings, frozen=True, forbid_unknown_fields=False):

@@ -40,9 +40,9 @@ class UdpSettings(Settings, frozen=True):
     to: str
     """One receiver, such as "udp://192.168.2.5:5005": an IP address and a port. No multicast, no broadcast."""
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Lists sent a second, at most."""
+    """Largest number of lists sent per second, Hz."""
     most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Of each list only so many obstacles are sent: the nearest."""
+    """Largest number of obstacles sent of a list: the nearest."""
 
     def __post_init__(self) -> None:
         destination_of(self.to)
@@ -52,26 +52,26 @@ class JsonSettings(UdpSettings, frozen=True):
     """JSON: one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet sends it in
-    pieces, and all of it is lost with one."""
+    """Longest datagram, bytes; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet fragments
+    it, and one lost fragment loses all of it."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
     """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Lists sent a second, at most."""
+    """Largest number of lists sent per second, Hz."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
-    """Talker of the sentences: many displays take targets of a radar only."""
+    """Talker of the sentences: many displays accept targets of a radar only."""
 
 
 class MoosSettings(UdpSettings, frozen=True):
     """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
-    """pObstacleMgr forgets an obstacle of which it has heard nothing for so long."""
+    """pObstacleMgr drops an obstacle without an update for this time, s."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are wider than the obstacle by so many standard deviations of its place and radius."""
+    """Polygons are larger than the obstacle by this number of standard deviations of its position and radius."""
 
 
 class BridgeSettings(Settings, frozen=True):

@@ -112,7 +112,7 @@ HEALTH_STALE_S = 2.0
 
 
 class BusSettings(Settings, frozen=True):
-    """Where the processes meet."""
+    """The bus between the processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
     """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
