@@ -16,7 +16,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle
 from ods.runtime import bus
-from tests.bridge.samples import image, picture
+from tests.bridge.samples import image, picture, water
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -59,6 +59,7 @@ class Bridge:
             if not self.posed:
                 told = msgspec.structs.replace(told, pose=None)
             self._tracker.publish("obstacles", told)
+            self._tracker.publish("clearance", msgspec.structs.replace(water(now_ns), valid=self.valid))
         if self.pinged:
             self._sonar.publish("ping", image(now_ns))
         self._seq += 1

@@ -169,12 +169,7 @@ def told(sample: object) -> dict[str, object]:
     if isinstance(sample, ObstacleArray):
         stamp_ns = sample.header.stamp.sec * 1_000_000_000 + sample.header.stamp.nanosec
         obstacles = [
-            {
-                "id": o.uuid.uuid[15] + 256 * o.uuid.uuid[14],
-                "east": o.position.x,
-                "north": o.position.y,
-                "up": o.position.z,
-            }
+            {"id": o.uuid.uuid[15] + 256 * o.uuid.uuid[14], "enu": [o.position.x, o.position.y, o.position.z]}
             for o in sample.obstacles
         ]
         return {"topic": "obstacles", "frame": sample.header.frame_id, "stamp_ns": stamp_ns, "obstacles": obstacles}

@@ -6,7 +6,7 @@ from typing import Any
 from ods.base import clock
 from ods.base.clock import NS
 from ods.bridge.moment import Moment
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, Ping, PoseAt, Site
+from ods.messages import Clearance, ClosestApproach, Obstacle, ObstacleList, Ping, PoseAt, Site
 
 SITE = Site(latitude_deg=57.0, longitude_deg=10.0)
 T_NS = 1_000 * NS
@@ -54,4 +54,12 @@ def image(now_ns: int) -> Ping:
         seq=0, ping_number=5, t_ns=now_ns, t_rx_ns=now_ns, utc_ns=clock.utc_ns(now_ns), beams=64, samples=200,
         dtype="u1", data=bytes(64 * 200), bearing_rad=[0.01 * beam for beam in range(64)], range0_m=0.5, dr_m=0.1,
         sound_speed=1500.0,
+    )  # fmt: skip
+
+
+def water(now_ns: int) -> Clearance:
+    """Return clear water in 72 sectors."""
+    return Clearance(
+        seq=3, ping_number=5, t_ns=now_ns, utc_ns=clock.utc_ns(now_ns), valid=True, clear_from_m=[1.0] * 72,
+        clear_to_m=[30.0] * 72, nearest_m=[None] * 71 + [12.0], pose=POSE, made_ns=now_ns,
     )  # fmt: skip

@@ -24,11 +24,8 @@ ERROR, OK, STALE = 2, 0, 3
 class Listener:
     """What another process hears."""
 
-    def __init__(self, domain: int) -> None:
-        self.process = subprocess.Popen(
-            [sys.executable, "-m", "tests.bridge.ros2_listener", str(domain)], stdout=subprocess.PIPE, cwd=ROOT,
-            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
-        )  # fmt: skip
+    def __init__(self, command: list[str], env: dict[str, str]) -> None:
+        self.process = subprocess.Popen(command, stdout=subprocess.PIPE, cwd=ROOT, env=env)
         assert self.process.stdout is not None
         assert json.loads(self.process.stdout.readline()) == {"ready": True}
         os.set_blocking(self.process.stdout.fileno(), False)
@@ -50,7 +47,9 @@ class Listener:
 
 @contextmanager
 def listener(domain: int) -> Iterator[Listener]:
-    made = Listener(domain)
+    path = os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "tests.bridge.ros2_listener", str(domain)]
+    made = Listener(command, os.environ | {"PYTHONPATH": path})
     try:
         yield made
     finally:
