@@ -42,6 +42,7 @@ class Messages:
         for name, text in texts.DEFINITIONS.items():
             self.store.register(get_types_from_msg(text, name))
         self.frames = frames
+        self._types: dict[str, Any] = {}
         self._fan: tuple[list[float], list[float]] = [], []
         self._directions: list[Any] = []
 
@@ -153,7 +154,10 @@ class Messages:
 
     def new(self, kind: str, *values: Any) -> Any:
         """Return a message of a type, of all its fields in their order."""
-        return self.store.types[kind](*values)
+        made = self._types.get(kind)
+        if made is None:
+            made = self._types[kind] = self.store.types[kind]
+        return made(*values)
 
     def cdr(self, message: Any, kind: str) -> bytes:
         """Return a message's bytes on the wire, little endian."""

@@ -53,9 +53,9 @@ _BRIDGE = (
 )
 _BRIDGE_ROS2 = (
     *_LISTS,
-    CounterRow("sent_lists", "lists of which every message was written", trouble=False),
+    CounterRow("sent_lists", "lists of which every message that a node had subscribed to was written", trouble=False),
     CounterRow("sent_messages", "messages written, of all topics", trouble=False),
-    CounterRow("unheard_lists", "lists written while no node had subscribed", trouble=False),
+    CounterRow("unheard_lists", "lists not written, as no node had subscribed", trouble=False),
     CounterRow("unsent_messages", "messages that could not be written: no interface, or DDS refused"),
     CounterRow("interface_losses", "the network interface was away or got another address, or DDS did not start"),
     CounterRow("unfit_images", "images not sent: their samples do not fit their shape"),

@@ -95,16 +95,17 @@ def test_lists_arrive_in_enu_while_they_are_valid_and_silence_follows(domain: in
 def test_who_comes_later_gets_the_list_that_holds_and_none_that_has_expired(domain: int) -> None:
     with running_in(domain) as running:
         running.obstacles = [ROCK]
-        running.until(lambda: running.counts("sent_lists") > 0)
         running.until(lambda: running.says(f"no node has subscribed in domain {domain} on lo"))
         assert running.counts("unheard_lists") > 0
-        running.published = False
-        running.until(lambda: running.says("nothing is sent: no obstacle list for"))
-        with listener(domain) as node:
-            running.until(lambda: bool(node.of("diagnostics")))  # it is known, and has got all that is kept
-            assert node.of("obstacles") == []
-            running.published = True
-            running.until(lambda: bool(node.of("obstacles")))
+        with listener(domain) as first:
+            running.until(lambda: bool(first.of("obstacles")) and running.well())
+            running.published = False
+            running.until(lambda: running.says("nothing is sent: no obstacle list for"))  # which is after 1 s
+            with listener(domain) as later:
+                running.until(lambda: bool(later.of("diagnostics")))  # it is known, and has got all that is kept
+                assert later.of("obstacles") == []
+                running.published = True
+                running.until(lambda: bool(later.of("obstacles")))
 
 
 def test_a_node_that_hangs_and_one_that_is_killed_delay_nobody(domain: int) -> None:

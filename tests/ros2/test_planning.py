@@ -27,7 +27,7 @@ def xyz(v: Any) -> tuple[float, float, float]:
 def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
     # the rock: 100 m north, 50 m east, 5 m down, radius 2 m; the swimmer goes to the west at 2 m/s
     told = read(markers.markers(MAKE, UTC_NS, picture(ROCK, SWIMMER)), markers.MARKERS)
-    first, rock, swimmer, arrow = told.markers
+    first, rock, swimmer, line = told.markers
     assert (first.action, rock.action) == (markers.DELETE_ALL, markers.ADD)
     assert (rock.header.frame_id, rock.header.stamp.sec, rock.header.stamp.nanosec) == ("world", *divmod(UTC_NS, NS))
     assert (rock.type, rock.ns, rock.id, rock.lifetime.sec) == (markers.CYLINDER, "obstacles", 7, 1)
@@ -35,8 +35,8 @@ def test_a_marker_is_a_cylinder_where_the_obstacle_is() -> None:
     assert xyz(rock.scale) == (4.0, 4.0, 4.0)
     assert rock.pose.orientation.w == 1.0
     assert xyz(swimmer.pose.position) == (90.0, 110.0, -5.0)
-    assert (arrow.type, arrow.ns, arrow.id) == (markers.ARROW, "velocities", 300)
-    assert [xyz(point) for point in arrow.points] == [(90.0, 110.0, -5.0), (80.0, 110.0, -5.0)]  # in 5 s
+    assert (line.type, line.ns, line.scale.x) == (markers.LINE_LIST, "velocities", 0.2)
+    assert [xyz(point) for point in line.points] == [(90.0, 110.0, -5.0), (80.0, 110.0, -5.0)]  # in 5 s
 
 
 def test_an_id_beyond_31_bits_is_still_a_marker() -> None:

@@ -66,21 +66,27 @@ class Ros2Worker(ListWorker):
         self._last = picture
 
     def send(self, moment: Moment) -> None:
-        """Write all messages of a list, for the instant of sending."""
-        picture, stamp_ns = content.now(moment, self._table.most_obstacles), moment.utc_ns
-        keys = [key for key in content.OF_LISTS if key in self._kinds]
-        sent = [self._write(key, content.OF_LISTS[key](self._make, stamp_ns, picture)) for key in keys]
+        """Write a list's messages, for the instant of sending; none is made that nobody has subscribed to."""
         counters = self.service.counters
+        keys = [key for key in content.OF_LISTS if self._is_heard(key)]
+        if not keys:
+            self.service.complain_once("unheard_lists", self._sender.problem() or "no node has subscribed")
+            return
+        picture, stamp_ns = content.now(moment, self._table.most_obstacles), moment.utc_ns
+        sent = [self._write(key, content.OF_LISTS[key](self._make, stamp_ns, picture)) for key in keys]
         counters["sent_lists"] += all(sent)
         counters["left_out_obstacles"] += moment.left_out(len(picture.obstacles))
-        if all(sent) and not self._sender.nodes:
-            self.service.complain_once("unheard_lists", self._sender.problem())
+
+    def _is_heard(self, key: str) -> bool:
+        return key in self._kinds and self._sender.is_heard(key)
 
     def _send_clearance(self, now_ns: int) -> None:
         water = self._clearance
         if water is None or now_ns < self._clearance_due_ns:
             return
         self._clearance = None
+        if not self._is_heard("clearance"):
+            return
         fresh = now_ns - (water.made_ns or water.t_ns) <= STALE_NS
         if water.valid and fresh and water.pose is not None and is_finite(water.pose):
             self._clearance_due_ns = now_ns + self._period_ns
@@ -91,6 +97,8 @@ class Ros2Worker(ListWorker):
         if ping is None or now_ns < self._image_due_ns:
             return
         self._ping = None
+        if not self._is_heard("image"):
+            return
         self._image_due_ns = now_ns + round(clock.NS / self._table.image_hz)
         try:
             image = self._make.image(ping.utc_ns, within(ping, self._table.image_bytes))
