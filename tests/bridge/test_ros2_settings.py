@@ -1,5 +1,7 @@
 """Bad configuration of the bridge to ROS 2 is one line that names the key; DDS is bound to one interface."""
 
+import subprocess
+import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -69,3 +71,16 @@ def test_names_of_topics() -> None:
     rows = wanted(Ros2Settings(namespace="/auv/sonar", send=("obstacles", "diagnostics", "tf")))
     assert [row.name for row in rows] == ["/auv/sonar/obstacles", "/diagnostics", "/tf"]
     assert len(TOPICS) == len({row.name for row in TOPICS}) == len({row.key for row in TOPICS})
+
+
+def test_a_missing_extra_is_named(tmp_path: Path) -> None:
+    file = config(tmp_path, "\n[bridge.ros2]\n")
+    file.write_text(file.read_text().replace("[bus]", f'[bus]\nrun_dir = "{tmp_path}"'))
+    program = (
+        "import sys; sys.modules['cyclonedds'] = sys.modules['rosbags'] = None; from ods.cli import main; "
+        f"sys.exit(main(['bridge', 'ros2', '--config', {str(file)!r}]))"
+    )
+    ran = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, timeout=60.0)
+    assert (ran.returncode, ran.stderr) == (
+        2, "ods bridge: needs pip install 'ods[ros2]': there is no cyclonedds\n",
+    )  # fmt: skip

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import cyclonedds  # noqa: F401  # before rosbags, so that it is this extra that is said to be missing
+
 from ods.base import clock
 from ods.bridge.moment import Moment, is_finite
 from ods.bridge.ros2 import content
