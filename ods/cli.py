@@ -25,7 +25,7 @@ from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
-ROS2_EXTRA = frozenset({"cyclonedds"})
+ROS2_EXTRA = frozenset({"cyclonedds", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
 QUIETED = {
