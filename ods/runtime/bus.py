@@ -355,6 +355,13 @@ class Subscriber:
     ) -> None:
         self.close()
 
+    def unsubscribe(self, topic: str) -> None:
+        """Receive no more of a topic that the configuration does not want."""
+        for subscription in [each for each in self.subscriptions if each.topic == topic]:
+            self.subscriptions.remove(subscription)
+            self._poller.unregister(subscription.socket)
+            subscription.close()
+
     def watch_fd(self, fd: int) -> None:
         """Let `receive` wake up when `fd` becomes readable."""
         self._poller.register(fd, zmq.POLLIN)

@@ -165,32 +165,44 @@ def _share_of(sights: Floats) -> Floats:
 
 def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats]) -> tuple[Indices, Indices]:
     """Return pairs of live objects and their echoes, each echo once."""
-    live = np.flatnonzero(snapshot.state != lifecycle.HIBERNATED)
-    if not len(live) or not len(seen.near):
-        return np.empty(0, np.intp), np.empty(0, np.intp)
-    square = snapshot.radius[live] ** 2
-    is_round = known.sights[live] < LEAST_SIGHTS  # as far as is known yet
-    shape = (
-        known.north_north + known.north**2,
-        known.north_east + known.north * known.east,
-        known.east_east + known.east**2,
-    )
-    sigma = np.hypot(snapshot.sigma_position[:2, live].max(axis=0)[:, None], seen.sigma[None, :])
-    blur = (GATE_SIGMAS * sigma) ** 2 + GATE_M**2
+    objects, echoes = _near_each_other(snapshot, seen)
+    radius, north, east = snapshot.radius[objects], known.north[objects], known.east[objects]
+    is_round = known.sights[objects] < LEAST_SIGHTS  # as far as is known yet
     nn, ne, ee = (
-        np.where(is_round, circle, 3.0 * about[live])[:, None]
-        for circle, about in zip((square, np.zeros_like(square), square), shape, strict=True)
+        np.where(is_round, circle, 3.0 * about)
+        for circle, about in (
+            (radius**2, known.north_north[objects] + north**2),
+            (0.0 * radius, known.north_east[objects] + north * east),
+            (radius**2, known.east_east[objects] + east**2),
+        )
     )
+    blur = _blur_m(snapshot, seen, objects, echoes) ** 2
     nn, ee = nn + blur, ee + blur
     area = nn * ee - ne * ne
-    north, east = seen.place.T[:, None, :] - snapshot.position[:2, live][:, :, None]
+    north, east = seen.place[echoes].T - snapshot.position[:2, objects]
     away = (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / area
-    whole = snapshot.radius[live][:, None] + GATE * np.sqrt(blur)  # whatever the last images showed
-    largest = 2.0 * (snapshot.radius + GATE_SIGMAS * snapshot.sigma_radius)[live][:, None] + GATE_M
-    away[(np.hypot(north, east) > whole) | (seen.radius > largest)] = np.inf
-    owner = (away + np.log(area)).argmin(axis=0)
-    echoes = np.flatnonzero(away[owner, np.arange(len(owner))] <= GATE**2)
-    return live[owner[echoes]], echoes
+    best = np.lexsort((away + np.log(area), echoes))
+    best = best[np.diff(echoes[best], prepend=-1) > 0]
+    best = best[away[best] <= GATE**2]
+    return objects[best], echoes[best]
+
+
+def _near_each_other(snapshot: Snapshot, seen: Seen) -> tuple[Indices, Indices]:
+    """Return the pairs of live objects and echoes that their circles allow, whatever the last images showed."""
+    live = np.flatnonzero(snapshot.state != lifecycle.HIBERNATED)
+    apart = np.hypot(*(seen.place.T[:, None, :] - snapshot.position[:2, live][:, :, None]))
+    farthest = (snapshot.radius + GATE * GATE_SIGMAS * snapshot.sigma_position[:2].max(axis=0))[live]
+    rows, echoes = np.nonzero(apart <= farthest[:, None] + (GATE * (GATE_SIGMAS * seen.sigma + GATE_M))[None, :])
+    objects = live[rows]
+    within = snapshot.radius[objects] + GATE * _blur_m(snapshot, seen, objects, echoes)
+    largest = 2.0 * (snapshot.radius + GATE_SIGMAS * snapshot.sigma_radius)[objects] + GATE_M
+    possible = (apart[rows, echoes] <= within) & (seen.radius[echoes] <= largest)
+    return objects[possible], echoes[possible]
+
+
+def _blur_m(snapshot: Snapshot, seen: Seen, objects: Indices, echoes: Indices) -> Floats:
+    sigma = np.hypot(snapshot.sigma_position[:2, objects].max(axis=0, initial=0.0), seen.sigma[echoes])
+    return np.asarray(np.hypot(GATE_SIGMAS * sigma, GATE_M))
 
 
 def _together(seen: Seen, echoes: Indices, parts: Indices, count: int) -> tuple[Floats, tuple[Floats, Floats, Floats]]:
