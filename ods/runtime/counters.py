@@ -53,6 +53,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
+        CounterRow("beams", "beams of a mechanically scanned sonar, of which pings are made", trouble=False),
         CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
                    advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),

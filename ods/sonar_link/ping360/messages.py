@@ -168,6 +168,12 @@ def auto_transmit(asked: Transmission, sweep: Sweep) -> bytes:
     return pack(Kind.AUTO_TRANSMIT, _AUTO_TRANSMIT.pack(MODE, *numbers, *sweep))
 
 
+def decode_auto_transmit(message: Buffer) -> tuple[Transmission, Sweep]:
+    """Return what a request to sweep asks for."""
+    _, *numbers = _AUTO_TRANSMIT.unpack_from(message, HEADER_BYTES)
+    return Transmission(*numbers[:5]), Sweep(*numbers[5:])
+
+
 def general_request(kind: int) -> bytes:
     """Return the request for a message."""
     return pack(Kind.GENERAL_REQUEST, _ID.pack(kind))

@@ -5,7 +5,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ods.sonar_link import sync_framer
-from ods.sonar_link.ping360 import framer as framer_module
 from ods.sonar_link.ping360 import messages
 from ods.sonar_link.ping360.framer import Framer
 from ods.sonar_link.sync_framer import MAX_PACKET_BYTES
@@ -96,7 +95,7 @@ def test_headers_within_headers_cost_few_checksums(monkeypatch: pytest.MonkeyPat
         summed += len(message)
         return is_sound(message)
 
-    monkeypatch.setattr(framer_module.messages, "is_sound", counting)
+    monkeypatch.setattr(messages, "is_sound", counting)
     header = b"BR" + wire.u16(messages.MOST_BYTES, 2301) + bytes(2)
     stream = header * 4000
     framer = Framer()
