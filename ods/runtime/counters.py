@@ -112,6 +112,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "pipeline": (
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
+        CounterRow("beams_without_pose", "beams of a mechanically scanned sonar whose pose is not known: taken as sent "
+                   "from where others were", trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or made values that are no finite numbers",
                    logged=True),
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,

@@ -11,7 +11,8 @@ from ods.base.clock import NS
 from ods.messages import Sweep
 from ods.sonar_link.ping360.messages import TURN, Beam
 
-GRADIAN = 2.0 * math.pi / TURN
+WIDEST = TURN // 12
+"""Of a piece, gradians: 30 degrees."""
 MOST_MISSING = 3
 """Beams between two that follow each other."""
 
@@ -89,7 +90,7 @@ class Sector:
         self._newest = beam
         if self._direction and self._at_end(beam):
             found += self.end()
-        elif self._direction and beam.t_ns - self._beams[0].t_ns >= self._ping_ns:
+        elif self._direction and self._is_enough(beam):
             found += self._piece(ends=False)
         return found
 
@@ -103,6 +104,10 @@ class Sector:
         step = signed(beam.angle - before.angle)
         onward = step * self._direction > 0 or (step != 0 and not self._direction)
         return onward and before.alike(beam) and abs(step) <= (MOST_MISSING + 1) * beam.steps
+
+    def _is_enough(self, newest: TimedBeam) -> bool:
+        first = self._beams[0]
+        return newest.t_ns - first.t_ns >= self._ping_ns or abs(signed(newest.angle - first.angle)) >= WIDEST
 
     def _at_end(self, newest: TimedBeam) -> bool:
         """Tell whether the sector's last beam has come; a whole turn has none."""
@@ -118,9 +123,14 @@ class Sector:
         rising = self._direction >= 0
         ordered = beams if rising else beams[::-1]
         rows = np.frombuffer(b"".join(each.beam.samples for each in ordered), np.uint8).reshape(len(ordered), -1)
-        bearing_rad = np.array([each.angle for each in ordered], np.float64) * GRADIAN
+        bearing_rad = np.array([bearing_of(each.angle) for each in ordered])
         sweep = _sweep(beams, rising=rising, ends=ends)
         return [Piece(bearing_rad, rows, [each.t_ns for each in ordered], sweep, beams[-1])]
+
+
+def bearing_of(angle: int) -> float:
+    """Return gradians in rad; half a turn is no more than pi."""
+    return angle / (TURN // 2) * math.pi
 
 
 def signed(angle: int) -> int:
@@ -134,4 +144,4 @@ def _sweep(beams: list[TimedBeam], *, rising: bool, ends: bool) -> Sweep:
     steps_done = sum(abs(signed(b.angle - a.angle)) for a, b in pairwise(beams))
     a_gradian_s = (newest.t_ns - beams[0].t_ns) / NS / steps_done if steps_done else 0.0
     turn_s = max(a_gradian_s * (last - first + newest.steps), 0.0)
-    return Sweep(first * GRADIAN, last * GRADIAN, newest.steps * GRADIAN, turn_s, rising, ends)
+    return Sweep(bearing_of(first), bearing_of(last), bearing_of(newest.steps), turn_s, rising, ends)

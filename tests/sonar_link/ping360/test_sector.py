@@ -9,8 +9,9 @@ from hypothesis import strategies as st
 
 from ods.base.clock import MS, NS
 from ods.sonar_link.ping360.messages import Beam, Sweep
-from ods.sonar_link.ping360.sector import GRADIAN, Piece, Sector, TimedBeam
+from ods.sonar_link.ping360.sector import Piece, Sector, TimedBeam
 
+GRADIAN = math.pi / 200.0
 EVERY_NS = 80 * MS
 SWEEP = Sweep(380, 20, 1)
 
