@@ -126,7 +126,8 @@ class Ping(msgspec.Struct, frozen=True):
     """(beams,) transmit time of each beam of a mechanically scanned sonar, `t_ns` that of the newest; empty: all were
     transmitted at `t_ns`."""
     sweep: Sweep | None = None
-    """Of a mechanically scanned sonar; none: the ping is an image of all of the sector."""
+    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most; none: the ping is an image of all
+    of the sector."""
 
 
 class Detection(msgspec.Struct, frozen=True):

@@ -54,6 +54,11 @@ class PingProcessor:
         if self.chain.over_pings or self._swept:
             self._poses.insert(pose)
 
+    def follow_sweeps(self) -> SweptSonar:
+        """Keep poses for a mechanically scanned sonar, from now on or already; without this from its first ping on."""
+        self._swept = self._swept or SweptSonar(self._head_at)
+        return self._swept
+
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
         caution = "; ".join(filter(None, (self._repeated.judge(ping), self._steadiness.judge(ping))))
@@ -74,7 +79,7 @@ class PingProcessor:
             raise PingError(
                 "a stage compares pings, which those of a mechanically scanned sonar do not lend themselves to"
             )
-        swept = self._swept = self._swept or SweptSonar(self._head_at)
+        swept = self.follow_sweeps()
         image = swept.image(ping)
         self.counters["beams_without_pose"] = swept.without_pose
         return swept.told(image, self.chain.process(image.ping))

@@ -25,6 +25,8 @@ from ods.runtime.pose_buffer import PoseEstimate
 WINDOW_RAD = math.radians(60.0)
 GUARD_RAD = math.radians(10.0)
 """A body of twice this width is whole when it is told."""
+WIDEST_RAD = WINDOW_RAD - GUARD_RAD
+"""Of the beams of a ping."""
 CLEAR_STEPS = 1.0
 """An echo that ends so many beams before the newest one goes no further."""
 SLACK_STEPS = 3.0
@@ -32,6 +34,7 @@ SLACK_STEPS = 3.0
 LONGEST_PAUSE_NS = 3 * NS
 MOST_MISSING = 5.0
 """Beams between two pings of one sweep."""
+HALF_TURN = math.pi + 1e-6
 KNOT = 32
 """Samples that are moved alike."""
 LEAST_SHARE = 0.01
@@ -102,8 +105,8 @@ class SweptSonar:
         self._way: tuple[object, ...] = ()
         self._t_ns: int | None = None
         """Of the newest reference."""
-        self._told: list[tuple[float, float]] = []
-        """Where echoes of this sweep are, that have been told: north and east, m."""
+        self._told: list[tuple[float, float, int]] = []
+        """Echoes that have been told and may still be in the image: north and east, m, and the newest beam then."""
 
     def image(self, ping: Ping) -> Swept:
         """Return the image that a ping completes. Raises PingError for one that makes no sense."""
@@ -117,6 +120,7 @@ class SweptSonar:
         self._direction, self._ended = direction, sweep.ends
         count = _beams_of(sweep)
         self._lines = self._lines[-count - round(MOST_MISSING) :]
+        self._told = [each for each in self._told if each[2] >= self._lines[0].number]
         return self._made(ping, sweep, count, len(beams))
 
     def told(self, swept: Swept, found: Detections) -> Detections:
@@ -203,9 +207,9 @@ class SweptSonar:
             return False
         north, east = _place(echo, swept.head)
         near_m = max(echo.radius_m, 2.0 * step * echo.range_m)
-        if any(math.hypot(north - n, east - e) < near_m for n, e in self._told):
+        if any(math.hypot(north - n, east - e) < near_m for n, e, _ in self._told):
             return False
-        self._told.append((north, east))
+        self._told.append((north, east, self._lines[-1].number))
         return True
 
 
@@ -214,8 +218,11 @@ def _checked(ping: Ping) -> Sweep:
     sweep = ping.sweep
     if sweep is None or not sweep.step_rad > 0.0 or len(ping.beam_t_ns) != ping.beams != 0:
         raise PingError("sweep: no step, or not a time for each beam")
-    if len(ping.bearing_rad) != ping.beams or not -math.pi <= sweep.bearing_min_rad <= sweep.bearing_max_rad <= math.pi:
+    low, high = sweep.bearing_min_rad, sweep.bearing_max_rad
+    if len(ping.bearing_rad) != ping.beams or not -HALF_TURN <= low <= high <= HALF_TURN:
         raise PingError("sweep: bearings that are none")
+    if max(ping.bearing_rad) - min(ping.bearing_rad) > WIDEST_RAD:
+        raise PingError(f"sweep: beams over more than {math.degrees(WIDEST_RAD):.0f} degrees in one ping")
     if ping.planes != 1 or ping.no_data:
         raise PingError("sweep: beams of one plane, each with data, are wanted")
     return sweep

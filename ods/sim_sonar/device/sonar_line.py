@@ -28,6 +28,11 @@ def port_of(sim: SimSettings, run_dir: Path) -> str:
     return f"{scheme}://{HOST}:{port}"
 
 
+def has_numbers(sim: SimSettings) -> bool:
+    """Tell whether the sonar numbers its pings."""
+    return sim.sonar_line not in ("ping360", "ping360_udp")
+
+
 def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple[FarEnd, Line]:
     """Make the line appear, with the sonar at its far end; `images`: those after switching on. Raises OdsError."""
     if sim.sonar_line == "oculus":
