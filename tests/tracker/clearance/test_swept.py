@@ -86,14 +86,15 @@ def test_nothing_could_have_come_to_what_is_told_to_be_empty(rock: bool) -> None
     assert most_m > 300.0
 
 
-def test_parts_that_were_swept_before_are_held_and_behind_an_echo_nothing_is_known() -> None:
+def test_parts_that_were_swept_before_are_held_and_an_echo_is_never_in_empty_water() -> None:
     sweeps = Sweeps()
     for _ in range(30):
         made = sweeps.part()
     assert made.clear_to_m[0] > 20.0  # it is five seconds since the head looked there
     for _ in range(10):
         made = sweeps.part(rock=True)
-    assert made.clear_to_m[round(math.degrees(ROCK.bearing_rad) / 5.0 - 0.5)] < ROCK.near_m
+    k = round(math.degrees(ROCK.bearing_rad) / 5.0 - 0.5)
+    assert not made.clear_from_m[k] - 1.0 < ROCK.near_m < made.clear_to_m[k] + 1.0
 
 
 def test_pings_that_show_all_at_once_are_no_parts_of_one_another() -> None:
