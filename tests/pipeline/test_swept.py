@@ -12,6 +12,7 @@ from ods.base.arrays import Floats
 from ods.base.clock import NS
 from ods.base.quaternion import from_euler
 from ods.messages import Detections, Ping, Pose, Sweep
+from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
@@ -207,6 +208,11 @@ def test_what_makes_no_sense_is_a_bad_ping() -> None:
     for change in changes:
         with pytest.raises(PingError, match="sweep"):
             processor().process(msgspec.structs.replace(ping, **change))
+
+
+def test_a_chain_by_itself_takes_no_beams_for_an_image() -> None:
+    with pytest.raises(PingError, match="`ods track` joins them"):
+        Chain(PipelineSettings()).process(next(iter(Sea(BODIES).pings([THERE], SECTOR, 10))))
 
 
 def test_stages_that_compare_pings_are_refused_by_name() -> None:
