@@ -16,7 +16,7 @@ MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
-TURNS = 3.0
+TURNS = 4.0
 """A mechanically scanned sonar looks so often at each object until it can have been confirmed."""
 NO_SIGN = "no sign of life"
 NO_POSE = "no pose for "
