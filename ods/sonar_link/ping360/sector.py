@@ -71,6 +71,8 @@ class Sector:
         self._newest: TimedBeam | None = None
         self._direction = 0
         """Of the sweep under way: 1 to starboard, -1 to port, 0 not known yet."""
+        self._gradian_s = 0.0
+        """Time that the head takes for a gradian, by the newest piece of several beams."""
 
     @property
     def waits_since_ns(self) -> int | None:
@@ -124,8 +126,17 @@ class Sector:
         ordered = beams if rising else beams[::-1]
         rows = np.frombuffer(b"".join(each.beam.samples for each in ordered), np.uint8).reshape(len(ordered), -1)
         bearing_rad = np.array([bearing_of(each.angle) for each in ordered])
-        sweep = _sweep(beams, rising=rising, ends=ends)
+        sweep = self._sweep(beams, rising=rising, ends=ends)
         return [Piece(bearing_rad, rows, [each.t_ns for each in ordered], sweep, beams[-1])]
+
+    def _sweep(self, beams: list[TimedBeam], *, rising: bool, ends: bool) -> Sweep:
+        newest = beams[-1]
+        first, last = newest.span
+        steps_done = sum(abs(signed(b.angle - a.angle)) for a, b in pairwise(beams))
+        if steps_done:
+            self._gradian_s = max((newest.t_ns - beams[0].t_ns) / NS / steps_done, 0.0)
+        turn_s = self._gradian_s * (last - first + newest.steps)
+        return Sweep(bearing_of(first), bearing_of(last), bearing_of(newest.steps), turn_s, rising, ends)
 
 
 def bearing_of(angle: int) -> float:
@@ -136,12 +147,3 @@ def bearing_of(angle: int) -> float:
 def signed(angle: int) -> int:
     """Return gradians from -200 to 199."""
     return (angle + TURN // 2) % TURN - TURN // 2
-
-
-def _sweep(beams: list[TimedBeam], *, rising: bool, ends: bool) -> Sweep:
-    newest = beams[-1]
-    first, last = newest.span
-    steps_done = sum(abs(signed(b.angle - a.angle)) for a, b in pairwise(beams))
-    a_gradian_s = (newest.t_ns - beams[0].t_ns) / NS / steps_done if steps_done else 0.0
-    turn_s = max(a_gradian_s * (last - first + newest.steps), 0.0)
-    return Sweep(bearing_of(first), bearing_of(last), bearing_of(newest.steps), turn_s, rising, ends)

@@ -28,16 +28,18 @@ def pieces_of(angles: list[int], sweep: Sweep | None = SWEEP) -> list[Piece]:
 
 def test_a_sector_to_and_fro() -> None:
     there, back = list(range(-20, 21)), list(range(20, -21, -1))
-    found = pieces_of(there + back)
+    found = pieces_of(there + back + [-20])
+    assert min(len(piece.t_ns) for piece in found) == 1
     first = found[0]
     assert first.bearing_rad == pytest.approx(np.arange(-20, -9) * GRADIAN)
     assert first.t_ns == [number * EVERY_NS for number in range(11)]
     assert first.samples[:, 0].tolist() == list(range(11))
     assert (first.sweep.bearing_min_rad, first.sweep.bearing_max_rad) == pytest.approx((-20 * GRADIAN, 20 * GRADIAN))
     assert first.sweep.turn_s == pytest.approx(41 * 0.08)
+    assert {round(piece.sweep.turn_s, 3) for piece in found} == {3.28}  # of a lone beam that is left, too
     ends = [piece for piece in found if piece.sweep.ends]
-    assert [math.degrees(piece.newest.angle * GRADIAN) for piece in ends] == pytest.approx([18.0, -18.0])
-    backwards = found[-1]
+    assert [math.degrees(piece.newest.angle * GRADIAN) for piece in ends] == pytest.approx([18.0, -18.0, -18.0])
+    backwards = found[-2]
     assert not backwards.sweep.rising
     assert np.all(np.diff(backwards.bearing_rad) > 0.0)
     assert backwards.t_ns == sorted(backwards.t_ns, reverse=True)
