@@ -1,6 +1,7 @@
 """The simulated Ping360 over a real pseudo-terminal and real datagrams: our link speaks with it, and so does brping."""
 
 import math
+import re
 import socket
 import tempfile
 import time
@@ -9,11 +10,16 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 
 from ods.base import clock
+from ods.base.settings_file import load
+from ods.config import OnboardConfig
+from ods.doctor import sonar_port
 from ods.messages import Ping, frame_of
+from ods.runtime.bus import BusSettings
 from ods.sim_sonar.device.live import Device, LiveSonar, Mission
 from ods.sim_sonar.device.ping360 import Ping360End
 from ods.sim_sonar.device.serial_line import SerialLine
@@ -97,6 +103,20 @@ def test_our_link_makes_it_sweep_and_takes_its_beams(sonar: tuple[Sonar, str]) -
     times = sorted(t_ns for ping in pings for t_ns in ping.beam_t_ns)
     assert np.median(np.diff(times)) / clock.NS == pytest.approx(2 * 10.0 / 1500.0 + 0.0205, rel=0.2)
     assert {(ping.samples, ping.dtype) for ping in pings} == {(400, "u1")}
+
+
+def test_the_doctor_makes_it_sweep_and_says_how_fast(sonar: tuple[Sonar, str]) -> None:
+    _, port = sonar
+    shipped = load(CONFIG / "onboard-ping360.toml", OnboardConfig)
+    line = msgspec.structs.replace(shipped.sonar, port=port, ping360=OWN)
+    with tempfile.TemporaryDirectory(prefix="ods-") as folder:
+        settings = msgspec.structs.replace(shipped, sonar=line, bus=BusSettings(run_dir=Path(folder)))
+        found = list(sonar_port.listen(settings, 4.0))
+    assert found[0].level == "good"
+    assert "beams at" in found[0].text
+    assert re.search(r"a sweep in 1\.[0-9] s", found[0].text)
+    (before,) = sonar_port.examine(port) if port.startswith("udp") else [found[0]]
+    assert before.level in ("note", "good")
 
 
 def test_an_object_is_heard_where_it_is(sonar: tuple[Sonar, str]) -> None:

@@ -60,6 +60,8 @@ class Ping360Protocol(SonarProtocol):
         self._connected = False
         self._newest_ns: int | None = None
         """Of the newest beam; before the first, of the beginning."""
+        self._turn_s = 0.0
+        """Of the newest sweep."""
         self._seq = 0
 
     @property
@@ -108,11 +110,12 @@ class Ping360Protocol(SonarProtocol):
         return [self._control.problem] if self._control.problem else []
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came."""
-        return ", ".join(
+        """Say which messages came, and how long a sweep takes."""
+        came = [
             f"{NAMES.get(Kind(kind), 'other messages')} at {count / seconds:.1f} Hz"
             for kind, count in sorted(self._kinds.items())
-        )
+        ]
+        return ", ".join(came + ([f"a sweep in {self._turn_s:.1f} s"] if self._turn_s else []))
 
     def diagnosis(self, _seconds: float) -> str:
         """Say why no ping came."""
@@ -183,6 +186,7 @@ class Ping360Protocol(SonarProtocol):
         read_ns = newest_ns + listened_ns if last_ns is None else last_ns
         ping = build_ping(piece.samples, geometry, Stamp(self._seq, self._seq, newest_ns, read_ns))
         self.orders.hear(Controls(range_m=dr_m * ping.samples), read_ns)
+        self._turn_s = piece.sweep.turn_s
         return msgspec.structs.replace(ping, beam_t_ns=piece.t_ns, sweep=piece.sweep, setting=setting_of(beam))
 
 
