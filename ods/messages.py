@@ -58,8 +58,25 @@ ReplaySpeed = Annotated[float, msgspec.Meta(ge=0.01, le=100.0)]
 """Seconds of a recording in a second."""
 
 
+class Sweep(msgspec.Struct, frozen=True):
+    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+
+    bearing_min_rad: Angle
+    """The sector, from the middle of its first beam"""
+    bearing_max_rad: Angle
+    """to that of its last one."""
+    step_rad: Angle
+    """From beam to beam."""
+    turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
+    """Time in which it goes over all of it once."""
+    rising: bool
+    """It turns to starboard."""
+    ends: bool = False
+    """The next beam does not go on from the last one of this ping: the head turns back, or jumps."""
+
+
 class Ping(msgspec.Struct, frozen=True):
-    """One sonar image with its own geometry.
+    """One sonar image with its own geometry, or of a mechanically scanned sonar some beams that follow each other.
 
     Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`, `beams` counts all rows.
     """
@@ -105,6 +122,12 @@ class Ping(msgspec.Struct, frozen=True):
     no_data: list[tuple[int, int, int]] = []
     """Samples without data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: the sonar
     reports no such samples."""
+    beam_t_ns: list[Instant] = []
+    """(beams,) transmit time of each beam of a mechanically scanned sonar, `t_ns` that of the newest; empty: all were
+    transmitted at `t_ns`."""
+    sweep: Sweep | None = None
+    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most; none: the ping is an image of all
+    of the sector."""
 
 
 class Detection(msgspec.Struct, frozen=True):
@@ -172,7 +195,7 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     known."""
 
 
-UnseenWhy = Literal["no data", "saturated", "level fallen", "interference"]
+UnseenWhy = Literal["no data", "saturated", "level fallen", "interference", "not swept"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
@@ -185,7 +208,7 @@ class UnseenPart(msgspec.Struct, frozen=True):
     why: UnseenWhy
     """no data: there are no samples (dead beams, beams cut short, an empty image); saturated: samples are at full
     scale; level fallen: levels are far below those before (the head is blocked or out of the water); interference:
-    beams with a continuous other source."""
+    beams with a continuous other source; not swept: the head of a mechanically scanned sonar looked elsewhere."""
 
 
 class Detections(msgspec.Struct, frozen=True):
@@ -207,9 +230,9 @@ class Detections(msgspec.Struct, frozen=True):
     unseen: list[UnseenPart] = []
     """Parts of the sector that this ping did not observe: there a missing echo is no evidence."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share of the image."""
+    """Their share of the image, or of a mechanically scanned sonar of the part that the ping looked at."""
     unseen_why: str = ""
-    """Why, in plain words; empty when all was seen."""
+    """Why, in plain words; empty when all was seen, or when only beams were not swept."""
     second_ways_m: list[float] = []
     """Multipath: additional path lengths, m of slant range, at which echoes repeat; empty: none is known."""
     caution: str = ""
@@ -226,6 +249,8 @@ class Detections(msgspec.Struct, frozen=True):
     """Detection threshold over the background, dB, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
     more where crests of the bottom are strong. Echoes with an object's leading edge may be detected below it. None: no
     part of the image was processed, or the detector does not report it."""
+    turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)] = 0.0
+    """Time in which a mechanically scanned sonar looks at all of its sector once; 0: each ping does."""
 
 
 class Pose(msgspec.Struct, frozen=True):

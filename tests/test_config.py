@@ -46,7 +46,11 @@ def test_shipped_configurations_load() -> None:
         ('interface = "socketcan"', 'interface = "sockercan"', "virtual (did you mean socketcan)"),
         ("[nav.canopen]", '[nav]\nsource = "j1939"\n[nav.canopen]', "nav.source: 'j1939' is none of canopen, dbc"),
         ("[sonar]\nport", "[sonar]\nprot", "sonar.prot: unknown key (did you mean port)"),
-        ("[sonar]", '[sonar]\nprotocol = "s7"', "protocol: 's7' is none of s7k, oculus, norbit (did you mean s7k)"),
+        (
+            "[sonar]",
+            '[sonar]\nprotocol = "s7"',
+            "protocol: 's7' is none of s7k, oculus, norbit, ping360 (did you mean s7k)",
+        ),
         ("[sonar]", "[sonar]\ngain = 3", "sonar.gain: unknown key (did you mean gain_db, in dB)"),
         ("[nav.can]", "[nav.limits]\nspeed = -1\n[nav.can]", "nav.limits.speed: in m/s, more than 0"),
         ("[nav.can]", "[nav]\nstale_ms = 3\n[nav.can]", "nav.stale_ms: unknown key (did you mean stale_s, in seconds)"),

@@ -5,6 +5,7 @@ vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch bel
 is told from the head; docs/mounting.md has a drawing.
 """
 
+import copy
 import math
 from pathlib import Path
 from typing import Annotated
@@ -88,8 +89,15 @@ class Mounting:
         """Head to body."""
         self.is_none = settings == MountingSettings()
         """The head is the vehicle."""
-        w, x, y, z = self.turn
-        self._after = np.array([[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+        self._after = _multiplied_after(self.turn)
+
+    def with_head_turned(self, angle_rad: float) -> "Mounting":
+        """Return the same head turned to its starboard about its own down axis."""
+        other = copy.copy(self)
+        other.turn = product(self.turn, from_euler(0.0, 0.0, angle_rad))
+        other.is_none = False
+        other._after = _multiplied_after(other.turn)
+        return other
 
     def head(self, position_ned: Vector3, attitude: Quaternion) -> tuple[Vector3, Quaternion, Vector3]:
         """Return place, m, and attitude (head to global) of the head, and the way to it from the body's origin, m."""
@@ -100,6 +108,12 @@ class Mounting:
     def heads(self, position_ned: Floats, attitude: Floats) -> tuple[Floats, Floats]:
         """Return (..., 3) places and (..., 4) attitudes of the head for those of the vehicle."""
         return position_ned + rotation_matrix(attitude) @ np.array(self.lever), attitude @ self._after
+
+
+def _multiplied_after(turn: Quaternion) -> Floats:
+    """Return the matrix by which rows of quaternions are multiplied with `turn` behind them."""
+    w, x, y, z = turn
+    return np.array([[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
 
 
 AT_ORIGIN = Mounting(MountingSettings())

@@ -13,7 +13,7 @@ from ods.config import OnboardConfig
 from ods.doctor import serial_device
 from ods.doctor.finding import Finding
 from ods.runtime.counters import COUNTERS
-from ods.runtime.port.address import TcpAddress, tcp_address
+from ods.runtime.port.address import TcpAddress, tcp_address, transport_of
 from ods.runtime.run_dir import is_locked
 from ods.sonar_link.link import BITS_A_BYTE, SonarLink
 from ods.sonar_link.registry import make_protocol
@@ -33,6 +33,8 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
         yield Finding("note", f"sonar {port}", "not tried: the sonar process has its connection")
     elif address:
         yield from _tcp(port, address)
+    elif transport_of(port) == "udp":
+        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can tell whether it answers")
     else:
         yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
 
@@ -67,7 +69,7 @@ def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
 
 def _load(rate: float, sonar: SonarSettings) -> str:
     """Say how much comes, bytes/s, and of a serial line, what part of its rate that is."""
-    if tcp_address(sonar.port):
+    if transport_of(sonar.port) != "serial":
         return f"{rate / 1e6:.2f} MB/s"
     return f"{rate / 1e6:.2f} MB/s, {rate * BITS_A_BYTE / sonar.baud:.0%} of {sonar.baud} baud"
 

@@ -86,6 +86,8 @@ class Chain:
 
         Raises PingError for a ping that makes no sense, StageError for a stage that fails.
         """
+        if ping.sweep is not None:
+            raise PingError("beams of a mechanically scanned sonar are no image by themselves: `ods track` joins them")
         frame = _checked_frame(ping)
         self._prepare(ping)
         first = self._plan.first

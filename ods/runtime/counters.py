@@ -66,6 +66,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "bridge_ros2": _BRIDGE_ROS2,
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
+        CounterRow("beams", "beams of a mechanically scanned sonar, of which pings are made", trouble=False),
         CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
                    advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),
@@ -124,6 +125,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "pipeline": (
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
+        CounterRow("beams_without_pose", "beams of a mechanically scanned sonar whose pose is not known: taken as sent "
+                   "from where others were", trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or made values that are no finite numbers",
                    logged=True),
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,

@@ -52,6 +52,14 @@ class SonarProtocol(ABC):
         return None
 
     @property
+    def wake(self) -> bytes:
+        """What is sent behind a break when a serial line has been opened, to a sonar that finds the line's rate by it.
+
+        b"": neither.
+        """
+        return b""
+
+    @property
     def missing_bytes(self) -> int:
         """How many bytes at least must come before the telegram under way is whole; 0 when not known.
 

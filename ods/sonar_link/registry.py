@@ -61,6 +61,10 @@ PROTOCOLS: dict[str, ProtocolRow] = {
     "norbit": ProtocolRow(
         "ods.sonar_link.norbit.protocol:NorbitProtocol", frozenset({"tcp"}), "Norbit WBMS FLS", "norbit.md",
     ),
+    "ping360": ProtocolRow(
+        "ods.sonar_link.ping360.protocol:Ping360Protocol", frozenset({"serial", "socket", "udp"}),
+        "Blue Robotics Ping360", "ping360.md",
+    ),
 }  # fmt: skip
 """By the names that `sonar.protocol` may have."""
 

@@ -11,6 +11,7 @@ from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
 from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
+from ods.sonar_link.ping360.settings import Ping360Settings
 from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
 
@@ -20,7 +21,8 @@ class SonarSettings(Settings, frozen=True):
 
     port: str
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
-    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line."""
+    network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line; or
+    "udp://192.168.2.2:9092", a bridge that takes and sends datagrams."""
     protocol: str = "s7k"
     """The sonar's protocol: a name of the table in docs/sonar-link.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
@@ -42,7 +44,8 @@ class SonarSettings(Settings, frozen=True):
     reopen_max_s: Seconds = 1.0
     """Longest such pause, s."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP connection without data for this time is closed and opened again, s; 0: never. Serial lines stay open."""
+    """A TCP connection, or a UDP peer, without data for this time is closed and opened again, s; 0: never. Serial lines
+    stay open."""
     range_m: SonarRange | None = None
     """Range that the sonar is set to after each connection, m; left out: not changed."""
     power_db: SonarLevel | None = None
@@ -57,6 +60,7 @@ class SonarSettings(Settings, frozen=True):
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()
     norbit: NorbitSettings = NorbitSettings()
+    ping360: Ping360Settings = Ping360Settings()
 
     @property
     def control_patience_s(self) -> float:

@@ -183,7 +183,7 @@ class MissionTracker:
             self._common_errors.look(snapshot, scan, motion)
             self._outlines.look(snapshot, seen_from(sent, message.detections, scan.fan_turn, message.sound_speed), sent)
         self._half_vertical = message.sector.half_vertical_rad
-        self._inputs.ping(message.t_ns)
+        self._inputs.ping(message.t_ns, message.turn_s)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
         self.counters["echoes_bad"] += dropped
         self.counters["pings_without_pose"] += scan.vehicle is None

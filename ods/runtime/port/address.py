@@ -4,8 +4,9 @@ import ipaddress
 from typing import Literal, NamedTuple
 from urllib.parse import urlsplit
 
-Transport = Literal["serial", "tcp", "socket"]
-"""serial: a device; tcp: the sonar's own network protocol; socket: a serial server, the bare bytes of a serial line."""
+Transport = Literal["serial", "tcp", "socket", "udp"]
+"""serial: a device; tcp: the sonar's own network protocol; socket: a serial server, the bare bytes of a serial line;
+udp: datagrams."""
 _URL_TRANSPORTS: dict[str, Transport] = {"tcp": "tcp", "socket": "socket"}
 
 
@@ -20,8 +21,11 @@ class TcpAddress(NamedTuple):
 
 
 def tcp_address(port: str) -> TcpAddress | None:
-    """Return the address that a `port` setting names, None when it is a device path. Raises ValueError, one line."""
-    if "://" not in port:
+    """Return the address that a `port` setting names, None when it is a device path, or one of UDP.
+
+    Raises ValueError, one line.
+    """
+    if "://" not in port or urlsplit(port).scheme == "udp":
         return None
     example = 'such as "tcp://192.168.0.5:7000"'
     url = urlsplit(port)
@@ -45,5 +49,8 @@ def host_and_number(port: str, example: str) -> tuple[str, int]:
 
 def transport_of(port: str) -> Transport:
     """Return what a `port` setting names. Raises ValueError, one line."""
+    if urlsplit(port).scheme == "udp":
+        host_and_number(port, 'such as "udp://192.168.0.5:9092"')
+        return "udp"
     address = tcp_address(port)
     return address.transport if address else "serial"

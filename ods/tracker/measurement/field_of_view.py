@@ -1,5 +1,6 @@
 """Is an object expected in this image, at the edge of the sector, or not at all?"""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -13,6 +14,9 @@ from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named
 
 NOTHING_UNSEEN = nothing_unseen()
+LEAST_SIGMA_RAD = 1e-6
+LEAST_CHANCE = 0.05
+"""That an object that was passed by gives an echo nevertheless, as field_of_view.c has it for blind parts."""
 
 
 class FieldOfView(NamedTuple):
@@ -74,6 +78,30 @@ def field_of_view(
     probability, watched = shares = np.empty((2, len(radius)))
     native.field_of_view(predicted.table, radius, fan, processed_m, unseen, edge_sigmas, flags, shares)
     return FieldOfView(inside, probability, skipped, unshown, watched)
+
+
+def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats) -> None:
+    """Take from what is seen the objects whose middle a mechanically scanned head did not come by, `Scan.not_swept`.
+
+    What the ping looked at is told by middles, so an object's width is of no account here; that its middle may be
+    elsewhere is.
+    """
+    rows = predicted.rows
+    middle, sigma = rows.bearing - turn * rows.range_m, np.sqrt(rows.across) / rows.horizontal + LEAST_SIGMA_RAD
+    elsewhere = np.zeros(len(middle))
+    for low, high in not_swept:
+        elsewhere += _below((high - middle) / sigma) - _below((low - middle) / sigma)
+    swept = np.clip(1.0 - elsewhere, 0.0, 1.0)
+    passed_by = swept < 0.5
+    seen.probability[:] *= np.maximum(swept, LEAST_CHANCE)
+    seen.watched[:] *= np.where(passed_by, 0.0, swept)
+    seen.unseen[:] |= seen.inside & passed_by
+    seen.skipped[:] |= seen.inside & passed_by
+
+
+def _below(values: Floats) -> Floats:
+    """Return the standard normal distribution at values."""
+    return np.array([0.5 * math.erfc(-value / math.sqrt(2.0)) for value in values.tolist()])
 
 
 def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:

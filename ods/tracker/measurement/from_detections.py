@@ -7,7 +7,7 @@ from ods.messages import Detection, Detections
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.planes import one_a_body
-from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, unseen_of, vehicle_at
+from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, not_swept_of, unseen_of, vehicle_at
 
 HeadAt = Callable[[int], PoseEstimate | None]
 """The pose of the sonar's head at a time, ns; None where none is known."""
@@ -54,6 +54,7 @@ def received(
         fan_turn,
         unseen_of(message.unseen),
         skipped_pings,
+        not_swept_of(message.unseen),
     )
     return Received(scan, dropped, at_rest)
 
