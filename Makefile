@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
+.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -43,6 +43,19 @@ test-missions: $(VENV)/.ready kernels
 	$(BIN)/pytest -n 2 --dist loadfile --ignore=tests/whole_chain -m slow
 	$(BIN)/pytest tests/whole_chain --ignore=tests/whole_chain/test_chain.py
 	$(MAKE) test-vcan VCAN=tests/vcan/test_integrator.py
+
+# stock nodes of ROS 2 Jazzy and Kilted, of wheels for Python 3.11, in environments of their own: they exclude each other
+PEERS = jazzy kilted
+peers: $(PEERS:%=out/peers/%/.ready)
+
+out/peers/%/.ready: tests/peers/%.txt
+	$(PYTHON) -m venv out/peers/$*
+	out/peers/$*/bin/pip --quiet --disable-pip-version-check install -r $<
+	touch $@
+
+# the bridge to ROS 2 against them; no part of CI
+test-peers: $(VENV)/.ready peers
+	ODS_REQUIRE_PEERS=1 $(BIN)/pytest tests/peers
 
 # `make install` on a real Debian with a real systemd: as root, on Debian, x86-64; CONTRIBUTING.md says when
 test-systemd: $(VENV)/.ready

@@ -25,6 +25,7 @@ from ods.runtime.processes import PROCESSES
 
 BENCH_EXTRA = frozenset({"PIL", "matplotlib", "rich", "scipy", "tomli_w"})
 EXPORT_EXTRA = frozenset({"foxglove", "rosbags"})
+ROS2_EXTRA = frozenset({"cyclonedds", "rosbags"})
 WORKBENCH_EXTRA = frozenset({"fastapi", "nicegui", "starlette", "tomlkit", "uvicorn"})
 """Modules that no on-board process needs: the optional dependencies in pyproject.toml."""
 QUIETED = {
@@ -175,7 +176,12 @@ def _missing(error: ImportError) -> str:
     if why := why_no_kernels(error):
         return why
     module = (error.name or "").partition(".")[0]
-    for extra, modules in (("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA), ("workbench", WORKBENCH_EXTRA)):
+    for extra, modules in (
+        ("bench", BENCH_EXTRA),
+        ("export", EXPORT_EXTRA),
+        ("ros2", ROS2_EXTRA),
+        ("workbench", WORKBENCH_EXTRA),
+    ):
         if module in modules:
             return f"needs pip install 'ods[{extra}]': there is no {error.name}"
     raise error

@@ -71,8 +71,25 @@ class RangeGrid(msgspec.Struct, frozen=True):
     """Up to this range an echo would have been received."""
 
 
+class Sweep(msgspec.Struct, frozen=True):
+    """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
+
+    bearing_min_rad: Angle
+    """The sector, from the middle of its first beam"""
+    bearing_max_rad: Angle
+    """to that of its last one."""
+    step_rad: Angle
+    """From beam to beam."""
+    turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)]
+    """Time in which it goes over all of it once."""
+    rising: bool
+    """It turns to starboard."""
+    ends: bool = False
+    """The next beam does not go on from the last one of this ping: the head turns back, or jumps."""
+
+
 class Ping(msgspec.Struct, frozen=True):
-    """One sonar image with its own geometry.
+    """One sonar image with its own geometry, or of a mechanically scanned sonar some beams that follow each other.
 
     Planes of a multi-plane sonar are stacked: row `p * beams_per_plane + b`, `beams` counts all rows.
     """
@@ -118,6 +135,12 @@ class Ping(msgspec.Struct, frozen=True):
     no_data: list[tuple[int, int, int]] = []
     """Samples without data, as runs (beam, first, stop): samples `first` to `stop` - 1 of that beam. Empty: the sonar
     reports no such samples."""
+    beam_t_ns: list[Instant] = []
+    """(beams,) transmit time of each beam of a mechanically scanned sonar, `t_ns` that of the newest; empty: all were
+    transmitted at `t_ns`."""
+    sweep: Sweep | None = None
+    """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most; none: the ping is an image of all
+    of the sector."""
     range_grid: RangeGrid | None = None
     """Of a 3-D sonar: `data` are ranges by bearing and elevation. None: levels by bearing and range."""
 
@@ -164,6 +187,13 @@ class Detection(msgspec.Struct, frozen=True):
     front: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
     """Probability that the leading edge is an object's and not a crest's of a rough bottom, if both are equally
     frequent; 0: not estimated, as in calm water."""
+    half_length_m: float = 0.0
+    """Half the length of what is seen, along its long axis, with the beam's width taken out: of a uniform strip with
+    the same second moments. 0: not measured, as in older recordings."""
+    half_width_m: float = 0.0
+    """Half its width, likewise."""
+    axis_rad: Angle = 0.0
+    """Direction of the long axis in the sonar's plane, from the line of sight to starboard, within +-pi/2."""
     elevation_extent_rad: float = 0.0
     """Of a 3-D sonar: vertical extent of what is seen of the object, around `elevation_rad`; 0: not measured."""
     sigma_elevation_rad: float = 0.0
@@ -184,7 +214,7 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     known."""
 
 
-UnseenWhy = Literal["no data", "saturated", "level fallen", "interference"]
+UnseenWhy = Literal["no data", "saturated", "level fallen", "interference", "not swept"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
@@ -197,7 +227,7 @@ class UnseenPart(msgspec.Struct, frozen=True):
     why: UnseenWhy
     """no data: there are no samples (dead beams, beams cut short, an empty image); saturated: samples are at full
     scale; level fallen: levels are far below those before (the head is blocked or out of the water); interference:
-    beams with a continuous other source."""
+    beams with a continuous other source; not swept: the head of a mechanically scanned sonar looked elsewhere."""
 
 
 class LookedVolume(msgspec.Struct, frozen=True):
@@ -235,9 +265,9 @@ class Detections(msgspec.Struct, frozen=True):
     unseen: list[UnseenPart] = []
     """Parts of the sector that this ping did not observe: there a missing echo is no evidence."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share of the image."""
+    """Their share of the image, or of a mechanically scanned sonar of the part that the ping looked at."""
     unseen_why: str = ""
-    """Why, in plain words; empty when all was seen."""
+    """Why, in plain words; empty when all was seen, or when only beams were not swept."""
     second_ways_m: list[float] = []
     """Multipath: additional path lengths, m of slant range, at which echoes repeat; empty: none is known."""
     caution: str = ""
@@ -254,6 +284,8 @@ class Detections(msgspec.Struct, frozen=True):
     """Detection threshold over the background, dB, median of the image: 7 in open water, 9 to 11 over a smooth bottom,
     more where crests of the bottom are strong. Echoes with an object's leading edge may be detected below it. None: no
     part of the image was processed, or the detector does not report it."""
+    turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)] = 0.0
+    """Time in which a mechanically scanned sonar looks at all of its sector once; 0: each ping does."""
     looked_volume: LookedVolume | None = None
     """How far the water is clear by bearing and elevation; none: the sonar has no range image."""
 
@@ -312,6 +344,18 @@ class Prediction(msgspec.Struct, frozen=True, gc=False):
     may add."""
 
 
+class Outline(msgspec.Struct, frozen=True, gc=False):
+    """The strip that stands for an elongated object, as far as it is visible, in the horizontal plane."""
+
+    middle_ne: tuple[float, float]
+    """North and east of its middle, m; its standard deviations are those of the obstacle's position."""
+    half_length_m: float
+    half_width_m: float
+    azimuth_rad: float
+    """Direction of its long axis, from north to east, within [0, pi)."""
+    sigma_half_length_m: float
+
+
 class Obstacle(msgspec.Struct, frozen=True):
     """One tracked object [SSIE figure 5]."""
 
@@ -347,9 +391,21 @@ class Obstacle(msgspec.Struct, frozen=True):
     """Height of the middle of its visible part over the bottom; none: the bottom is not known."""
     sigma_height_above_bottom_m: float | None = None
     """Its standard deviation, m: large where heights are not observed, as with a sonar of one plane."""
+    moving: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Probability that it moves."""
     multipath_of: CountOrNone = -1
     """Id of the obstacle of which this one is probably a multipath echo (`Detections.second_ways_m`); -1: no sign of
     that. It stays in the list, as there may be an object."""
+    near_m: float | None = None
+    """Slant range from the sonar's head to the object's nearest point. It is more accurate than position and radius,
+    whose errors are correlated. None: it was not seen for more than 2 s, or its echoes have no near edge."""
+    sigma_near_m: float | None = None
+    """Standard deviation of `near_m`."""
+    elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
+    """Probability that it is an elongated object (a wall, a net, a rope): longer than 3 m, and than 2.5 times its
+    width."""
+    outline: Outline | None = None
+    """Its outline, where it is probably elongated, within the circle of `radius_m`. None: the circle describes it."""
 
 
 class Site(msgspec.Struct, frozen=True):

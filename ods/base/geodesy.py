@@ -29,7 +29,7 @@ surface, up or down."""
 
 
 class SiteSettings(Settings, frozen=True):
-    """The place: origin of the local north-east-down frame."""
+    """Origin of the local north-east-down frame."""
 
     latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
     longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]

@@ -5,6 +5,7 @@ vehicle is in the global one; its x axis is bearing 0, elevation 0. So pitch bel
 is told from the head; docs/mounting.md has a drawing.
 """
 
+import copy
 import math
 from pathlib import Path
 from typing import Annotated
@@ -27,16 +28,16 @@ QuarterTurn = Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
 
 
 class MountingSettings(Settings, frozen=True):
-    """Where the sonar's head sits on the vehicle, and how it is turned (docs/mounting.md)."""
+    """Position and orientation of the sonar head on the vehicle (docs/mounting.md)."""
 
     position_m: Lever = (0.0, 0.0, 0.0)
-    """Forward, starboard and down of the body's origin, m."""
+    """Position of the head: forward, starboard and down of the body's origin, m."""
     roll_deg: HalfTurn = 0.0
     """Positive: starboard side down; 180: mounted upside down."""
     pitch_deg: QuarterTurn = 0.0
-    """Positive: it looks up, negative: down."""
+    """Positive: the head points up, negative: down."""
     yaw_deg: HalfTurn = 0.0
-    """Positive: it looks to starboard. Yaw, pitch and roll are applied in this order."""
+    """Positive: the head points to starboard. Yaw, pitch and roll are applied in this order."""
 
 
 class _SonarTable(Settings, frozen=True, forbid_unknown_fields=False):
@@ -88,8 +89,15 @@ class Mounting:
         """Head to body."""
         self.is_none = settings == MountingSettings()
         """The head is the vehicle."""
-        w, x, y, z = self.turn
-        self._after = np.array([[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
+        self._after = _multiplied_after(self.turn)
+
+    def with_head_turned(self, angle_rad: float) -> "Mounting":
+        """Return the same head turned to its starboard about its own down axis."""
+        other = copy.copy(self)
+        other.turn = product(self.turn, from_euler(0.0, 0.0, angle_rad))
+        other.is_none = False
+        other._after = _multiplied_after(other.turn)
+        return other
 
     def head(self, position_ned: Vector3, attitude: Quaternion) -> tuple[Vector3, Quaternion, Vector3]:
         """Return place, m, and attitude (head to global) of the head, and the way to it from the body's origin, m."""
@@ -100,6 +108,12 @@ class Mounting:
     def heads(self, position_ned: Floats, attitude: Floats) -> tuple[Floats, Floats]:
         """Return (..., 3) places and (..., 4) attitudes of the head for those of the vehicle."""
         return position_ned + rotation_matrix(attitude) @ np.array(self.lever), attitude @ self._after
+
+
+def _multiplied_after(turn: Quaternion) -> Floats:
+    """Return the matrix by which rows of quaternions are multiplied with `turn` behind them."""
+    w, x, y, z = turn
+    return np.array([[w, x, y, z], [-x, w, -z, y], [-y, z, w, -x], [-z, -y, x, w]])
 
 
 AT_ORIGIN = Mounting(MountingSettings())

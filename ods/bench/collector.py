@@ -4,6 +4,7 @@ from collections import defaultdict, deque
 from functools import partial
 from pathlib import Path
 
+import msgspec
 import zmq
 
 from ods.base import clock
@@ -14,12 +15,41 @@ from ods.offline.run_record import RunRecord
 from ods.runtime import bus
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 
+SAME_NS = clock.NS // 50
+"""So well the time of a beam is known."""
+
+
+class TruthsByTime:
+    """Finds what was true at the pings of a sonar without numbers, that sends one beam at a time."""
+
+    def __init__(self) -> None:
+        self._newest: Truth | None = None
+        self._waiting: deque[Ping] = deque(maxlen=64)
+
+    def ping(self, ping: Ping) -> None:
+        """Take a ping: its truth is that of its newest beam, which may be told later."""
+        self._waiting.append(ping)
+
+    def truth(self, truth: Truth) -> list[Truth]:
+        """Take the next truth; return those of pings up to it, with their numbers."""
+        before, self._newest = self._newest, truth
+        found = []
+        while self._waiting and self._waiting[0].t_ns <= truth.t_ns + SAME_NS:
+            ping = self._waiting.popleft()
+            near = min((each for each in (before, truth) if each), key=lambda each: abs(each.t_ns - ping.t_ns))
+            found.append(msgspec.structs.replace(near, ping_number=ping.ping_number))
+        return found
+
 
 class Collector:
     """Subscribes to all topics and all health reports of a run folder."""
 
-    def __init__(self, run_dir: Path, folder: Path | None = None) -> None:
-        """`folder`: of the results, which has room for what is heard."""
+    def __init__(self, run_dir: Path, folder: Path | None = None, *, numbered: bool = True) -> None:
+        """`folder`: of the results, which has room for what is heard.
+
+        numbered: the sonar numbers its pings; else a ping's truth is that of its time.
+        """
+        self._by_time = None if numbered else TruthsByTime()
         self._truths: Spool[Truth] = Spool(Truth, folder)
         self.record = RunRecord(
             lists=Spool(tuple[int, ObstacleList], folder),
@@ -44,12 +74,15 @@ class Collector:
             case ObstacleList():
                 record.lists.append((now_ns, message))
             case Truth():
-                self._truths.append(message)
+                for truth in [message] if self._by_time is None else self._by_time.truth(message):
+                    self._truths.append(truth)
             case Health():
                 record.health[message.process].append(message)
             case Ping():
                 self._pings.append(message)
                 record.received.add(message.ping_number)
+                if self._by_time is not None:
+                    self._by_time.ping(message)
             case Detections():
                 for ping in self._pings:
                     if ping.ping_number == message.ping_number:

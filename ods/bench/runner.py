@@ -12,6 +12,7 @@ from ods.bench.program import BenchError, Program
 from ods.bench.run_files import write_configs
 from ods.bench.settings import BenchConfig, KillSettings
 from ods.offline.run_record import RunRecord
+from ods.sim_sonar.device.sonar_line import has_numbers
 
 START_S = 60.0
 """For the next sign of progress."""
@@ -29,7 +30,7 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
     onboard_file, sim_file = write_configs(settings)
     line = report.ProgressLine()
     with (
-        closing(Collector(settings.bus.run_dir, settings.out)) as collector,
+        closing(Collector(settings.bus.run_dir, settings.out, numbered=has_numbers(settings.sim))) as collector,
         Program("run", onboard_file, settings.out / "run.log") as onboard,
     ):
         _wait_ready(collector, ["pipeline", "tracker"], onboard, line)

@@ -16,11 +16,11 @@ class KillSettings(Settings, frozen=True):
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: it hangs until it is killed."""
+    """STOP: the process hangs until it is killed."""
 
 
 class BenchLimits(Settings, frozen=True):
-    """What a bench run must reach; any of them broken makes `ods bench` exit with code 1."""
+    """Limits of a bench run; `ods bench` exits with code 1 if one is exceeded."""
 
     position_rms_m: Positive
     """Horizontal position error of the tracked objects, rms over all lists and objects."""
@@ -50,7 +50,7 @@ class BenchConfig(SimConfig, frozen=True):
     """Folder of the results."""
     limits: BenchLimits
     settle_s: NonNegative = 3.0
-    """Time from the first sight of an object by which it must be tracked."""
+    """Time from an object's entry into the sector by which it must be tracked, s."""
     record: Path | None = None
     """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)

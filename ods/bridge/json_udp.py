@@ -12,7 +12,7 @@ from ods.base.quaternion import Quaternion
 from ods.bridge.encoder import Encoded
 from ods.bridge.moment import Moment
 from ods.bridge.settings import JsonSettings
-from ods.messages import Obstacle, UnseenPart
+from ods.messages import Obstacle, Outline, UnseenPart
 
 FORMAT = 1
 """Of the datagram; another one when a field changes its meaning."""
@@ -92,13 +92,32 @@ def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
         "times_seen": obstacle.times_seen,
         "unseen_s": round(obstacle.unseen_s, 2),
         "bottom_probability": round(obstacle.bottom_probability, 3),
+        "moving": round(obstacle.moving, 3),
         "multipath_of": obstacle.multipath_of,
+        "near_m": _metres(obstacle.near_m),
+        "sigma_near_m": _metres(obstacle.sigma_near_m),
+        "elongated": round(obstacle.elongated, 3),
+        "outline": None if obstacle.outline is None else _outline(obstacle.outline),
         "cpa": None if cpa is None else {
             "time_s": round(moment.approach_s(cpa), 2),
             "distance_m": round(cpa.distance_m, 3),
             "sigma_m": round(cpa.sigma_m, 3),
         },
     }  # fmt: skip
+
+
+def _outline(outline: Outline) -> dict[str, Any]:
+    return {
+        "middle_ne": _rounded(outline.middle_ne),
+        "half_length_m": round(outline.half_length_m, 3),
+        "half_width_m": round(outline.half_width_m, 3),
+        "azimuth_deg": round(math.degrees(outline.azimuth_rad), 2),
+        "sigma_half_length_m": round(outline.sigma_half_length_m, 3),
+    }
+
+
+def _metres(value: float | None) -> float | None:
+    return None if value is None else round(value, 3)
 
 
 def heading_deg(attitude: Quaternion) -> float:

@@ -12,7 +12,7 @@ from ods.base.clock import NS
 from ods.bridge.encoder import Encoded
 from ods.bridge.moment import Moment
 from ods.bridge.settings import MoosSettings
-from ods.messages import Obstacle
+from ods.messages import Obstacle, Outline
 
 SOURCE = "ods"
 CORNERS = 8
@@ -35,13 +35,28 @@ class MoosEncoder:
 
 
 def given_obstacle(obstacle: Obstacle, moment: Moment, settings: MoosSettings) -> str:
-    """Return an octagon around an obstacle where it is now; its sides touch the circle from without."""
-    north, east, _ = moment.place(obstacle)
-    sigma = math.hypot(obstacle.sigma_radius, _widest_sigma(obstacle))
-    corner_m = (obstacle.radius_m + settings.sigmas * sigma) / math.cos(math.pi / CORNERS)
-    angles = [2.0 * math.pi * corner / CORNERS for corner in range(CORNERS)]
-    points = ":".join(f"{east + corner_m * math.cos(a):.2f},{north + corner_m * math.sin(a):.2f}" for a in angles)
+    """Return a polygon around an obstacle where it is now: an octagon whose sides touch the circle, or its strip."""
+    sigma = settings.sigmas * math.hypot(obstacle.sigma_radius, _widest_sigma(obstacle))
+    corners = _octagon(obstacle.radius_m + sigma) if obstacle.outline is None else _strip(obstacle.outline, sigma)
+    centre = obstacle.position_ned[:2] if obstacle.outline is None else obstacle.outline.middle_ne
+    place = moment.place(obstacle)
+    north, east = (at + now - then for at, now, then in zip(centre, place, obstacle.position_ned[:2], strict=False))
+    points = ":".join(f"{east + y:.2f},{north + x:.2f}" for x, y in corners)
     return f"pts={{{points}}},label={SOURCE}_{obstacle.id},vsource={SOURCE},duration={settings.duration_s:g}"
+
+
+def _octagon(radius_m: float) -> list[tuple[float, float]]:
+    corner_m = radius_m / math.cos(math.pi / CORNERS)
+    angles = [2.0 * math.pi * corner / CORNERS for corner in range(CORNERS)]
+    return [(corner_m * math.sin(angle), corner_m * math.cos(angle)) for angle in angles]
+
+
+def _strip(outline: Outline, wider_m: float) -> list[tuple[float, float]]:
+    """Return the corners of an outline, `wider_m` wider on all sides, north and east from its middle."""
+    long_m, wide_m = outline.half_length_m + wider_m, outline.half_width_m + wider_m
+    c, s = math.cos(outline.azimuth_rad), math.sin(outline.azimuth_rad)
+    signs = ((1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0))
+    return [(a * long_m * c - b * wide_m * s, a * long_m * s + b * wide_m * c) for a, b in signs]
 
 
 def _widest_sigma(obstacle: Obstacle) -> float:

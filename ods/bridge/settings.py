@@ -1,7 +1,7 @@
 """Settings of the `bridge` package."""
 
 import ipaddress
-from typing import Annotated, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 from urllib.parse import urlsplit
 
 import msgspec
@@ -9,6 +9,7 @@ import msgspec
 from ods.base.settings import Settings
 
 BROADCAST = ipaddress.ip_address("255.255.255.255")
+LOOPBACK = "lo"
 EXAMPLE = 'such as "udp://192.168.2.5:5005"'
 
 
@@ -34,15 +35,20 @@ def destination_of(to: str) -> Destination:
     return Destination(str(address), port)
 
 
-class UdpSettings(Settings, frozen=True):
+class ListSettings(Settings, frozen=True, kw_only=True):
+    """How much a bridge sends."""
+
+    most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
+    """Largest number of lists sent per second, Hz."""
+    most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
+    """Largest number of obstacles sent of a list: the nearest."""
+
+
+class UdpSettings(ListSettings, frozen=True, kw_only=True):
     """Where a bridge sends, and how much."""
 
     to: str
     """One receiver, such as "udp://192.168.2.5:5005": an IP address and a port. No multicast, no broadcast."""
-    most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 10.0
-    """Lists sent a second, at most."""
-    most_obstacles: Annotated[int, msgspec.Meta(ge=1, le=100)] = 50
-    """Of each list only so many obstacles are sent: the nearest."""
 
     def __post_init__(self) -> None:
         destination_of(self.to)
@@ -52,26 +58,76 @@ class JsonSettings(UdpSettings, frozen=True):
     """JSON: one datagram a list."""
 
     most_bytes: Annotated[int, msgspec.Meta(ge=1000, le=65_000)] = 16_000
-    """Longest datagram; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet sends it in
-    pieces, and all of it is lost with one."""
+    """Longest datagram, bytes; obstacles beyond it are left out, the farthest first. Over 1472 bytes Ethernet fragments
+    it, and one lost fragment loses all of it."""
 
 
 class TtmSettings(UdpSettings, frozen=True):
     """NMEA 0183 TTM: a sentence and a datagram an obstacle."""
 
     most_hz: Annotated[float, msgspec.Meta(gt=0.0, le=100.0)] = 2.0
-    """Lists sent a second, at most."""
+    """Largest number of lists sent per second, Hz."""
     talker: Annotated[str, msgspec.Meta(pattern="^[A-Z]{2}$")] = "RA"
-    """Talker of the sentences: many displays take targets of a radar only."""
+    """Talker of the sentences: many displays accept targets of a radar only."""
 
 
 class MoosSettings(UdpSettings, frozen=True):
     """MOOS-IvP: GIVEN_OBSTACLE to pShare, a datagram an obstacle."""
 
     duration_s: Annotated[float, msgspec.Meta(ge=0.5, le=60.0)] = 2.0
-    """pObstacleMgr forgets an obstacle of which it has heard nothing for so long."""
+    """pObstacleMgr drops an obstacle without an update for this time, s."""
     sigmas: Annotated[float, msgspec.Meta(ge=0.0, le=5.0)] = 2.0
-    """Polygons are wider than the obstacle by so many standard deviations of its place and radius."""
+    """Polygons are larger than the obstacle by this number of standard deviations of its position and radius."""
+
+
+Ros2Topic = Literal["obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics", "tf", "image"]
+FrameName = Annotated[str, msgspec.Meta(pattern="^[A-Za-z][A-Za-z0-9_]*(/[A-Za-z0-9_]+)*$", max_length=100)]
+
+
+class Ros2Settings(ListSettings, frozen=True):
+    """ROS 2 by DDS: needs `pip install 'ods[ros2]'`."""
+
+    interface: Annotated[str, msgspec.Meta(pattern="^[A-Za-z0-9_][A-Za-z0-9_.-]{0,14}$")] = "lo"
+    """The network interface, by its name (`ip address`); no other one is used. "lo": nodes on this computer only."""
+    domain: Annotated[int, msgspec.Meta(ge=0, le=232)] = 0
+    """ROS_DOMAIN_ID of the nodes."""
+    peers: Annotated[tuple[str, ...], msgspec.Meta(max_length=16)] = ()
+    """IP addresses of the computers with the nodes; "lo" needs none."""
+    multicast: bool = False
+    """Let nodes of the whole network find this bridge, and hear it, without being named in `peers`."""
+    namespace: Annotated[str, msgspec.Meta(pattern="^(/[A-Za-z][A-Za-z0-9_]*)+$", max_length=100)] = "/ods"
+    """In front of the topics' names, but for /diagnostics and /tf."""
+    map_frame: FrameName = "map"
+    """ENU, with its origin at the site."""
+    vehicle_frame: FrameName = "base_link"
+    """The vehicle's origin, FLU; the sonar's frames are "sonar" and "sonar_fan"."""
+    send: Annotated[tuple[Ros2Topic, ...], msgspec.Meta(min_length=1)] = (
+        "obstacles", "markers", "tracks", "clearance", "odometry", "diagnostics",
+    )  # fmt: skip
+    """obstacles: nav2_dynamic_msgs/ObstacleArray; markers: visualization_msgs/MarkerArray; tracks:
+    radar_msgs/RadarTracks; clearance: sensor_msgs/PointCloud2; odometry: nav_msgs/Odometry; diagnostics:
+    diagnostic_msgs/DiagnosticArray; tf: tf2_msgs/TFMessage, only where nobody else publishes the vehicle's place;
+    image: marine_acoustic_msgs/ProjectedSonarImage."""
+    image_hz: Annotated[float, msgspec.Meta(gt=0.0, le=20.0)] = 2.0
+    """Images sent a second, at most."""
+    image_bytes: Annotated[int, msgspec.Meta(ge=1000, le=4_000_000)] = 50_000
+    """Samples of an image: one with more is sent with longer ones, each the highest of those that it stands for."""
+
+    def __post_init__(self) -> None:
+        for peer in self.peers:
+            _refuse_no_computer(peer)
+        if self.interface != LOOPBACK and not self.peers and not self.multicast:
+            raise ValueError(f"peers: must name the nodes' computers on {self.interface}, or multicast be true")
+
+
+def _refuse_no_computer(peer: str) -> None:
+    """Raise ValueError, which names the key, for what is no address of one computer."""
+    try:
+        address = ipaddress.ip_address(peer)
+    except ValueError:
+        raise ValueError(f'peers: {peer}: needs an IP address, such as "192.168.2.5": no name is looked up') from None
+    if address.is_multicast or address.is_unspecified or address == BROADCAST:
+        raise ValueError(f"peers: {peer}: must be one computer")
 
 
 class BridgeSettings(Settings, frozen=True):
@@ -80,6 +136,7 @@ class BridgeSettings(Settings, frozen=True):
     json: JsonSettings | None = None
     ttm: TtmSettings | None = None
     moos: MoosSettings | None = None
+    ros2: Ros2Settings | None = None
 
     def given(self) -> list[str]:
         """Return the names of the bridges that are to run."""

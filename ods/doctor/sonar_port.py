@@ -28,14 +28,13 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
 
     `in_use`: that process runs, so a sonar on the network, which may have one connection only, is left alone.
     """
-    if transport_of(port) == "udp":
-        yield Finding("note", f"sonar {port}", "it sends by itself: heard with --listen")
-        return
     address = tcp_address(port)
     if address and in_use:
         yield Finding("note", f"sonar {port}", "not tried: the sonar process has its connection")
     elif address:
         yield from _tcp(port, address)
+    elif transport_of(port) == "udp":
+        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can tell whether any come")
     else:
         yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
 

@@ -31,7 +31,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "radius_m", *(f"sigma_{a}_m" for a in NED), *(f"sigma_v_{a}_mps" for a in NED), "sigma_radius_m",
         "covariance_ne_m2", "existence", "times_seen", "unseen_s", "first_seen_utc_ns", "last_seen_utc_ns",
         "cpa_time_s", "cpa_distance_m", "cpa_sigma_m", "bottom_probability", "height_above_bottom_m",
-        "sigma_height_above_bottom_m", "multipath_of",
+        "sigma_height_above_bottom_m", "moving", "multipath_of", "near_m", "sigma_near_m", "elongated",
+        "outline_north_m", "outline_east_m", "half_length_m", "half_width_m", "azimuth_rad", "sigma_half_length_m",
     ),
     "poses": (
         "utc_ns", "t_ns", "seq", *(f"{a}_m" for a in NED), "qw", "qx", "qy", "qz", "v_forward_mps", "v_starboard_mps",
@@ -105,11 +106,12 @@ def _list(stamp_ns: int, message: ObstacleList) -> tuple[Cell, ...]:
 
 def _obstacle(o: Obstacle) -> tuple[Cell, ...]:
     nearest = (o.cpa.time_s, o.cpa.distance_m, o.cpa.sigma_m) if o.cpa else (None, None, None)
+    outline = (None,) * 6 if o.outline is None else (*o.outline.middle_ne, *msgspec.structs.astuple(o.outline)[1:])
     return (
         o.id, o.state, *o.position_ned, *o.velocity_ned, o.radius_m, *o.sigma_position, *o.sigma_velocity,
         o.sigma_radius, o.covariance_ne, o.existence, o.times_seen, o.unseen_s, o.first_seen_utc_ns,
         o.last_seen_utc_ns, *nearest, o.bottom_probability, o.height_above_bottom_m, o.sigma_height_above_bottom_m,
-        o.multipath_of,
+        o.moving, o.multipath_of, o.near_m, o.sigma_near_m, o.elongated, *outline,
     )  # fmt: skip
 
 

@@ -17,10 +17,10 @@ from ods.base.clock import NS
 from ods.base.geodesy import LocalFrame
 from ods.base.mounting import Mounting
 from ods.base.quaternion import Quaternion, Vector3
-from ods.export import enu
 from ods.export.fan_raster import FanRaster
 from ods.export.sink import UnfitMessageError
 from ods.messages import Detection, Detections, Health, Obstacle, ObstacleList, Ping, Pose
+from ods.ros2 import enu
 from ods.runtime.bus import TOPICS as BUS_TOPICS
 
 MAP, VEHICLE, HEAD = "map", "base_link", "sonar"

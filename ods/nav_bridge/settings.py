@@ -24,20 +24,20 @@ REFUSED_INTERFACES = {
 
 
 class CanSettings(Settings, frozen=True):
-    """The CAN interface, as python-can names it."""
+    """The CAN interface, with python-can's names."""
 
     interface: str = "socketcan"
     """python-can's name of the driver: socketcan, slcan, pcan, kvaser, virtual ..."""
     channel: str = "can0"
     """Network interface, or device of the adapter."""
     bitrate: PositiveInt | None = None
-    """Bit/s; not used by socketcan, where the network interface has its own."""
+    """Bit rate, bit/s; not used by socketcan, where the network interface has its own."""
     options: dict[str, OptionValue] = msgspec.field(default_factory=dict)
     """More keyword arguments of python-can's bus class, for instance tty_baudrate of slcan."""
     receive_buffer_bytes: PositiveInt = 8 * 1024 * 1024
     """Size of the kernel's receive buffer (socketcan)."""
     silence_s: Seconds = 1.0
-    """Without any frame for so long the interface is closed and opened again."""
+    """Without any frame for this time the interface is closed and opened again, s."""
 
     def __post_init__(self) -> None:
         why = REFUSED_INTERFACES.get(self.interface)
@@ -54,40 +54,40 @@ class CanSettings(Settings, frozen=True):
 
 
 class LimitSettings(Settings, frozen=True):
-    """What a believable pose stays within; others are dropped and counted."""
+    """Limits of a plausible pose; others are dropped and counted."""
 
     horizontal_m: Positive = 100_000.0
-    """Distance from the site's origin along north and east."""
+    """Largest distance from the site's origin along north and east, m."""
     height_m: NonNegative = 100.0
-    """Height above the datum."""
+    """Largest height above the datum, m."""
     depth_m: Positive = 12_000.0
-    """Depth below the datum."""
+    """Largest depth below the datum, m."""
     speed: Annotated[Positive, unit("m/s")] = 30.0
-    """m/s along each body axis."""
+    """Largest speed along each body axis, m/s."""
     age_s: Annotated[Positive, slider(0.1, 5.0, unit="s")] = 1.0
-    """Time from the pose's instant to its arrival."""
+    """Longest time from the pose's instant to its arrival, s."""
     altitude_m: Annotated[float, msgspec.Meta(gt=0.0, le=20_000.0)] = 500.0
-    """Altitude over the bottom; one beyond this, or not above 0, is left out of its pose."""
+    """Largest altitude over the bottom, m; a larger one, or one not above 0, is left out of its pose."""
 
 
 class SigmaSettings(Settings, frozen=True):
-    """Standard deviations of a source that tells none."""
+    """Standard deviations of an INS that reports none."""
 
     position_m: Annotated[Positive, slider(0.01, 50.0, log=True, unit="m")] = 0.5
-    """Of north, east and down, m."""
+    """Standard deviation of north, east and down, m."""
     attitude_rad: Annotated[Positive, slider(1e-4, 0.2, log=True, unit="rad")] = 0.005
-    """Of roll, pitch and yaw, rad."""
+    """Standard deviation of roll, pitch and yaw, rad."""
     altitude_m: Annotated[Positive, slider(0.01, 10.0, log=True, unit="m")] = 0.3
-    """Of the altitude over the bottom, m."""
+    """Standard deviation of the altitude over the bottom, m."""
 
 
 class ObjectSettings(Settings, frozen=True):
-    """What an object of the INS is, where its name alone does not say enough."""
+    """An object of the INS that needs more than the name of its pose field."""
 
     field: str
     """Name of the pose field."""
     factor: float | None = None
-    """Turns raw counts into the field's unit; without it the EDS's `Factor` does, else they are one."""
+    """Field's unit per count; left out: `Factor` of the EDS, otherwise 1."""
 
     def __post_init__(self) -> None:
         if self.factor == 0.0:
@@ -118,36 +118,37 @@ STATUS_BITS: dict[str, StatusBit] = {"position": 0, "attitude": 1, "velocity": 2
 
 
 class CanopenSettings(Settings, frozen=True):
-    """An INS that speaks CANopen, and our own node."""
+    """An INS by CANopen, and the own node."""
 
     ins_eds: Path
     """EDS or DCF file of the INS: which objects its PDOs carry."""
     node_eds: Path
-    """EDS file of this process's own CANopen node."""
+    """EDS file of the CANopen node of this process."""
     ins_node_id: NodeId = 5
     """CANopen node id of the INS."""
     node_id: NodeId = 32
     """CANopen node id of this process."""
     objects: dict[str, str | ObjectSettings] = msgspec.field(default_factory=lambda: dict(POSE_OBJECTS))
-    """Object of the INS to pose field, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`; as a whole in
-    place of the default, which is that of config/ins.eds and config/ins_altitude.eds (docs/navigation.md)."""
+    """Pose field of each object of the INS, `"0x2010:1" = "north"` or `{field = "latitude", factor = 1e-7}`.
+    Replaces the whole default table, which is that of config/ins.eds and config/ins_altitude.eds
+    (docs/navigation/canopen.md)."""
     status_bits: dict[str, StatusBit] = msgspec.field(default_factory=lambda: dict(STATUS_BITS))
-    """Bit of the status object that says that position, attitude, velocity, time_of_day or altitude (over the bottom)
-    is valid; a part left out always is."""
+    """Bit of the status object that is set while position, attitude, velocity, time_of_day or altitude (over the
+    bottom) is valid; a part left out is always valid."""
     epoch_window_s: Seconds = 0.005
-    """Without sequence numbers: time from the first to the last PDO of one instant; shorter than the time between two
-    instants, s."""
+    """Without sequence numbers: longest time from the first to the last PDO of one instant, s; must be shorter than the
+    time between two instants."""
     start_ins: bool = False
-    """Send NMT `start remote node` to the INS after its boot-up and while it says that it is pre-operational; to one
-    without heartbeat while there is no pose."""
+    """Send NMT `start remote node` to the INS after its boot-up and while it is pre-operational; to an INS without
+    heartbeat while there is no pose."""
     sync_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=60.0)] = 0.0
-    """Period of the SYNC that this node sends, for an INS that waits for one, s; 0: none."""
+    """Period of the SYNC that this node sends for an INS that needs one, s; 0: none."""
     heartbeat_timeout_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 1.0
-    """Silence of the INS's heartbeat that is a problem, s; 0: it sends none."""
+    """Time without a heartbeat of the INS that is a problem, s; 0: it sends none."""
     heartbeat_period_s: Annotated[float, msgspec.Meta(ge=0.0, le=65.0)] = 0.5
     """Period of this node's own heartbeat, s; 0: none."""
     emcy_inhibit_s: Annotated[float, msgspec.Meta(ge=0.0, le=6.5)] = 0.1
-    """Least time between two emergency messages of this node, s."""
+    """Shortest time between two emergency messages of this node, s."""
     serial_number: Annotated[int, msgspec.Meta(ge=0, le=0xFFFFFFFF)] = 0
     """Serial number in this node's identity object."""
 
@@ -165,13 +166,13 @@ class PartSettings(Settings, frozen=True):
     signal: str
     """MESSAGE.SIGNAL, as the DBC names them."""
     unit: str | None = None
-    """Unit of the signal, where the DBC tells none or a wrong one."""
+    """Unit of the signal, if the DBC has none or a wrong one."""
     factor: float | None = None
-    """Pose field's unit in one of the signal's, for units that have no name here."""
+    """Pose field's unit per unit of the signal, for units without a name here."""
     sign: Literal[1, -1] = 1
-    """-1 turns the signal round: a depth told as altitude."""
+    """-1 inverts the signal: a depth reported as altitude."""
     any_value: bool = False
-    """Use values outside of the range that the DBC gives the signal, too: where that is wrong."""
+    """Also use values outside the signal's range in the DBC, if that range is wrong."""
 
     def __post_init__(self) -> None:
         if self.unit is not None and self.factor is not None:
@@ -181,23 +182,25 @@ class PartSettings(Settings, frozen=True):
 
 
 class SignalSettings(PartSettings, frozen=True):
-    """A signal and what makes a pose field of it: sign x factor x value + plus + offset."""
+    """A signal and its conversion to a pose field: sign x factor x value + plus + offset."""
 
     plus: str | PartSettings | None = None
-    """A second signal of the same instant that is added: the fraction to the whole, the lower bits to the higher."""
+    """A second signal of the same instant that is added, such as the fraction to the whole, or the lower bits to the
+    higher."""
     offset: float = 0.0
-    """Added last, in the field's unit."""
+    """Offset that is added last, in the field's unit."""
 
 
 class HeldSettings(Settings, frozen=True):
-    """A message that comes at a rate of its own: its newest values are held."""
+    """A message with a rate of its own: its newest values are held."""
 
     max_age_s: Seconds = 0.5
-    """There is no pose while they are older."""
+    """Longest time that values are held, s; there is no pose while they are older."""
     growth_m_s: NonNegative = 0.2
-    """What a second of age adds to the standard deviation of a place, which is carried on by the velocity; m/s."""
+    """Increase of the standard deviation of a held position, which is extrapolated by the velocity, per second of age,
+    m/s."""
     growth_rad_s: NonNegative = 0.1
-    """And of an angle, rad/s."""
+    """Increase of the standard deviation of a held angle per second of age, rad/s."""
 
 
 class TimeSettings(Settings, frozen=True):
@@ -206,24 +209,25 @@ class TimeSettings(Settings, frozen=True):
     signal: str
     """MESSAGE.SIGNAL, as the DBC names them."""
     unit: str | None = None
-    """Unit of the signal, where the DBC tells none or a wrong one."""
+    """Unit of the signal, if the DBC has none or a wrong one."""
     wraps_at: Positive | None = None
-    """Where it starts again from 0, in the signal's unit; none: an integer at its full number of bits, others never."""
+    """Value at which it restarts from 0, in the signal's unit; none: an integer at its full number of bits, others
+    never."""
 
 
 class ValiditySettings(Settings, frozen=True):
     """A status that must hold for poses to be used."""
 
     signal: str
-    """MESSAGE.SIGNAL, as the DBC names them; its integer is taken as sent, without factor and offset."""
+    """MESSAGE.SIGNAL, as the DBC names them; its integer is used as transmitted, without factor and offset."""
     mask: NonNegativeInt | None = None
     """Bits that count; none: all."""
     accept: list[NonNegativeInt] | None = None
-    """Values, after the mask, that are good; none: all bits of the mask set."""
+    """Values, after the mask, that mean valid; none: all bits of the mask set."""
     says: str = "pose"
-    """What is not valid otherwise, for the health report."""
+    """Name of what is not valid otherwise, for the health report."""
     holds_s: Seconds = 2.0
-    """A status older than this is none."""
+    """A status older than this does not count, s."""
 
     def __post_init__(self) -> None:
         if self.mask is None and self.accept is None:
@@ -240,23 +244,23 @@ class DbcSettings(Settings, frozen=True):
     file: Path
     """The DBC file."""
     signals: dict[str, str | SignalSettings]
-    """Pose field to MESSAGE.SIGNAL, or to a table with more; docs/navigation.md lists the fields."""
+    """MESSAGE.SIGNAL of each pose field, or a table; docs/navigation/dbc.md lists the fields."""
     time: str | TimeSettings | None = None
-    """The INS's clock; none: arrival is a pose's instant."""
+    """Signal of the INS's clock; none: the instant of a pose is its arrival."""
     epoch: list[str] | None = None
-    """Messages of one instant in the order of sending; none: found on the bus, where silence follows the last one."""
+    """Messages of one instant in the order of sending; none: found on the bus by the silence after the last one."""
     sequence: list[str] = msgspec.field(default_factory=list)
-    """A signal of each message of an instant, MESSAGE.SIGNAL, that has the same value in all of them, a counter or a
-    time stamp: then their order does not matter."""
+    """A signal of each message of an instant, MESSAGE.SIGNAL, with the same value in all of them: a counter or a time
+    stamp. The order of the messages does not matter then."""
     held: dict[str, HeldSettings] = msgspec.field(default_factory=dict)
-    """Messages that come at a rate of their own, by name; they belong to no instant."""
+    """Messages with a rate of their own, by name; they belong to no instant."""
     window_s: Seconds = 0.008
-    """An epoch must be complete so soon after its instant; shorter than the INS's period, so that no frame of a later
-    instant can be in it."""
+    """An epoch must be complete within this time after its instant, s; shorter than the period of the INS, so that it
+    contains no frame of a later instant."""
     valid: list[ValiditySettings] = msgspec.field(default_factory=list)
-    """Status that must hold."""
+    """Conditions for poses to be used."""
     source_address: Annotated[int, msgspec.Meta(ge=0, le=253)] | None = None
-    """J1939 and NMEA 2000: take messages of this sender; none: of whichever sends them: the parameter group counts."""
+    """J1939 and NMEA 2000: source address of the messages; none: any sender, only the parameter group counts."""
 
 
 NMEA_CHOICES: dict[str, tuple[str, ...]] = {
@@ -273,23 +277,21 @@ TALKER = re.compile(r"(?!PASHR$)[A-Z]{2}(?=[A-Z]{3}$)")
 
 
 class NmeaSettings(Settings, frozen=True):
-    """An INS, or sensors, that speak NMEA 0183 or PD6 on one line. Nothing is sent.
-
-    Each part of the pose names the sentence that it is taken from: GGA of any talker, or INGGA of one.
-    """
+    """An INS, or sensors, with NMEA 0183 or PD6 on one line. Nothing is sent. Each part of the pose names its sentence:
+    GGA of any talker, or INGGA of one."""
 
     port: str
-    """Serial device; "udp://0.0.0.0:10110", where datagrams come in; "socket://192.168.0.5:4001", a serial server."""
+    """Serial device; "udp://0.0.0.0:10110", to receive datagrams; "socket://192.168.0.5:4001", a serial server."""
     baud: PositiveInt = 115200
-    """Of a serial device."""
+    """Bit rate of a serial device, bit/s."""
     sender: str | None = None
-    """IP address that datagrams must come from; none: any."""
+    """IP address of the sender of datagrams; none: any."""
     place: str = "GGA"
     """GGA or RMC."""
     depth: str = "GGA"
     """GGA: its altitude above mean sea level; DPT, DBT, DBS, TS: depth below the surface."""
     attitude: str = "PASHR"
-    """PASHR, PSXN (of kind 23, a Seapath's) or SA: roll and pitch. There is a pose for each."""
+    """PASHR, PSXN (kind 23, of a Seapath) or SA: roll and pitch. There is a pose for each of these sentences."""
     heading: str = "PASHR"
     """PASHR, PSXN, HDT or SA."""
     velocity: str = "VTG"
@@ -297,17 +299,17 @@ class NmeaSettings(Settings, frozen=True):
     accuracy: str | None = None
     """GST; none: `nav.sigma.position_m` holds."""
     altitude: str | None = None
-    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: not told."""
+    """DPT or DBT (an echo sounder under the vehicle), or BD: altitude over the bottom; none: no altitude."""
     accept: dict[Literal["estimated", "manual", "simulated", "unsafe"], Annotated[NonNegative, unit("m")]] = (
         msgspec.field(default_factory=lambda: {"estimated": 10.0})
     )
-    """Places and velocities that are used though no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode E, M and S, and
-    an RMC whose navigational status is U; each with what it adds to the standard deviation of the place, m. Estimated
-    ones add nothing where `accuracy` names a sentence, which knows better. What is left out is refused, by name."""
+    """Positions and velocities that are used although they are no fix: GGA of quality 6, 7 and 8, RMC and VTG of mode
+    E, M and S, and an RMC with navigational status U; each with its addition to the standard deviation of the position,
+    m. Estimated ones add nothing if `accuracy` names a sentence. Kinds that are left out are refused."""
     held: dict[str, HeldSettings] = msgspec.field(
         default_factory=lambda: {name: HeldSettings(max_age_s=1.5) for name in ("GGA", "RMC", "GST")}
     )
-    """How long each sentence holds, by its name without talker; one left out: as its own defaults say."""
+    """How long each sentence is held, by its name without talker; one left out: the defaults."""
 
     @property
     def look_at(self) -> str:
@@ -332,10 +334,10 @@ class NmeaSettings(Settings, frozen=True):
 
 
 class NavSettings(Settings, frozen=True):
-    """Where the vehicle's pose comes from."""
+    """Source of the vehicle's pose."""
 
     source: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """How the INS speaks; the table of that name says more."""
+    """Protocol of the INS; the table of that name has its settings."""
     canopen: CanopenSettings | None = None
     """For source "canopen"."""
     dbc: DbcSettings | None = None
@@ -344,12 +346,12 @@ class NavSettings(Settings, frozen=True):
     """For source "nmea"."""
     can: CanSettings = CanSettings()
     lever_arm_m: Lever = (0.0, 0.0, 0.0)
-    """The point on the vehicle of which the INS tells place and velocity: forward, starboard and down of the body's
+    """Point of the vehicle whose position and velocity the INS reports: forward, starboard and down of the body's
     origin, m."""
     stale_s: Seconds = 0.5
     """Time without a pose that is a problem, s."""
     clock_jump_s: Seconds = 0.1
-    """A step of the INS's clock by more than this is taken at once, when four epochs in a row confirm it."""
+    """A step of the INS's clock by more than this is followed at once, when four epochs in a row confirm it, s."""
     limits: LimitSettings = LimitSettings()
     sigma: SigmaSettings = SigmaSettings()
 
@@ -359,7 +361,7 @@ class NavSettings(Settings, frozen=True):
 
 
 class NavConfig(Settings, frozen=True):
-    """What the nav process reads of the configuration."""
+    """The part of the configuration that the nav process reads."""
 
     site: SiteSettings
     nav: NavSettings

@@ -87,6 +87,8 @@ class Chain:
 
         Raises PingError for a ping that makes no sense, StageError for a stage that fails.
         """
+        if ping.sweep is not None:
+            raise PingError("beams of a mechanically scanned sonar are no image by themselves: `ods track` joins them")
         frame = _checked_frame(ping)
         if ping.range_grid is not None:
             return detect_ranges(ping, frame, self._settings, pose, mask)

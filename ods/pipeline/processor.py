@@ -16,8 +16,9 @@ from ods.pipeline.repeated_image import RepeatedImage
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.speckle import Alive
 from ods.pipeline.steadiness import Steadiness
+from ods.pipeline.swept import SweptSonar
 from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer
+from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 
 SOUND_SPEEDS = (1350.0, 1650.0)
 """m/s: pure water at 0 deg C has 1403, the Red Sea at the bottom 1560, brines a little more."""
@@ -26,7 +27,8 @@ SOUND_SPEEDS = (1350.0, 1650.0)
 class PingProcessor:
     """The chain and the poses that its stages may need.
 
-    `counters`: where a stage compares pings, pings_without_pose and those of the pose buffer.
+    `counters`: where a stage compares pings, pings_without_pose and those of the pose buffer; of a mechanically scanned
+    sonar, beams_without_pose and those of the pose buffer.
     """
 
     def __init__(
@@ -40,6 +42,8 @@ class PingProcessor:
         self._poses.counters = self.counters
         self._repeated = RepeatedImage()
         self._steadiness = Steadiness()
+        self._swept: SweptSonar | None = None
+        """Once a ping of a mechanically scanned sonar has come."""
         self._poses_until, self._poses_heard = -1, 0
         self._needs_poses = self.chain.over_pings
         """Range images need them, too, to tell what is level."""
@@ -49,8 +53,13 @@ class PingProcessor:
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._repeated.hear_pose(pose)
-        if self._needs_poses:
+        if self._needs_poses or self._swept:
             self._poses.insert(pose)
+
+    def follow_sweeps(self) -> SweptSonar:
+        """Keep poses for a mechanically scanned sonar, from now on or already; without this from its first ping on."""
+        self._swept = self._swept or SweptSonar(self._head_at)
+        return self._swept
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
@@ -58,14 +67,30 @@ class PingProcessor:
         caution = "; ".join(filter(None, (repeated, self._steadiness.judge(ping))))
         _refuse_sound_speed(ping)
         _refuse_negative(ping)
-        needed = self._needs_poses
-        self._needs_poses = self.chain.over_pings or ping.range_grid is not None
-        pose = head_of(self._poses.at(ping.t_ns), self._mounting) if needed else None
-        self.counters["pings_without_pose"] += needed and pose is None
-        found = self.chain.process(ping, pose=pose)
+        found = self._found(ping) if ping.sweep is None else self._found_by_sweep(ping)
         return msgspec.structs.replace(
             found, caution=caution, poses_until=self._poses_until, poses_heard=self._poses_heard
         )
+
+    def _found(self, ping: Ping) -> Detections:
+        needed = self._needs_poses
+        self._needs_poses = self.chain.over_pings or ping.range_grid is not None
+        pose = self._head_at(ping.t_ns) if needed else None
+        self.counters["pings_without_pose"] += needed and pose is None
+        return self.chain.process(ping, pose=pose)
+
+    def _found_by_sweep(self, ping: Ping) -> Detections:
+        if self.chain.over_pings:
+            raise PingError(
+                "a stage compares pings, which those of a mechanically scanned sonar do not lend themselves to"
+            )
+        swept = self.follow_sweeps()
+        image = swept.image(ping)
+        self.counters["beams_without_pose"] = swept.without_pose
+        return swept.told(image, self.chain.process(image.ping))
+
+    def _head_at(self, t_ns: int) -> PoseEstimate | None:
+        return head_of(self._poses.at(t_ns), self._mounting)
 
 
 def _refuse_sound_speed(ping: Ping) -> None:

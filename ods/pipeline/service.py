@@ -78,7 +78,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._dropped, self._worked_ns = "", began
         self._failure = self._failure if began - self._failed_ns < FAILURE_SAID_NS else ""
         self.service.counters["geometry_changes"] = self._processor.chain.geometry_changes
-        self.service.counters["unseen_images"] += bool(result.unseen)
+        self.service.counters["unseen_images"] += result.unseen_share > 0.0
         self.service.counters["detections"] += len(result.detections)
         self.service.counters["drop_out_image"] += not result.usable
         self._keep_time(clock.monotonic_ns() - began)

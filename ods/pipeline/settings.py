@@ -27,38 +27,38 @@ DEFAULT_STAGES: tuple[StageTable, ...] = (
 
 
 class AttentionSettings(Settings, frozen=True):
-    """Focus of attention [SSIE]: near ranges at each ping, far ones every n-th."""
+    """Focus of attention [SSIE]: near ranges are processed at each ping, far ones at every n-th."""
 
     near_m: Annotated[NonNegative, slider(0.0, 100.0, step=1.0, unit="m")] = 0.0
     """Ranges nearer than this are processed at each ping; 0: all are."""
     every: Annotated[int, msgspec.Meta(ge=1, le=50), slider(1, 16)] = 4
-    """The range beyond is parted into so many rings; each ping one of them has its turn."""
+    """Number of rings that the range beyond `near_m` is divided into; each ping processes one."""
     margin_m: Annotated[NonNegative, slider(0.0, 20.0, step=0.5, unit="m")] = 5.0
-    """A ring is processed so far beyond its borders, so that an object there is seen whole, m."""
+    """A ring is processed this far beyond its borders, so that an object there is whole, m."""
     subsample: Annotated[int, msgspec.Meta(ge=0, le=16), slider(0, 8, unit="samples")] = 0
-    """Range samples that are averaged to one before anything else; 0: as many as `pipeline.smallest_object_m` allows,
-    none where the stages have numbers of their own."""
+    """Number of range samples that are averaged to one first; 0: as many as `pipeline.smallest_object_m` allows, none
+    if the stages have numbers of their own."""
 
 
 class PipelineSettings(Settings, frozen=True):
     """How pings become detections."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register stages of the user's own."""
+    """Python files, or modules by name, that register the user's own stages."""
     stage: tuple[StageTable, ...] = ()
     """The chain: tables of `use`, the stage's name, and its parameters. Empty: DEFAULT_STAGES, which docs/pipeline.md
     shows."""
     smallest_object_m: Annotated[float, msgspec.Meta(ge=0.0, le=50.0), slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
-    """The smallest object that matters, along the range, m: samples averaged, filter and smallest region follow from it
-    where the stages have no numbers of their own. 0: six range samples."""
+    """Smallest object that matters, along the range, m. Number of averaged samples, filter and smallest region follow
+    from it if the stages have no numbers of their own. 0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
-    """What is processed when, if not all of each ping."""
+    """Which ranges are processed at which ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
-    """Slant range under which samples are ignored: the transmit pulse's own echo in the transducer."""
+    """Slant range below which samples are ignored, m: the transmit pulse in the transducer."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0), slider(0.0, 10.0, step=0.1, unit="deg")] = 0.0
-    """Horizontal -3 dB width of a beam where the sonar does not tell it; 0: the beams' spacing."""
+    """Horizontal -3 dB width of a beam if the sonar does not report it, degrees; 0: the spacing of the beams."""
     vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0), slider(1.0, 45.0, step=0.5, unit="deg")] = 10.0
-    """Half the vertical opening of a plane of beams, which sonars do not tell."""
+    """Half the vertical opening of a plane of beams, degrees; sonars do not report it."""
     range_image: RangeImageSettings = RangeImageSettings()
     """Of 3-D sonars."""
 
@@ -100,7 +100,7 @@ class PipelineSettings(Settings, frozen=True):
 
 
 class PipelineConfig(Settings, frozen=True):
-    """What the pipeline process reads of the configuration."""
+    """The part of the configuration that the pipeline process reads."""
 
     pose: PoseSettings
     pipeline: PipelineSettings

@@ -82,13 +82,13 @@ class PipelineAgain:
         """Yield what can be: None: there is no more to wait for."""
         while self._waiting:
             recorded, found = self._waiting[0]
-            ping = next((ping for ping in self._pings if ping.t_ns == found.t_ns), None)
+            ping = next((ping for ping in self._pings if _is_of(found, ping)), None)
             if ping is None and now_ns is not None and now_ns < recorded.log_ns + PATIENCE_NS:
                 return
             self._waiting.popleft()
             self.counters["missing_pings"] += ping is None
             again = None if ping is None else self._process(ping, recorded, found)
-            while self._pings and self._pings[0].t_ns <= found.t_ns:
+            while self._pings and (self._pings[0].t_rx_ns < found.t_rx_ns or _is_of(found, self._pings[0])):
                 self._pings.popleft()
             yield DetectionsPair(recorded.log_ns, found, recorded.data, again)
 
@@ -105,6 +105,11 @@ class PipelineAgain:
         except (PingError, StageError):
             self.counters["failed_pings"] += 1
             return None
+
+
+def _is_of(found: Detections, ping: Ping) -> bool:
+    """Tell whether the detections are those of a ping; of a mechanically scanned sonar they have another `t_ns`."""
+    return (found.seq, found.t_rx_ns) == (ping.seq, ping.t_rx_ns)
 
 
 class TrackerAgain:

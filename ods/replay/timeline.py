@@ -1,5 +1,7 @@
 """Recorded instants, moved to now."""
 
+from itertools import chain
+
 import msgspec
 
 from ods.messages import ObstacleList
@@ -48,9 +50,10 @@ def moved(message: msgspec.Struct, line: Timeline, recorded_offset_ns: int) -> m
         if name.endswith("utc_ns"):
             changes[name] = line.utc(value, recorded_offset_ns)
         elif name.endswith("_ns") and value:
-            changes[name] = line.at(value)
+            changes[name] = [line.at(each) for each in value] if isinstance(value, list) else line.at(value)
     if isinstance(message, ObstacleList):
         changes["obstacles"] = [moved(o, line, recorded_offset_ns) for o in message.obstacles]
-    if any(isinstance(value, int) and abs(value) > FARTHEST_NS for value in changes.values()):
+    times = chain.from_iterable(value if isinstance(value, list) else [value] for value in changes.values())
+    if any(isinstance(value, int) and abs(value) > FARTHEST_NS for value in times):
         raise ValueError("a time out of all bounds")
     return msgspec.structs.replace(message, **changes)

@@ -112,7 +112,7 @@ HEALTH_STALE_S = 2.0
 
 
 class BusSettings(Settings, frozen=True):
-    """Where the processes meet."""
+    """The bus between the processes."""
 
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
     """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
@@ -354,6 +354,13 @@ class Subscriber:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+    def unsubscribe(self, topic: str) -> None:
+        """Receive no more of a topic that the configuration does not want."""
+        for subscription in [each for each in self.subscriptions if each.topic == topic]:
+            self.subscriptions.remove(subscription)
+            self._poller.unregister(subscription.socket)
+            subscription.close()
 
     def watch_fd(self, fd: int) -> None:
         """Let `receive` wake up when `fd` becomes readable."""

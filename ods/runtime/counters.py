@@ -37,22 +37,36 @@ _POSE_BUFFER = (
     CounterRow("pose_thinned", "poses not used: they come faster than `pose.max_rate_hz`", trouble=False),
 )
 
-_BRIDGE = (
-    CounterRow("sent_lists", "lists of which every datagram was sent", trouble=False),
-    CounterRow("sent_datagrams", "datagrams sent", trouble=False),
+_LISTS = (
     CounterRow(
         "withheld_lists", "lists not sent: not valid, too old, or the vehicle's pose is not known", trouble=False
     ),
     CounterRow("paced_lists", "lists not sent: newer ones arrived before they were due", trouble=False),
     CounterRow("left_out_obstacles", "obstacles of lists sent that were not sent: others are nearer", trouble=False),
+)
+_BRIDGE = (
+    *_LISTS,
+    CounterRow("sent_lists", "lists of which every datagram was sent", trouble=False),
+    CounterRow("sent_datagrams", "datagrams sent", trouble=False),
     CounterRow("refused_datagrams", "datagrams refused by the receiving computer: no program listens on the port"),
     CounterRow("unsent_datagrams", "datagrams that could not be sent: no way there, no room"),
+)
+_BRIDGE_ROS2 = (
+    *_LISTS,
+    CounterRow("sent_lists", "lists of which every message that a node had subscribed to was written", trouble=False),
+    CounterRow("sent_messages", "messages written, of all topics", trouble=False),
+    CounterRow("unheard_lists", "lists not written, as no node had subscribed", trouble=False),
+    CounterRow("unsent_messages", "messages that could not be written: no interface, or DDS refused"),
+    CounterRow("interface_losses", "the network interface was away or got another address, or DDS did not start"),
+    CounterRow("unfit_images", "images not sent: their samples do not fit their shape"),
 )
 
 _OWN: dict[str, tuple[CounterRow, ...]] = {
     **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
+    "bridge_ros2": _BRIDGE_ROS2,
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
+        CounterRow("beams", "beams of a mechanically scanned sonar, of which pings are made", trouble=False),
         CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,
                    advice="the sonar sent pings that did not arrive complete: noise, a full line, or a busy "
                    "processor"),
@@ -114,6 +128,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     "pipeline": (
         CounterRow("detections", "detections published", trouble=False),
         CounterRow("bad_ping", "pings dropped: their content contradicts itself", logged=True),
+        CounterRow("beams_without_pose", "beams of a mechanically scanned sonar whose pose is not known: taken as sent "
+                   "from where others were", trouble=False),
         CounterRow("failed_stage", "pings dropped: a stage failed, or made values that are no finite numbers",
                    logged=True),
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,

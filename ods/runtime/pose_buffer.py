@@ -28,12 +28,12 @@ class PoseSettings(Settings, frozen=True):
     """The buffer of vehicle poses that pipeline and tracker keep."""
 
     capacity: Annotated[int, msgspec.Meta(ge=2)] = 400
-    """Poses kept."""
+    """Number of poses that are kept."""
     max_extrapolation_s: Annotated[Positive, slider(0.05, 2.0, unit="s")] = 0.3
-    """Longest time a pose is carried on beyond the newest one, s."""
+    """Longest extrapolation beyond the newest pose, and longest gap that is interpolated, s."""
     max_rate_hz: Positive = 250.0
-    """Of poses that come faster only so many a second are kept, and the newest: `capacity` of them must reach back to
-    the transmission of a ping."""
+    """Of faster poses only this number a second is kept, and the newest, 1/s: `capacity` of them must reach back to the
+    transmission of a ping."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -67,6 +67,12 @@ PROCESSES: dict[str, Process] = {
             by_configuration=True,
         ),
         Process(
+            "bridge_ros2", "obstacles, clear water and images to ROS 2, by DDS",
+            reads=("obstacles", "clearance", "ping"), publishes=(),
+            worker="ods.bridge.ros2.service:Ros2Worker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
         ),

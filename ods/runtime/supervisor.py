@@ -44,19 +44,21 @@ MOST_WATCHDOGS = 10
 
 
 class SuperviseSettings(Settings, frozen=True):
-    """How hard to try."""
+    """Restarts of processes that ended or hang."""
 
     first_delay_s: NonNegative = 0.1
-    """Wait before the first restart; each further one waits twice as long, up to `longest_delay_s`."""
+    """Delay of the first restart, s; each further one is delayed twice as long, up to `longest_delay_s`."""
     longest_delay_s: NonNegative = 5.0
     settled_s: Positive = 60.0
-    """Time up after which a process counts as working: its next restart waits `first_delay_s` again."""
+    """A process that has run for this time counts as working, s: its next restart has `first_delay_s` again."""
     start_s: Positive = 30.0
-    """Time for a first sign of life. A process that uses a processor or waits for one meanwhile gets as long again."""
+    """Time for the first sign of life, s. A process that uses a processor or waits for one meanwhile gets the same time
+    again."""
     watchdog_s: Positive = 3.0
-    """Silence of a work loop that counts as hung, unless it waits for a processor: then up to ten times as long."""
+    """A work loop without a sign of life for this time counts as hung, s; while it waits for a processor, up to ten
+    times as long."""
     stop_s: Positive = 1.5
-    """Time to stop by SIGTERM before SIGKILL."""
+    """Time to stop after SIGTERM before SIGKILL, s."""
 
 
 class Child:

@@ -14,54 +14,57 @@ Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturat
 
 
 class FaultSettings(Settings, frozen=True):
-    """A fault on the simulated side, to see that the on-board side recovers."""
+    """A fault on the simulated side, to check that the on-board side recovers."""
 
     kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps"] | Blindness
-    """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing; sonar_garbage: it
-    sends other bytes; ins_steps: the place that the INS tells is off by `INS_STEP_M`. The others are in the image:
-    zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the range
-    are; head_blocked: all is 20 dB weaker; saturated: all is at full scale."""
+    """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
+    it sends other bytes; ins_steps: the position that the INS reports is off by `INS_STEP_M`. The others are in the
+    image: zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the
+    range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale."""
     at_s: NonNegative
-    """Mission time."""
+    """Mission time, s."""
     for_s: Positive
 
 
 class SimSettings(Settings, frozen=True):
-    """What is simulated and where its far ends are."""
+    """The simulated devices and their interfaces."""
 
     scene: Path
     """TOML file of the scene, relative to the configuration."""
     sonar: Path
     """TOML file of the sonar."""
     ins: Literal["canopen", "dbc", "nmea"] = "canopen"
-    """How the simulated INS speaks; the on-board side's nav.source must be the same."""
+    """Protocol of the simulated INS; nav.source on board must be the same."""
     ins_eds: Path | None = None
     """For ins "canopen": its EDS file."""
     ins_dbc: Path | None = None
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
-    sonar_line: Literal["serial", "tcp", "oculus", "norbit", "sonar3d15"] = "serial"
+    sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
     """serial: a pseudo-terminal with the bare s7k records; tcp: the same in network frames, for one client at
-    127.0.0.1; oculus, norbit: a Blueprint Oculus or a Norbit WBMS there, on its own kind of TCP; sonar3d15: a
+    127.0.0.1; oculus, norbit: a Blueprint Oculus or a Norbit WBMS there, on its own kind of TCP; ping360, ping360_udp:
+    a Blue Robotics Ping360 on a pseudo-terminal, or behind a bridge that sends datagrams from 127.0.0.1; sonar3d15: a
     Water Linked Sonar 3D-15, by multicast at 127.0.0.1."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
-    """Where the simulated sonar listens when its line is not serial."""
+    """TCP port at 127.0.0.1 of the simulated sonar, if its line is not serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
     """UDP port at 127.0.0.1 to which a simulated Oculus sends its status."""
     sonar_command_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 2209
-    """TCP port at 127.0.0.1 where a simulated Norbit takes its commands."""
-    sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 4747
-    """UDP port to which a simulated Sonar 3D-15 sends."""
+    """TCP port at 127.0.0.1 at which a simulated Norbit receives commands."""
+    sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
+    """UDP port: ping360_udp: at 127.0.0.1, at which the bridge receives datagrams; sonar3d15: of the multicast group,
+    to which the sonar sends."""
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
     sonar_latency_ms: NonNegative = 2.0
-    """From the last echo to the first byte on the line; the bench tells the on-board side, as an integrator would."""
+    """Time from the last echo to the first byte on the line, ms; the bench configures it on board, as an integrator
+    would."""
     pose_rate_hz: Positive = 100.0
     sonar_clock_offset_s: float = 0.25
-    """The sonar's clock minus UTC: the on-board side must not trust it."""
+    """The sonar's clock minus UTC, s: the on-board side must not rely on it."""
     ins_clock_offset_s: float = -0.125
-    """The INS's clock minus UTC."""
+    """The INS's clock minus UTC, s."""
     fault: list[FaultSettings] = msgspec.field(default_factory=list)
 
     def __post_init__(self) -> None:

@@ -3,12 +3,13 @@
 from collections import Counter
 
 from ods.messages import Ping
-from ods.runtime.port.address import tcp_address, transport_of, udp_address
+from ods.runtime.port.address import tcp_address, udp_address
 from ods.runtime.port.datagram_port import DatagramPort
 from ods.runtime.port.port import Port
 from ods.runtime.port.serial_port import SerialPort
 from ods.runtime.port.tcp_port import TcpPort
 from ods.runtime.port.udp_listener import UdpListener
+from ods.runtime.port.udp_peer_port import UdpPeerPort
 from ods.sonar_link.command_line import CommandLine
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
@@ -28,23 +29,16 @@ class SonarLink:
         """Bytes read so far;"""
         self.newest = b""
         """and those of the last read."""
-        transport = transport_of(settings.port)
-        address = tcp_address(settings.port) if transport in ("tcp", "socket") else None
+        address = tcp_address(settings.port)
         pauses_s = settings.reopen_min_s, settings.reopen_max_s
         self._protocol = protocol
-        self._port: Port
-        if address:
-            self._port = TcpPort(address, settings.silence_s, pauses_s, counters)
-        elif udp := udp_address(settings.port):
-            self._port = DatagramPort(udp, protocol.datagrams, pauses_s, counters)
-        else:
-            self._port = SerialPort(settings.port, settings.baud, pauses_s, counters)
+        self._port = _port(settings, protocol, pauses_s, counters)
         self._side = UdpListener(protocol.side_port) if protocol.side_port is not None else None
         commands = protocol.command_port if address else None
         self._commands = (
             CommandLine(address._replace(port=commands), protocol, pauses_s, counters) if address and commands else None
         )
-        self._byte_s = BITS_A_BYTE / settings.baud if transport == "serial" else 0.0
+        self._byte_s = BITS_A_BYTE / settings.baud if isinstance(self._port, SerialPort) else 0.0
         self._streaming = False
 
     @property
@@ -105,3 +99,16 @@ class SonarLink:
             return []
         self._streaming = False
         return self._protocol.end_stream(now_ns)
+
+
+def _port(
+    settings: SonarSettings, protocol: SonarProtocol, pauses_s: tuple[float, float], counters: "Counter[str]"
+) -> Port:
+    tcp, udp = tcp_address(settings.port), udp_address(settings.port)
+    if tcp:
+        return TcpPort(tcp, settings.silence_s, pauses_s, counters)
+    if udp and protocol.datagrams:
+        return DatagramPort(udp, protocol.datagrams, pauses_s, counters)
+    if udp:
+        return UdpPeerPort(udp, settings.silence_s, pauses_s, counters)
+    return SerialPort(settings.port, settings.baud, pauses_s, counters, protocol.wake)

@@ -53,9 +53,21 @@ class SonarProtocol(ABC):
         return None
 
     @property
-    def datagrams(self) -> DatagramSource:
-        """Where `sonar.port` is a UDP port: whose datagrams are wanted. `feed` is given one at a time, whole."""
-        return DatagramSource()
+    def datagrams(self) -> DatagramSource | None:
+        """Whose datagrams are wanted, where `sonar.port` is a UDP port of this machine or a multicast group.
+
+        `feed` is given one at a time, whole. None: a `sonar.port` of UDP is the address of the sonar; requests go
+        there, and what comes from there is a byte stream.
+        """
+        return None
+
+    @property
+    def wake(self) -> bytes:
+        """What is sent behind a break when a serial line has been opened, to a sonar that finds the line's rate by it.
+
+        b"": neither.
+        """
+        return b""
 
     @property
     def missing_bytes(self) -> int:

@@ -61,6 +61,10 @@ PROTOCOLS: dict[str, ProtocolRow] = {
     "norbit": ProtocolRow(
         "ods.sonar_link.norbit.protocol:NorbitProtocol", frozenset({"tcp"}), "Norbit WBMS FLS", "norbit.md",
     ),
+    "ping360": ProtocolRow(
+        "ods.sonar_link.ping360.protocol:Ping360Protocol", frozenset({"serial", "socket", "udp"}),
+        "Blue Robotics Ping360", "ping360.md",
+    ),
     "sonar3d15": ProtocolRow(
         "ods.sonar_link.sonar3d15.protocol:Sonar3d15Protocol", frozenset({"udp"}), "Water Linked Sonar 3D-15",
         "sonar3d15.md",

@@ -11,54 +11,58 @@ from ods.messages import SonarLevel, SonarRange
 from ods.runtime.port.address import transport_of
 from ods.sonar_link.norbit.settings import NorbitSettings
 from ods.sonar_link.oculus.settings import OculusSettings
+from ods.sonar_link.ping360.settings import Ping360Settings
 from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
 from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
 
 class SonarSettings(Settings, frozen=True):
-    """The line to the sonar, what is taken from it, and what the sonar is told to do."""
+    """The line to the sonar, and the sonar's settings."""
 
     port: str
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
     network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line; or
-    "udp://224.0.0.96:4747", where a sonar sends datagrams."""
+    "udp://192.168.2.2:9092", a bridge that takes and sends datagrams; or "udp://224.0.0.96:4747", a multicast group
+    that the sonar sends to."""
     protocol: str = "s7k"
-    """What the sonar speaks: a name of the table in docs/sonar-link.md, or of a plug-in."""
+    """The sonar's protocol: a name of the table in docs/sonar-link.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register protocols of the user's own."""
+    """Python files, or modules by name, that register the user's own protocols."""
     baud: Annotated[int, msgspec.Meta(ge=300, le=100_000_000)] = 12_000_000
-    """Bits a second of the serial line."""
+    """Bit rate of the serial line, bit/s."""
     publish_raw: bool = False
-    """Publish the bytes of the line, too, on the topic `raw`, for the recorder."""
+    """Also publish the bytes of the line on the topic `raw`, for the recorder."""
     latency_ms: Annotated[float, msgspec.Meta(ge=-200.0, le=60_000.0), slider(-50.0, 1000.0, unit="ms")] = 0.0
-    """From the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only to
-    even out an INS that is later than the sonar."""
+    """Time from the arrival of the last echo at the sonar to the first byte of its record on the line, ms. Below 0 only
+    to compensate for an INS with a longer delay."""
     max_record_bytes: Annotated[int, msgspec.Meta(ge=1024, le=64 * 1024 * 1024)] = 4 * 1024 * 1024
-    """Longest record believed, bytes; a header that claims more is noise."""
+    """Longest record accepted, bytes; a header with a larger size is treated as noise."""
     record_timeout_s: Seconds = 1.0
-    """A record that takes longer to arrive is given up, s; more than the longest one's time on the line. A false header
-    holds pings up for so long at most."""
+    """A record that takes longer to arrive is dropped, s; must exceed the time of the longest record on the line. A
+    false header delays pings by at most this."""
     reopen_min_s: Seconds = 0.1
-    """First pause before a lost port is tried again, s; it doubles with every failure."""
+    """Pause before a lost port is first opened again, s; it doubles with every failure."""
     reopen_max_s: Seconds = 1.0
     """Longest such pause, s."""
     silence_s: NonNegativeSeconds = 5.0
-    """A TCP connection without a byte for so long is closed and made anew, s; 0: never. Serial lines stay open."""
+    """A TCP connection, or a UDP peer, without data for this time is closed and opened again, s; 0: never. Serial lines
+    stay open."""
     range_m: SonarRange | None = None
-    """Range that the sonar is set to after each connection, m; left out: as the sonar is."""
+    """Range that the sonar is set to after each connection, m; left out: not changed."""
     power_db: SonarLevel | None = None
-    """Transmit power likewise, dB re 1 uPa at 1 m."""
+    """Transmit power that the sonar is set to likewise, dB re 1 uPa at 1 m."""
     gain_db: SonarLevel | None = None
-    """Receiver gain likewise, dB."""
+    """Receiver gain that the sonar is set to likewise, dB."""
     control_repeat_s: Seconds = 1.0
-    """Time for a setting to show in the sonar's record 7000 before it is sent again, s."""
+    """Time for a setting to appear in the sonar's record 7000 before it is sent again, s."""
     control_attempts: Annotated[int, msgspec.Meta(ge=1, le=1000)] = 3
-    """How often a setting is sent before it counts as not taken."""
+    """Number of times a setting is sent before it counts as not accepted."""
     mounting: MountingSettings = MountingSettings()
     s7k: S7kSettings = S7kSettings()
     oculus: OculusSettings = OculusSettings()
     norbit: NorbitSettings = NorbitSettings()
+    ping360: Ping360Settings = Ping360Settings()
     sonar3d15: Sonar3d15Settings = Sonar3d15Settings()
 
     @property
@@ -78,6 +82,6 @@ class SonarSettings(Settings, frozen=True):
 
 
 class SonarConfig(Settings, frozen=True):
-    """What the sonar process reads of the configuration."""
+    """The part of the configuration that the sonar process reads."""
 
     sonar: SonarSettings

@@ -20,7 +20,9 @@ from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.measurement.scan import Vehicle
-from ods.tracker.output.bottom import bottom_below
+from ods.tracker.outline.outlines import Outlines
+from ods.tracker.outline.seen import seen_from
+from ods.tracker.output.bottom import Bottom, bottom_below
 from ods.tracker.output.closest_approach import Course
 from ods.tracker.output.hittable import HittableFilter
 from ods.tracker.output.multipath import marked
@@ -86,6 +88,7 @@ class MissionTracker:
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._hittable = HittableFilter(self.settings)
+        self._outlines = Outlines()
         self._poses.counters = self._lister.counters = self.counters
         self._inputs = inputs
         self._utc = utc
@@ -178,8 +181,9 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
+            self._outlines.look(snapshot, seen_from(sent, message.detections, scan.fan_turn, message.sound_speed), sent)
         self._half_vertical = message.sector.half_vertical_rad
-        self._inputs.ping(message.t_ns)
+        self._inputs.ping(message.t_ns, message.turn_s)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
         self.counters["echoes_bad"] += dropped
         self.counters["pings_without_pose"] += scan.vehicle is None
@@ -236,7 +240,7 @@ class MissionTracker:
         reasons += self._common_errors.reasons()
         hittable = self._hittable.of(self._common_errors.widened(snapshot), bottom, self._view(t_ns, pose))
         centre = None if self._vehicle is None else self._vehicle.position
-        nearest = hittable.snapshot.nearest(self.settings.planner.most_listed, centre)
+        nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
         self.left_out = len(hittable.snapshot) - len(nearest)
         message = ObstacleList(
             seq=self.seq,
@@ -246,7 +250,7 @@ class MissionTracker:
             t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
-            obstacles=self._marked(self._lister.obstacles(nearest, course, bottom), shown, pose),
+            obstacles=self._marked(self._obstacles(nearest, course, bottom, t_ns), shown, pose),
             utc_source=self._utc.source,
             left_out=self.left_out,
             bottom_left_out=hittable.left_out,
@@ -268,6 +272,9 @@ class MissionTracker:
         self.seq += 1
         self._listed_ns = now_ns
         return message
+
+    def _obstacles(self, nearest: Snapshot, course: Course | None, bottom: Bottom | None, t_ns: int) -> list[Obstacle]:
+        return self._outlines.outlined(self._lister.obstacles(nearest, course, bottom), t_ns)
 
     def _marked(self, obstacles: list[Obstacle], shown: Detections | None, pose: PoseEstimate | None) -> list[Obstacle]:
         head = head_of(pose, self._mounting)

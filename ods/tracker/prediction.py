@@ -6,7 +6,14 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.tracker.measurement.field_of_view import Coverage, FieldOfView, coverage_of, field_of_view, hidden_by
+from ods.tracker.measurement.field_of_view import (
+    Coverage,
+    FieldOfView,
+    coverage_of,
+    field_of_view,
+    hidden_by,
+    look_elsewhere,
+)
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
@@ -52,6 +59,8 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
     seen = field_of_view(measurement, radius, fan, ranges_m, settings.life.edge_sigmas, scan.unseen)
     if scan.looked is not None:
         seen = hidden_by(seen, scan.looked, measurement, radius)
+    if len(scan.not_swept):
+        look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
     reported, vague = flags = np.empty((2, len(tracks)), np.bool_)
     native.judge_silent(tracks.known[0], measurement.table, radius, scan.t_ns, flags, seen.watched)
     return ScanPrediction(

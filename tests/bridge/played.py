@@ -16,7 +16,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle
 from ods.runtime import bus
-from tests.bridge.samples import picture
+from tests.bridge.samples import image, picture, water
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -26,23 +26,26 @@ PERIOD_S = 0.1
 class Bridge:
     """The process, and what is published to it while somebody waits."""
 
-    def __init__(self, folder: Path, name: str, port: int, keys: str) -> None:
+    def __init__(self, folder: Path, name: str, table: str) -> None:
         self.process_name = f"bridge_{name}"
         config = folder / "onboard.toml"
         text = (ROOT / "config" / "onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{folder}"')
-        config.write_text(f'{text}\n[bridge.{name}]\nto = "udp://127.0.0.1:{port}"\n{keys}\n')
+        config.write_text(f"{text}\n[bridge.{name}]\n{table}\n")
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "ods", "bridge", name, "--config", str(config)],
-            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
         )
         self.obstacles: list[Obstacle] = []
         self.valid = self.posed = self.published = True
+        self.pinged = False
+        """Whether images are published, too."""
         self.late_s = 0.0
         """How old lists are when they are published."""
         self.health: Health | None = None
         self._seq = 0
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._tracker = bus.Publisher(self._context, folder, "tracker")
+        self._sonar = bus.Publisher(self._context, folder, "sonar")
         self._health = bus.Subscriber(self._context, folder, [], [self.process_name])
 
     def publish(self) -> None:
@@ -56,6 +59,9 @@ class Bridge:
             if not self.posed:
                 told = msgspec.structs.replace(told, pose=None)
             self._tracker.publish("obstacles", told)
+            self._tracker.publish("clearance", msgspec.structs.replace(water(now_ns), valid=self.valid))
+        if self.pinged:
+            self._sonar.publish("ping", image(now_ns))
         self._seq += 1
 
     def until(self, wanted: Callable[[], bool]) -> None:
@@ -85,6 +91,7 @@ class Bridge:
         self.process.terminate()
         assert self.process.wait(10.0) == 0
         self._tracker.close()
+        self._sonar.close()
         self._health.close()
         self._context.term()
 
@@ -92,8 +99,15 @@ class Bridge:
 @contextmanager
 def bridge(name: str, port: int, keys: str = "") -> Iterator[Bridge]:
     """Run a bridge."""
+    with bridge_of(name, f'to = "udp://127.0.0.1:{port}"\n{keys}') as made:
+        yield made
+
+
+@contextmanager
+def bridge_of(name: str, table: str) -> Iterator[Bridge]:
+    """Run a bridge with a table of its own."""
     with tempfile.TemporaryDirectory(prefix="ods-") as folder:
-        made = Bridge(Path(folder), name, port, keys)
+        made = Bridge(Path(folder), name, table)
         try:
             yield made
         finally:

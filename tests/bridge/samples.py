@@ -3,9 +3,10 @@
 import math
 from typing import Any
 
+from ods.base import clock
 from ods.base.clock import NS
 from ods.bridge.moment import Moment
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt, Site
+from ods.messages import Clearance, ClosestApproach, Obstacle, ObstacleList, Ping, PoseAt, Site
 
 SITE = Site(latitude_deg=57.0, longitude_deg=10.0)
 T_NS = 1_000 * NS
@@ -45,3 +46,20 @@ def picture(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> ObstacleList
 def moment(*obstacles: Obstacle, **more: Any) -> Moment:
     """Return a list that is sent one second after its ping: the vehicle is at 21 m east by then."""
     return Moment(picture(*obstacles, **more), POSE, T_NS + NS)
+
+
+def image(now_ns: int) -> Ping:
+    """Return a ping of 64 beams and 200 samples."""
+    return Ping(
+        seq=0, ping_number=5, t_ns=now_ns, t_rx_ns=now_ns, utc_ns=clock.utc_ns(now_ns), beams=64, samples=200,
+        dtype="u1", data=bytes(64 * 200), bearing_rad=[0.01 * beam for beam in range(64)], range0_m=0.5, dr_m=0.1,
+        sound_speed=1500.0,
+    )  # fmt: skip
+
+
+def water(now_ns: int) -> Clearance:
+    """Return clear water in 72 sectors."""
+    return Clearance(
+        seq=3, ping_number=5, t_ns=now_ns, utc_ns=clock.utc_ns(now_ns), valid=True, clear_from_m=[1.0] * 72,
+        clear_to_m=[30.0] * 72, nearest_m=[None] * 71 + [12.0], pose=POSE, made_ns=now_ns,
+    )  # fmt: skip

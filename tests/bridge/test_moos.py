@@ -7,6 +7,7 @@ import pytest
 
 from ods.bridge.moos import MoosEncoder, message
 from ods.bridge.settings import MoosSettings
+from ods.messages import Outline
 from tests.bridge.moos_datagrams import read
 from tests.bridge.samples import ENDED, ROCK, SWIMMER, UTC_NS, moment, obstacle
 
@@ -51,6 +52,22 @@ def test_a_slanting_ellipse_counts_by_its_long_axis() -> None:
     (told,) = map(read, MoosEncoder(SETTINGS).encode(moment(slanting)).datagrams)
     wanted = (2.0 + 2.0 * math.sqrt(1.6)) / math.cos(math.pi / 8.0)
     assert points(told.text)[0] == pytest.approx((wanted, 0.0), abs=0.006)
+
+
+def test_an_elongated_obstacle_is_its_strip_and_its_uncertainty() -> None:
+    # 10 m and 1 m, both 0.8 m more, to the north-east; the strip's middle is 1 m north of the obstacle's place
+    outline = Outline((101.0, 50.0), 10.0, 1.0, math.pi / 4.0, 0.3)
+    wall = obstacle(1, 100.0, 50.0, sigma_position=(0.4, 0.1, 1.0), sigma_radius=0.0, outline=outline)
+    (told,) = map(read, MoosEncoder(SETTINGS).encode(moment(wall)).datagrams)
+    corners = points(told.text)
+    root = math.sqrt(0.5)
+    assert corners[0] == pytest.approx((50.0 + root * (10.8 + 1.8), 101.0 + root * (10.8 - 1.8)), abs=0.006)
+    assert corners[2] == pytest.approx((50.0 - root * (10.8 + 1.8), 101.0 - root * (10.8 - 1.8)), abs=0.006)
+    turns = [
+        (b[0] - a[0]) * (c[1] - b[1]) - (b[1] - a[1]) * (c[0] - b[0])
+        for a, b, c in zip(corners, corners[1:] + corners[:1], corners[2:] + corners[:2], strict=True)
+    ]
+    assert min(turns) > 0.0  # convex, counter-clockwise
 
 
 def test_only_the_nearest_are_sent() -> None:

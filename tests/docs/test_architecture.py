@@ -17,7 +17,7 @@ NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
 STATIONS = re.findall(NAMED, PAGE)
 GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
 WORDS = re.findall(r"^\| (.+) \| .+ \| " + NAMED + r" \|$", GLOSSARY, re.MULTILINE)
-NOT_OF_A_PACKAGE = {"browser", "data", "docs", "in_vcan", "install", "systemd", "vcan", "whole_chain"}
+NOT_OF_A_PACKAGE = {"browser", "data", "docs", "in_vcan", "install", "peers", "systemd", "vcan", "whole_chain"}
 """Folders of tests that are not named after a folder of `ods`."""
 
 
@@ -63,7 +63,7 @@ def test_the_table_of_processes_is_the_process_table() -> None:
 
 
 def test_readme_has_the_processes_and_their_folders() -> None:
-    told = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/\w+)/` \|$", README, re.MULTILINE))
+    told = dict(re.findall(r"^\| (\w+) \| .+ \| `(ods/[\w/]+)/` \|$", README, re.MULTILINE))
     assert told == {
         process.name: process.worker.partition(".service:")[0].replace(".", "/") for process in PROCESSES.values()
     }

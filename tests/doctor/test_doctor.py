@@ -226,7 +226,7 @@ def test_the_state_of_the_can_controller_in_plain_words(
 
 
 def test_the_hardware_page_quotes_the_state_of_the_controller_word_for_word() -> None:
-    page = (CONFIG.parents[1] / "docs" / "hardware.md").read_text()
+    page = (CONFIG.parents[1] / "docs" / "hardware" / "can.md").read_text()
     for details in (
         link(state="ERROR-ACTIVE", restart_ms=100),
         link(state="ERROR-PASSIVE", restart_ms=100),

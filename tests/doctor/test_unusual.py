@@ -34,25 +34,25 @@ def test_the_shipped_configurations_are_usual(file: Path) -> None:
         (
             "tracker.bottom", "clearance_m = 500",
             "tracker.bottom.clearance_m = 500 is unusual, 0.1 to 10 m is usual: "
-            "What reaches higher over the bottom is an obstacle, m",
+            "An object that rises higher above the bottom is an obstacle, m",
         ),
         (
             "pipeline", "smallest_object_m = 50",
-            "pipeline.smallest_object_m = 50 is unusual, 0 to 5 m is usual: The smallest object that matters",
+            "pipeline.smallest_object_m = 50 is unusual, 0 to 5 m is usual: Smallest object that matters",
         ),
         (
             "sonar", "latency_ms = 40000",
-            "sonar.latency_ms = 40000 is unusual, -50 to 1000 ms is usual: From the arrival of the last echo",
+            "sonar.latency_ms = 40000 is unusual, -50 to 1000 ms is usual: Time from the arrival of the last echo",
         ),
         (
             "tracker.planner", "lead_times_s = [5, 5000]",
-            "tracker.planner.lead_times_s = 5000 is unusual, 0 to 120 s is usual: Each obstacle's position",
+            "tracker.planner.lead_times_s = 5000 is unusual, 0 to 120 s is usual: Times ahead",
         ),
         ("sonar.mounting", "position_m = [37, 0, 0]", "sonar.mounting.position_m = 37 is unusual, -20 to 20 m"),
         ("nav.sigma", "attitude_rad = 1.5", "nav.sigma.attitude_rad = 1.5 is unusual, 0.0001 to 0.2 rad is usual"),
         (
             "[pipeline.stage]", 'use = "equalize.mean_range"\nwindow = 5000',
-            "pipeline.stage[0].window = 5000 is unusual, 10 to 400 samples is usual: Range samples",
+            "pipeline.stage[0].window = 5000 is unusual, 10 to 400 samples is usual: Length of the surroundings",
         ),
     ],
 )  # fmt: skip

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from ods.cli import BENCH_EXTRA, EXPORT_EXTRA
+from ods.cli import BENCH_EXTRA, EXPORT_EXTRA, ROS2_EXTRA
 from ods.runtime.processes import on_board
 from tests.install.clean_venv import ROOT, bare, build_wheel, install
 
@@ -45,7 +45,7 @@ def said(venv: Path, *arguments: str, **environment: str) -> tuple[int, str]:
     return done.returncode, done.stdout
 
 
-@pytest.mark.parametrize(("name", "modules"), [("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA)])
+@pytest.mark.parametrize(("name", "modules"), [("bench", BENCH_EXTRA), ("export", EXPORT_EXTRA), ("ros2", ROS2_EXTRA)])
 def test_the_extra_is_what_the_commands_name(name: str, modules: frozenset[str]) -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extra = {line.partition(">")[0] for line in project["optional-dependencies"][name]}

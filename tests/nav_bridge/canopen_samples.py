@@ -1,4 +1,4 @@
-"""A CANopen source without I/O, and the frames of an INS packed by hand from the table in docs/navigation.md."""
+"""A CANopen source without I/O, and INS frames packed by hand from the table in docs/navigation/canopen.md."""
 
 import struct
 from collections import Counter

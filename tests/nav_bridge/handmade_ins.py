@@ -1,4 +1,4 @@
-"""An INS made by hand from docs/navigation.md: its DBC file, its frames, and the truth behind each pose.
+"""An INS made by hand from docs/navigation/dbc.md: its DBC file, its frames, and the truth behind each pose.
 
 Five messages an instant; each number of instant n tells n, so that a pose of two instants shows.
 """

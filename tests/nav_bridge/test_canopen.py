@@ -1,4 +1,4 @@
-"""CAN frames to poses, without I/O: frames are packed here by hand from the table in docs/navigation.md."""
+"""CAN frames to poses, without I/O: frames are packed here by hand from the table in docs/navigation/canopen.md."""
 
 import itertools
 import math

@@ -62,6 +62,33 @@ def test_flat_front_is_not_taken_for_a_round_one() -> None:
     assert abs(error[:, 1].mean()) < 0.5
 
 
+def strip_image(range_m: float, length: float, axis: float) -> tuple[Floats32, Floats, list[tuple[int, int, int, int]]]:
+    """A strip 0.6 m wide about (range, 0), half `length` long: image, bearings, runs of its cells."""
+    bearings = np.radians(np.linspace(-20.0, 20.0, 161))
+    ranges = 10.0 + 0.1 * np.arange(400)
+    x = ranges * np.cos(bearings)[:, None] - range_m
+    y = ranges * np.sin(bearings)[:, None]
+    along, beside = x * np.cos(axis) + y * np.sin(axis), y * np.cos(axis) - x * np.sin(axis)
+    inside = (np.abs(along) <= length) & (np.abs(beside) <= 0.3)
+    image = np.where(inside, 8.0, 1.0).astype(np.float32)
+    runs = [
+        (beam, int(np.flatnonzero(row)[0]), int(np.flatnonzero(row)[-1]) + 1, 1)
+        for beam, row in enumerate(inside)
+        if row.any()
+    ]
+    return image, bearings, runs
+
+
+@pytest.mark.parametrize("axis_deg", [0.0, 30.0, 45.0, -60.0, 90.0])
+def test_length_width_and_direction_of_a_strip(axis_deg: float) -> None:
+    image, bearings, runs = strip_image(30.0, 5.0, np.radians(axis_deg))
+    found = measured(image, runs, bearings)
+    assert found.half_length_m == pytest.approx(5.0, abs=0.45)
+    assert found.half_width_m < 0.75
+    off = (np.degrees(found.axis_rad) - axis_deg + 90.0) % 180.0 - 90.0
+    assert abs(off) < 4.0
+
+
 def measured(image: Floats32, runs: list[tuple[int, int, int, int]], bearings: Floats) -> Detection:
     fan = Fan(bearings, np.full(len(bearings), 0.02), image.shape[1], 10.0, 0.1)
     recorded = Recorded((10.0 * image).astype(np.uint16), np.arange(image.shape[1]), 1)

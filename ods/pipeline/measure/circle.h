@@ -10,6 +10,7 @@
 
 #include "ods/pipeline/measure/depth.h"
 #include "ods/pipeline/measure/enclosing_circle.h"
+#include "ods/pipeline/measure/outline.h"
 
 /* Standard deviation of a Gaussian directivity in units of its -3 dB width (full width at half intensity). */
 #define SIGMA_OF_WIDTH (1.0 / 2.3548)
@@ -188,9 +189,9 @@ static inline EnclosingCircle around(const Region *region, Ends ends, const doub
     return smallest_circle_of(points, 4 * region->count);
 }
 
-/* Returns the circle of an echo, and fills in what it shows of the body's shape. */
+/* Returns the circle of an echo, and fills in its outline and what it shows of the body's shape. */
 static inline Circle circle_of(const Region *region, Ends ends, const Depth *depth, Crest crest, const FanTable *fan,
-                               Shape *shape)
+                               Outline *outline, Shape *shape)
 {
     const double long_m = depth->far_m - depth->near_m, middle_m = 0.5 * (depth->near_m + depth->far_m);
     const Width width = width_of(crest.beam, region->low, region->high, fan);
@@ -199,6 +200,7 @@ static inline Circle circle_of(const Region *region, Ends ends, const Depth *dep
     const double across = resolved ? wide : smaller(WIDEST_FRONT * long_m / larger(fan->dr_m, middle_m), wide);
     const EnclosingCircle found = around(region, ends, fan->borders_rad, centre, across);
     const double blur_m = width.blur * middle_m, wide_m = wide * middle_m;
+    *outline = outline_of(region, ends, fan->borders_rad, centre, across);
     const double whole = depth->whole * as_deep_as_wide(long_m, wide_m, blur_m, resolved);
     double roundness = 1.0, radius = found.radius;
     if (resolved)

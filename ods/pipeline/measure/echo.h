@@ -16,10 +16,11 @@ typedef struct {
     bool cut;
     double onset;
     double front; /* fronts/judge.py fills it in */
+    double half_length_m, half_width_m, axis_rad;
 } Echo;
 
 /* What a signature calls it. */
-#define ECHO "r152"
-_Static_assert(sizeof(Echo) == 152, "ECHO");
+#define ECHO "r176"
+_Static_assert(sizeof(Echo) == 176, "ECHO");
 
 #endif

@@ -79,12 +79,15 @@ static Doubt measure_one(const Region *region, Speckle speckle, const FanTable *
     const Depth depth = depth_of(region, ends, speckle.background, echo->mean, fan);
     const Crest crest = {beam, echo->peak, contrast_of(region, echo->peak * speckle.background)};
     Shape shape;
-    const Circle circle = circle_of(region, ends, &depth, crest, fan, &shape);
+    Outline outline;
+    const Circle circle = circle_of(region, ends, &depth, crest, fan, &outline, &shape);
     echo->range_extent_m = (double)(region->stop - region->first) * fan->dr_m; /* as it was detected */
     echo->bearing_extent_rad = fan->borders_rad[region->high + 1] - fan->borders_rad[region->low];
     echo->near_m = depth.near_m;
     echo->range_m = circle.range_m, echo->bearing_rad = circle.bearing_rad, echo->radius_m = circle.radius_m;
     echo->elevation_rad = fan->elevation_rad;
+    echo->half_length_m = outline.half_length_m, echo->half_width_m = outline.half_width_m;
+    echo->axis_rad = outline.axis_rad;
     find_features(echo, &depth, &shape, speckle.point * fan->dr_m, fan->dr_m, features);
     return (Doubt){depth.hidden_m, shape.beside_m, shape.behind_m, shape.whole};
 }
@@ -121,7 +124,7 @@ static double sum_of(const Echo *echo)
 {
     return echo->range_m + echo->bearing_rad + echo->radius_m + echo->peak + echo->mean + echo->snr_db
            + echo->sigma_range_m + echo->sigma_bearing_rad + echo->sigma_radius_m + echo->amplitude + echo->near_m
-           + echo->sigma_near_m + echo->onset;
+           + echo->sigma_near_m + echo->onset + echo->half_length_m + echo->half_width_m + echo->axis_rad;
 }
 
 /* Fills echoes with those of the regions, which are numbered from 1, and features with what tells how well their

@@ -38,12 +38,15 @@ ECHO = np.dtype(
         ("cut", np.bool_),
         ("onset", np.float64),
         ("front", np.float64),
+        ("half_length_m", np.float64),
+        ("half_width_m", np.float64),
+        ("axis_rad", np.float64),
     ],
     align=True,
 )
 """One echo: the fields of `ods.messages.Detection`, in its order, but for the last ones, of range images only."""
 
-ROW = Struct("6dq9d?7x2d")
+ROW = Struct("6dq9d?7x5d")
 """The same, as bytes are unpacked by: three times as fast as `tolist`."""
 
 EchoTable = NDArray[np.void]

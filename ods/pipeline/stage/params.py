@@ -25,30 +25,31 @@ class MeanRangeParams(Settings, frozen=True):
     """equalize.mean_range: bring the mean at each range to 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Range samples that count as the surroundings. What is longer than half of it, across the fan, is levelled."""
+    """Length of the surroundings, range samples. A structure across the fan longer than half of it is levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
     side_lobe_db: Annotated[Positive, slider(10.0, 60.0, step=1.0, unit="dB")] = 30.0
-    """How far under a strong echo its mirror images in other beams stay: a range's level is at least this far under its
-    strongest sample. As that is a crest of the speckle, take 5 dB more than the beams' side lobes are down."""
+    """The level of a range is at least this far below its strongest sample, dB, which suppresses the side lobes of a
+    strong echo in other beams. As that sample is a crest of the speckle, use 5 dB more than the side-lobe suppression
+    of the beams."""
 
 
 class MedianRangeParams(Settings, frozen=True):
     """equalize.median_range: bring the median at each range to that of speckle of mean 1."""
 
     window: Annotated[PositiveInt, slider(10, 400, step=2, unit="samples")] = 160
-    """Range samples that count as the surroundings."""
+    """Length of the surroundings, range samples."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.25
     """Highest level of a range, in multiples of its surroundings' level, that is levelled in full."""
 
 
 class LocalParams(Settings, frozen=True):
-    """equalize.local: bring the mean around each place to 1."""
+    """equalize.local: bring the mean around each cell to 1."""
 
     beam_blocks: Annotated[PositiveInt, slider(1, 32)] = 8
-    """Blocks that the beams are parted into."""
+    """Number of blocks that the beams are divided into."""
     range_blocks: Annotated[PositiveInt, slider(1, 64)] = 16
-    """Blocks that the range is parted into; what is longer than two of them is levelled."""
+    """Number of blocks that the range is divided into; a structure longer than two of them is levelled."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 3.0, step=0.05)] = 1.2
     """Factor up to which a block's level may differ from its surroundings' and is levelled in full."""
 
@@ -74,8 +75,8 @@ class FirParams(Settings, frozen=True):
     beams: Annotated[OddInt, slider(1, 15, unit="beams")] = 1
     """Taps across the beams; 1: along the range only."""
     round_beams: Annotated[float, msgspec.Meta(ge=0.0, le=3.0), slider(0.0, 3.0, step=0.05, unit="beams")] = 0.0
-    """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but over no more
-    than this standard deviation, beams. Nothing where beams are far apart, the speckle of fine beams otherwise."""
+    """With beams = 1: smooth across the beams over the same distance, at half range, as along them, but with at most
+    this standard deviation, beams. No effect on widely spaced beams; smooths the speckle of fine ones."""
     beam_cutoff: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.4
     """-6 dB point across the beams, as a fraction of half a cycle a beam."""
 
@@ -90,7 +91,7 @@ class GaussianParams(Settings, frozen=True):
 
 
 class WienerParams(Settings, frozen=True):
-    """filter.wiener: adaptive smoothing over range samples, strong where only noise is."""
+    """filter.wiener: adaptive smoothing over range samples, strong where there is only noise."""
 
     window: Annotated[OddInt, slider(1, 41, unit="samples")] = 9
     """Range samples."""
@@ -115,17 +116,17 @@ class IirParams(Settings, frozen=True):
 
 
 class MinObjectParams(Settings, frozen=True):
-    """filter.min_object: suppress what is smaller than an object, by grey opening."""
+    """filter.min_object: suppress structures smaller than an object, by grey opening."""
 
     size_m: Annotated[float, msgspec.Meta(gt=0.0, le=50.0), slider(0.05, 10.0, log=True, unit="m")] = 0.5
-    """Smallest object that stays, in range and across, m."""
+    """Smallest object that is kept, in range and across, m."""
 
 
 class BeamGainParams(Settings, frozen=True):
-    """equalize.beam_gain: bring the beams to one level."""
+    """equalize.beam_gain: equalize beams of different gain."""
 
     limit: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 100.0, log=True)] = 30.0
-    """Factor by which a beam is raised or lowered at most."""
+    """Largest factor by which a beam is raised or lowered."""
 
 
 class PingIirParams(Settings, frozen=True):
@@ -134,7 +135,7 @@ class PingIirParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.02, 1.0, step=0.02)] = 0.4
     """Weight of the newest ping."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause it starts anew, s."""
+    """After a longer pause earlier pings are discarded, s."""
 
 
 class PingMedianParams(Settings, frozen=True):
@@ -143,7 +144,7 @@ class PingMedianParams(Settings, frozen=True):
     pings: Literal[3, 5, 7] = 3
     """Pings, the newest one included."""
     longest_gap_s: Annotated[Positive, slider(0.2, 20.0, log=True, unit="s")] = 2.0
-    """After a longer pause it starts anew, s."""
+    """After a longer pause earlier pings are discarded, s."""
 
 
 class BackgroundParams(Settings, frozen=True):
@@ -152,58 +153,59 @@ class BackgroundParams(Settings, frozen=True):
     weight: Annotated[float, msgspec.Meta(gt=0.0, le=1.0), slider(0.002, 1.0, log=True)] = 0.02
     """Weight of the newest ping in the mean."""
     guard: Annotated[float, msgspec.Meta(ge=1.0), slider(1.0, 5.0, step=0.1)] = 1.5
-    """Factor up to which a cell's mean may differ from that of its range, and is levelled in full."""
+    """Factor up to which a cell's mean may differ from that of its range and is levelled in full."""
     longest_gap_s: Annotated[Positive, slider(0.5, 60.0, log=True, unit="s")] = 10.0
-    """After a longer pause it starts anew, s."""
+    """After a longer pause earlier pings are discarded, s."""
 
 
 class GroupParams(Settings, frozen=True):
-    """How cells are put together to regions, and which regions count."""
+    """How cells are connected to regions, and which regions count."""
 
     connectivity: Literal[4, 8] = 8
-    """8: cells that touch by a corner belong together; 4: they have to share a side."""
+    """8: cells that touch at a corner are connected; 4: they must share a side."""
     min_cells: Annotated[PositiveInt, slider(1, 60, unit="cells")] = 4
     """Regions of fewer cells (beams x range samples) are dropped."""
     max_cells: Annotated[NonNegativeInt, slider(0, 20_000, step=10, log=True, unit="cells")] = 0
-    """Regions of more cells are dropped; 0: however large, it stays."""
+    """Regions of more cells are dropped; 0: no limit."""
     min_extent_m: Annotated[NonNegative, slider(0.0, 5.0, step=0.05, unit="m")] = 0.0
     """Regions smaller than this, in range and across, m, are dropped."""
     max_extent_m: Annotated[NonNegative, slider(0.0, 50.0, step=0.5, unit="m")] = 0.0
-    """Regions larger than this, in range or across, m, are dropped; 0: however large, it stays."""
+    """Regions larger than this, in range or across, m, are dropped; 0: no limit."""
     strongest: Annotated[Fraction, slider(0.01, 1.0, step=0.01)] = 1.0
-    """Regions must have one of this share of the ping's recorded samples, the strongest ones: equalization lifts what
-    is nearly silent, and noise there is no echo. 1: none is dropped for that."""
+    """A region must contain one of this share of the ping's recorded samples, the strongest ones, as equalization
+    raises nearly silent parts, where noise is no echo. 1: off."""
     border: Annotated[float, msgspec.Meta(ge=1.0, le=10.0), slider(1.0, 4.0, step=0.05)] = 1.0
-    """How many times as high over the background an echo has to reach that lies within 2 beams or 4 range samples of
-    the image's border: filters mirror the image there, which doubles the power of its noise. 1: like all others."""
+    """Factor on the height over the background that an echo within 2 beams or 4 range samples of the image's border
+    must reach: filters mirror the image there, which doubles the power of its noise. 1: off."""
     split_db: Annotated[NonNegative, slider(0.0, 12.0, step=0.25, unit="dB")] = 0.0
-    """Regions are split where a valley this deep under their crest, dB, parts them; 0: never."""
+    """A region is split where a valley this deep below its crest, dB, divides it; 0: never."""
 
 
 class TwoLevelParams(GroupParams, frozen=True):
-    """detect.two_level: the high level says that an object exists, the low level how far it extends."""
+    """detect.two_level: the high level decides that an object exists, the low level how far it extends."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
     """noise: levels are background + value * noise; background: levels are value * background; both are measured on
     each image: the background is its median, the noise the distance from there to its 84 % quantile. absolute: levels
-    of the filtered image. false_alarm: the high level is the one that `rate` tells, the low one as with noise."""
+    of the filtered image. false_alarm: the high level follows from `rate`, the low one as with noise."""
     high: Annotated[Positive, slider(2.0, 20.0, step=0.1)] = 6.0
-    """A region needs a cell above this level; of images of 120,000 cells of filtered speckle one in fifty has one."""
+    """A region must contain a cell above this level. With the default one in fifty images of 120,000 cells of filtered
+    speckle has such a cell."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
-    """Cells above this level belong to it."""
+    """Connected cells above this level belong to the region."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """Wanted share of the cells without echoes above the high level, when levels = "false_alarm"."""
+    """False-alarm rate for levels = "false_alarm": wanted share of the cells without echoes above the high level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
-    """With levels = "noise": how far levels rise in regions where the crests of the background reach higher than those
-    of speckle do, as over a rough sea-bed. 1: until echoes without an object are as rare there; 0.6: three fifths of
-    the way there in dB; 0: one pair of levels for the whole image."""
+    """With levels = "noise": share of the threshold rise, in dB, that is applied where the crests of the background are
+    higher than those of speckle, as over a rough sea-bed. 1: false echoes are as rare there as in speckle; 0: one pair
+    of levels for the whole image."""
     faint: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.3
-    """The same for faint echoes, which only the tracker gets: objects have to be found over a rough sea-bed, too, and
-    it has many pings to tell them from the bottom. With `follow` or more there are none."""
+    """The same for weak detections, which only the tracker uses: it has many pings to distinguish objects from a rough
+    sea-bed. With `follow` or more there are none."""
     fronts: bool = True
-    """Over a rough bed all echoes tell how likely they set in as a body does, and faint ones are all that reach the
-    levels of speckle and may do so, whatever `faint` says; where the sonar's beams are such that bodies are known by
-    it."""
+    """Over a rough sea-bed a network judges the leading edge of each echo, and weak detections are all echoes that
+    reach the levels of speckle and may have an object's leading edge, whatever `faint` is. For sonars with beams that
+    the network was trained on."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
@@ -214,11 +216,11 @@ class OneLevelParams(GroupParams, frozen=True):
     """detect.one_level: cells above one level; for comparison with detect.two_level."""
 
     levels: Literal["noise", "background", "absolute", "false_alarm"] = "noise"
-    """What `level` is given in, as in detect.two_level."""
+    """Unit of `level`, as in detect.two_level."""
     level: Annotated[Positive, slider(1.0, 20.0, step=0.1)] = 5.0
     """Cells above this level are echoes."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """Wanted share of the cells without echoes above the level, when levels = "false_alarm"."""
+    """False-alarm rate for levels = "false_alarm": wanted share of the cells without echoes above the level."""
     follow: Annotated[Fraction, slider(0.0, 1.0, step=0.05)] = 0.6
     """As in detect.two_level."""
 
@@ -229,14 +231,14 @@ class CfarParams(GroupParams, frozen=True):
     method: Literal["ca", "goca", "soca", "os"] = "ca"
     """Level of the surroundings: mean of both sides, the greater or the smaller side's mean, or an order statistic."""
     guard: Annotated[PositiveInt, slider(1, 120, unit="samples")] = 24
-    """Range samples on each side of a cell that do not count, as the object itself may fill them."""
+    """Range samples on each side of a cell that are ignored, as the object itself may fill them."""
     train: Annotated[PositiveInt, slider(1, 200, unit="samples")] = 48
-    """Range samples beyond them, on each side, that do."""
+    """Range samples beyond these, on each side, that are the surroundings."""
     rank: Annotated[float, msgspec.Meta(gt=0.0, lt=1.0), slider(0.05, 0.95, step=0.05)] = 0.75
-    """os: quantile of the surroundings that is taken."""
+    """os: quantile of the surroundings that is used."""
     rate: Annotated[float, msgspec.Meta(ge=1e-9, le=0.01), slider(1e-9, 0.01, log=True)] = 1e-6
-    """Wanted share of the cells without echoes above the high level; the level is measured on each image, not derived
-    from a distribution that speckle is supposed to have."""
+    """False-alarm rate: wanted share of the cells without echoes above the high level. The level is measured on each
+    image, not derived from an assumed distribution of speckle."""
     low: Annotated[Positive, slider(0.5, 10.0, step=0.1)] = 2.5
     """Cells above this multiple of the noise, in the image divided by the surroundings, belong to an echo."""
 
@@ -260,11 +262,11 @@ BUILT_IN: Mapping[str, type[Settings]] = {
     "detect.one_level": OneLevelParams,
     "detect.cfar": CfarParams,
 }
-"""Parameters of every stage that comes with ODS."""
+"""Parameters of every built-in stage."""
 
 
 STAGES = PluginGroup("pipeline.plugins", "ods.stages")
-"""Where stages of the user's own are named."""
+"""Where the user's own stages are named."""
 
 
 class StageError(OdsError, ValueError):

@@ -22,8 +22,11 @@ class TcpAddress(NamedTuple):
 
 
 def tcp_address(port: str) -> TcpAddress | None:
-    """Return the address that a `port` setting names, None when it is a device path. Raises ValueError, one line."""
-    if "://" not in port:
+    """Return the address that a `port` setting names, None when it is a device path, or one of UDP.
+
+    Raises ValueError, one line.
+    """
+    if "://" not in port or urlsplit(port).scheme == "udp":
         return None
     example = 'such as "tcp://192.168.0.5:7000"'
     url = urlsplit(port)

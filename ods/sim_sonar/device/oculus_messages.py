@@ -1,6 +1,7 @@
 """Messages of the Blueprint Oculus as the sonar itself writes and reads them, by packed record types.
 
-Written from the layouts in docs/oculus.md, not from `ods.sonar_link.oculus`: the bench would show a mistake there.
+Written from the layouts in docs/oculus/messages.md, not from `ods.sonar_link.oculus`, so that the bench shows a
+mistake there.
 """
 
 from typing import Any, NamedTuple

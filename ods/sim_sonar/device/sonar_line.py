@@ -5,8 +5,10 @@ from pathlib import Path
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
+from ods.sim_sonar.device.multicast_line import MulticastLine
 from ods.sim_sonar.device.norbit import NorbitEnd
 from ods.sim_sonar.device.oculus import OculusEnd
+from ods.sim_sonar.device.ping360 import Ping360End
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
 from ods.sim_sonar.device.serial_line import SerialLine
@@ -25,9 +27,17 @@ SERIAL_PORT = "seabat"
 
 def port_of(sim: SimSettings, run_dir: Path) -> str:
     """Return `sonar.port` for the on-board side."""
+    if sim.sonar_line in ("serial", "ping360"):
+        return str(run_dir / SERIAL_PORT)
     if sim.sonar_line == "sonar3d15":
         return f"udp://{GROUP}:{sim.sonar_udp_port}"
-    return str(run_dir / SERIAL_PORT) if sim.sonar_line == "serial" else f"tcp://{HOST}:{sim.sonar_tcp_port}"
+    scheme, port = ("udp", sim.sonar_udp_port) if sim.sonar_line == "ping360_udp" else ("tcp", sim.sonar_tcp_port)
+    return f"{scheme}://{HOST}:{port}"
+
+
+def has_numbers(sim: SimSettings) -> bool:
+    """Tell whether the sonar numbers its pings."""
+    return sim.sonar_line not in ("ping360", "ping360_udp")
 
 
 def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple[FarEnd, Line]:
@@ -40,9 +50,14 @@ def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple
         return NorbitEnd(images, plain, TcpLine(sim.sonar_command_port)), plain
     if sim.sonar_line == "sonar3d15":
         try:
-            return Sonar3d15End(images), UdpLine(GROUP, sim.sonar_udp_port)
+            return Sonar3d15End(images), MulticastLine(GROUP, sim.sonar_udp_port)
         except ValueError as error:
             raise OdsError(f"{sim.scene}: {error}") from error
+    if sim.sonar_line in ("ping360", "ping360_udp"):
+        scanned: Line = (
+            SerialLine(run_dir / SERIAL_PORT) if sim.sonar_line == "ping360" else UdpLine(sim.sonar_udp_port)
+        )
+        return Ping360End(images, scanned), scanned
     refuse_beyond_s7k(sim.scene, images.scene, sim.sonar, images.sonar)
     line: Line = FramedTcpLine(sim.sonar_tcp_port) if sim.sonar_line == "tcp" else SerialLine(run_dir / SERIAL_PORT)
     return SeaBatEnd(images, line), line

@@ -1,5 +1,6 @@
 """A scene: what is where at any time, from config/scenes/NAME.toml."""
 
+import copy
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -86,6 +87,12 @@ class Scene:
         """Return the poses of the sonar's head at times (...)."""
         vehicle = self.pose_at(t_s)
         return vehicle if self._mounting.is_none else VehiclePose(*self._mounting.heads(*vehicle))
+
+    def with_head_turned(self, angle_rad: float) -> "Scene":
+        """Return the same scene with the sonar's head turned to its starboard, as one that is scanned is."""
+        other = copy.copy(self)
+        other._mounting = self._mounting.with_head_turned(angle_rad)
+        return other
 
     def vehicle_at(self, t_s: float) -> VehicleState:
         """Return the vehicle's state at scene time `t_s`."""

@@ -9,4 +9,4 @@ class RecordingsSettings(Settings, frozen=True):
     """Files of recorded sonar images."""
 
     plugins: tuple[Path, ...] = ()
-    """Python files, or modules by name, that register decoders of the user's own."""
+    """Python files, or modules by name, that register the user's own decoders."""

@@ -1,4 +1,4 @@
-"""What a Norbit is told to do: the [sonar.norbit] table."""
+"""Settings of a Norbit: the [sonar.norbit] table."""
 
 from typing import Annotated, Literal
 
@@ -10,11 +10,12 @@ from ods.sonar_link.norbit.packets import COMMAND_PORT, FORWARD
 
 LONGEST_RANGE_M = 600.0
 PROBE = -1.0
-"""As a sound speed: that of the probe at the sonar."""
+"""Sound speed that stands for the probe at the sonar."""
 
 
 class NorbitSettings(Settings, frozen=True):
-    """The commands sent after each connection, in the order of the maker's document; nothing else changes the sonar."""
+    """The commands sent after each connection, in the order of the maker's document. Nothing else changes the sonar's
+    settings."""
 
     command_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = COMMAND_PORT
     """TCP port of the commands, at the address of sonar.port; 0: none is sent, another program sets the sonar."""
@@ -23,28 +24,28 @@ class NorbitSettings(Settings, frozen=True):
     opening_deg: Annotated[float, msgspec.Meta(ge=1.0, le=360.0)] = 140.0
     """Opening of the fan, degrees."""
     beams: Literal[64, 128, 256, 512] = 512
-    """Beams an image."""
+    """Number of beams in an image."""
     samples: Annotated[int, msgspec.Meta(ge=64, le=2048)] = 1000
-    """Samples a beam, about: the sonar takes every so many-th of its own, some 1 cm apart."""
+    """Approximate number of samples in a beam: the sonar sends every n-th of its own, which are about 1 cm apart."""
     frequency_khz: Annotated[float, msgspec.Meta(ge=80.0, le=1000.0), unit("kHz")] = 400.0
-    """Carrier, kHz."""
+    """Carrier frequency, kHz."""
     bandwidth_khz: Annotated[float, msgspec.Meta(ge=0.0, le=80.0), unit("kHz")] = 80.0
-    """Of the chirp, kHz."""
+    """Bandwidth of the chirp, kHz."""
     amplitude: Annotated[int, msgspec.Meta(ge=0, le=15)] = 15
-    """Of the transmission, in the sonar's own steps; 0: none."""
+    """Amplitude of the transmission, in the sonar's own steps; 0: none."""
     pulse_us: Annotated[float, msgspec.Meta(ge=10.0, le=819.0), unit("us")] = 500.0
     """Length of the chirp, us."""
     gain_ramp_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 50.0
-    """Rise of the receiver's gain, dB in 100 m; 0: the same gain at all ranges, `gain_db`."""
+    """Rise of the receiver's gain, dB per 100 m; 0: the same gain at all ranges, `gain_db`."""
     gain_db: Annotated[float, msgspec.Meta(ge=0.0, le=100.0), unit("dB")] = 0.0
-    """Receiver gain, dB, where `gain_ramp_db` is 0."""
+    """Receiver gain, dB, if `gain_ramp_db` is 0."""
     ping_rate_hz: Annotated[float, msgspec.Meta(ge=0.1, le=60.0)] = 10.0
-    """Highest rate of pings and images, a second; a long range makes it slower."""
+    """Highest rate of pings and images, 1/s; a long range reduces it."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | Literal["probe"] | None = None
-    """Sound speed, m/s; "probe": that of the probe at the sonar; left out: as the sonar is set."""
+    """Sound speed, m/s; "probe": that of the probe at the sonar; left out: not changed."""
 
     def commands(self) -> list[Command]:
-        """Return what the sonar is told, in this order; pinging last."""
+        """Return the commands in the order of sending; pinging last."""
         speed = PROBE if self.sound_speed == "probe" else self.sound_speed
         sound = [] if speed is None else [Command("sound_velocity", (float(speed),))]
         return [

@@ -1,4 +1,4 @@
-"""What an Oculus is told to do: the [sonar.oculus] table."""
+"""Settings of an Oculus: the [sonar.oculus] table."""
 
 from typing import Annotated, Literal
 
@@ -11,44 +11,44 @@ MODES = {"low": 1, "high": 2}
 
 
 class OculusSettings(Settings, frozen=True):
-    """The fire message, and where the status is listened to. Nothing else changes the sonar's settings."""
+    """The fire message, and the port of the status. Nothing else changes the sonar's settings."""
 
     mode: Literal["low", "high"] = "low"
     """Low frequency, wide and far; or high frequency, narrow and fine."""
     range_m: Annotated[float, msgspec.Meta(ge=0.1, le=500.0)] = 40.0
-    """Range, m; what a model cannot do it limits by itself, and the health report tells."""
+    """Range, m; a model limits it to what it can do, which the health report states."""
     gain_percent: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 50.0
     """Receiver gain, percent."""
     gain_assist: bool = False
     """Let the sonar adapt its gain to the echoes. Levels then change from ping to ping."""
     gamma: Annotated[int, msgspec.Meta(ge=1, le=255)] = 127
-    """Samples are sent as amplitudes to the power gamma / 255, and made linear here: 127 gives weak echoes finer steps,
-    255 sends them linear."""
+    """Samples are sent as amplitudes to the power gamma / 255, and made linear on reception: 127 gives weak echoes
+    finer steps, 255 sends linear samples."""
     sound_speed: Annotated[float, msgspec.Meta(ge=1300.0, le=1700.0), unit("m/s")] | None = None
     """Sound speed, m/s; left out: the sonar computes it from its temperature and `salinity_ppt`."""
     salinity_ppt: Annotated[float, msgspec.Meta(ge=0.0, le=50.0)] = 35.0
     """Salinity, parts per thousand: 35 in the open sea, 0 in fresh water."""
     ping_rate_hz: Literal[2, 5, 10, 15, 40] = 10
-    """Highest rate, pings a second; a long range makes it slower."""
+    """Highest ping rate, 1/s; a long range reduces it."""
     beams: Literal[256, 512] = 512
-    """Beams an image."""
+    """Number of beams in an image."""
     sample_bits: Literal[8, 16, 32] = 8
-    """Bits a sample."""
+    """Number of bits in a sample."""
     network_mbps: Annotated[int, msgspec.Meta(ge=1, le=255)] = 255
     """Highest rate on the network, Mbit/s; 255: that of the link."""
     message_version: Literal[1, 2] = 2
-    """Of the fire message; 32-bit samples need 2, old firmware may know 1 only."""
+    """Version of the fire message; 32-bit samples need 2, old firmware may support 1 only."""
     status_port: Annotated[int, msgspec.Meta(ge=0, le=65535)] = STATUS_PORT
-    """UDP port where the sonar's status is listened to; 0: not at all."""
+    """UDP port at which the sonar's status is received; 0: it is not."""
     settle_s: Seconds = 10.0
-    """Time for settings to show in the pings before the health report says that they do not, s."""
+    """Time for settings to appear in the pings before a difference is reported as a problem, s."""
 
     def __post_init__(self) -> None:
         if self.sample_bits == 32 and self.message_version != SECOND_VERSION:
             raise ValueError("message_version: 32-bit samples need version 2")
 
     def fire(self) -> Fire:
-        """Return what the sonar is told."""
+        """Return the fire message."""
         flags = Flags.RANGE_IN_METRES | Flags.SIMPLE_RESULT
         flags |= Flags.BEAMS_512 if self.beams == 512 else Flags(0)
         flags |= Flags.SIXTEEN_BIT if self.sample_bits > 8 else Flags(0)

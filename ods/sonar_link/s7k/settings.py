@@ -6,8 +6,8 @@ from ods.base.settings import Settings
 
 
 class S7kSettings(Settings, frozen=True):
-    """What only a sonar of the RESON 7k Data Format has."""
+    """Settings of sonars with the RESON 7k Data Format only."""
 
     samples_record: Literal[7042, 7018] = 7042
-    """The record of the samples that is asked for over tcp://, beside 7000 and 7004; a serial line sends what it is
-    set to, and both are read from it."""
+    """Record of the samples that is subscribed to over tcp://, beside 7000 and 7004. A serial line sends what the sonar
+    is set to, and both are read."""

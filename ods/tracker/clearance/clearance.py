@@ -55,7 +55,7 @@ class ClearanceKeeper:
         echoes = [echo for echo in shown.detections if _is_sound(echo)]
         mask = fan_mask(sector, shown.processed_ranges_m, shown.unseen, echoes, turn)
         if mask is not None:
-            self._grid.look(shown.t_ns / NS, mask, head)
+            self._grid.look(shown.t_ns / NS, mask, head, swept=shown.turn_s > 0.0)
 
     def _turn_until_heard(self, head: Head, shown: Detections) -> float:
         """Return by how much the head turns until the farthest echo is back, rad; infinite if that is not known."""

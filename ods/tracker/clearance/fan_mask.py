@@ -8,6 +8,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.messages import Detection, Sector, UnseenPart
+from ods.tracker.measurement.scan import NOT_SWEPT
 
 BEARINGS, RANGES = 128, 128
 SIGMAS = 2.0
@@ -53,7 +54,9 @@ def fan_mask(
     for near, far in processed_ranges_m or [(borders[2], borders[3])]:
         empty[:, _within(near, far, borders[2], borders[3], RANGES)] = True
     for part in unseen:
-        bearings = _touched(part.bearing_min_rad, part.bearing_max_rad, borders[0], borders[1], BEARINGS)
+        # what was not swept is shown by the next ping: between the two no column is to be left that neither shows
+        of_part = _middles_in if part.why == NOT_SWEPT else _touched
+        bearings = of_part(part.bearing_min_rad, part.bearing_max_rad, borders[0], borders[1], BEARINGS)
         empty[bearings, _touched(part.range_min_m, part.range_max_m, borders[2], borders[3], RANGES)] = False
     for echo in echoes:
         near, far, half = extent_of(echo)
@@ -84,6 +87,14 @@ def _touched(low: float, high: float, first: float, last: float, count: int) -> 
         return slice(0, count)
     per = count / (last - first)
     return slice(_bounded(math.floor((low - first) * per), count), _bounded(math.ceil((high - first) * per), count))
+
+
+def _middles_in(low: float, high: float, first: float, last: float, count: int) -> slice:
+    """Return the cells of [first, last] whose middles are in [low, high]; all for what is no number."""
+    if not math.isfinite(low + high):
+        return slice(0, count)
+    per = count / (last - first)
+    return slice(_bounded(round((low - first) * per), count), _bounded(round((high - first) * per), count))
 
 
 def _within(low: float, high: float, first: float, last: float, count: int) -> slice:

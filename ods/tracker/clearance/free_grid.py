@@ -43,6 +43,12 @@ class FreeGrid:
         self.cell_m = ROOM * range_m / REACH
         self._settings = settings
         self._free_until = np.full((SIDE, SIDE), NEVER)
+        self._seen_s = np.full((SIDE, SIDE), NEVER)
+        """When a mechanically scanned head saw each cell to be empty, until when nothing can be there from above or
+        below since then,"""
+        self._above_s = np.full((SIDE, SIDE), NEVER)
+        self._looks_s: list[float] = []
+        """and when it looked at its newest three parts."""
         self._middle: tuple[int, int] | None = None
         self._down = 0.0
 
@@ -62,19 +68,28 @@ class FreeGrid:
         north, east = (math.floor(float(p) / self.cell_m) for p in place[:2])
         if self._middle is not None:
             self._scroll(north - self._middle[0], east - self._middle[1])
-            self._free_until -= abs(float(place[2]) - self._down) / self._settings.fastest_vertical_m_s
+            sooner_s = abs(float(place[2]) - self._down) / self._settings.fastest_vertical_m_s
+            self._free_until -= sooner_s
+            self._above_s -= sooner_s
         self._middle, self._down = (north, east), float(place[2])
 
     def _scroll(self, north: int, east: int) -> None:
         for axis, steps in enumerate((north, east)):
             if not steps:
                 continue
-            self._free_until = np.roll(self._free_until, -steps, axis)
             fresh = slice(max(0, SIDE - steps), SIDE) if steps > 0 else slice(0, min(SIDE, -steps))
-            self._free_until[(slice(None),) * axis + (fresh,)] = NEVER
+            grids = self._free_until, self._seen_s, self._above_s
+            self._free_until, self._seen_s, self._above_s = (np.roll(each, -steps, axis) for each in grids)
+            for each in (self._free_until, self._seen_s, self._above_s):
+                each[(slice(None),) * axis + (fresh,)] = NEVER
 
-    def look(self, t_s: float, mask: FanMask, head: Head) -> None:
-        """Take in what a ping at `t_s` showed."""
+    def look(self, t_s: float, mask: FanMask, head: Head, *, swept: bool = False) -> None:
+        """Take in what a ping at `t_s` showed.
+
+        swept: of a mechanically scanned sonar, which shows its sector part after part. What comes into a part comes by
+        way of water that is not known, or not any more: not of the part before it, as the head turned on from there
+        faster than anything could follow it.
+        """
         if self._middle is None:
             return
         rows, columns = self._around(mask.sector, head)
@@ -83,7 +98,7 @@ class FreeGrid:
         range_m = np.hypot(across, down)
         empty, heard = mask.at(np.arctan2(starboard, forward), range_m)
         room = range_m * math.sin(mask.sector.half_vertical_rad) - np.abs(down) - self._settings.half_height_m
-        self._keep(t_s, (rows, columns), LayerSeen(empty, heard, room))
+        self._keep(t_s, (rows, columns), LayerSeen(empty, heard, room), swept=swept)
 
     def look_through(self, t_s: float, sector: Sector, looked: Looked, head: Head, turn_rad: float) -> None:
         """Take in what a range image at `t_s` showed; turn_rad: see `layer_seen`."""
@@ -93,14 +108,32 @@ class FreeGrid:
         places, half_m = self._in_head(*cells, head), self._settings.half_height_m
         self._keep(t_s, cells, layer_seen(sector, looked, places, half_m, self.cell_m, turn_rad))
 
-    def _keep(self, t_s: float, cells: tuple[slice, slice], seen: LayerSeen) -> None:
+    def _keep(self, t_s: float, cells: tuple[slice, slice], seen: LayerSeen, *, swept: bool = False) -> None:
         empty, heard, room = seen
-        away = _cells_from_others(empty & (room >= 0.0))
+        clear, since_s, above_s = empty & (room >= 0.0), t_s, t_s + room / self._settings.fastest_vertical_m_s
+        if swept:
+            clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
+        away = _cells_from_others(clear)
         hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
-        hold_s = np.minimum(hold_m / self._settings.fastest_m_s, room / self._settings.fastest_vertical_m_s)
+        hold_until = np.minimum(since_s + hold_m / self._settings.fastest_m_s, above_s)
         until = self._free_until[cells]
-        np.copyto(until, np.maximum(until, t_s + hold_s), where=away >= 2.0)
+        np.copyto(until, np.maximum(until, hold_until), where=away >= 2.0)
         until[heard] = NEVER
+
+    def _with_parts_before(
+        self, t_s: float, place: tuple[slice, slice], clear: Mask, heard: Mask, above_s: Floats
+    ) -> tuple[Mask, float, Floats]:
+        """Return which cells are known to be empty by all parts so far, since when at the least nothing but what is
+        not known can have moved in, and until when nothing can have come from above or below."""
+        if clear.any() or heard.any():
+            self._looks_s = [*self._looks_s, t_s][-3:]
+        seen_s, until, vertical_s = (each[place] for each in (self._seen_s, self._free_until, self._above_s))
+        seen_s[clear], seen_s[heard] = t_s, NEVER
+        vertical_s[clear] = above_s[clear]
+        until[heard] = NEVER
+        since_s = self._looks_s[0] if len(self._looks_s) == 3 else NEVER
+        newest = seen_s >= (self._looks_s[-2:] or [t_s])[0]
+        return np.asarray((newest | (until >= t_s)) & (vertical_s >= t_s)), since_s, vertical_s
 
     def _around(self, sector: Sector, head: Head) -> tuple[slice, slice]:
         """Return the rows and columns that the fan is in."""

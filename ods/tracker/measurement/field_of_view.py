@@ -1,5 +1,6 @@
 """Is an object expected in this image, at the edge of the sector, or not at all?"""
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -14,10 +15,12 @@ from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named
 
 NOTHING_UNSEEN = nothing_unseen()
+LEAST_SIGMA_RAD = 1e-6
 HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
 """An echo hides what lies so far behind it."""
 LEAST_CHANCE = 0.05
-"""That what is hidden gives an echo beside it, as in field_of_view.c."""
+"""That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
+parts."""
 
 
 class FieldOfView(NamedTuple):
@@ -93,6 +96,30 @@ def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasu
         unseen=seen.unseen | hidden,
         watched=np.where(hidden, 0.0, seen.watched),
     )
+
+
+def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats) -> None:
+    """Take from what is seen the objects whose middle a mechanically scanned head did not come by, `Scan.not_swept`.
+
+    What the ping looked at is told by middles, so an object's width is of no account here; that its middle may be
+    elsewhere is.
+    """
+    rows = predicted.rows
+    middle, sigma = rows.bearing - turn * rows.range_m, np.sqrt(rows.across) / rows.horizontal + LEAST_SIGMA_RAD
+    elsewhere = np.zeros(len(middle))
+    for low, high in not_swept:
+        elsewhere += _below((high - middle) / sigma) - _below((low - middle) / sigma)
+    swept = np.clip(1.0 - elsewhere, 0.0, 1.0)
+    passed_by = swept < 0.5
+    seen.probability[:] *= np.maximum(swept, LEAST_CHANCE)
+    seen.watched[:] *= np.where(passed_by, 0.0, swept)
+    seen.unseen[:] |= seen.inside & passed_by
+    seen.skipped[:] |= seen.inside & passed_by
+
+
+def _below(values: Floats) -> Floats:
+    """Return the standard normal distribution at values."""
+    return np.array([0.5 * math.erfc(-value / math.sqrt(2.0)) for value in values.tolist()])
 
 
 def near_coverage(predicted: Named[PredictedMeasurement], fan: Coverage, margin_m: float) -> Mask:

@@ -8,7 +8,7 @@ from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
 from ods.tracker.measurement.looked import looked_of
 from ods.tracker.measurement.planes import one_a_body
-from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, unseen_of, vehicle_at
+from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, not_swept_of, unseen_of, vehicle_at
 
 HeadAt = Callable[[int], PoseEstimate | None]
 """The pose of the sonar's head at a time, ns; None where none is known."""
@@ -56,6 +56,7 @@ def received(
         unseen_of(message.unseen),
         looked_of(message),
         skipped_pings,
+        not_swept_of(message.unseen),
     )
     return Received(scan, dropped, at_rest)
 

@@ -9,11 +9,12 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
-from ods.messages import Detection, Sector, UnseenPart
+from ods.messages import Detection, Sector, UnseenPart, UnseenWhy
 from ods.tracker.measurement.looked import Looked
 from ods.tracker.named import Named
 
 NO_NOISE = np.zeros(3)
+NOT_SWEPT: UnseenWhy = "not swept"
 
 
 class Vehicle(NamedTuple):
@@ -141,9 +142,15 @@ def nothing_unseen() -> Floats:
 
 def unseen_of(parts: Sequence[UnseenPart]) -> Floats:
     """Return the (k, 4) `unseen` of `Scan`; what is no part of a sector is left out."""
-    rows = [(p.bearing_min_rad, p.bearing_max_rad, p.range_min_m, p.range_max_m) for p in parts]
+    rows = [(p.bearing_min_rad, p.bearing_max_rad, p.range_min_m, p.range_max_m) for p in parts if p.why != NOT_SWEPT]
     table = np.array(rows, np.float64).reshape(-1, 4)
     return np.ascontiguousarray(table[(np.abs(table) <= LARGEST).all(axis=1)])
+
+
+def not_swept_of(parts: Sequence[UnseenPart]) -> Floats:
+    """Return the (k, 2) `not_swept` of `Scan`."""
+    rows = [(p.bearing_min_rad, p.bearing_max_rad) for p in parts if p.why == NOT_SWEPT]
+    return np.array(rows, np.float64).reshape(-1, 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,3 +177,6 @@ class Scan:
     """How far the ping saw in each direction; None: it has no range image."""
     skipped_pings: int = 0
     """Pings since the scan before whose images were not looked at: they missed nothing."""
+    not_swept: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    """(k, 2) least and largest bearings, rad, of what a mechanically scanned head did not come by: objects whose middle
+    is there are told by other pings."""

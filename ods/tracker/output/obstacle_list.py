@@ -140,6 +140,7 @@ def _obstacles(
             predictions,
             snapshot.unseen_s.tolist(),
             *stands,
+            np.clip(1.0 - snapshot.static, 0.0, 1.0).tolist(),
         )
     )
 

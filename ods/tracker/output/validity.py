@@ -16,6 +16,8 @@ MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
+TURNS = 4.0
+"""A mechanically scanned sonar looks so often at each object until it can have been confirmed."""
 NO_SIGN = "no sign of life"
 NO_POSE = "no pose for "
 NAV_SAYS = f"nav: {NO_POSE}"
@@ -49,13 +51,15 @@ class InputMonitor:
         """Transmission of the newest ping that objects could be tracked by, here or by whom this one goes on for."""
         self._ping_ns: int | None = None
         self._pace = PingPace()
+        self._turn_s = 0.0
         self._seen_ns: int | None = None
         self._unseen_why = ""
         self._pose_ns: int | None = None
         self._health: dict[str, Health | None] = dict.fromkeys(processes)
 
-    def ping(self, t_ns: int) -> None:
-        """Detections of the ping transmitted at `t_ns` came."""
+    def ping(self, t_ns: int, turn_s: float = 0.0) -> None:
+        """Detections of the ping transmitted at `t_ns` came; `turn_s`: see `Detections`."""
+        self._turn_s = turn_s
         self.first_ping_ns = t_ns if self.first_ping_ns is None else self.first_ping_ns
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
         self._pace.ping(t_ns)
@@ -139,7 +143,7 @@ class InputMonitor:
     def _settling(self) -> bool:
         if self._ping_ns is None or self.first_ping_ns is None:
             return True
-        return self._ping_ns - self.first_ping_ns < max(SETTLE_S, self._pace.patience_s) * NS
+        return self._ping_ns - self.first_ping_ns < max(SETTLE_S, self._pace.patience_s, TURNS * self._turn_s) * NS
 
     def _of_process(self, process: str, report: Health | None, now_ns: int) -> list[str]:
         newest_ns = self._started_ns if report is None else report.t_ns

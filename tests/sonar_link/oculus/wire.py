@@ -1,4 +1,4 @@
-"""Oculus messages made byte by byte at the places of docs/oculus.md: the codec under test has no part in it."""
+"""Oculus messages made byte by byte at the places of docs/oculus/messages.md, without the codec under test."""
 
 import struct
 from typing import Any

@@ -24,7 +24,7 @@ from ods.doctor import sonar_port
 from ods.messages import Health, Ping, frame_of
 from ods.runtime import bus
 from ods.runtime.bus import BusSettings
-from ods.sim_sonar.device.udp_line import UdpLine
+from ods.sim_sonar.device.multicast_line import MulticastLine
 from tests.sonar_link.sonar3d15 import wire
 
 CONFIG = Path(__file__).parents[3] / "config" / "onboard-sonar3d15.toml"
@@ -44,7 +44,7 @@ class FarEnd:
     """Sends an image each 20 ms, or what it is told to send."""
 
     def __init__(self, port: int, *, always: bytes = b"", group: str = GROUP) -> None:
-        self._line = UdpLine(group, port)
+        self._line = MulticastLine(group, port)
         self._always = always
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._send)
@@ -180,4 +180,4 @@ def test_the_doctor_says_what_to_look_at(tmp_path: Path) -> None:
     wrong, *_ = heard(tmp_path, free_port(), 0.3)
     assert wrong.startswith(f"wrong nothing comes from the group {GROUP}: is the sonar on")
     (note,) = sonar_port.examine("udp://224.0.0.96:4747")
-    assert (note.level, note.text) == ("note", "it sends by itself: heard with --listen")
+    assert (note.level, note.text) == ("note", "datagrams: only `ods doctor --listen` can tell whether any come")

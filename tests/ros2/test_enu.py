@@ -7,7 +7,7 @@ import pytest
 
 from ods.base.geometry import quat_from_euler, rotation_matrix
 from ods.base.quaternion import rotated
-from ods.export import enu
+from ods.ros2 import enu
 
 A = math.sqrt(0.5)
 

@@ -1,7 +1,8 @@
 """ROS 2 message definitions that a ROS installation has only with extra packages, as texts without their comments.
 
 What they say is the interface that others read and is given as it is: marine_acoustic_msgs 2.0.2 (University of
-Washington and others, BSD-3-Clause), nav2_dynamic_msgs 0.0.1 at its commit e1b0d92 (Nav2, Apache-2.0).
+Washington and others, BSD-3-Clause), nav2_dynamic_msgs 0.0.1 at its commit e1b0d92 (Nav2, Apache-2.0), radar_msgs 0.2.2
+(Apache-2.0).
 """
 
 PROJECTED_SONAR_IMAGE = "marine_acoustic_msgs/msg/ProjectedSonarImage"
@@ -9,6 +10,8 @@ PING_INFO = "marine_acoustic_msgs/msg/PingInfo"
 SONAR_IMAGE_DATA = "marine_acoustic_msgs/msg/SonarImageData"
 OBSTACLE = "nav2_dynamic_msgs/msg/Obstacle"
 OBSTACLE_ARRAY = "nav2_dynamic_msgs/msg/ObstacleArray"
+RADAR_TRACK = "radar_msgs/msg/RadarTrack"
+RADAR_TRACKS = "radar_msgs/msg/RadarTracks"
 
 DEFINITIONS: dict[str, str] = {
     PING_INFO: """float32 frequency
@@ -47,5 +50,22 @@ float64[9] velocity_covariance
 """,
     OBSTACLE_ARRAY: """std_msgs/Header header
 Obstacle[] obstacles
+""",
+    RADAR_TRACK: """uint16 NO_CLASSIFICATION=0
+uint16 STATIC=1
+uint16 DYNAMIC=2
+unique_identifier_msgs/UUID uuid
+geometry_msgs/Point position
+geometry_msgs/Vector3 velocity
+geometry_msgs/Vector3 acceleration
+geometry_msgs/Vector3 size
+uint16 classification
+float32[6] position_covariance
+float32[6] velocity_covariance
+float32[6] acceleration_covariance
+float32[6] size_covariance
+""",
+    RADAR_TRACKS: """std_msgs/Header header
+RadarTrack[] tracks
 """,
 }

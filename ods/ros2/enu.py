@@ -1,4 +1,4 @@
-"""From ODS's frames to those of ROS and Foxglove (REP 103): NED to ENU, FRD to FLU. Only here.
+"""From ODS's frames to those of ROS and Foxglove (REP 103): NED to ENU, FRD to FLU. Only this package turns them.
 
 World: east, north, up from the same origin. Body, and the sonar's head: forward, port, up. A ROS heading is counted
 from east, to port: yaw is 90 deg less the heading. The fan's frame is that of marine_acoustic_msgs: x up, y starboard,

@@ -1,0 +1,90 @@
+"""What each topic gets of a list at one instant: pure, without DDS."""
+
+from collections.abc import Callable
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from ods.base import quaternion
+from ods.bridge.moment import Moment
+from ods.messages import ObstacleList, PoseAt
+from ods.ros2 import enu
+from ods.ros2.markers import markers
+from ods.ros2.messages import ERROR, OK, STALE, WARN, Messages
+from ods.ros2.tracks import tracks
+
+NAME = "ods: obstacles"
+
+
+def now(moment: Moment, most: int) -> ObstacleList:
+    """Return the list with the nearest obstacles, and the vehicle, where they are at the instant of sending."""
+    there = [msgspec.structs.replace(o, position_ned=moment.place(o)) for o in moment.nearest(most)]
+    pose = msgspec.structs.replace(moment.pose, position_ned=moment.vehicle())
+    return msgspec.structs.replace(moment.picture, obstacles=there, pose=pose)
+
+
+def odometry(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+    """Return the vehicle's pose and velocity. Turn rates are not known: 0, with the variance of an unknown one."""
+    pose = picture.pose
+    assert pose is not None
+    spread, speeds = np.zeros((6, 6)), np.zeros((6, 6))
+    spread[:3, :3] = np.reshape(enu.covariance(pose.sigma_position), (3, 3))
+    spread[3:, 3:] = np.diag(np.square(pose.sigma_attitude))
+    speeds[3:, 3:] = np.diag([UNKNOWN] * 3)
+    ahead = enu.flu(quaternion.rotated(quaternion.conjugate(pose.attitude), pose.velocity_ned))
+    place = make.place(enu.enu(pose.position_ned), enu.attitude(pose.attitude))
+    speed = make.new("geometry_msgs/msg/Twist", make.vector(ahead), make.vector((0.0, 0.0, 0.0)))
+    return make.new(
+        "nav_msgs/msg/Odometry",
+        make.header(stamp_ns, make.frames.map),
+        make.frames.vehicle,
+        make.new("geometry_msgs/msg/PoseWithCovariance", place, spread.ravel()),
+        make.new("geometry_msgs/msg/TwistWithCovariance", speed, speeds.ravel()),
+    )
+
+
+UNKNOWN = 1e6
+"""Variance, (rad/s)^2."""
+
+
+def transforms(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
+    """Return the vehicle in the map, and the sonar's head and fan on the vehicle where the head's place is known."""
+    pose, frames = picture.pose, make.frames
+    assert pose is not None
+    told = [
+        make.transform(stamp_ns, (frames.map, frames.vehicle), enu.enu(pose.position_ned), enu.attitude(pose.attitude))
+    ]
+    if picture.head is not None:
+        told += [_head(make, stamp_ns, pose, picture.head), make.fan(stamp_ns)]
+    return make.new("tf2_msgs/msg/TFMessage", told)
+
+
+def _head(make: Messages, stamp_ns: int, pose: PoseAt, head: PoseAt) -> Any:
+    back = quaternion.conjugate(pose.attitude)
+    north, east, down = (there - own for there, own in zip(head.position_ned, pose.position_ned, strict=True))
+    lever = quaternion.rotated(back, (north, east, down))
+    turn = enu.mounting(quaternion.product(back, head.attitude))
+    return make.transform(stamp_ns, (make.frames.vehicle, make.frames.head), enu.flu(lever), turn)
+
+
+OF_LISTS: dict[str, Callable[[Messages, int, ObstacleList], Any]] = {
+    "obstacles": lambda make, stamp_ns, picture: make.obstacles(stamp_ns, picture),
+    "markers": markers,
+    "tracks": tracks,
+    "odometry": odometry,
+    "tf": transforms,
+}
+"""By the topic's key."""
+
+
+def verdict(make: Messages, stamp_ns: int, picture: ObstacleList | None, silent: str, age_s: float) -> Any:
+    """Return whether lists are sent, and why not."""
+    if picture is None:
+        return make.diagnostic(stamp_ns, NAME, STALE, silent, {})
+    level = ERROR if silent else WARN if picture.caution else OK
+    values = {
+        "valid": picture.valid, "seq": picture.seq, "ping_number": picture.ping_number, "age_s": f"{age_s:.3f}",
+        "left_out": picture.left_out, "utc_source": picture.utc_source, "unseen_share": f"{picture.unseen_share:.3f}",
+    }  # fmt: skip
+    return make.diagnostic(stamp_ns, NAME, level, silent or picture.caution or "valid", values)

@@ -1,0 +1,102 @@
+"""What every bridge does with lists: it sends the newest one, if it is valid and it is time.
+
+A receiver that hears nothing lets its obstacles expire, which is what it shall do when the list cannot be relied on.
+"""
+
+from abc import abstractmethod
+from typing import Any, ClassVar, TypeVar
+
+from ods.base import clock
+from ods.bridge.moment import Moment, is_finite
+from ods.bridge.settings import BridgeConfig, ListSettings
+from ods.messages import ObstacleList
+from ods.runtime import bus
+from ods.runtime.service import Service, StartError, Worker
+
+STALE_NS = round(bus.TOPICS["obstacles"].stale_s * clock.NS)
+
+TableT = TypeVar("TableT", bound=ListSettings)
+
+
+class ListWorker(Worker[BridgeConfig]):
+    """Keeps the newest list, and says why it is not sent.
+
+    Counters: withheld_lists, paced_lists.
+    """
+
+    name: ClassVar[str]
+    """Of its table."""
+    needs: ClassVar[str] = ""
+    """What a table must say at least."""
+
+    def __init__(self, service: Service, settings: BridgeConfig) -> None:
+        super().__init__(service, settings)
+        self._picture: ObstacleList | None = None
+        self._heard_ns = clock.monotonic_ns()
+        self._due_ns = 0
+        self._silent = ""
+        """Why the last list was not sent."""
+        if getattr(settings.bridge, self.name) is None:
+            raise StartError(f"bridge.{self.name}: missing{self.needs}")
+        self._period_ns = round(clock.NS / self.table(ListSettings).most_hz)
+
+    def table(self, kind: type[TableT]) -> TableT:
+        """Return the settings of this bridge."""
+        found = getattr(self.settings.bridge, self.name)
+        assert isinstance(found, kind)
+        return found
+
+    def handle(self, topic: str, message: Any) -> None:
+        """Keep the newest list; what waits for its turn is never older than that."""
+        self._heard_ns = clock.monotonic_ns()
+        if self._picture is not None:
+            self.service.counters["paced_lists"] += 1
+        self._picture = message
+
+    def tick(self) -> None:
+        """Send the newest list, if it is time."""
+        now_ns = clock.monotonic_ns()
+        if self._picture is None or now_ns < self._due_ns:
+            return
+        picture, self._picture = self._picture, None
+        self._silent = why_silent(picture, now_ns)
+        self.judged(picture, self._silent)
+        if self._silent or picture.pose is None:
+            self.service.complain_once("withheld_lists", f"nothing is sent: {self._silent}")
+            return
+        self._due_ns = now_ns + self._period_ns
+        self.send(Moment(picture, picture.pose, now_ns))
+
+    def judged(self, picture: ObstacleList, silent: str) -> None:
+        """Take note of a list, and of why it is not sent."""
+
+    @abstractmethod
+    def send(self, moment: Moment) -> None:
+        """Send a list that is valid."""
+
+    @abstractmethod
+    def peer_problem(self, now_ns: int) -> str:
+        """Return what is wrong with the receiver or the way there, or ""."""
+
+    def silence(self, now_ns: int) -> str:
+        """Return why nothing is sent, or ""."""
+        silent_ns = now_ns - self._heard_ns
+        return f"no obstacle list for {silent_ns / clock.NS:.1f} s" if silent_ns > STALE_NS else self._silent
+
+    def problems(self) -> list[str]:
+        """Say why nothing is sent, and that nobody takes what is."""
+        now_ns = clock.monotonic_ns()
+        silent = self.silence(now_ns)
+        return [said for said in (f"nothing is sent: {silent}" if silent else "", self.peer_problem(now_ns)) if said]
+
+
+def why_silent(picture: ObstacleList, now_ns: int) -> str:
+    """Return why a list must not be sent, or ""."""
+    if not picture.valid:
+        return "the list is not valid: " + "; ".join(picture.reasons)
+    age_ns = now_ns - (picture.made_ns or picture.t_ns)
+    if age_ns > STALE_NS:
+        return f"the list is {age_ns / clock.NS:.1f} s old"
+    if picture.pose is None or not is_finite(picture.pose):
+        return "the vehicle's pose is not known"
+    return ""

@@ -1,0 +1,59 @@
+"""What a Ping360 is told to do: the [sonar.ping360] table."""
+
+import math
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.base.settings import Settings, unit
+from ods.sonar_link.ping360.messages import TICK_S, TURN, Sweep, Transmission
+
+GAINS = {"low": 0, "normal": 1, "high": 2}
+LEAST_PERIOD, MOST_PERIOD = 80, 40000
+"""Of samples, `TICK_S` each."""
+PULSE_SAMPLES = 64
+"""The firmware allows no longer pulse than so many samples."""
+
+
+class Ping360Settings(Settings, frozen=True):
+    """What is asked for after each connection; nothing else changes the sonar. Bearings are from its mark."""
+
+    range_m: Annotated[float, msgspec.Meta(ge=1.0, le=60.0)] = 50.0
+    """Range, m: the shorter, the faster the head turns."""
+    sector_deg: Annotated[float, msgspec.Meta(ge=20.0, le=360.0)] = 120.0
+    """Sector about the mark on the head, degrees; 360: all round. 90 degrees take 1.5 to 9 s, by the range."""
+    steps: Annotated[int, msgspec.Meta(ge=1, le=10)] = 1
+    """Motor steps of 0.9 degrees from beam to beam. More of them are faster; beams are 2 degrees wide."""
+    samples: Annotated[int, msgspec.Meta(ge=200, le=1200)] = 1200
+    """Samples a beam; fewer where they would lie closer than the sonar can."""
+    gain: Literal["low", "normal", "high"] = "normal"
+    """Of the receiver."""
+    frequency_khz: Annotated[int, msgspec.Meta(ge=650, le=850), unit("kHz")] = 750
+    """Carrier, kHz."""
+    pulse_us: Annotated[int, msgspec.Meta(ge=0, le=1000), unit("us")] = 0
+    """Length of the pulse, us; 0: as the maker's viewer sets it by the range."""
+    delay_ms: Annotated[int, msgspec.Meta(ge=0, le=100), unit("ms")] = 0
+    """Pause between beams, ms, for a slow line."""
+    sound_speed: Annotated[float, msgspec.Meta(ge=1400.0, le=1600.0), unit("m/s")] = 1500.0
+    """Sound speed, m/s: the sonar measures none."""
+    ping_s: Annotated[float, msgspec.Meta(ge=0.2, le=2.0), unit("s")] = 0.8
+    """The beams of so long a time are one ping, for which there is one list, s."""
+
+    @property
+    def sweep(self) -> Sweep:
+        """The sector in gradians; of a whole turn, all beams once."""
+        if self.sector_deg >= 360.0:
+            return Sweep(TURN // 2, TURN // 2 - 1, self.steps, self.delay_ms)
+        half = self.steps * round(self.sector_deg / 360.0 * TURN / 2 / self.steps)
+        return Sweep(TURN - half, half, self.steps, self.delay_ms)
+
+    @property
+    def transmission(self) -> Transmission:
+        """What is asked of each beam."""
+        ticks = 2.0 * self.range_m / self.sound_speed / TICK_S
+        samples = max(1, min(self.samples, math.floor(ticks / LEAST_PERIOD)))
+        period = min(max(round(ticks / samples), LEAST_PERIOD), MOST_PERIOD)
+        sample_us = 1e6 * period * TICK_S
+        by_range = max(1.25 * sample_us, 4000.0 * self.range_m / self.sound_speed)
+        pulse_us = self.pulse_us or max(5, min(round(by_range), math.floor(PULSE_SAMPLES * sample_us), 500))
+        return Transmission(GAINS[self.gain], pulse_us, period, self.frequency_khz, samples)
