@@ -6,6 +6,7 @@ from typing import Literal
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.planner.settings import PlannerSettings
 from ods.sim_sonar.settings import SimConfig
 
 
@@ -49,6 +50,8 @@ class BenchConfig(SimConfig, frozen=True):
     out: Path
     """Folder of the results."""
     limits: BenchLimits
+    planner: PlannerSettings | None = None
+    """None: no planner; the simulated vehicle then goes as the scene says."""
     settle_s: NonNegative = 3.0
     """Time from the first sight of an object by which it must be tracked."""
     record: Path | None = None

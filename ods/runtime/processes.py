@@ -44,8 +44,8 @@ PROCESSES: dict[str, Process] = {
         Process(
             "record", "everything on the bus to files",
             reads=(
-                "ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "sonar-requests",
-                "sonar-answers",
+                "ping", "pose", "detections", "obstacles", "clearance", "truth", "set-point", "raw",
+                "sonar-requests", "sonar-answers",
             ),
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
@@ -65,6 +65,12 @@ PROCESSES: dict[str, Process] = {
             "bridge_moos", "obstacles to MOOS-IvP, over UDP", reads=("obstacles",), publishes=(),
             worker="ods.bridge.service:MoosWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
+        ),
+        Process(
+            "planner", "obstacles to set points of the simulated vehicle", reads=("obstacles", "clearance"),
+            publishes=("set-point",), on_board=False,
+            worker="ods.planner.service:PlannerWorker", settings="ods.planner.settings:PlannerConfig",
+            config="ods.bench.settings:BenchConfig",
         ),
         Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
