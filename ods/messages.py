@@ -566,6 +566,21 @@ class Truth(msgspec.Struct, frozen=True):
     objects: list[TruthObject]
 
 
+class VehicleTruth(msgspec.Struct, frozen=True):
+    """Ground truth of the simulated vehicle that obeys set points; on the bench only, never read on board."""
+
+    seq: Count
+    t_ns: Instant
+    scene_s: float
+    """Scene time: 0 at the start of the mission."""
+    position_ned: Vector3
+    attitude: Quaternion
+    velocity_ned: Vector3
+    """Over ground, m/s."""
+    stopped: bool
+    """Its propeller stands still, as no set points come."""
+
+
 def frame_of(ping: Ping) -> "AnyArray":
     """Return the ping's samples, (beams, samples), as a read-only view without copying.
 

@@ -44,7 +44,7 @@ PROCESSES: dict[str, Process] = {
         Process(
             "record", "everything on the bus to files",
             reads=(
-                "ping", "pose", "detections", "obstacles", "clearance", "truth", "set-point", "raw",
+                "ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
                 "sonar-requests", "sonar-answers",
             ),
             publishes=(),
@@ -92,7 +92,7 @@ PROCESSES: dict[str, Process] = {
             answers="sonar-requests",
         ),
         Process(
-            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth",), on_board=False,
+            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth", "vehicle"), on_board=False,
             worker="ods.sim_sonar.service:SimWorker", settings="ods.sim_sonar.settings:SimConfig",
             config="ods.bench.settings:BenchConfig",
         ),

@@ -10,6 +10,7 @@ from ods.runtime.bus import BusSettings
 
 INS_STEP_M = (40.0, -25.0, 0.0)
 """North, east, down."""
+Speed = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
 Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated"]
 
 
@@ -24,6 +25,39 @@ class FaultSettings(Settings, frozen=True):
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
+
+
+class VehicleSettings(Settings, frozen=True):
+    """What a vehicle that obeys set points can do."""
+
+    least_m_s: NonNegative = 1.0
+    """Below this speed it does not steer, so it does not go slower, m/s."""
+    most_m_s: Positive = 3.0
+    """m/s."""
+    acceleration_m_s2: Positive = 0.2
+    """Along its course, m/s^2."""
+    turn_rate_deg_s: Positive = 10.0
+    """Degrees a second."""
+    turn_acceleration_deg_s2: Positive = 10.0
+    """Degrees a second, in a second."""
+    climb_m_s: Positive = 0.5
+    """Up and down, m/s."""
+    radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
+    """Of the circle around it that must not touch anything, m."""
+
+
+class ObeyingVehicle(Settings, frozen=True):
+    """A vehicle that goes as the set points say that come over CAN.
+
+    It starts at the scene's place for it, and goes on along `heading_deg` as fast as `velocity_ned`.
+    """
+
+    eds: Path
+    """EDS file of its CANopen node: RPDO 1 holds the set point."""
+    node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
+    current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
+    """North, east: the water takes it along."""
+    can_do: VehicleSettings = VehicleSettings()
 
 
 class SimSettings(Settings, frozen=True):
@@ -55,6 +89,8 @@ class SimSettings(Settings, frozen=True):
     sonar_latency_ms: NonNegative = 2.0
     """From the last echo to the first byte on the line; the bench tells the on-board side, as an integrator would."""
     pose_rate_hz: Positive = 100.0
+    vehicle: ObeyingVehicle | None = None
+    """None: the vehicle goes as the scene says."""
     sonar_clock_offset_s: float = 0.25
     """The sonar's clock minus UTC: the on-board side must not trust it."""
     ins_clock_offset_s: float = -0.125
