@@ -8,7 +8,7 @@ import zmq
 
 from ods.base import clock
 from ods.bench.spool import Spool
-from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.messages import Detections, Health, ObstacleList, Ping, Truth, VehicleSetPoint, VehicleTruth
 from ods.offline.recorded import TruthsByNumber
 from ods.offline.run_record import RunRecord
 from ods.runtime import bus
@@ -25,10 +25,12 @@ class Collector:
             lists=Spool(tuple[int, ObstacleList], folder),
             truths=TruthsByNumber(self._truths),
             health=defaultdict(partial(Spool, Health, folder)),
+            way=Spool(VehicleTruth, folder),
+            set_points=Spool(VehicleSetPoint, folder),
         )
         self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        topics = ["obstacles", "truth", "detections", "ping"]
+        topics = ["obstacles", "truth", "detections", "ping", "vehicle", "set-point"]
         self._subscriber = bus.Subscriber(self._context, run_dir, topics, [*PROCESSES, SUPERVISOR])
 
     def listen(self, timeout_s: float) -> None:
@@ -50,6 +52,10 @@ class Collector:
             case Ping():
                 self._pings.append(message)
                 record.received.add(message.ping_number)
+            case VehicleTruth():
+                record.way.append(message)
+            case VehicleSetPoint():
+                record.set_points.append(message)
             case Detections():
                 for ping in self._pings:
                     if ping.ping_number == message.ping_number:

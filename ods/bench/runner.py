@@ -1,9 +1,8 @@
 """Starts the simulator and `ods run` as a user would, listens as a planner would."""
 
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 from signal import Signals
-from typing import NamedTuple
 
 from ods.base import clock
 from ods.bench import report
@@ -19,11 +18,6 @@ AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
 
-class _Programs(NamedTuple):
-    onboard: Program
-    simulator: Program
-
-
 def fly_mission(settings: BenchConfig) -> RunRecord:
     """Run one mission and return what was seen of it."""
     onboard_file, sim_file = write_configs(settings)
@@ -33,9 +27,14 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
         Program("run", onboard_file, settings.out / "run.log") as onboard,
     ):
         _wait_ready(collector, ["pipeline", "tracker"], onboard, line)
-        with Program("sim", sim_file, settings.out / "sim.log") as simulator:
-            _wait_ready(collector, ["sim", "sonar", "nav"], simulator, line)
-            _fly(collector, settings, _Programs(onboard, simulator), line)
+        with ExitStack() as others:
+            programs = [onboard]
+            if settings.planner is not None:
+                programs.append(others.enter_context(Program("planner", sim_file, settings.out / "planner.log")))
+                _wait_ready(collector, ["planner"], programs[-1], line)
+            programs.append(others.enter_context(Program("sim", sim_file, settings.out / "sim.log")))
+            _wait_ready(collector, ["sim", "sonar", "nav"], programs[-1], line)
+            _fly(collector, settings, programs, line)
         return collector.record
 
 
@@ -54,17 +53,20 @@ def _wait_ready(collector: Collector, names: list[str], program: Program, line: 
             raise BenchError(f"not ready after {START_S:.0f} s: {', '.join(waiting)}; see {program.log_file}")
 
 
-def _fly(collector: Collector, settings: BenchConfig, programs: _Programs, line: report.ProgressLine) -> None:
-    """Listen for the length of the mission, and kill what is to be killed."""
+def _fly(collector: Collector, settings: BenchConfig, programs: list[Program], line: report.ProgressLine) -> None:
+    """Listen for the length of the mission, or until the vehicle arrives, and kill what is to be killed.
+
+    The on-board processes are the first of the programs.
+    """
     kills = sorted(settings.kill, key=lambda item: item.at_s)
     begun_s = None
-    while begun_s is None or time.monotonic() - begun_s < settings.seconds + AFTER_S:
+    while begun_s is None or (time.monotonic() - begun_s < settings.seconds + AFTER_S and not _arrived(collector)):
         collector.listen(0.05)
         if begun_s is None and collector.record.truths:
             begun_s = time.monotonic()
         elapsed_s = time.monotonic() - begun_s if begun_s else 0.0
         while kills and kills[0].at_s <= elapsed_s:
-            _kill(kills.pop(0), programs.onboard, collector.record)
+            _kill(kills.pop(0), programs[0], collector.record)
         for program in programs:
             program.check()
         line.show(report.state_line(collector.record, elapsed_s, settings.seconds))
@@ -76,3 +78,8 @@ def _kill(kill: KillSettings, onboard: Program, record: RunRecord) -> None:
     for child in onboard.children(kill.process):
         record.kills.append((kill.process, clock.monotonic_ns()))
         child.send_signal(Signals[f"SIG{kill.signal}"])
+
+
+def _arrived(collector: Collector) -> bool:
+    told = collector.record.set_points
+    return bool(len(told)) and told[-1].arrived

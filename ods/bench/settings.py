@@ -1,7 +1,7 @@
 """Settings of the bench: config/bench.toml."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
@@ -20,17 +20,20 @@ class KillSettings(Settings, frozen=True):
     """STOP: it hangs until it is killed."""
 
 
-class BenchLimits(Settings, frozen=True):
-    """What a bench run must reach; any of them broken makes `ods bench` exit with code 1."""
+class AvoidLimits(Settings, frozen=True):
+    """What a vehicle that is steered by the planner must reach. A collision or no arrival is always a broken limit."""
 
-    position_rms_m: Positive
-    """Horizontal position error of the tracked objects, rms over all lists and objects."""
-    radius_error: Fraction
-    """Mean relative error of the radius of each object."""
-    tracked_share: Fraction
-    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
-    false_tracks: NonNegativeInt
-    """Confirmed tracks that belong to no object."""
+    clearance_m: NonNegative
+    """Least distance between the vehicle's circle and any object."""
+    path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
+    """Length of its way over that of the straight one to all way-points."""
+    over_bottom_m: NonNegative = 0.0
+    """Least height over the sea-bed."""
+
+
+class BenchLimits(Settings, frozen=True):
+    """What a bench run must reach; any of them broken makes `ods bench` exit with code 1. None: not judged."""
+
     pings_lost: NonNegativeInt
     """Pings that left the simulated sonar and have no obstacle list."""
     latency_p50_ms: Positive
@@ -38,6 +41,16 @@ class BenchLimits(Settings, frozen=True):
     latency_p99_ms: Positive
     longest_gap_s: Positive
     """Longest time between two obstacle lists."""
+    position_rms_m: Positive | None = None
+    """Horizontal position error of the tracked objects, rms over all lists and objects."""
+    radius_error: Fraction | None = None
+    """Mean relative error of the radius of each object."""
+    tracked_share: Fraction | None = None
+    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
+    false_tracks: NonNegativeInt | None = None
+    """Confirmed tracks that belong to no object."""
+    avoid: AvoidLimits | None = None
+    """For a bench with a planner."""
     back_within_s: Positive = 3.0
     """From a kill to the next sign of life of the process."""
 
@@ -57,3 +70,11 @@ class BenchConfig(SimConfig, frozen=True):
     record: Path | None = None
     """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        steered = {"planner": self.planner, "sim.vehicle": self.sim.vehicle, "limits.avoid": self.limits.avoid}
+        missing = [key for key, value in steered.items() if value is None]
+        if missing and len(missing) < len(steered):
+            raise ValueError(f"{missing[0]}: missing; planner, sim.vehicle and limits.avoid belong together")
+        if self.planner is not None and self.planner.can is None:
+            raise ValueError("planner.can: missing: the vehicle hears set points on CAN")

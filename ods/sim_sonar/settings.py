@@ -11,7 +11,7 @@ from ods.runtime.bus import BusSettings
 INS_STEP_M = (40.0, -25.0, 0.0)
 """North, east, down."""
 Speed = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
-Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated"]
+Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated", "loud"]
 
 
 class FaultSettings(Settings, frozen=True):
@@ -21,7 +21,8 @@ class FaultSettings(Settings, frozen=True):
     """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing; sonar_garbage: it
     sends other bytes; ins_steps: the place that the INS tells is off by `INS_STEP_M`. The others are in the image:
     zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the range
-    are; head_blocked: all is 20 dB weaker; saturated: all is at full scale."""
+    are; head_blocked: all is 20 dB weaker; saturated: all is at full scale; loud: noise is added, 20 dB over
+    the median level."""
     at_s: NonNegative
     """Mission time."""
     for_s: Positive
