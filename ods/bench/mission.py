@@ -27,7 +27,7 @@ def run(args: Namespace) -> int:
     with MachineProbe() as probe:
         record = fly_mission(settings)
         machine = probe.result()
-    steered = _steered(settings)
+    steered = steered_mission(settings)
     found = None
     if steered is not None and settings.planner is not None:
         found = judge(steered, record.way, record.set_points, settings.planner.steering.reached_m)
@@ -42,7 +42,7 @@ def run(args: Namespace) -> int:
     return 1 if summary.broken else 0
 
 
-def _steered(settings: BenchConfig) -> Mission | None:
+def steered_mission(settings: BenchConfig) -> Mission | None:
     """Return what a steered vehicle had to do, none: it went as the scene says."""
     if settings.planner is None or settings.sim.vehicle is None:
         return None

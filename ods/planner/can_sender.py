@@ -15,7 +15,7 @@ from ods.planner.settings import PlannerCanSettings
 
 log = logging.getLogger(__name__)
 
-SEND_TIMEOUT_S = 0.02
+SEND_TIMEOUT_S = 0.1
 FIRST_RETRY_S, LAST_RETRY_S = 0.1, 1.0
 FAILED = (can.CanError, OSError, ValueError)
 

@@ -32,8 +32,8 @@ class PlannerWorker(Worker[PlannerConfig]):
         self._is_new = False
         self._due_ns = 0
         self._seq = 0
-        self._reason = ""
-        """Why the newest list is not valid."""
+        self._valid = True
+        """The newest list is; the tracker's health says why not."""
         self._heard_ns = clock.monotonic_ns()
         self._newest: SetPoint | None = None
 
@@ -43,7 +43,7 @@ class PlannerWorker(Worker[PlannerConfig]):
             self._clearance = message
             return
         self._heard_ns = clock.monotonic_ns()
-        self._reason = "" if message.valid else "; ".join(message.reasons)
+        self._valid = message.valid
         if message.pose is not None:
             self._list, self._is_new = message, True
 
@@ -90,10 +90,10 @@ class PlannerWorker(Worker[PlannerConfig]):
         silent_ns = clock.monotonic_ns() - self._heard_ns
         if silent_ns > self._stale_ns:
             found.append(f"no obstacle list for {silent_ns / clock.NS:.1f} s")
-        elif self._reason:
-            found.append(f"the list is not valid: {self._reason}")
         elif self._list is None:
             found.append("the vehicle's pose is not known")
+        elif not self._valid:
+            found.append("the list is not valid")
         if self._can is not None and self._can.problem:
             found.append(f"CAN: {self._can.problem}")
         return found

@@ -11,13 +11,13 @@ from ods.runtime.bus import BusSettings
 INS_STEP_M = (40.0, -25.0, 0.0)
 """North, east, down."""
 Speed = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
-Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated", "loud"]
+Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated"]
 
 
 class FaultSettings(Settings, frozen=True):
     """A fault on the simulated side, to see that the on-board side recovers."""
 
-    kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps"] | Blindness
+    kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line vanishes; sonar_silent, ins_silent: the device says nothing; sonar_garbage: it
     sends other bytes; ins_steps: the place that the INS tells is off by `INS_STEP_M`. The others are in the image:
     zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the range

@@ -2,13 +2,15 @@
 
 import math
 from itertools import count
+from pathlib import Path
 
 import msgspec
 import pytest
 
 from ods.base.clock import NS
+from ods.base.settings_file import ConfigError, load
 from ods.bench.avoidance import Avoidance, Mission, judge, missed
-from ods.bench.settings import AvoidLimits
+from ods.bench.settings import AvoidLimits, BenchConfig
 from ods.messages import VehicleSetPoint, VehicleTruth
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
@@ -16,6 +18,7 @@ from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.settings import VehicleSettings
 from ods.sim_sonar.steered import Steered, at_start
 
+CONFIG = Path(__file__).parents[2] / "config"
 REACHED_M = 10.0
 LIMITS = AvoidLimits(clearance_m=1.0, over_bottom_m=5.0, path_ratio=1.15)
 GOOD = Avoidance(True, 2.0, "pile", 7.0, 100.0, 1.1, 50.0, 3, 1.0, 0.0)
@@ -105,3 +108,26 @@ def test_evasions_and_times_are_counted() -> None:
 )
 def test_each_limit_is_judged(change: dict[str, object], broken: dict[str, str]) -> None:
     assert missed(msgspec.structs.replace(GOOD, **change), LIMITS) == broken
+
+
+@pytest.mark.parametrize(
+    ("was", "is_", "said"),
+    [
+        ('[planner]\nway_points = [[170.0, 0.0, 20.0]]\n\n[planner.can]\neds = "vehicle.eds"', "", "planner: missing"),
+        ('[sim.vehicle]\neds = "vehicle.eds"\ncurrent_m_s = [0.1, -0.15]', "", "sim.vehicle: missing"),
+        ('[planner.can]\neds = "vehicle.eds"', "", "planner.can: missing"),
+        (
+            "[planner]",
+            "[planner.steering]\ncruise_m_s = 33.0\n[planner]",
+            "planner: steering.cruise_m_s: at most 32 m/s",
+        ),
+    ],
+)
+def test_what_belongs_together_is_asked_for_in_one_line(tmp_path: Path, was: str, is_: str, said: str) -> None:
+    shipped = (CONFIG / "bench-avoid.toml").read_text()
+    assert was in shipped
+    file = tmp_path / "bench.toml"
+    file.write_text(shipped.replace(was, is_))
+    with pytest.raises(ConfigError, match=said) as refused:
+        load(file, BenchConfig)
+    assert "\n" not in str(refused.value)

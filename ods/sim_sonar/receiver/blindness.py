@@ -49,4 +49,4 @@ BLINDNESS: Mapping[str, Callable[[Image], None]] = {
     "saturated": _saturated,
     "loud": _loud,
 }
-"""By `FaultSettings.kind`: changes an image, (beams, samples) amplitude in counts, in place."""
+"""By `FaultSettings.kind`, `loud` too: changes an image, (beams, samples) amplitude in counts, in place."""
