@@ -26,14 +26,25 @@ class Program:
 
     def __init__(self, command: str, config: Path, log_file: Path) -> None:
         self.log_file = log_file
-        with log_file.open("wb") as log:
+        self._command = [sys.executable, "-P", "-m", "ods", command, "--config", str(config)]
+        log_file.write_bytes(b"")
+        self._start()
+
+    def _start(self) -> None:
+        with self.log_file.open("ab") as log:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "ods", command, "--config", str(config)],
+                self._command,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 env=os.environ | {SUPERVISOR_PID: str(os.getpid())},
             )
+
+    def restart(self) -> None:
+        """Kill it, and start it again as a supervisor would."""
+        self._process.kill()
+        self._process.wait()
+        self._start()
 
     def check(self) -> None:
         """Raise BenchError, with its last words, if it has ended."""

@@ -3,6 +3,7 @@
 import time
 from contextlib import ExitStack, closing
 from signal import Signals
+from typing import NamedTuple
 
 from ods.base import clock
 from ods.bench import report
@@ -18,6 +19,12 @@ AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
 
+class _Programs(NamedTuple):
+    onboard: Program
+    simulator: Program
+    planner: Program | None
+
+
 def fly_mission(settings: BenchConfig) -> RunRecord:
     """Run one mission and return what was seen of it."""
     onboard_file, sim_file = write_configs(settings)
@@ -28,13 +35,13 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
     ):
         _wait_ready(collector, ["pipeline", "tracker"], onboard, line)
         with ExitStack() as others:
-            programs = [onboard]
+            planner = None
             if settings.planner is not None:
-                programs.append(others.enter_context(Program("planner", sim_file, settings.out / "planner.log")))
-                _wait_ready(collector, ["planner"], programs[-1], line)
-            programs.append(others.enter_context(Program("sim", sim_file, settings.out / "sim.log")))
-            _wait_ready(collector, ["sim", "sonar", "nav"], programs[-1], line)
-            _fly(collector, settings, programs, line)
+                planner = others.enter_context(Program("planner", sim_file, settings.out / "planner.log"))
+                _wait_ready(collector, ["planner"], planner, line)
+            simulator = others.enter_context(Program("sim", sim_file, settings.out / "sim.log"))
+            _wait_ready(collector, ["sim", "sonar", "nav"], simulator, line)
+            _fly(collector, settings, _Programs(onboard, simulator, planner), line)
         return collector.record
 
 
@@ -53,11 +60,8 @@ def _wait_ready(collector: Collector, names: list[str], program: Program, line: 
             raise BenchError(f"not ready after {START_S:.0f} s: {', '.join(waiting)}; see {program.log_file}")
 
 
-def _fly(collector: Collector, settings: BenchConfig, programs: list[Program], line: report.ProgressLine) -> None:
-    """Listen for the length of the mission, or until the vehicle arrives, and kill what is to be killed.
-
-    The on-board processes are the first of the programs.
-    """
+def _fly(collector: Collector, settings: BenchConfig, programs: _Programs, line: report.ProgressLine) -> None:
+    """Listen for the length of the mission, or until the vehicle arrives, and kill what is to be killed."""
     kills = sorted(settings.kill, key=lambda item: item.at_s)
     begun_s = None
     while begun_s is None or (time.monotonic() - begun_s < settings.seconds + AFTER_S and not _arrived(collector)):
@@ -66,16 +70,19 @@ def _fly(collector: Collector, settings: BenchConfig, programs: list[Program], l
             begun_s = time.monotonic()
         elapsed_s = time.monotonic() - begun_s if begun_s else 0.0
         while kills and kills[0].at_s <= elapsed_s:
-            _kill(kills.pop(0), programs[0], collector.record)
-        for program in programs:
+            _kill(kills.pop(0), programs, collector.record)
+        for program in filter(None, programs):
             program.check()
         line.show(report.state_line(collector.record, elapsed_s, settings.seconds))
     line.show("")
 
 
-def _kill(kill: KillSettings, onboard: Program, record: RunRecord) -> None:
-    """Send a signal to one on-board process of this run."""
-    for child in onboard.children(kill.process):
+def _kill(kill: KillSettings, programs: _Programs, record: RunRecord) -> None:
+    """Send a signal to one process of this run. Of those on board `ods run` takes care, of the planner the bench."""
+    if kill.process == "planner" and programs.planner is not None:
+        record.kills.append((kill.process, clock.monotonic_ns()))
+        programs.planner.restart()
+    for child in programs.onboard.children(kill.process):
         record.kills.append((kill.process, clock.monotonic_ns()))
         child.send_signal(Signals[f"SIG{kill.signal}"])
 

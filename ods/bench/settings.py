@@ -11,13 +11,17 @@ from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """A signal to one on-board process."""
+    """A signal to one on-board process, or to the planner."""
 
-    process: Literal["sonar", "pipeline", "tracker", "nav"]
+    process: Literal["sonar", "pipeline", "tracker", "nav", "planner"]
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: it hangs until it is killed."""
+    """STOP: it hangs until it is killed; the planner, which nothing on board looks after, can be killed only."""
+
+    def __post_init__(self) -> None:
+        if (self.process, self.signal) == ("planner", "STOP"):
+            raise ValueError("signal: the planner can be killed only")
 
 
 class AvoidLimits(Settings, frozen=True):
@@ -76,5 +80,7 @@ class BenchConfig(SimConfig, frozen=True):
         missing = [key for key, value in steered.items() if value is None]
         if missing and len(missing) < len(steered):
             raise ValueError(f"{missing[0]}: missing; planner, sim.vehicle and limits.avoid belong together")
+        if self.planner is None and any(each.process == "planner" for each in self.kill):
+            raise ValueError("kill: there is no planner")
         if self.planner is not None and self.planner.can is None:
             raise ValueError("planner.can: missing: the vehicle hears set points on CAN")

@@ -116,6 +116,7 @@ def test_each_limit_is_judged(change: dict[str, object], broken: dict[str, str])
         ('[planner]\nway_points = [[170.0, 0.0, 20.0]]\n\n[planner.can]\neds = "vehicle.eds"', "", "planner: missing"),
         ('[sim.vehicle]\neds = "vehicle.eds"\ncurrent_m_s = [0.1, -0.15]', "", "sim.vehicle: missing"),
         ('[planner.can]\neds = "vehicle.eds"', "", "planner.can: missing"),
+        ("[limits]", '[[kill]]\nprocess = "planner"\nat_s = 1.0\nsignal = "STOP"\n[limits]', "signal: the planner"),
         (
             "[planner]",
             "[planner.steering]\ncruise_m_s = 33.0\n[planner]",

@@ -54,7 +54,10 @@ def test_while_the_sonar_is_silent_it_goes_slowly_and_climbs(record: RunRecord) 
     assert way[-1].position_ned[2] < 20.0
 
 
-def test_the_vehicle_goes_by_what_came_over_can(record: RunRecord) -> None:
-    """It never stopped for want of set points, and left the straight way, which is blocked at 38 m."""
-    assert record.health["sim"][-1].counters.get("vehicle_stops", 0) == 0
+def test_the_vehicle_goes_by_what_came_over_can_and_stops_while_the_planner_is_dead(record: RunRecord) -> None:
+    """It is killed at 50 s. The straight way is blocked at 38 m."""
+    dead = [each.stopped for each in record.way if 49.0 <= each.scene_s < 60.0]
+    assert not dead[0]
+    assert any(dead)
+    assert not dead[-1]
     assert max(abs(each.position_ned[1]) for each in record.way) > 3.0
