@@ -1,9 +1,11 @@
 """One `ods` command that the bench runs beside itself."""
 
+import math
 import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -27,6 +29,8 @@ class Program:
     def __init__(self, command: str, config: Path, log_file: Path) -> None:
         self.log_file = log_file
         self._command = [sys.executable, "-P", "-m", "ods", command, "--config", str(config)]
+        self._again_s = math.inf
+        """When one that was killed starts again."""
         log_file.write_bytes(b"")
         self._start()
 
@@ -40,15 +44,18 @@ class Program:
                 env=os.environ | {SUPERVISOR_PID: str(os.getpid())},
             )
 
-    def restart(self) -> None:
-        """Kill it, and start it again as a supervisor would."""
+    def restart(self, after_s: float) -> None:
+        """Kill it; `check` starts it again once that time has passed."""
         self._process.kill()
         self._process.wait()
-        self._start()
+        self._again_s = time.monotonic() + after_s
 
     def check(self) -> None:
-        """Raise BenchError, with its last words, if it has ended."""
-        if self._process.poll() is not None:
+        """Raise BenchError, with its last words, if it has ended; start it again if it was killed for that."""
+        if time.monotonic() >= self._again_s:
+            self._again_s = math.inf
+            self._start()
+        if self._process.poll() is not None and math.isinf(self._again_s):
             lines = self.log_file.read_text(errors="replace").strip().splitlines()
             raise BenchError(f"{lines[-1] if lines else 'a process ended'} (see {self.log_file})")
 

@@ -15,6 +15,8 @@ from ods.offline.run_record import RunRecord
 
 START_S = 60.0
 """For the next sign of progress."""
+PLANNER_DEAD_S = 3.0
+"""A planner that was killed is started again so much later: long enough for the vehicle's watchdog."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
@@ -81,7 +83,7 @@ def _kill(kill: KillSettings, programs: _Programs, record: RunRecord) -> None:
     """Send a signal to one process of this run. Of those on board `ods run` takes care, of the planner the bench."""
     if kill.process == "planner" and programs.planner is not None:
         record.kills.append((kill.process, clock.monotonic_ns()))
-        programs.planner.restart()
+        programs.planner.restart(PLANNER_DEAD_S)
     for child in programs.onboard.children(kill.process):
         record.kills.append((kill.process, clock.monotonic_ns()))
         child.send_signal(Signals[f"SIG{kill.signal}"])
