@@ -27,11 +27,9 @@ class PlayedPlanner:
 
     def __init__(self, folder: Path, interface: str, channel: str) -> None:
         config = folder / "bench.toml"
-        text = (ROOT / "config" / "bench.toml").read_text().replace("/tmp/ods-bench", str(folder))
-        config.write_text(
-            f"{text}\n[planner]\nway_points = [[200.0, 0.0, 20.0]]\n[planner.can]\ninterface = '{interface}'\n"
-            f"channel = '{channel}'\neds = '{ROOT}/config/vehicle.eds'\n"
-        )
+        text = (ROOT / "config" / "bench-avoid.toml").read_text().replace("/tmp/ods-bench-avoid", str(folder))
+        line = f"interface = '{interface}'\nchannel = '{channel}'\neds = '{ROOT}/config/vehicle.eds'\n"
+        config.write_text(text.replace('[planner.can]\neds = "vehicle.eds"\n', f"[planner.can]\n{line}"))
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "ods", "planner", "--config", str(config)],
             env=os.environ | {"PYTHONPATH": str(ROOT)},

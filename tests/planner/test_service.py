@@ -80,7 +80,7 @@ def test_it_is_silent_until_it_knows_where_it_is_and_on_can_once_it_has_arrived(
     running.here = None
     running.until(lambda: running.says("the vehicle's pose is not known"))
     assert (running.set_points, on_can(bus)) == ([], [])
-    running.here = pose(195.0, 0.0)
+    running.here = pose(165.0, 0.0)
     running.until(lambda: bool(running.set_points) and running.set_points[-1].arrived)
     running.newest()
     assert on_can(bus) == []
