@@ -76,6 +76,8 @@ TOPICS: dict[str, Topic] = {
         Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("clearance", messages.Clearance, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+        Topic("vehicle", messages.VehicleTruth, "sim", 20.0, queue=64, stale_s=1.0),
+        Topic("set-point", messages.VehicleSetPoint, "planner", 5.0, queue=16, stale_s=1.0),
         Topic("raw", RawBytes, "sonar", 0.0, queue=HIGH_WATER_MARK),
         Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
         Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),

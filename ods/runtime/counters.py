@@ -239,9 +239,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("can_garbage", "lines of an slcan adapter that are neither frame nor answer"),
         CounterRow("can_unsent", "frames that the bus did not take"),
     ),
+    "planner": (
+        CounterRow("set_points", "set points published", trouble=False),
+        CounterRow("not_valid", "those made of a list that is not valid or too old", trouble=False),
+        CounterRow("can_opened", "times the CAN interface was opened", trouble=False),
+        CounterRow("can_unsent", "set points that the CAN bus did not take"),
+    ),
     "sim": (
         CounterRow("pings_late", "pings that were sent after their time"),
         CounterRow("sonar_bytes_lost", "bytes of pings that no client read"),
+        CounterRow("vehicle_stops", "times the vehicle stopped, as no set point came"),
     ),
     "record": (
         CounterRow("messages", "messages written", trouble=False),
@@ -249,7 +256,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("dropped_messages", "messages dropped: the disk was full, or too slow for longer than "
                    "`record.queue_mb` lasts"),
         *(CounterRow(f"missed_{topic}", f"`{topic}` messages that were published and never came: gaps in `seq`")
-          for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "health")),
+          for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
+                        "health")),
         CounterRow("oversized_messages", "messages not written, as they are longer than 32 MB"),
         CounterRow("write_failed", "attempts to write that failed", trouble=False),
         CounterRow("deleted_segments", "files deleted as the disk was full: `record.when_full`", trouble=False),
@@ -300,8 +308,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("garbage", "CAN adapter: lines that are neither frame nor command"),
         CounterRow("dropped", "CAN adapter: frames that a port did not take"),
         CounterRow("refused", "CAN adapter: frames sent by a port that is not on the bus"),
-        CounterRow("unsent", "INS: frames that the bus did not take"),
-        CounterRow("unread", "INS: times the bus could not be read"),
+        CounterRow("unsent", "INS, vehicle: frames that the bus did not take"),
+        CounterRow("unread", "INS, vehicle: times the bus could not be read"),
+        CounterRow("short_set_points", "vehicle: set points with too few bytes, not obeyed"),
     ),
 }  # fmt: skip
 

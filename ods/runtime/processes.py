@@ -44,8 +44,8 @@ PROCESSES: dict[str, Process] = {
         Process(
             "record", "everything on the bus to files",
             reads=(
-                "ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "sonar-requests",
-                "sonar-answers",
+                "ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
+                "sonar-requests", "sonar-answers",
             ),
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
@@ -73,6 +73,12 @@ PROCESSES: dict[str, Process] = {
             by_configuration=True,
         ),
         Process(
+            "planner", "obstacles to set points of the simulated vehicle", reads=("obstacles", "clearance"),
+            publishes=("set-point",), on_board=False,
+            worker="ods.planner.service:PlannerWorker", settings="ods.planner.settings:PlannerConfig",
+            config="ods.bench.settings:BenchConfig",
+        ),
+        Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
         ),
@@ -92,7 +98,7 @@ PROCESSES: dict[str, Process] = {
             answers="sonar-requests",
         ),
         Process(
-            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth",), on_board=False,
+            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth", "vehicle"), on_board=False,
             worker="ods.sim_sonar.service:SimWorker", settings="ods.sim_sonar.settings:SimConfig",
             config="ods.bench.settings:BenchConfig",
         ),
