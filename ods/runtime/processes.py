@@ -27,7 +27,7 @@ class Process:
     raw: bool = False
     """It gets messages as the bytes that they are on the wire."""
     by_configuration: bool = False
-    """It runs only where the configuration says so: `[record] on = true`, a table `[bridge.NAME]`."""
+    """It runs only where the configuration says so: `[record] on = true`, `[[bus.listen]]`, a table `[bridge.NAME]`."""
 
     @property
     def command(self) -> str:
@@ -50,6 +50,11 @@ PROCESSES: dict[str, Process] = {
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
+        ),
+        Process(
+            "listen", "topics for other computers, by tcp with keys", reads=(), publishes=(),
+            worker="ods.listen.service:ListenWorker", settings="ods.listen.settings:ListenConfig",
+            by_configuration=True,
         ),
         Process(
             "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles",), publishes=(),
