@@ -54,7 +54,7 @@ class RemoteBus:
             self._socket.connect(self._address)
         except zmq.ZMQError as error:
             self.close()
-            raise RemoteError(f"{self._address}: {str(error).lower()}") from error
+            raise RemoteError(f"{self._address}: {zmq.strerror(error.errno or 0).lower()}") from error
         for topic in _KINDS:
             self._socket.setsockopt(zmq.SUBSCRIBE, topic)
         self._since_ns = clock.monotonic_ns()
@@ -137,6 +137,6 @@ def _meaning(address: str, event: object) -> str:
         case {"event": zmq.EVENT_HANDSHAKE_FAILED_NO_DETAIL | zmq.EVENT_HANDSHAKE_FAILED_PROTOCOL}:
             return f"{address} has another key than `server` of the key file says, or is no ods"
         case {"event": zmq.EVENT_HANDSHAKE_SUCCEEDED}:
-            return f"connected to {address}, where nothing comes"
+            return f"connected to {address}, where no new list comes"
         case _:
             return ""

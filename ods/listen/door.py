@@ -47,7 +47,7 @@ class Door:
         except zmq.ZMQError as error:
             socket.close()
             self._due_s = now_s + self._backoff.failed()
-            self.problem = f"cannot listen at {self._settings.at}: {str(error).lower()}"
+            self.problem = f"cannot listen at {self._settings.at}: {zmq.strerror(error.errno or 0).lower()}"
             return True
         self._socket, self.problem = socket, ""
         self._backoff.worked()

@@ -78,10 +78,11 @@ class Vehicle:
     def key(self, name: str = "planner") -> ClientKey:
         return read_client_key(self.keys.secret_of(name))
 
-    def client(self, key: ClientKey | None, topic: str = "") -> Socket:
+    def client(self, key: ClientKey | None, topic: str = "", queue: int = 1000) -> Socket:
         made = self._clients.socket(zmq.SUB)
         made.setsockopt(zmq.LINGER, 0)
         made.setsockopt(zmq.RECONNECT_IVL, 20)
+        made.setsockopt(zmq.RCVHWM, queue)
         if key is not None:
             made.setsockopt(zmq.CURVE_SERVERKEY, key.server.encode())
             made.setsockopt(zmq.CURVE_PUBLICKEY, key.own.public.encode())

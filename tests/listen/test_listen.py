@@ -15,7 +15,6 @@ from zmq.utils.monitor import recv_monitor_message
 
 from ods.client import Obstacles
 from ods.listen import door
-from ods.runtime import bus
 from ods.runtime.key_files import ClientKey, KeyPair, read_client_key
 from tests.listen.played import PATIENCE_S, Socket, Vehicle, drained, free_port, vehicle
 
@@ -124,7 +123,7 @@ def test_a_list_of_keys_that_is_wrong_lets_nobody_in(folder: Path) -> None:
 def test_a_reader_that_stops_reading_is_cut_and_costs_no_memory(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(door, "CUT_S", 1.0)
     with vehicle(folder) as running:
-        good, slow = running.client(running.key()), running.client(running.key())
+        good, slow = running.client(running.key()), running.client(running.key(), queue=1)
         running.until(lambda: heard(running, slow))
         assert running.worker._doors[0]._socket is not None
         seen = running.worker._doors[0]._socket.get_monitor_socket(zmq.EVENT_DISCONNECTED)
@@ -139,9 +138,8 @@ def test_a_reader_that_stops_reading_is_cut_and_costs_no_memory(folder: Path, mo
             time.sleep(0.001)
         seen.close()
         assert cut == 1
-        most_waiting = (bus.HIGH_WATER_MARK + 1000 + bus.TOPICS["obstacles"].queue) * 500_000
         assert sent >= 500_000_000
-        assert psutil.Process().memory_info().rss - before < most_waiting  # the client's own queue, which is here, too
+        assert psutil.Process().memory_info().rss - before < 100_000_000
         running.until(lambda: bool(good.poll(0)))
 
 
@@ -171,10 +169,9 @@ def test_the_client_of_planners_takes_a_key_and_looks_at_the_age(folder: Path) -
 
         def is_told() -> bool:
             said.extend(planner.next().reasons)
-            return bool(said)
+            return any(text.startswith("tracker: no obstacle list for 2.") for text in said)
 
         running.until(is_told)
-        assert said[0].startswith("tracker: no obstacle list for 2.")
         running.late_ns = 0
         running.until(lambda: planner.next().valid)
         planner.close()
