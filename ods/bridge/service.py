@@ -4,19 +4,30 @@ A receiver that hears nothing lets its obstacles expire, which is what it shall 
 """
 
 from abc import abstractmethod
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 from ods.base import clock
 from ods.bridge.encoder import Encoder
 from ods.bridge.json_udp import JsonEncoder
 from ods.bridge.moment import Moment, is_finite
 from ods.bridge.moos import MoosEncoder
-from ods.bridge.settings import BridgeConfig, JsonSettings, MoosSettings, TtmSettings, UdpSettings, destination_of
+from ods.bridge.settings import (
+    BridgeConfig,
+    JsonSettings,
+    MavlinkSettings,
+    MoosSettings,
+    TtmSettings,
+    UdpSettings,
+    destination_of,
+)
 from ods.bridge.ttm import TtmEncoder
 from ods.bridge.udp_sender import UdpSender
-from ods.messages import ObstacleList
+from ods.messages import Clearance, ObstacleList
 from ods.runtime import bus
 from ods.runtime.service import Service, StartError, Worker
+
+if TYPE_CHECKING:
+    from ods.bridge.mavlink import MavlinkEncoder
 
 STALE_NS = round(bus.TOPICS["obstacles"].stale_s * clock.NS)
 
@@ -56,8 +67,9 @@ class BridgeWorker(Worker[BridgeConfig]):
         assert isinstance(found, kind)
         return found
 
-    def handle(self, topic: str, message: ObstacleList) -> None:
+    def handle(self, topic: str, message: ObstacleList | Clearance) -> None:
         """Keep the newest list; what waits for its turn is never older than that."""
+        assert isinstance(message, ObstacleList)
         self._heard_ns = clock.monotonic_ns()
         if self._picture is not None:
             self.service.counters["paced_lists"] += 1
@@ -135,3 +147,31 @@ class MoosWorker(BridgeWorker):
     def encoder(self) -> Encoder:
         """Return what turns lists into datagrams."""
         return MoosEncoder(self.table(MoosSettings))
+
+
+class MavlinkWorker(BridgeWorker):
+    """OBSTACLE_DISTANCE, or OBSTACLE_DISTANCE_3D, of a list and its clearance."""
+
+    name = "mavlink"
+
+    def __init__(self, service: Service, settings: BridgeConfig) -> None:
+        self._mavlink: MavlinkEncoder
+        self._newest: dict[str, ObstacleList | Clearance] = {}
+        super().__init__(service, settings)
+
+    def encoder(self) -> Encoder:
+        """Return what turns lists into datagrams."""
+        try:
+            from ods.bridge.mavlink import MavlinkEncoder
+        except ImportError as error:
+            raise StartError(f"bridge.mavlink: needs pip install 'ods[mavlink]': {error}") from error
+        self._mavlink = MavlinkEncoder(self.table(MavlinkSettings))
+        return self._mavlink
+
+    def handle(self, topic: str, message: ObstacleList | Clearance) -> None:
+        """Keep the newest list of which the clearance has come, too."""
+        self._newest[topic] = message
+        picture, clearance = self._newest.get("obstacles"), self._newest.get("clearance")
+        if isinstance(picture, ObstacleList) and isinstance(clearance, Clearance) and picture.seq == clearance.seq:
+            self._mavlink.take(clearance)
+            super().handle("obstacles", picture)

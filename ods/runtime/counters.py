@@ -57,7 +57,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("hang_ups", "times all clients of an address were cut: the key of one was revoked", trouble=False),
         CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
     ),
-    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
+    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
         CounterRow("lost_pings", "ping numbers without a complete ping, for any reason", logged=True,

@@ -72,6 +72,11 @@ PROCESSES: dict[str, Process] = {
             by_configuration=True,
         ),
         Process(
+            "bridge_mavlink", "obstacles as MAVLink, over UDP", reads=("obstacles", "clearance"), publishes=(),
+            worker="ods.bridge.service:MavlinkWorker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
         ),
