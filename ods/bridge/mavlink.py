@@ -65,9 +65,10 @@ class MavlinkEncoder:
         if self._settings.form == "distance":
             self._send_distances(moment, told)
             return Encoded(self._datagrams, 0)
-        nearest = moment.nearest(self._settings.most_obstacles)
-        self._send_points(moment, told, nearest)
-        return Encoded(self._datagrams, moment.left_out(len(nearest)))
+        nearest = [(each, nearest_point(each, moment)) for each in moment.nearest(self._settings.most_obstacles)]
+        sent = [(each.id, place) for each, place in nearest if math.hypot(*place) <= self._settings.most_m]
+        self._send_points(moment, told, sent)
+        return Encoded(self._datagrams, moment.left_out(len(sent)))
 
     def _send_distances(self, moment: Moment, told: list[float | None]) -> None:
         most_cm = round(self._settings.most_m * 100.0)
@@ -86,12 +87,12 @@ class MavlinkEncoder:
             )
         )
 
-    def _send_points(self, moment: Moment, told: list[float | None], nearest: list[Obstacle]) -> None:
+    def _send_points(self, moment: Moment, told: list[float | None], nearest: list[tuple[int, Vector3]]) -> None:
         """Send obstacles, and what else bounds the known water, as one set: all have one time."""
         time_ms = moment.now_ns // MS % MOST_MS
         heading = math.radians(heading_deg(moment.pose.attitude))
-        for obstacle in nearest:
-            self._send_point(moment, time_ms, obstacle.id & 0x7FFF, nearest_point(obstacle, moment))
+        for number, place in nearest:
+            self._send_point(moment, time_ms, number & 0x7FFF, place)
         for number, distance in enumerate(told):
             if distance is not None and distance <= self._settings.most_m:
                 azimuth = heading + math.radians(number * WIDTH_DEG)
@@ -99,10 +100,8 @@ class MavlinkEncoder:
                 self._send_point(moment, time_ms, NO_ID, level)
 
     def _send_point(self, moment: Moment, time_ms: int, number: int, place_ned: Vector3) -> None:
-        distance = math.hypot(*place_ned)
-        if distance > self._settings.most_m:
-            return
-        scale = max(1.0, LEAST_M * 1.01 / distance) if distance > 0.0 else 0.0
+        """Send a point, never so near that it would not be taken."""
+        scale = max(1.0, 1.01 * LEAST_M / math.hypot(*place_ned))
         x, y, z = rotated(conjugate(moment.pose.attitude), place_ned)
         self._mav.send(
             dialect.MAVLink_obstacle_distance_3d_message(
@@ -110,7 +109,7 @@ class MavlinkEncoder:
                 sensor_type=dialect.MAV_DISTANCE_SENSOR_ULTRASOUND,
                 frame=dialect.MAV_FRAME_BODY_FRD,
                 obstacle_id=number,
-                x=x * scale if scale else LEAST_M * 1.01,
+                x=x * scale,
                 y=y * scale,
                 z=z * scale,
                 min_distance=LEAST_M,

@@ -5,7 +5,7 @@ from typing import Any
 
 from ods.base.clock import NS
 from ods.bridge.moment import Moment
-from ods.messages import ClosestApproach, Obstacle, ObstacleList, PoseAt, Site
+from ods.messages import Clearance, ClosestApproach, Obstacle, ObstacleList, PoseAt, Site
 
 SITE = Site(latitude_deg=57.0, longitude_deg=10.0)
 T_NS = 1_000 * NS
@@ -45,3 +45,13 @@ def picture(*obstacles: Obstacle, t_ns: int = T_NS, **more: Any) -> ObstacleList
 def moment(*obstacles: Obstacle, **more: Any) -> Moment:
     """Return a list that is sent one second after its ping: the vehicle is at 21 m east by then."""
     return Moment(picture(*obstacles, **more), POSE, T_NS + NS)
+
+
+def clearance(told: ObstacleList, **more: Any) -> Clearance:
+    """Return one of 72 sectors of which all are clear up to 500 m."""
+    values: dict[str, Any] = {
+        "seq": told.seq, "ping_number": told.ping_number, "t_ns": told.t_ns, "utc_ns": told.utc_ns,
+        "valid": told.valid, "clear_from_m": [0.0] * 72, "clear_to_m": [500.0] * 72, "nearest_m": [None] * 72,
+        "pose": told.pose,
+    }  # fmt: skip
+    return Clearance(**(values | more))
