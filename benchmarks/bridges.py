@@ -54,9 +54,8 @@ def _measured(name: str, keys: str, seconds: float) -> tuple[float, list[float]]
         to = f"udp://127.0.0.1:{peer.getsockname()[1]}"
         config.write_text(f'{text}\n[bridge.{name}]\nto = "{to}"\nmost_hz = 100.0\n{keys}\n')
         command = [sys.executable, "-P", "-m", "ods", "bridge", name, "--config", str(config), "--log-level", "error"]
-        bridge = subprocess.Popen(
-            command, env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path.cwd()), *sys.path])}
-        )
+        path = os.pathsep.join([str(Path.cwd()), *sys.path])
+        bridge = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": path})
         try:
             return _played(Path(folder), peer, psutil.Process(bridge.pid), seconds)
         finally:
@@ -81,8 +80,8 @@ def _play(tracker: bus.Publisher, direct: bus.Subscriber, peer: socket.socket, s
     late_ms: list[float] = []
     begun, turn = clock.monotonic_ns(), 0
     while (now := clock.monotonic_ns()) - begun < seconds * clock.NS:
+        tracker.publish("clearance", _clearance(turn, now))  # first, as it may not delay who looks at the clock
         tracker.publish("obstacles", _list(turn, now))
-        tracker.publish("clearance", _clearance(turn, now))
         late_ms += _late_ms(direct, peer)
         turn += 1
         time.sleep(max(0.0, (begun + turn * clock.NS // LISTS_HZ - clock.monotonic_ns()) / clock.NS))

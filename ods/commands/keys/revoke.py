@@ -13,4 +13,4 @@ def add_arguments(parser: ArgumentParser) -> None:
 def run(args: Namespace) -> None:
     """Take it from the list. Raises OdsError."""
     folder_of(args.config).revoke(args.name)
-    print(f"{args.name} may listen no longer: `ods listen` has hung up within 0.1 s")
+    print(f"{args.name} may listen no longer: where it does, `ods listen` hangs up at once")
