@@ -24,7 +24,8 @@ HEAD = """# Messages
 Generated from `ods/messages.py` by `make docs`; do not edit.
 
 Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, two parts a message: the topic's
-name, and a msgpack map with the fields below. On other computers: [network.md](network.md). JSON Schema of all of them: [messages.schema.json](messages.schema.json).
+name, and a msgpack map with the fields below. JSON Schema of all of them: [messages.schema.json](messages.schema.json).
+On other computers the same comes over tcp: [network.md](network.md).
 
 """
 

@@ -27,6 +27,8 @@ LEAST_M = 0.1
 SIGMAS = 2.0
 NO_ID = 65535
 MOST_MS = 1 << 32
+MOST_BYTES = 1400
+"""Of a datagram."""
 
 
 class Sector(NamedTuple):
@@ -49,14 +51,16 @@ class MavlinkEncoder:
 
     def write(self, data: bytes) -> None:
         """Take a message from pymavlink, which numbers them."""
-        self._datagrams.append(bytes(data))
+        if not self._datagrams or len(self._datagrams[-1]) + len(data) > MOST_BYTES:
+            self._datagrams.append(b"")
+        self._datagrams[-1] += bytes(data)
 
     def take(self, clearance: Clearance) -> None:
         """Keep the clearance of the list that is encoded next."""
         self._clearance = clearance
 
     def encode(self, moment: Moment) -> Encoded:
-        """Return a datagram for each message."""
+        """Return the messages, as many in a datagram as Ethernet takes in one piece."""
         self._datagrams = []
         if self._clearance is None:
             return Encoded([], 0)

@@ -75,7 +75,7 @@ class MoosSettings(UdpSettings, frozen=True):
 
 
 class MavlinkSettings(UdpSettings, frozen=True):
-    """MAVLink 2: OBSTACLE_DISTANCE or OBSTACLE_DISTANCE_3D, a datagram a message."""
+    """MAVLink 2: OBSTACLE_DISTANCE or OBSTACLE_DISTANCE_3D."""
 
     form: Literal["distance", "3d"] = "distance"
     """distance: 72 sectors around the vehicle in one message; 3d: a message for each obstacle, and for each sector that

@@ -141,6 +141,7 @@ def test_points_stand_for_what_is_not_known_to_be_empty() -> None:
     messages = told(encoded(moment(), by_hand(), form="3d"))
     places = {(round(each.x, 2), round(each.y, 2), round(each.z, 2)) for each in messages}
     assert len(messages) == 10
+    assert len(encoded(moment(), clearance(moment().picture, clear_to_m=[0.0] * 72), form="3d").datagrams) == 3
     assert {(16.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0), (0.0, -10.0, 0.0)} <= {
         (x + 0.0, y + 0.0, z + 0.0) for x, y, z in places
     }
