@@ -61,7 +61,9 @@ class KeyFolder:
     def allow(self, name: str, public: str) -> None:
         """Allow a client that made its pair itself."""
         if not is_key(public):
-            raise KeyFileError(f"{public}: is no public key: expected 40 characters, as zmq.curve_keypair() gives them")
+            raise KeyFileError(
+                f"{public[:50]!r}: is no public key: expected 40 characters, as zmq.curve_keypair() gives"
+            )
         with self._changed(name) as allowed:
             self._server_or_new()
             allowed[name] = public

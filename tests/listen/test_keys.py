@@ -9,6 +9,7 @@ import zmq
 from ods.base.settings_file import ConfigError, load
 from ods.cli import main
 from ods.client import Obstacles
+from ods.client.remote import RemoteError
 from ods.config import OnboardConfig
 from ods.listen.key_folder import KeyFolder
 from ods.runtime import supervisor
@@ -43,7 +44,8 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
     assert client.server == server.public
     assert zmq.curve_public(client.own.secret.encode()).decode() == client.own.public
     public = zmq.curve_keypair()[0].decode()
-    assert keys(tmp_path, "make", "display", "--public", public) == 0
+    (tmp_path / "display.public").write_text(f"{public}\n")
+    assert keys(tmp_path, "make", "display", "--public", str(tmp_path / "display.public")) == 0
     assert not (folder / "display.secret").exists()
     capsys.readouterr()
     assert keys(tmp_path, "list") == 0
@@ -67,7 +69,8 @@ def test_keys_are_made_listed_and_revoked(tmp_path: Path, capsys: pytest.Capture
         (["make", "../server"], "../server: is no name: "),
         (["make", "server"], "server: is no name: "),
         (["make", "old"], "allowed: has a old already: revoke it, or take another name"),
-        (["make", "new", "--public", "abc"], "abc: is no public key: expected 40 characters"),
+        (["make", "new", "--public", __file__], "is no public key: expected 40 characters"),
+        (["make", "new", "--public", "no.public"], "no.public: no such file or directory"),
         (["revoke", "new"], "allowed: has no new"),
     ],
 )
@@ -137,3 +140,30 @@ def test_none_listens_unless_it_is_said(tmp_path: Path, monkeypatch: pytest.Monk
     assert "listen" in started
     assert main(["listen", "--is-on", "--config", str(file)]) == 0
     assert load(file, OnboardConfig).bus.keys == tmp_path / "keys"
+
+
+def test_a_process_without_anything_to_say_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["listen", "--config", str(config(tmp_path, ""))]) == 2
+    assert capsys.readouterr().err.startswith("ods listen: bus.listen: missing: `at` and `topics` say what")
+    assert main(["listen", "--config", str(config(tmp_path, f'keys = "keys"\n{LISTEN}'))]) == 2
+    server = tmp_path / "keys" / "server.secret"
+    wanted = f"ods listen: bus.keys: {server}: No such file or directory (`ods keys make` makes keys)\n"
+    assert capsys.readouterr().err == wanted
+    file = config(tmp_path, "")
+    assert main(["keys", "list", "--config", str(file)]) == 2
+    assert capsys.readouterr().err.startswith(f"ods keys: {file}: bus.keys: missing: name a folder for the keys")
+
+
+def test_a_client_that_is_used_wrongly_says_so(tmp_path: Path) -> None:
+    with pytest.raises(
+        RemoteError, match=r"^tcp://127\.0\.0\.1:5600: needs a key: the file that `ods keys make` wrote"
+    ):
+        Obstacles("tcp://127.0.0.1:5600")
+    secret = KeyFolder(tmp_path / "keys").make("planner")
+    with pytest.raises(RemoteError, match=r"^tcp://127\.0\.0\.1: invalid argument$"):
+        Obstacles("tcp://127.0.0.1", key=secret)
+    with pytest.raises(KeyFileError, match=r"server\.secret: server: expected a key of 40 characters$"):
+        Obstacles("tcp://127.0.0.1:5600", key=tmp_path / "keys" / "server.secret")
+    secret.write_text("no file of keys")
+    with pytest.raises(KeyFileError, match=r"planner\.secret: is no file of keys: "):
+        Obstacles("tcp://127.0.0.1:5600", key=secret)
