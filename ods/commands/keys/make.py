@@ -29,7 +29,7 @@ def run(args: Namespace) -> None:
 
 
 def _key_in(path: Path) -> str:
-    """Return the text of a file: as an argument, a key may begin with - or be taken by the shell. Raises KeyFileError."""
+    """Return what a file holds: as an argument, a key may begin with -, or be the shell's. Raises KeyFileError."""
     try:
         return text_of(path).strip()
     except (OSError, UnicodeDecodeError) as error:
