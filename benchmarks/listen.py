@@ -33,9 +33,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=30.0)
     args = parser.parse_args()
-    print(
-        "| readers by tcp | on board, ms: median | p99 | by tcp, ms: median | p99 | `ods listen`: share of a core | MB |"
-    )
+    print("| readers by tcp | on board, ms: median | p99 | by tcp, ms: median | p99 | `ods listen`: of a core | MB |")
     print("|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory(prefix="ods-") as folder:
         config = Path(folder) / "onboard.toml"
