@@ -62,7 +62,14 @@ _BRIDGE_ROS2 = (
 )
 
 _OWN: dict[str, tuple[CounterRow, ...]] = {
-    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
+    "listen": (
+        CounterRow("passed_messages", "messages passed on, for each address", trouble=False),
+        CounterRow("admitted_clients", "times a client was let in by its key", trouble=False),
+        CounterRow("refused_clients", "times a client was refused: its key is not in the list, or no longer"),
+        CounterRow("hang_ups", "times all clients of an address were cut: the key of one was revoked", trouble=False),
+        CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
+    ),
+    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
     "bridge_ros2": _BRIDGE_ROS2,
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),

@@ -27,7 +27,7 @@ class Process:
     raw: bool = False
     """It gets messages as the bytes that they are on the wire."""
     by_configuration: bool = False
-    """It runs only where the configuration says so: `[record] on = true`, a table `[bridge.NAME]`."""
+    """It runs only where the configuration says so: `[record] on = true`, `[[bus.listen]]`, a table `[bridge.NAME]`."""
 
     @property
     def command(self) -> str:
@@ -52,6 +52,11 @@ PROCESSES: dict[str, Process] = {
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
         ),
         Process(
+            "listen", "topics for other computers, by tcp with keys", reads=(), publishes=(),
+            worker="ods.listen.service:ListenWorker", settings="ods.listen.settings:ListenConfig",
+            by_configuration=True,
+        ),
+        Process(
             "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles",), publishes=(),
             worker="ods.bridge.service:JsonWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
@@ -70,6 +75,11 @@ PROCESSES: dict[str, Process] = {
             "bridge_ros2", "obstacles, clear water and images to ROS 2, by DDS",
             reads=("obstacles", "clearance", "ping"), publishes=(),
             worker="ods.bridge.ros2.service:Ros2Worker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
+            "bridge_mavlink", "obstacles as MAVLink, over UDP", reads=("obstacles", "clearance"), publishes=(),
+            worker="ods.bridge.service:MavlinkWorker", settings="ods.bridge.settings:BridgeConfig",
             by_configuration=True,
         ),
         Process(
