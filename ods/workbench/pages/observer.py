@@ -137,7 +137,7 @@ class _Observer:
             self._drawn = rerun.result
             self._draw_result(rerun.result)
         old = rerun.result_of != wanted(state)
-        busy = _doing(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
+        busy = tracking_progress(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
         dimmed = COMPUTING if busy else "not the newest" if old and self._drawn is not None else ""
         self._plan.set_busy(dimmed)
         self._times.set_busy(dimmed)
@@ -201,7 +201,8 @@ class _Observer:
         self._now.rows = [] if told is None else [numbers(obstacle) for obstacle in told.obstacles]
 
 
-def _doing(progress: Progress | None) -> str:
+def tracking_progress(progress: Progress | None) -> str:
+    """Return in words how far a mission is tracked."""
     if progress is None or not progress.of:
         return "opening the data ..."
     what = "detecting and tracking" if progress.detects else "tracking again"
