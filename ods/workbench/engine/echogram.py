@@ -46,6 +46,16 @@ class Echogram:
         return float(0.5 * np.diff(self.bearing_rad).max(initial=0.0))
 
 
+def title_of(echogram: Echogram, beam: int | None) -> str:
+    """Return what an echogram of a beam, or of all, is called."""
+    which = "the highest level of all beams"
+    if beam is not None:
+        known = beam < len(echogram.bearing_rad)
+        which = f"beam {beam}" + (f" at {np.degrees(echogram.bearing_rad[beam]):+.1f}°" if known else ": there is none")
+    shared = f", {echogram.per_column} pings to a column: the highest" if echogram.per_column > 1 else ""
+    return f"Echogram of {echogram.pings} pings{shared}: {which}"
+
+
 def read_echogram(
     data: Data,
     beam: int | None = None,

@@ -35,6 +35,11 @@ class Way(msgspec.Struct, frozen=True):
     range_m: Sequence[float | None]
     """None interrupts the line."""
 
+    @property
+    def is_seen(self) -> bool:
+        """Whether any of it is in the fan."""
+        return any(far_m is not None for far_m in self.range_m)
+
 
 class Span(msgspec.Struct, frozen=True):
     """Pings of which the same is to be said."""
@@ -62,8 +67,8 @@ def layers_of(result: Tracked, echogram: Echogram, beam: int | None) -> Layers:
     sight = _Sight(result, echogram, beam)
     return Layers(
         _echoes(result, echogram, sight),
-        [way for course in result.courses for way in _ways(result, course, sight)],
-        [_true_way(result, truth, sight) for truth in result.truths],
+        [way for course in result.courses for way in _ways(course, sight) if way.is_seen],
+        [way for truth in result.truths if (way := _true_way(result, truth, sight)).is_seen],
         sorted([*spans(result.log.fault), *_missing(result.log.number)], key=lambda span: span.first),
         spans(result.log.invalid),
     )
@@ -113,15 +118,15 @@ class _Sight:
         gaps = np.flatnonzero(np.diff(place) > 1)
         some = np.unique(np.concatenate([_evenly(len(place)), gaps, np.flatnonzero(np.diff(shown)) + 1]))
         shown[gaps] = False
-        values = [round(r, 3) if seen else None for r, seen in zip(range_m[some], shown[some], strict=True)]
-        return Way(role, label, place[some].tolist(), values)
+        told = zip(range_m[some].tolist(), shown[some].tolist(), strict=True)
+        return Way(role, label, place[some].tolist(), [round(far_m, 3) if seen else None for far_m, seen in told])
 
 
 def _evenly(count: int) -> Ints:
     return np.unique(np.linspace(0, max(0, count - 1), min(count, MOST_VALUES)).astype(np.int64))
 
 
-def _ways(result: Tracked, course: Course, sight: _Sight) -> Iterator[Way]:
+def _ways(course: Course, sight: _Sight) -> Iterator[Way]:
     """Yield a track's way, a line for each of its states."""
     for span in course.lives():
         rows = (course.t_s >= span.from_s) & (course.t_s <= span.to_s)

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-from ods.base.errors import one_line
+from ods.base.errors import OdsError, one_line
 from ods.base.resident import give_back_freed
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.data import open_data
@@ -59,6 +59,16 @@ class EchogramRun:
             self.asked, self.error = wish, ""
             self._newest.ask(wish)
             self._listeners.tell()
+
+    def whole(self, state: State) -> Echogram:
+        """Return all of a state's echogram: what is there, or read now, which lasts. Raises OdsError."""
+        wish = wanted(state)
+        if self.result is not None and self.result_of == self._done == wish:
+            return self.result
+        made = read_echogram(open_data(wish.reference, wish.scene, self._folders), wish.beam)
+        if made is None:
+            raise OdsError("echogram: given up")
+        return made
 
     def listen(self, changed: Callable[[], None]) -> Callable[[], None]:
         """Call `changed`, in the thread, whenever there is something new here; what is returned ends that."""

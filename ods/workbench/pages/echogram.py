@@ -4,12 +4,12 @@ from functools import partial
 from typing import NamedTuple, get_args, get_type_hints
 from weakref import WeakKeyDictionary
 
-import numpy as np
 from nicegui import ui
 from nicegui.events import ValueChangeEventArguments
 
+from ods.base.errors import one_line
 from ods.workbench.engine import echogram_run, rerun
-from ods.workbench.engine.echogram import Echogram
+from ods.workbench.engine.echogram import Echogram, title_of
 from ods.workbench.engine.echogram_layers import Layers, layers_of
 from ods.workbench.engine.echogram_run import EchogramRun
 from ods.workbench.engine.newest import Newest
@@ -66,7 +66,7 @@ class _Page:
         self._picture: tuple[Echogram, EchogramPicture] | None = None
         self._shown = True
         self._layers: Newest[_Wish, Layers] = Newest(
-            lambda wish: layers_of(*wish), lambda _, made: self._show_layers(made), lambda *_: None
+            lambda wish: layers_of(*wish), lambda _, made: self._show_layers(made), self._failed
         )
         panel = ui.context.slot.parent
         self._build()
@@ -86,9 +86,14 @@ class _Page:
             self._beam.props("dense clearable stack-label").classes("w-36").mark("echogram beam")
             self._beam.on("change", lambda: self._set_beam(self._beam.value)).on("clear", lambda: self._set_beam(None))
             self._switches = {
-                layer: ui.checkbox(name, on_change=partial(self._switch, layer)).props("dense").tooltip(meaning).mark(layer)
+                layer: ui.checkbox(name, on_change=partial(self._switch, layer))
+                .props("dense")
+                .tooltip(meaning)
+                .mark(layer)
                 for layer, (name, meaning) in LAYERS.items()
             }
+            for switch in self._switches.values():
+                switch.props("dense")
             ui.label("colours, dB").classes("text-xs opacity-80 ml-2")
             self._scale = ui.range(min=-20, max=60, step=1, on_change=self._set_scale).props("dense label")
             self._scale.classes("w-28").tooltip("colour scale, dB over the echogram's median")
@@ -173,13 +178,14 @@ class _Page:
         state, run, result = self._session.state, self._run, self._rerun.result
         wish = echogram_run.wanted(state)
         echogram = run.result if run.result_of == wish else None
-        of = self._rerun.result_of
+        of, other_settings = self._rerun.result_of, ""
         if echogram is None or result is None or of is None or of[:2] != wish[:2]:
             self._view.show_layers(Layers())
         else:
             self._layers.ask(_Wish(result, echogram, wish.beam))
-        self._view.set_title(_title(echogram, wish.beam))
-        self._view.set_busy("" if echogram is not None or run.result is None else "not the newest")
+            other_settings = "" if of == rerun.wanted(state) else "detections and tracks of other settings"
+        self._view.set_title("Echogram" if echogram is None else title_of(echogram, wish.beam))
+        self._view.set_busy(other_settings or ("" if echogram is not None or run.result is None else "not the newest"))
         self._status.set_text(self._doing(state, echogram, tracks_are_old=of != rerun.wanted(state)))
         self._status.classes(replace=f"text-sm {'text-negative' if run.error else 'opacity-80'}")
 
@@ -197,16 +203,8 @@ class _Page:
             words.append(tracking_progress(self._rerun.progress))
         return "; ".join(words)
 
+    def _failed(self, _: _Wish, error: Exception) -> None:
+        in_loop(self._view, partial(self._status.set_text, f"no layers: {one_line(error)}"))
+
     def _show_layers(self, made: Layers) -> None:
         in_loop(self._view, partial(self._view.show_layers, made))
-
-
-def _title(echogram: Echogram | None, beam: int | None) -> str:
-    if echogram is None:
-        return "Echogram"
-    which = "the highest level of all beams"
-    if beam is not None:
-        known = beam < len(echogram.bearing_rad)
-        which = f"beam {beam}" + (f" at {np.degrees(echogram.bearing_rad[beam]):+.1f}°" if known else ": there is none")
-    shared = f", {echogram.per_column} pings to a column: the highest" if echogram.per_column > 1 else ""
-    return f"Echogram of {echogram.pings} pings{shared}: {which}"

@@ -5,7 +5,7 @@ import { joinLink, leaveLink, request } from "ods-charts/frames.js";
 import { drawScale, pack, paletteOf } from "ods-charts/palettes.js";
 
 const MARGIN = { left: 58, right: 74, top: 26, bottom: 62 };
-const STRIP = 13; // of one that says of each ping whether it is of use
+const STRIP = 16; // of one that says of each ping whether it is of use
 const STILL = 4; // pixels of movement that are still a click
 const MOST_ZOOM = 64;
 const ECHO = "#ff5a36";
@@ -103,7 +103,7 @@ export default {
     },
     box() {
       const { clientWidth, clientHeight } = this.$el;
-      const top = MARGIN.top + this.strips().length * STRIP + 4;
+      const top = MARGIN.top + this.strips().length * STRIP + 8;
       return {
         x: MARGIN.left, y: top, width: Math.max(16, clientWidth - MARGIN.left - MARGIN.right),
         height: Math.max(16, clientHeight - top - MARGIN.bottom),
