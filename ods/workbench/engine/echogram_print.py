@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from ods.base.arrays import Floats32
 from ods.plots.fan import dress_bar
@@ -49,8 +50,8 @@ def pooled(levels: Floats32, columns: int, cells: int) -> Floats32:
 
 def _figure(echogram: Echogram, layers: Layers, state: State) -> Figure:
     view = state.view
-    figure = Figure(figsize=(11.0, 6.5), dpi=120, layout="constrained")
-    figure.get_layout_engine().set(rect=(0.0, 0.03, 1.0, 0.97))  # below: the caption
+    layout = ConstrainedLayoutEngine(rect=(0.0, 0.03, 1.0, 0.97))  # below: the caption
+    figure = Figure(figsize=(11.0, 6.5), dpi=120, layout=layout)
     strips, axes = figure.subplots(2, 1, sharex=True, height_ratios=(1, 14))
     figure.suptitle(title_of(echogram, view.echogram_beam), fontsize=12)
     _draw_strips(strips, layers, view.echogram_layers)
