@@ -138,7 +138,7 @@ def _print(session: Session) -> None:
     """Build what draws the ping that is shown, or the echogram, for paper."""
     with ui.row().classes("w-full items-end"):
         what = ui.select({"ping": "the ping", "echogram": "the echogram"}, value="ping", label="what")
-        what.mark("print what")
+        what.mark("printed")
         name = ui.input("file: .png, .svg or .pdf", value=_new_file(session, "ping.png")).classes("grow")
         style = ui.select(["light", "dark"], value="light", label="style")
     what.on_value_change(lambda: name.set_value(_new_file(session, f"{what.value}.png")))

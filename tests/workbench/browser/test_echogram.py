@@ -20,6 +20,7 @@ duration_s = 6.0
 seed = 1
 
 [vehicle]
+position_ned = [0.0, 0.0, 0.0]
 velocity_ned = [0.6, 0.0, 0.0]
 
 [[objects]]
@@ -39,7 +40,7 @@ radius_m = 2.0
 gain = 20000.0
 noise_counts = 30.0
 """
-VIEW = "const view = [...document.querySelectorAll('div')].find((item) => item.echogramView).echogramView;"
+VIEW = "const view = [...document.querySelectorAll('div')].find((item) => item.echogramView)?.echogramView;"
 BRIGHTEST = (
     VIEW
     + """
@@ -69,7 +70,7 @@ def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrom
 
 
 def asked(window: webdriver.Chrome, what: str) -> Any:
-    return window.execute_script(f"{VIEW} return {what};")
+    return window.execute_script(f"{VIEW} return view && ({what});")
 
 
 def at(window: webdriver.Chrome, place: int, range_m: float) -> ActionChains:

@@ -15,7 +15,7 @@ from tests.export import mission
 from tests.workbench.pages.test_observer_views import AWAKE, ONE, PINGS, tracked
 
 BEHIND = math.pi - math.atan2(90.0, 15.0)
-"""About the bearing of the object: nearly 90 m to port of a vehicle that heads east, and 15 m behind it."""
+"""About the bearing of the object: nearly 90 m to starboard of a vehicle that heads east, and 15 m behind it."""
 RANGES = [math.hypot(90.0 - place, 15.0, 8.0) for place in range(PINGS)]
 """Of an object that goes north at 1 m/s from 10 m north, 5 m east, 2 m down, seen from 100, 20, 10."""
 
@@ -38,7 +38,7 @@ def test_a_track_goes_where_its_ranges_are_with_a_line_for_each_state() -> None:
 
 def test_of_one_beam_only_what_reaches_into_it_is_shown() -> None:
     result = tracked({4: dict.fromkeys(range(PINGS), AWAKE)})
-    seen = layers_of(result, echogram(-BEHIND - 0.02, -BEHIND, -BEHIND + 0.02), 1)
+    seen = layers_of(result, echogram(BEHIND - 0.02, BEHIND, BEHIND + 0.02), 1)
     assert [way.label for way in seen.tracks] == ["4"]
     assert layers_of(result, echogram(-0.4, 0.0, 0.4), 1).tracks == []
     assert layers_of(result, echogram(-0.4, 0.0, 0.4), None).tracks == []  # out of the fan
