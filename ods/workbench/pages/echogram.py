@@ -23,7 +23,7 @@ from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import wake
 
 VIEW = "echogram"
-HEIGHT = "calc(100vh - 11.5rem)"
+HEIGHT = "calc(100vh - 9.5rem)"
 PALETTES = get_args(get_type_hints(View)["palette"])
 LAYERS: dict[EchogramLayer, tuple[str, str]] = {
     "echoes": ("detections", "of configuration A"),
@@ -82,9 +82,8 @@ class _Page:
 
     def _build(self) -> None:
         with ui.row().classes("w-full items-center gap-3"):
-            self._beam = ui.number("beam", min=0, precision=0, placeholder="all: the highest")
-            self._beam.props("dense clearable stack-label").classes("w-36").mark("echogram beam")
-            self._beam.on("change", lambda: self._set_beam(self._beam.value)).on("clear", lambda: self._set_beam(None))
+            self._beam = ui.number("beam", min=0, precision=0, placeholder="all: the highest", on_change=self._set_beam)
+            self._beam.props("dense clearable stack-label debounce=400").classes("w-36").mark("echogram beam")
             self._switches = {
                 layer: ui.checkbox(name, on_change=partial(self._switch, layer))
                 .props("dense")
@@ -110,8 +109,8 @@ class _Page:
         if getattr(self._session.state.view, name) != value:
             self._session.do(SetView(name, value))
 
-    def _set_beam(self, value: float | None) -> None:
-        self._set("echogram_beam", None if value is None else int(value))
+    def _set_beam(self, event: ValueChangeEventArguments[float | None]) -> None:
+        self._set("echogram_beam", None if event.value is None else max(0, int(event.value)))
 
     def _switch(self, layer: EchogramLayer, event: ValueChangeEventArguments[bool]) -> None:
         shown = self._session.state.view.echogram_layers
