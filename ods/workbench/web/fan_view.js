@@ -6,6 +6,9 @@ import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
 const KINDS = {
   detection: { colour: "#ff5a36", label: "detection" },
+  right: { colour: "#4fd1a5", label: "right", sign: "✓" },
+  false: { colour: "#ff5a36", label: "false", sign: "✕" },
+  missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
   only_a: { colour: "#ff9d2e", label: "only A" },
   only_b: { colour: "#37b6ff", label: "only B" },
   truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
@@ -414,7 +417,7 @@ export default {
       return end;
     },
     drawCircle(context, projection, [range_m, bearing_rad, radius_m, kind]) {
-      const { colour, dash } = KINDS[kind] || KINDS.detection;
+      const { colour, dash, sign } = KINDS[kind] || KINDS.detection;
       const [ahead, across] = [range_m * Math.cos(bearing_rad), range_m * Math.sin(bearing_rad)];
       context.beginPath();
       for (let index = 0; index <= 36; index++) {
@@ -431,6 +434,22 @@ export default {
       context.strokeStyle = colour;
       context.stroke();
       context.setLineDash([]);
+      if (sign) this.drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour);
+    },
+    // Above the circle, as large at every scale: what is told by colour is told by shape, too.
+    drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour) {
+      const [x, y] = projection.toCanvas(range_m, bearing_rad);
+      const [, top] = projection.toCanvas(range_m + radius_m, bearing_rad);
+      context.save();
+      context.font = "bold 15px system-ui, sans-serif";
+      context.textAlign = "center";
+      context.lineWidth = 3.5;
+      context.strokeStyle = "rgba(0, 0, 0, 0.8)";
+      const above = y - Math.max(6, Math.abs(top - y)) - 4;
+      context.strokeText(sign, x, above);
+      context.fillStyle = colour;
+      context.fillText(sign, x, above);
+      context.restore();
     },
     drawPinned(context, projection) {
       const { near_m, far_m } = projection.geometry;
@@ -493,7 +512,7 @@ export default {
     legend() {
       const counts = {};
       for (const [, , , kind] of this.frame.circles) counts[kind] = (counts[kind] || 0) + 1;
-      const kinds = Object.entries(counts).map(([kind, count]) => `${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`);
+      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`.trim());
       const levels = this.frame.thresholds_db.map(([name, level]) => `${name} ${level.toFixed(1)} dB`);
       return [...kinds, ...levels].join("   ");
     },

@@ -22,7 +22,7 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ods.base.arrays import Floats, Floats32, Mask
 
 Cells = npt.NDArray[np.uint8]
-Kind = Literal["detection", "only_a", "only_b", "truth", "track"]
+Kind = Literal["detection", "right", "false", "missed", "only_a", "only_b", "truth", "track"]
 MOST_CELLS = 4096
 """Range cells of a beam that a page may ask for."""
 NOT_UNDERSTOOD = 1003
