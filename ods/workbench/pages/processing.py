@@ -84,9 +84,9 @@ class _Page:
     def _build_tools(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-40").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-[8.25rem]").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-40").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-[8.25rem]").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")

@@ -138,7 +138,8 @@ class StageList:
         with self._list:
             for place, stage in enumerate(chain):
                 self._stage(state, place, str(stage["use"]), place == len(chain) - 1)
-            self._counts = ui.label(self._counted).classes("text-sm px-4").mark("counts")
+            self._counts = ui.label(self._counted).classes("text-sm px-4 w-full").mark("counts")
+            self._counts.classes("sticky bottom-0 z-10 backdrop-blur-md")
             self._fold("image", "image", "opacity-90", self._image)
             self._fold("attention", "focus of attention", "opacity-90", self._attention)
         self._columns.set_text(self._told_columns(state))

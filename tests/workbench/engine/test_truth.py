@@ -52,9 +52,12 @@ def test_true_objects_lie_where_the_head_sees_them() -> None:
     """The vehicle heads east at (100, 20, 10); the object is 40 m east and 30 m south: to starboard."""
     object_ = TruthObject("rock", (70.0, 60.0, 10.0), (0.0, 0.0, 0.0), 1.5, True)
     truth = Truth(3, 0, 0, mission.POSE.position_ned, mission.POSE.attitude, [object_])
-    assert true_circles(truth, AT_ORIGIN) == [("rock", pytest.approx(50.0), pytest.approx(math.atan(0.75)), 1.5, True)]
+    (seen,) = true_circles(truth, AT_ORIGIN)
+    assert (seen.range_m, seen.bearing_rad) == pytest.approx((50.0, math.atan(0.75)))
+    assert (seen.name, seen.radius_m, seen.in_sector) == ("rock", 1.5, True)
     ahead = Mounting(MountingSettings(position_m=(40.0, 0.0, 0.0), yaw_deg=90.0))
-    assert true_circles(truth, ahead) == [("rock", pytest.approx(30.0), pytest.approx(0.0, abs=1e-9), 1.5, True)]
+    (seen,) = true_circles(truth, ahead)
+    assert (seen.range_m, seen.bearing_rad) == pytest.approx((30.0, 0.0), abs=1e-9)
     assert true_circles(msgspec.structs.replace(truth, objects=[]), AT_ORIGIN) == []
 
 
