@@ -30,6 +30,8 @@ class Way(msgspec.Struct, frozen=True):
 
     role: str
     """A state of tracks, or TRUTH."""
+    id: str
+    """Of the track; empty: none."""
     label: str
     place: Sequence[int]
     range_m: Sequence[float | None]
@@ -67,7 +69,7 @@ def layers_of(result: Tracked, echogram: Echogram, beam: int | None) -> Layers:
     sight = _Sight(result, echogram, beam)
     return Layers(
         _echoes(result, echogram, sight),
-        [way for course in result.courses for way in _ways(course, sight) if way.is_seen],
+        [way for course in result.courses for way in _ways(course, result.name_of(course.id), sight) if way.is_seen],
         [way for truth in result.truths if (way := _true_way(result, truth, sight)).is_seen],
         sorted([*spans(result.log.fault), *_missing(result.log.number)], key=lambda span: span.first),
         spans(result.log.invalid),
@@ -110,7 +112,7 @@ class _Sight:
         across = np.arcsin(np.clip(radius_m / np.maximum(range_m, 1e-9), 0.0, 1.0)) if self._is_beam else 0.0
         return np.asarray((bearing_rad >= self._left - across) & (bearing_rad <= self._right + across))
 
-    def way(self, role: str, label: str, place: Ints, position: Floats, radius_m: Floats | float) -> Way:
+    def way(self, role: str, identity: str, label: str, place: Ints, position: Floats, radius_m: Floats | float) -> Way:
         """Return the slant range of places, (k, 3) NED, at pings."""
         body = np.einsum("ki,kij->kj", position - self._head[place], self._turn[place])
         range_m, bearing, _ = body_to_polar(body)
@@ -119,25 +121,27 @@ class _Sight:
         some = np.unique(np.concatenate([_evenly(len(place)), gaps, np.flatnonzero(np.diff(shown)) + 1]))
         shown[gaps] = False
         told = zip(range_m[some].tolist(), shown[some].tolist(), strict=True)
-        return Way(role, label, place[some].tolist(), [round(far_m, 3) if seen else None for far_m, seen in told])
+        return Way(
+            role, identity, label, place[some].tolist(), [round(far_m, 3) if seen else None for far_m, seen in told]
+        )
 
 
 def _evenly(count: int) -> Ints:
     return np.unique(np.linspace(0, max(0, count - 1), min(count, MOST_VALUES)).astype(np.int64))
 
 
-def _ways(course: Course, sight: _Sight) -> Iterator[Way]:
+def _ways(course: Course, name: str, sight: _Sight) -> Iterator[Way]:
     """Yield a track's way, a line for each of its states."""
     for span in course.lives():
         rows = (course.t_s >= span.from_s) & (course.t_s <= span.to_s)
         state = NAMES.get(span.state, "terminated")
         if state != "terminated" and rows.any():
-            yield sight.way(state, str(course.id), course.place[rows], course.position[rows], course.radius[rows])
+            yield sight.way(state, str(course.id), name, course.place[rows], course.position[rows], course.radius[rows])
 
 
 def _true_way(result: Tracked, truth: TrueCourse, sight: _Sight) -> Way:
     place = np.searchsorted(result.t_s, truth.t_s - 1e-6)
-    return sight.way(TRUTH, truth.name, place, truth.position, truth.radius_m)
+    return sight.way(TRUTH, "", truth.name, place, truth.position, truth.radius_m)
 
 
 def _echoes(result: Tracked, echogram: Echogram, sight: _Sight) -> Echoes:

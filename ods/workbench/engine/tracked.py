@@ -157,9 +157,21 @@ class Tracked:
         name = next((score.name for score in self.scores if identity in score.ids), None)
         return next((truth for truth in self.truths if truth.name == name), None)
 
+    def name_of(self, identity: int) -> str:
+        """Return what a track is called: with the true object that it stood for, so that numbers of tracks and names of
+        objects are not taken for each other."""
+        truth = self.truth_of(identity)
+        stood_for = truth.name if truth is not None else "false" if identity in self.false_ids and self.truths else ""
+        return f"{track_name(identity)} ({stood_for})" if stood_for else track_name(identity)
+
     def course(self, identity: int | None) -> Course | None:
         """Return an object's course."""
         return next((course for course in self.courses if course.id == identity), None)
+
+
+def track_name(identity: int) -> str:
+    """Return what a track is called of which nothing else is known."""
+    return f"track {identity}"
 
 
 def heading_of(attitude: Quaternion) -> float:

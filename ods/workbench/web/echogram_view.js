@@ -1,6 +1,6 @@
 // An echogram on two canvases: levels of range against ping, the highest of what shares a pixel; over them axes, echoes,
 // tracks and true objects, and above them strips that say where images and lists were not to be trusted.
-import { gridInk, halo, ink, legend, prepare, styleOf, ticks, watch } from "ods-charts";
+import { gridInk, halo, ink, legend, legendOf, prepare, styleOf, ticks, watch } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
 import { drawScale, pack, paletteOf } from "ods-charts/palettes.js";
 
@@ -271,7 +271,7 @@ export default {
     },
     drawWay(context, way) {
       const style = styleOf(way.role);
-      const isMarked = way.role !== "truth" && way.label === String(this.now.marked);
+      const isMarked = way.id !== "" && way.id === String(this.now.marked);
       for (const [width, colour] of [[style.width + 2.5, "rgba(0, 0, 0, 0.6)"], [style.width + (isMarked ? 1.5 : 0), style.colour]]) {
         context.lineWidth = width;
         context.strokeStyle = colour;
@@ -330,8 +330,8 @@ export default {
         x += 30 + context.measureText("detection").width;
       }
       const roles = this.has("tracks") ? [...new Set(this.over.tracks.map((way) => way.role))] : [];
-      for (const role of roles) write(role, styleOf(role).label);
-      if (this.has("truth") && this.over.truths.length) write("truth", "truth");
+      for (const role of roles) write(role, legendOf(role));
+      if (this.has("truth") && this.over.truths.length) write("truth", legendOf("truth"));
     },
     // What the pointer is on, in words; without a pointer how to go on.
     drawReading(context, width, height) {

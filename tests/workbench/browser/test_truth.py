@@ -1,5 +1,6 @@
 """Right, false and missed in a real browser: counted beside the sliders, and drawn with signs of their own."""
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -9,7 +10,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.workbench.browser.test_narrow import SIDEWAYS
-from tests.workbench.browser.waiting import open_menu, until, wait_for
+from tests.workbench.browser.waiting import TEXT, open_menu, until, wait_for
 from tests.workbench.chromium import chromium, programs
 from tests.workbench.serving import PROJECT, serving
 
@@ -48,37 +49,45 @@ def kinds(window: webdriver.Chrome) -> list[Any]:
     return found
 
 
+def counts(window: webdriver.Chrome) -> dict[str, int]:
+    """Return what is said beside the sliders: how many are right, false, missed."""
+    said = re.search(r"against the truth: (.*)", str(window.execute_script(TEXT)))
+    return {word: int(count) for count, word in re.findall(r"(\d+) (right|false|missed)", said[1])} if said else {}
+
+
 def test_what_is_there_is_right(window: webdriver.Chrome) -> None:
-    wait_for(window, "3 right, 0 false, 0 missed")
-    assert kinds(window) == ["right"] * 3
-    assert window.execute_script(SIGNS) == ["✓"] * 3
+    told = counts(window)
+    assert (told["right"], told["missed"]) == (3, 0)
+    assert kinds(window) == ["false"] * told["false"] + ["right"] * 3
+    assert window.execute_script(SIGNS) == ["✓"] * 3 + ["✕"] * told["false"]
 
 
 def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) -> None:
     label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high']") if each.is_displayed())
     row = label.find_element(By.XPATH, "./ancestor::*[descendant::input][1]")
     field = row.find_element(By.CSS_SELECTOR, "input")
-    field.send_keys(Keys.CONTROL + "a", "500", Keys.ENTER)
-    wait_for(window, "0 right, 0 false, 3 missed")
+    field.send_keys(Keys.CONTROL + "a", "100", Keys.ENTER)
+    until(lambda: counts(window) == {"right": 0, "false": 0, "missed": 3})
     until(lambda: kinds(window) == ["missed"] * 3)
     assert window.execute_script(SIGNS) == ["?"] * 3
 
 
 def test_without_truth_they_are_only_detections(window: webdriver.Chrome) -> None:
     window.find_element(By.CSS_SELECTOR, "body").send_keys(Keys.CONTROL + "z")
-    wait_for(window, "3 right, 0 false, 0 missed")
+    until(lambda: counts(window).get("right") == 3)
     box = next(item for item in window.find_elements(By.CSS_SELECTOR, ".q-checkbox") if item.text == "truth")
     box.click()
-    until(lambda: kinds(window) == ["detection"] * 3)
-    until(lambda: "against the truth" not in window.find_element(By.TAG_NAME, "body").text)
+    until(lambda: set(kinds(window)) == {"detection"})
+    until(lambda: counts(window) == {})
     box.click()
-    wait_for(window, "3 right")
+    until(lambda: counts(window).get("right") == 3)
 
 
 @pytest.mark.parametrize(("width", "height"), [(1440, 900), (1024, 700)])
-def test_the_tools_have_one_row(window: webdriver.Chrome, width: int, height: int) -> None:
+def test_nothing_is_cut_off(window: webdriver.Chrome, width: int, height: int) -> None:
     window.execute_cdp_cmd(
         "Emulation.setDeviceMetricsOverride",
         {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False},
     )
     assert window.execute_script(SIDEWAYS) == []
+    assert counts(window)["right"] == 3

@@ -29,7 +29,7 @@ def echogram(*bearings: float, per_column: int = 1) -> Echogram:
 
 def test_a_track_goes_where_its_ranges_are_with_a_line_for_each_state() -> None:
     layers = layers_of(tracked({4: ONE}), echogram(-math.pi, math.pi), None)
-    assert [(way.role, way.label, list(way.place)) for way in layers.tracks] == [
+    assert [(way.role, way.id, list(way.place)) for way in layers.tracks] == [
         ("active", "4", [2, 3, 4, 5]), ("stand_by", "4", [5, 6, 7]), ("hibernated", "4", [7])
     ]  # fmt: skip
     for way in layers.tracks:
@@ -39,7 +39,7 @@ def test_a_track_goes_where_its_ranges_are_with_a_line_for_each_state() -> None:
 def test_of_one_beam_only_what_reaches_into_it_is_shown() -> None:
     result = tracked({4: dict.fromkeys(range(PINGS), AWAKE)})
     seen = layers_of(result, echogram(BEHIND - 0.02, BEHIND, BEHIND + 0.02), 1)
-    assert [way.label for way in seen.tracks] == ["4"]
+    assert [way.label for way in seen.tracks] == ["track 4"]
     assert layers_of(result, echogram(-0.4, 0.0, 0.4), 1).tracks == []
     assert layers_of(result, echogram(-0.4, 0.0, 0.4), None).tracks == []  # out of the fan
     assert list(layers_of(result, echogram(0.2, 0.25, 0.3), 1).echoes.place) == list(range(PINGS))
