@@ -182,7 +182,7 @@ class _Observer:
         span = float(result.t_s[0]), float(result.t_s[-1])
         which = None if course is None else course.id
         self._times.show(span, observer_times.panels(result, course), observer_times.strips(result, which))
-        title = "Lives" if which is None else f"Lives, and the course of {result.name_of(which)}; bands: 2 sigma"
+        title = "Lives" if which is None else f"Lives; course of {result.name_of(which)}, 2 sigma"
         self._times.set_title(title)
 
     def _draw_moment(self) -> None:

@@ -108,7 +108,7 @@ export default {
       context.textBaseline = "middle";
       context.textAlign = "left";
       context.fillStyle = ink();
-      context.fillText([this.now.title, this.now.busy].filter(Boolean).join("  ·  "), 10, 12);
+      context.fillText([this.now.title, this.now.busy].filter(Boolean).join("  ·  "), 10, 12, width - 14);
       this.boxes = [];
       if (!this.whole || this.whole[1] <= this.whole[0]) return this.nothing(context, width, height);
       context.globalAlpha = this.now.busy ? 0.4 : 1;

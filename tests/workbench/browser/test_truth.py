@@ -66,7 +66,8 @@ def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) ->
     label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high']") if each.is_displayed())
     row = label.find_element(By.XPATH, "./ancestor::*[descendant::input][1]")
     field = row.find_element(By.CSS_SELECTOR, "input")
-    field.send_keys(Keys.CONTROL + "a", "100", Keys.ENTER)
+    field.send_keys(Keys.CONTROL + "a")
+    field.send_keys("100", Keys.ENTER)
     until(lambda: counts(window) == {"right": 0, "false": 0, "missed": 3})
     until(lambda: kinds(window) == ["missed"] * 3)
     assert window.execute_script(SIGNS) == ["?"] * 3
