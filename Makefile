@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
+.PHONY: bench bench-rough bench-avoid bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -16,6 +16,10 @@ bench: kernels
 # the bench over a rough sea-bed
 bench-rough: kernels
 	$(BIN)/ods bench --config config/bench-rough.toml
+
+# the bench with a planner in the loop: the simulated vehicle goes as it says
+bench-avoid: kernels
+	$(BIN)/ods bench --config config/bench-avoid.toml
 
 # the bench where vcan0 is: on this host or in a guest kernel, see docs/vcan.md
 bench-vcan: kernels

@@ -30,7 +30,8 @@ SETTLE_S = 3.0
 POSE = PoseAt((0.0, 0.0, 5.0), (1.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.1, 0.1, 0.1), (0.01, 0.01, 0.01))
 MOST_SHARE, MOST_MS = 0.02, 5.0
 """What is wanted."""
-BRIDGES = ("json", "ttm", "moos", "ros2")
+BRIDGES = {"json": "", "ttm": "", "moos": "", "ros2": "", "mavlink": "", "mavlink-3d": 'form = "3d"\nmost_m = 200.0'}
+"""And further keys."""
 ROS_DOMAIN = 99
 
 
@@ -128,12 +129,13 @@ def main() -> None:
         print(f"| {name} | {share:.2%} | {median:.2f} | {high:.2f} | {len(late_ms)} |")
 
 
-def _measured(name: str, seconds: float) -> tuple[float, list[float]]:
+def _measured(row: str, seconds: float) -> tuple[float, list[float]]:
     """Return a bridge's share of a core, and how much later each list was there than at a subscriber, ms."""
+    name = row.split("-")[0]
     with tempfile.TemporaryDirectory(prefix="ods-") as folder, _peer(name) as peer:
         config = Path(folder) / "onboard.toml"
         text = Path("config/onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{folder}"')
-        config.write_text(f"{text}\n[bridge.{name}]\n{peer.table}\nmost_hz = 100.0\n")
+        config.write_text(f"{text}\n[bridge.{name}]\n{peer.table}\nmost_hz = 100.0\n{BRIDGES[row]}\n")
         command = [sys.executable, "-P", "-m", "ods", "bridge", name, "--config", str(config), "--log-level", "error"]
         bridge = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": _path()})
         try:

@@ -3,10 +3,12 @@
 // c++ -std=c++17 -o planner planner.cpp -lzmq       (Debian: libzmq3-dev)
 // ./planner RUN_DIR LISTS
 #include <algorithm>
+#include <cerrno>
 #include <cstdlib>
 #include <iostream>
 #include <memory>
 #include <string>
+#include <unistd.h>
 #include <vector>
 #include <zmq.h>
 
@@ -36,9 +38,15 @@ static void print(const OdsList &list, const std::vector<OdsObstacle> &obstacles
     std::cout << "]}" << std::endl;
 }
 
+// Why nothing is heard: ZeroMQ tries again and again without a word, also where it has no right to the socket.
+static const char *why_silent(const std::string &socket_file) {
+    if (access(socket_file.c_str(), W_OK) == 0) return "the tracker is there, and silent";
+    return errno == EACCES ? "no right to open the socket: join its group" : "no socket: does the tracker run?";
+}
+
 int main(int argc, char **argv) {
     if (argc != 3) return 2;
-    const std::string address = "ipc://" + std::string(argv[1]) + "/tracker.sock";
+    const std::string file = std::string(argv[1]) + "/tracker.sock", address = "ipc://" + file;
     const int silence_ms = 1000;
     std::unique_ptr<void, int (*)(void *)> context(zmq_ctx_new(), zmq_ctx_term);
     std::unique_ptr<void, int (*)(void *)> socket(zmq_socket(context.get(), ZMQ_SUB), zmq_close);
@@ -49,7 +57,9 @@ int main(int argc, char **argv) {
     for (int left = std::atoi(argv[2]); left > 0; left--) {
         Part topic, body;
         OdsList list = OdsList();
-        if (topic.receive(socket.get()) && body.receive(socket.get()))
+        if (!topic.receive(socket.get()))
+            std::cerr << file << ": " << why_silent(file) << std::endl;
+        else if (body.receive(socket.get()))
             if (!ods_read_list(zmq_msg_data(&body.message), zmq_msg_size(&body.message), &list, obstacles.data(),
                                obstacles.size()))
                 list = OdsList(); // of no use: as silence, it is no valid list

@@ -108,7 +108,9 @@ install_units() {
     install -m 644 "$scratch/ods@.service" deploy/ods.target $UNITS
     sed "s|/opt/ods/|$PREFIX/|" deploy/record.conf >"$scratch/record.conf"
     install -D -m 644 "$scratch/record.conf" $UNITS/ods@record.service.d/record.conf
-    for bridge in json ttm moos ros2; do
+    sed "s|/opt/ods/|$PREFIX/|" deploy/listen.conf >"$scratch/listen.conf"
+    install -D -m 644 "$scratch/listen.conf" $UNITS/ods@listen.service.d/listen.conf
+    for bridge in json ttm moos ros2 mavlink; do
         sed "s|/opt/ods/|$PREFIX/|; s|NAME|$bridge|" deploy/bridge.conf >"$scratch/bridge.conf"
         install -D -m 644 "$scratch/bridge.conf" "$UNITS/ods@bridge_$bridge.service.d/bridge.conf"
     done

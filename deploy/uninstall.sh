@@ -11,7 +11,7 @@ if [ -e $UNITS/ods@.service ]; then
     prefix=$(sed -n 's|^ExecStart=\(.*\)/bin/ods .*|\1|p' $UNITS/ods@.service)
     systemctl --quiet disable ods.target
     [ ! -d /run/systemd/system ] || systemctl stop ods.target 'ods@*.service'
-    rm -rf $UNITS/ods@record.service.d $UNITS/ods@bridge_*.service.d
+    rm -rf $UNITS/ods@record.service.d $UNITS/ods@listen.service.d $UNITS/ods@bridge_*.service.d
     rm -f $UNITS/ods@.service $UNITS/ods.target /etc/udev/rules.d/90-ods-serial.rules /etc/sysctl.d/90-ods.conf
     [ ! -d /run/systemd/system ] || systemctl daemon-reload
     [ ! -e "$prefix/pyvenv.cfg" ] || rm -rf "$prefix"

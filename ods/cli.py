@@ -61,6 +61,7 @@ class Command(NamedTuple):
 
 GROUPS = {
     "map": ("ACTION", "the map of objects at rest: list, export, merge, prune"),
+    "keys": ("ACTION", "keys of clients on other computers: make, list, revoke"),
     "bridge": ("NAME", "obstacles to planners and displays of others"),
     "assess": ("WHAT", "accuracy and speed of every setting, on one chart"),
 }
@@ -68,7 +69,11 @@ COMMANDS = (
     Command("run", "ods.commands.run", "keep the on-board processes up", ONBOARD),
     *(Command(process.command, f"ods.commands.{'bridge' if ' ' in process.command else 'process'}",
               f"one process: {process.job}", ONBOARD if process.on_board else BENCH)
-      for process in PROCESSES.values() if process.name != "record"),
+      for process in PROCESSES.values() if process.name not in ("record", "listen")),
+    Command("listen", "ods.commands.listen", "one process: topics for other computers, by tcp with keys", ONBOARD),
+    Command("keys make", "ods.commands.keys.make", "let a client on another computer listen", ONBOARD),
+    Command("keys list", "ods.commands.keys.list", "clients that may listen", ONBOARD),
+    Command("keys revoke", "ods.commands.keys.revoke", "let a client listen no longer", ONBOARD),
     Command("bench", "ods.bench.command", "whole chain against the simulated sonar and vehicle", BENCH),
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),

@@ -533,6 +533,30 @@ class Clearance(msgspec.Struct, frozen=True):
     made_utc_ns: Instant = 0
 
 
+class VehicleSetPoint(msgspec.Struct, frozen=True):
+    """Set point of the reference planner for the simulated vehicle; on the bench only."""
+
+    seq: Count
+    """Set points published by this planner process, from 0."""
+    t_ns: Instant
+    """When it was made; it holds until the next one."""
+    utc_ns: Instant
+    heading_rad: float
+    """From north to east."""
+    speed_m_s: float
+    """Through the water."""
+    down_m: float
+    """Of the vehicle's origin."""
+    list_seq: Count
+    """`ObstacleList.seq` of the list that it was made of."""
+    avoiding: bool
+    """Something is in the way to the way-point."""
+    valid: bool
+    """False: that list is not valid or too old; the planner does what its settings say for that."""
+    arrived: bool
+    """The last way-point is reached; then no set points go to the vehicle any more."""
+
+
 class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
     """A planner's request to the sonar process to set values until the next request; without values it only asks.
 
@@ -633,6 +657,21 @@ class Truth(msgspec.Struct, frozen=True):
     position_ned: Vector3
     attitude: Quaternion
     objects: list[TruthObject]
+
+
+class VehicleTruth(msgspec.Struct, frozen=True):
+    """Ground truth of the simulated vehicle that obeys set points; on the bench only, never read on board."""
+
+    seq: Count
+    t_ns: Instant
+    scene_s: float
+    """Scene time: 0 at the start of the mission."""
+    position_ned: Vector3
+    attitude: Quaternion
+    velocity_ned: Vector3
+    """Over ground, m/s."""
+    stopped: bool
+    """Its propeller stands still, as no set points come."""
 
 
 def frame_of(ping: Ping) -> "AnyArray":

@@ -26,6 +26,10 @@ Generated from `ods/messages.py` by `make docs`; do not edit.
 Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, two parts a message: the topic's
 name, and a msgpack map with the fields below. JSON Schema of all of them: [messages.schema.json](messages.schema.json).
 
+The folder has mode 0750 and the sockets 0660, whatever the umask: readers must be of the group of the processes' user
+(`ods` where the units run; log in anew after joining). On other computers the same comes over tcp:
+[network.md](network.md).
+
 """
 
 PACED = f"""

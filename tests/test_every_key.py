@@ -71,6 +71,7 @@ def test_each_wrong_value_is_one_line_with_its_key(tmp_path: Path, kind: type[Se
 
 
 ENDINGS = {
+    "_deg_s": "degrees/s",
     "_m_s": "m/s",
     "_m": "metres",
     "_s": "seconds",

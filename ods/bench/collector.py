@@ -9,7 +9,7 @@ import zmq
 
 from ods.base import clock
 from ods.bench.spool import Spool
-from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.messages import Detections, Health, ObstacleList, Ping, Truth, VehicleSetPoint, VehicleTruth
 from ods.offline.recorded import TruthsByNumber
 from ods.offline.run_record import RunRecord
 from ods.runtime import bus
@@ -55,10 +55,12 @@ class Collector:
             lists=Spool(tuple[int, ObstacleList], folder),
             truths=TruthsByNumber(self._truths),
             health=defaultdict(partial(Spool, Health, folder)),
+            way=Spool(VehicleTruth, folder),
+            set_points=Spool(VehicleSetPoint, folder),
         )
         self._pings: deque[Ping] = deque(maxlen=8)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        topics = ["obstacles", "truth", "detections", "ping"]
+        topics = ["obstacles", "truth", "detections", "ping", "vehicle", "set-point"]
         self._subscriber = bus.Subscriber(self._context, run_dir, topics, [*PROCESSES, SUPERVISOR])
 
     def listen(self, timeout_s: float) -> None:
@@ -79,14 +81,24 @@ class Collector:
             case Health():
                 record.health[message.process].append(message)
             case Ping():
-                self._pings.append(message)
-                record.received.add(message.ping_number)
-                if self._by_time is not None:
-                    self._by_time.ping(message)
+                self._keep_ping(message)
+            case VehicleTruth():
+                record.way.append(message)
+            case VehicleSetPoint():
+                record.set_points.append(message)
             case Detections():
-                for ping in self._pings:
-                    if ping.ping_number == message.ping_number:
-                        record.image = ping, message
+                self._keep_image(message)
+
+    def _keep_ping(self, ping: Ping) -> None:
+        self._pings.append(ping)
+        self.record.received.add(ping.ping_number)
+        if self._by_time is not None:
+            self._by_time.ping(ping)
+
+    def _keep_image(self, detections: Detections) -> None:
+        for ping in self._pings:
+            if ping.ping_number == detections.ping_number:
+                self.record.image = ping, detections
 
     def ready(self, process: str) -> bool:
         """Tell whether `process` has reported that it is ready."""

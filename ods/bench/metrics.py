@@ -7,6 +7,8 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
+from ods.bench.avoidance import Avoidance
+from ods.bench.avoidance import missed as avoidance_missed
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
 from ods.messages import Health
@@ -52,6 +54,8 @@ class Summary(msgspec.Struct, frozen=True):
     """Seconds from the kill of a process to its next sign of life."""
     counters: dict[str, dict[str, int]]
     """The processes' own counters, those that are not zero."""
+    avoidance: Avoidance | None
+    """Of a bench with a planner."""
     machine: MachineLoad
     """How busy the computer was."""
     broken: list[str]
@@ -66,10 +70,16 @@ SKIPPED = "skipped_pings"
 """Counter of the pings that a process left out as it had too little of a processor for all of them."""
 
 
-def summarize(record: RunRecord, limits: BenchLimits, settle_s: float, machine: MachineLoad | None = None) -> Summary:
+def summarize(
+    record: RunRecord,
+    limits: BenchLimits,
+    settle_s: float,
+    machine: MachineLoad | None = None,
+    avoidance: Avoidance | None = None,
+) -> Summary:
     """Return the figures of a run and the limits it broke.
 
-    machine: how busy the computer was; by default idle.
+    machine: how busy the computer was; by default idle. avoidance: how a steered vehicle came through.
     """
     arrivals = np.array([arrival for arrival, _ in record.lists], np.float64)
     answered = {
@@ -98,11 +108,14 @@ def summarize(record: RunRecord, limits: BenchLimits, settle_s: float, machine: 
         processes=[_process_score(name, reports) for name, reports in record.health.items() if reports],
         back_s={name: _back_after(record, name, at_ns) for name, at_ns in record.kills},
         counters={name: _not_zero(reports[-1].counters) for name, reports in record.health.items() if reports},
+        avoidance=avoidance,
         machine=machine or MachineLoad(),
         broken=[],
         not_judged=[],
     )
     missed = _missed(summary, limits)
+    if avoidance is not None and limits.avoid is not None:
+        missed |= avoidance_missed(avoidance, limits.avoid)
     excused = {name for name in missed if _is_the_machines(name, summary, limits)}
     return msgspec.structs.replace(
         summary,
@@ -174,9 +187,9 @@ def _missed(summary: Summary, limits: BenchLimits) -> dict[str, str]:
     found = {
         name: f"{name} is {getattr(summary, name):.3g}, the limit is {limit:g}"
         for name, limit in most.items()
-        if not getattr(summary, name) <= limit
+        if limit is not None and not getattr(summary, name) <= limit
     }
-    if not summary.tracked_share >= limits.tracked_share:
+    if limits.tracked_share is not None and not summary.tracked_share >= limits.tracked_share:
         found["tracked_share"] = f"tracked_share is {summary.tracked_share:.3g}, the limit is {limits.tracked_share:g}"
     return found | {
         name: f"{name} was back after {seconds:.1f} s, the limit is {limits.back_within_s:g}"

@@ -9,12 +9,16 @@ import msgspec
 from ods.base.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
 from ods.bench import report
+from ods.bench.avoidance import Mission, judge
 from ods.bench.machine import MachineProbe
 from ods.bench.metrics import summarize
 from ods.bench.runner import fly_mission
 from ods.bench.settings import BenchConfig
+from ods.bench.way_picture import draw_way
 from ods.offline import picture
 from ods.plots.style import drawn_in
+from ods.sim_sonar.scene.timeline import load_scene
+from ods.sim_sonar.steered import Steered, at_start
 
 
 def run(args: Namespace) -> int:
@@ -23,13 +27,28 @@ def run(args: Namespace) -> int:
     with MachineProbe() as probe:
         record = fly_mission(settings)
         machine = probe.result()
-    summary = summarize(record, settings.limits, settings.settle_s, machine)
+    steered = steered_mission(settings)
+    found = None
+    if steered is not None and settings.planner is not None:
+        found = judge(steered, record.way, record.set_points, settings.planner.steering.reached_m)
+    summary = summarize(record, settings.limits, settings.settle_s, machine, found)
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
     with drawn_in(args.style):
         picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
+        if steered is not None and len(record.way):
+            draw_way(steered, record, settings.out / "way.png")
     report.show(summary, settings)
     return 1 if summary.broken else 0
+
+
+def steered_mission(settings: BenchConfig) -> Mission | None:
+    """Return what a steered vehicle had to do, none: it went as the scene says."""
+    if settings.planner is None or settings.sim.vehicle is None:
+        return None
+    still = Steered(settings.sim.vehicle.can_do, at_start(0.0, 0.0))
+    radius_m = settings.sim.vehicle.can_do.radius_m
+    return Mission(load_scene(settings.sim.scene, vehicle=still), radius_m, settings.planner.way_points)
 
 
 def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None, record: Path | None) -> BenchConfig:

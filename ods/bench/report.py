@@ -77,16 +77,42 @@ def _figures(summary: Summary, settings: BenchConfig) -> Table:
         ("latency p50, last byte to list", f"{summary.latency_p50_ms:.1f} ms", f"<= {limits.latency_p50_ms:g} ms"),
         ("latency p99", f"{summary.latency_p99_ms:.1f} ms", f"<= {limits.latency_p99_ms:g} ms"),
         ("latency, longest", f"{summary.latency_max_ms:.1f} ms", ""),
-        ("objects tracked, share of lists", f"{summary.tracked_share:.1%}", f">= {limits.tracked_share:.0%}"),
-        ("position error, rms", f"{summary.position_rms_m:.2f} m", f"<= {limits.position_rms_m:g} m"),
-        ("radius error, largest", f"{summary.radius_error:.0%}", f"<= {limits.radius_error:.0%}"),
-        ("false tracks", str(summary.false_tracks), f"<= {limits.false_tracks}"),
+        (
+            "objects tracked, share of lists",
+            f"{summary.tracked_share:.1%}",
+            "" if limits.tracked_share is None else f">= {limits.tracked_share:.0%}",
+        ),
+        (
+            "position error, rms",
+            f"{summary.position_rms_m:.2f} m",
+            "" if limits.position_rms_m is None else f"<= {limits.position_rms_m:g} m",
+        ),
+        (
+            "radius error, largest",
+            f"{summary.radius_error:.0%}",
+            "" if limits.radius_error is None else f"<= {limits.radius_error:.0%}",
+        ),
+        ("false tracks", str(summary.false_tracks), "" if limits.false_tracks is None else f"<= {limits.false_tracks}"),
         ("identity switches", str(summary.identity_switches), ""),
         ("computer", f"{summary.machine}, {summary.machine.wake_p95_ms:.1f} ms late (p95)", ""),
     ]
-    for row in rows:
+    for row in (*rows, *_avoidance(summary, settings)):
         table.add_row(*row)
     return table
+
+
+def _avoidance(summary: Summary, settings: BenchConfig) -> list[tuple[str, str, str]]:
+    found, limits = summary.avoidance, settings.limits.avoid
+    if found is None or limits is None:
+        return []
+    return [
+        ("arrived", f"after {found.seconds:.0f} s" if found.arrived else "no", f"within {settings.seconds:.0f} s"),
+        ("least clearance", f"{found.clearance_m:.2f} m ({found.nearest})", f">= {limits.clearance_m:g} m"),
+        ("least height over the bottom", f"{found.over_bottom_m:.2f} m", f">= {limits.over_bottom_m:g} m"),
+        ("way over the straight one", f"{found.path_ratio:.3f}", f"<= {limits.path_ratio:g}"),
+        ("evasions", str(found.evasions), ""),
+        ("no valid list, stopped", f"{found.not_valid_s:.1f} s, {found.stopped_s:.1f} s", ""),
+    ]
 
 
 def _processes(summary: Summary) -> Table:

@@ -14,7 +14,7 @@ from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.sim_sonar.device.sonar_line import port_of
 from ods.sim_sonar.device.tcp_line import HOST
-from ods.sim_sonar.ins.can_bus import can_of
+from ods.sim_sonar.ins.can_bus import can_of, planner_can_of
 from ods.sim_sonar.ins.nmea_ins import PORT
 
 
@@ -48,8 +48,12 @@ def _written(settings: BenchConfig) -> tuple[Path, Path]:
     onboard["tracker"]["map"]["path"] = str(settings.out / "map.sqlite")
     if settings.record:
         onboard["record"] |= {"on": True, "folder": str(settings.record)}
+    bench = _as_dict(settings)
+    if "planner" in bench:
+        interface, channel = planner_can_of(settings.sim.can, run_dir)
+        bench["planner"]["can"] |= {"interface": interface, "channel": channel}
     files = settings.out / "onboard.toml", settings.out / "bench.toml"
-    for file, content in zip(files, (onboard, _as_dict(settings)), strict=True):
+    for file, content in zip(files, (onboard, bench), strict=True):
         file.write_text(tomli_w.dumps(content), encoding="utf-8")
     return files
 

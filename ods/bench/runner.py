@@ -1,7 +1,7 @@
 """Starts the simulator and `ods run` as a user would, listens as a planner would."""
 
 import time
-from contextlib import closing
+from contextlib import ExitStack, closing
 from signal import Signals
 from typing import NamedTuple
 
@@ -16,6 +16,8 @@ from ods.sim_sonar.device.sonar_line import has_numbers
 
 START_S = 60.0
 """For the next sign of progress."""
+PLANNER_DEAD_S = 3.0
+"""A planner that was killed is started again so much later: long enough for the vehicle's watchdog."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 
@@ -23,6 +25,7 @@ AFTER_S = 1.0
 class _Programs(NamedTuple):
     onboard: Program
     simulator: Program
+    planner: Program | None
 
 
 def fly_mission(settings: BenchConfig) -> RunRecord:
@@ -34,9 +37,14 @@ def fly_mission(settings: BenchConfig) -> RunRecord:
         Program("run", onboard_file, settings.out / "run.log") as onboard,
     ):
         _wait_ready(collector, ["pipeline", "tracker"], onboard, line)
-        with Program("sim", sim_file, settings.out / "sim.log") as simulator:
+        with ExitStack() as others:
+            planner = None
+            if settings.planner is not None:
+                planner = others.enter_context(Program("planner", sim_file, settings.out / "planner.log"))
+                _wait_ready(collector, ["planner"], planner, line)
+            simulator = others.enter_context(Program("sim", sim_file, settings.out / "sim.log"))
             _wait_ready(collector, ["sim", "sonar", "nav"], simulator, line)
-            _fly(collector, settings, _Programs(onboard, simulator), line)
+            _fly(collector, settings, _Programs(onboard, simulator, planner), line)
         return collector.record
 
 
@@ -56,24 +64,32 @@ def _wait_ready(collector: Collector, names: list[str], program: Program, line: 
 
 
 def _fly(collector: Collector, settings: BenchConfig, programs: _Programs, line: report.ProgressLine) -> None:
-    """Listen for the length of the mission, and kill what is to be killed."""
+    """Listen for the length of the mission, or until the vehicle arrives, and kill what is to be killed."""
     kills = sorted(settings.kill, key=lambda item: item.at_s)
     begun_s = None
-    while begun_s is None or time.monotonic() - begun_s < settings.seconds + AFTER_S:
+    while begun_s is None or (time.monotonic() - begun_s < settings.seconds + AFTER_S and not _arrived(collector)):
         collector.listen(0.05)
         if begun_s is None and collector.record.truths:
             begun_s = time.monotonic()
         elapsed_s = time.monotonic() - begun_s if begun_s else 0.0
         while kills and kills[0].at_s <= elapsed_s:
-            _kill(kills.pop(0), programs.onboard, collector.record)
-        for program in programs:
+            _kill(kills.pop(0), programs, collector.record)
+        for program in filter(None, programs):
             program.check()
         line.show(report.state_line(collector.record, elapsed_s, settings.seconds))
     line.show("")
 
 
-def _kill(kill: KillSettings, onboard: Program, record: RunRecord) -> None:
-    """Send a signal to one on-board process of this run."""
-    for child in onboard.children(kill.process):
+def _kill(kill: KillSettings, programs: _Programs, record: RunRecord) -> None:
+    """Send a signal to one process of this run. Of those on board `ods run` takes care, of the planner the bench."""
+    if kill.process == "planner" and programs.planner is not None:
+        record.kills.append((kill.process, clock.monotonic_ns()))
+        programs.planner.restart(PLANNER_DEAD_S)
+    for child in programs.onboard.children(kill.process):
         record.kills.append((kill.process, clock.monotonic_ns()))
         child.send_signal(Signals[f"SIG{kill.signal}"])
+
+
+def _arrived(collector: Collector) -> bool:
+    told = collector.record.set_points
+    return bool(len(told)) and told[-1].arrived

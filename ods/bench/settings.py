@@ -1,35 +1,43 @@
 """Settings of the bench: config/bench.toml."""
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.planner.settings import PlannerSettings
 from ods.sim_sonar.settings import SimConfig
 
 
 class KillSettings(Settings, frozen=True):
-    """A signal to one on-board process."""
+    """A signal to one on-board process, or to the planner."""
 
-    process: Literal["sonar", "pipeline", "tracker", "nav"]
+    process: Literal["sonar", "pipeline", "tracker", "nav", "planner"]
     at_s: NonNegative
     """Mission time."""
     signal: Literal["KILL", "STOP"] = "KILL"
-    """STOP: the process hangs until it is killed."""
+    """STOP: the process hangs until it is killed; the planner, which is not supervised, can only be killed."""
+
+    def __post_init__(self) -> None:
+        if (self.process, self.signal) == ("planner", "STOP"):
+            raise ValueError("signal: the planner can be killed only")
+
+
+class AvoidLimits(Settings, frozen=True):
+    """What a vehicle that is steered by the planner must reach. A collision or no arrival is always a broken limit."""
+
+    clearance_m: NonNegative
+    """Least distance between the vehicle's circle and any object."""
+    path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
+    """Length of its way over that of the straight one to all way-points."""
+    over_bottom_m: NonNegative = 0.0
+    """Least height over the sea-bed."""
 
 
 class BenchLimits(Settings, frozen=True):
-    """Limits of a bench run; `ods bench` exits with code 1 if one is exceeded."""
+    """Limits of a bench run; `ods bench` exits with code 1 if one is exceeded. None: not judged."""
 
-    position_rms_m: Positive
-    """Horizontal position error of the tracked objects, rms over all lists and objects."""
-    radius_error: Fraction
-    """Mean relative error of the radius of each object."""
-    tracked_share: Fraction
-    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
-    false_tracks: NonNegativeInt
-    """Confirmed tracks that belong to no object."""
     pings_lost: NonNegativeInt
     """Pings that left the simulated sonar and have no obstacle list."""
     latency_p50_ms: Positive
@@ -37,6 +45,16 @@ class BenchLimits(Settings, frozen=True):
     latency_p99_ms: Positive
     longest_gap_s: Positive
     """Longest time between two obstacle lists."""
+    position_rms_m: Positive | None = None
+    """Horizontal position error of the tracked objects, rms over all lists and objects."""
+    radius_error: Fraction | None = None
+    """Mean relative error of the radius of each object."""
+    tracked_share: Fraction | None = None
+    """Share of the lists in which each object has a track, once it has been in the sector for `settle_s`."""
+    false_tracks: NonNegativeInt | None = None
+    """Confirmed tracks that belong to no object."""
+    avoid: AvoidLimits | None = None
+    """For a bench with a planner."""
     back_within_s: Positive = 3.0
     """From a kill to the next sign of life of the process."""
 
@@ -49,8 +67,20 @@ class BenchConfig(SimConfig, frozen=True):
     out: Path
     """Folder of the results."""
     limits: BenchLimits
+    planner: PlannerSettings | None = None
+    """None: no planner; the simulated vehicle then goes as the scene says."""
     settle_s: NonNegative = 3.0
     """Time from an object's entry into the sector by which it must be tracked, s."""
     record: Path | None = None
     """Record everything on the bus, truth too, into a new folder in this one."""
     kill: list[KillSettings] = msgspec.field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        steered = {"planner": self.planner, "sim.vehicle": self.sim.vehicle, "limits.avoid": self.limits.avoid}
+        missing = [key for key, value in steered.items() if value is None]
+        if missing and len(missing) < len(steered):
+            raise ValueError(f"{missing[0]}: missing; planner, sim.vehicle and limits.avoid belong together")
+        if self.planner is None and any(each.process == "planner" for each in self.kill):
+            raise ValueError("kill: there is no planner")
+        if self.planner is not None and self.planner.can is None:
+            raise ValueError("planner.can: missing: the vehicle hears set points on CAN")

@@ -1,1 +1,1 @@
-"""Obstacle lists to planners and displays of others, over UDP: JSON, NMEA TTM, MOOS-IvP; each bridge is a process."""
+"""Obstacle lists to planners and displays of others, over UDP, each bridge a process: JSON, TTM, MOOS-IvP, MAVLink."""

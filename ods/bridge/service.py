@@ -1,16 +1,29 @@
 """The bridges by UDP as processes: obstacle lists to somebody else's planner. What is not valid is not sent."""
 
 from abc import abstractmethod
+from typing import TYPE_CHECKING
 
 from ods.bridge.encoder import Encoder
 from ods.bridge.json_udp import JsonEncoder
 from ods.bridge.moment import Moment
 from ods.bridge.moos import MoosEncoder
-from ods.bridge.settings import BridgeConfig, JsonSettings, MoosSettings, TtmSettings, UdpSettings, destination_of
+from ods.bridge.settings import (
+    BridgeConfig,
+    JsonSettings,
+    MavlinkSettings,
+    MoosSettings,
+    TtmSettings,
+    UdpSettings,
+    destination_of,
+)
 from ods.bridge.ttm import TtmEncoder
 from ods.bridge.udp_sender import UdpSender
 from ods.bridge.worker import ListWorker
-from ods.runtime.service import Service
+from ods.messages import Clearance, ObstacleList
+from ods.runtime.service import Service, StartError
+
+if TYPE_CHECKING:
+    from ods.bridge.mavlink import MavlinkEncoder
 
 
 class BridgeWorker(ListWorker):
@@ -76,3 +89,31 @@ class MoosWorker(BridgeWorker):
     def encoder(self) -> Encoder:
         """Return what turns lists into datagrams."""
         return MoosEncoder(self.table(MoosSettings))
+
+
+class MavlinkWorker(BridgeWorker):
+    """OBSTACLE_DISTANCE, or OBSTACLE_DISTANCE_3D, of a list and its clearance."""
+
+    name = "mavlink"
+
+    def __init__(self, service: Service, settings: BridgeConfig) -> None:
+        self._mavlink: MavlinkEncoder
+        self._newest: dict[str, ObstacleList | Clearance] = {}
+        super().__init__(service, settings)
+
+    def encoder(self) -> Encoder:
+        """Return what turns lists into datagrams."""
+        try:
+            from ods.bridge.mavlink import MavlinkEncoder
+        except ImportError as error:
+            raise StartError(f"bridge.mavlink: needs pip install 'ods[mavlink]': {error}") from error
+        self._mavlink = MavlinkEncoder(self.table(MavlinkSettings))
+        return self._mavlink
+
+    def handle(self, topic: str, message: ObstacleList | Clearance) -> None:
+        """Keep the newest list of which the clearance has come, too."""
+        self._newest[topic] = message
+        picture, clearance = self._newest.get("obstacles"), self._newest.get("clearance")
+        if isinstance(picture, ObstacleList) and isinstance(clearance, Clearance) and picture.seq == clearance.seq:
+            self._mavlink.take(clearance)
+            super().handle("obstacles", picture)

@@ -130,6 +130,26 @@ def _refuse_no_computer(peer: str) -> None:
         raise ValueError(f"peers: {peer}: must be one computer")
 
 
+class MavlinkSettings(UdpSettings, frozen=True):
+    """MAVLink 2: OBSTACLE_DISTANCE or OBSTACLE_DISTANCE_3D."""
+
+    form: Literal["distance", "3d"] = "distance"
+    """distance: 72 sectors around the vehicle in one message; 3d: a message for each obstacle, and for each sector that
+    is not free."""
+    unknown: Literal["obstacle", "unknown"] = "obstacle"
+    """Water that is not known to be empty is sent as an obstacle, or as unknown, which ArduPilot takes for free."""
+    unknown_m: Annotated[float, msgspec.Meta(ge=0.1, le=100.0)] = 1.0
+    """An obstacle that stands for unknown water is never nearer, m."""
+    near_m: Annotated[float, msgspec.Meta(ge=0.0, le=100.0)] = 3.0
+    """Water so near counts as looked at if what follows is clear, m: no sonar sees what is next to it."""
+    most_m: Annotated[float, msgspec.Meta(ge=1.0, le=600.0)] = 30.0
+    """What is farther away is not sent, m."""
+    system_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 1
+    """Of the vehicle, SYSID_THISMAV of its autopilot."""
+    component_id: Annotated[int, msgspec.Meta(ge=1, le=255)] = 196
+    """Of this sender; 196 is MAV_COMP_ID_OBSTACLE_AVOIDANCE."""
+
+
 class BridgeSettings(Settings, frozen=True):
     """The bridges: each runs where its table is given."""
 
@@ -137,6 +157,7 @@ class BridgeSettings(Settings, frozen=True):
     ttm: TtmSettings | None = None
     moos: MoosSettings | None = None
     ros2: Ros2Settings | None = None
+    mavlink: MavlinkSettings | None = None
 
     def given(self) -> list[str]:
         """Return the names of the bridges that are to run."""

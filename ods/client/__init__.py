@@ -10,6 +10,8 @@ for picture in Obstacles("/run/ods"):
     for miss in near_misses(picture, within_m=5.0, horizon_s=60.0):
         print(miss.obstacle.id, "may come within 5 m in", miss.time_s, "s")
 
+Obstacles("tcp://192.168.2.10:5600", key="planner.secret")  # of another computer: docs/network.md
+
 Sonar("/run/ods").set_range(50.0)
 Replay("/run/ods").step()
 """

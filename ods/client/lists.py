@@ -10,10 +10,13 @@ import zmq
 from ods.base import clock
 from ods.base.errors import OdsError
 from ods.client.ahead import Ahead, at
+from ods.client.remote import SCHEME, RemoteBus
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
 from ods.runtime.processes import SUPERVISOR
 from ods.runtime.run_dir import RunDirError
+
+_Source = bus.Subscriber | RemoteBus
 
 
 class NoListError(OdsError):
@@ -26,14 +29,29 @@ class Obstacles:
     A tracker that is gone cannot say so; after `stale_s` of silence the last list is given again, marked not valid.
     """
 
-    def __init__(self, run_dir: str | Path, stale_s: float = bus.TOPICS["obstacles"].stale_s) -> None:
+    def __init__(
+        self,
+        place: str | Path,
+        stale_s: float = bus.TOPICS["obstacles"].stale_s,
+        *,
+        key: str | Path | None = None,
+    ) -> None:
+        """`place`: the run folder, or on another computer "tcp://ADDRESS:PORT", with the file of a `key`.
+
+        Raises KeyFileError for a key that cannot be used, RemoteError for an address that is none.
+        """
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
-        self._run_dir = Path(run_dir)
-        self._subscriber = bus.Subscriber(self._context, self._run_dir, ["obstacles"], [SUPERVISOR])
+        self._place = place
+        self._subscriber = self._opened(place, key)
         self._stale_s = stale_s
         self._last: ObstacleList | None = None
         self._last_ns = clock.monotonic_ns()
         self._why = ""
+
+    def _opened(self, place: str | Path, key: str | Path | None) -> _Source:
+        if str(place).startswith(SCHEME):
+            return RemoteBus(self._context, str(place), key)
+        return bus.Subscriber(self._context, Path(place), ["obstacles"], [SUPERVISOR])
 
     def __iter__(self) -> Iterator[ObstacleList]:
         while True:
@@ -46,14 +64,22 @@ class Obstacles:
             for _, message in reversed(self._received(left_s)):
                 if isinstance(message, ObstacleList):
                     now = clock.monotonic_ns()
-                    self._last, self._last_ns = message, message.made_ns or now
+                    self._last, self._last_ns = message, self._made_ns(message, now)
                     if now - self._last_ns > self._stale_s * clock.NS:
                         break  # nobody read for long: a full queue keeps the oldest, newer lists are on their way
                     self._why = ""
+                    if isinstance(self._subscriber, RemoteBus):
+                        self._subscriber.worked(now)
                     return message
                 if message.process == "tracker":
                     self._why = "; " + "; ".join(message.problems)
         return self._silence()
+
+    def _made_ns(self, message: ObstacleList, now_ns: int) -> int:
+        """Return when a list was made, by the clock of this computer."""
+        if isinstance(self._subscriber, RemoteBus):
+            return now_ns - self._subscriber.age_ns(message)
+        return message.made_ns or now_ns
 
     def _received(self, timeout_s: float) -> list[tuple[str, ObstacleList | Health]]:
         try:
@@ -65,7 +91,8 @@ class Obstacles:
     def at(self, t_ns: int) -> list[Ahead]:
         """Return where the obstacles of the newest list that came are at `t_ns`, CLOCK_MONOTONIC. Raises NoListError.
 
-        They say nothing of whether that list is valid, nor of how old it is.
+        It is the clock of the computer where the list was made; `ods.client.at` has the way by UTC. They say nothing of
+        whether that list is valid, nor of how old it is.
         """
         if self._last is None:
             raise NoListError("no obstacle list came yet")
@@ -74,11 +101,16 @@ class Obstacles:
     def _silence(self) -> ObstacleList:
         now = clock.monotonic_ns()
         silent_s = (now - self._last_ns) / clock.NS
-        why = self._why or bus.hindrance(self._run_dir, "tracker")
+        why = self._why or self._hindrance()
         reason = f"tracker: no obstacle list for {silent_s:.1f} s{why}"
         if self._last is None:
             return ObstacleList(0, -1, now, clock.utc_ns(now), 0, False, [reason], [])
         return msgspec.structs.replace(self._last, valid=False, reasons=[reason])
+
+    def _hindrance(self) -> str:
+        if isinstance(self._subscriber, RemoteBus):
+            return self._subscriber.hindrance()
+        return bus.hindrance(Path(self._place), "tracker")
 
     def close(self) -> None:
         """Give the socket back."""

@@ -16,5 +16,8 @@ def run(args: Namespace) -> None:
     """Supervise until SIGTERM or SIGINT. Raises OdsError."""
     settings = load(args.config, OnboardConfig)
     recorder = [PROCESSES["record"]] if settings.record.on else []
+    listen = [PROCESSES["listen"]] if settings.bus.listen else []
     bridges = [PROCESSES[f"bridge_{name}"] for name in settings.bridge.given()]
-    supervisor.supervise([*recorder, *bridges, *on_board()], args.config, settings.bus.run_dir, settings.supervise)
+    supervisor.supervise(
+        [*recorder, *listen, *bridges, *on_board()], args.config, settings.bus.run_dir, settings.supervise
+    )

@@ -11,7 +11,7 @@ from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.sea_bed.settings import SeaBed
-from ods.sim_sonar.steered import VehicleSettings
+from ods.sim_sonar.settings import VehicleSettings
 from ods.tracker.settings import TrackerSettings
 
 Arm = Literal["none", "ods", "truth"]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Protocol, TypeVar
 
-from ods.messages import Detections, Health, ObstacleList, Ping, Truth
+from ods.messages import Detections, Health, ObstacleList, Ping, Truth, VehicleSetPoint, VehicleTruth
 
 ItemT = TypeVar("ItemT")
 
@@ -43,5 +43,9 @@ class RunRecord:
     """By process."""
     kills: list[tuple[str, int]] = field(default_factory=list)
     """(process, monotonic ns)."""
+    way: Log[VehicleTruth] = field(default_factory=list)
+    """Of the bench's vehicle, if it obeys set points,"""
+    set_points: Log[VehicleSetPoint] = field(default_factory=list)
+    """and the planner's set points."""
     image: tuple[Ping, Detections] | None = None
     """The newest ping and its detections."""

@@ -1,12 +1,17 @@
-"""Settings of the reference planner, [planner] of a campaign."""
+"""Settings of the reference planner: [planner] of a campaign, and of the bench."""
 
 import math
+from pathlib import Path
 from typing import Annotated, Literal
 
 import msgspec
 
 from ods.base.settings import NonNegative, NonNegativeSeconds, Positive, Seconds, Settings
 
+MOST_M_S = 32.0
+"""Speed that a set point can hold on CAN, m/s."""
+
+Coordinate = Annotated[float, msgspec.Meta(ge=-1e7, le=1e7)]
 Down = Annotated[float, msgspec.Meta(ge=-1e5, le=1e5)]
 
 
@@ -60,3 +65,36 @@ class SteeringSettings(Settings, frozen=True):
     def turn_rate_rad_s(self) -> float:
         """rad/s."""
         return math.radians(self.turn_rate_deg_s)
+
+
+class PlannerCanSettings(Settings, frozen=True):
+    """The CAN bus of the simulated vehicle."""
+
+    eds: Path
+    """EDS file of the vehicle, whose RPDO 1 holds the set point."""
+    interface: str = "socketcan"
+    """As python-can names it; the bench replaces it,"""
+    channel: str = "vcan0"
+    """and this."""
+    node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
+    """The vehicle's."""
+
+
+class PlannerSettings(Settings, frozen=True):
+    """The planner as a process."""
+
+    way_points: Annotated[list[tuple[Coordinate, Coordinate, Down]], msgspec.Meta(min_length=1)]
+    """North, east, down, m: where to go, in this order."""
+    steering: SteeringSettings = SteeringSettings()
+    can: PlannerCanSettings | None = None
+    """None: set points go over the bus of the processes only."""
+
+    def __post_init__(self) -> None:
+        if self.steering.cruise_m_s > MOST_M_S:
+            raise ValueError(f"steering.cruise_m_s: at most {MOST_M_S:g} m/s")
+
+
+class PlannerConfig(Settings, frozen=True):
+    """What the planner process reads of the configuration."""
+
+    planner: PlannerSettings | None = None

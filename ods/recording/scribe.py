@@ -22,7 +22,7 @@ from ods.tracker.map.store import MapError, copy_of_map
 
 log = logging.getLogger(__name__)
 
-NUMBERED = ("ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "health")
+NUMBERED = ("ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw", "health")
 """Topics whose messages have a `seq`."""
 FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 LOOK_S = 1.0

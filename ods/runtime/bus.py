@@ -22,8 +22,10 @@ import msgspec
 import zmq
 
 from ods import messages
+from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
+from ods.runtime.listen import ListenSettings
 from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, is_safe_to_hear, sockets_made
 
@@ -76,6 +78,8 @@ TOPICS: dict[str, Topic] = {
         Topic("obstacles", messages.ObstacleList, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("clearance", messages.Clearance, "tracker", 6.7, queue=16, stale_s=1.0),
         Topic("truth", messages.Truth, "sim", 6.7, queue=64, stale_s=1.0),
+        Topic("vehicle", messages.VehicleTruth, "sim", 20.0, queue=64, stale_s=1.0),
+        Topic("set-point", messages.VehicleSetPoint, "planner", 5.0, queue=16, stale_s=1.0),
         Topic("raw", RawBytes, "sonar", 0.0, queue=HIGH_WATER_MARK),
         Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
         Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),
@@ -117,10 +121,21 @@ class BusSettings(Settings, frozen=True):
     run_dir: Path = msgspec.field(default_factory=default_run_dir)
     """Folder of sockets and locks; its path must stay under 80 characters. Left out: /run/ods for root and wherever
     that exists, else $XDG_RUNTIME_DIR/ods, else ~/.local/state/ods/run."""
+    keys: Path | None = None
+    """Folder of the keys by which other computers are known: `ods keys`. Its files are those of the user who runs the
+    processes."""
+    listen: tuple[ListenSettings, ...] = ()
+    """What other computers may hear, encrypted; left out: nothing, and no port is open."""
 
     def __post_init__(self) -> None:
         if len(str(self.run_dir)) > 80:
             raise ValueError(f"run_dir: {self.run_dir} is longer than 80 characters, too long for a socket path")
+        for number, each in enumerate(self.listen):
+            for name in each.topics:
+                if name not in (*TOPICS, HEALTH):
+                    raise ValueError(f"listen[{number}].topics: {none_of(name, (*TOPICS, HEALTH))}")
+        if self.listen and self.keys is None:
+            raise ValueError('keys: missing: the folder that `ods keys make` fills, such as "keys"')
 
 
 class BusError(OdsError):

@@ -62,7 +62,14 @@ _BRIDGE_ROS2 = (
 )
 
 _OWN: dict[str, tuple[CounterRow, ...]] = {
-    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos")},
+    "listen": (
+        CounterRow("passed_messages", "messages passed on, for each address", trouble=False),
+        CounterRow("admitted_clients", "times a client was let in by its key", trouble=False),
+        CounterRow("refused_clients", "times a client was refused: its key is not in the list, or no longer"),
+        CounterRow("hang_ups", "times all clients of an address were cut: the key of one was revoked", trouble=False),
+        CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
+    ),
+    **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
     "bridge_ros2": _BRIDGE_ROS2,
     "sonar": (
         CounterRow("pings", "pings published", trouble=False),
@@ -242,9 +249,16 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("can_garbage", "lines of an slcan adapter that are neither frame nor answer"),
         CounterRow("can_unsent", "frames that the bus did not take"),
     ),
+    "planner": (
+        CounterRow("set_points", "set points published", trouble=False),
+        CounterRow("not_valid", "those made of a list that is not valid or too old", trouble=False),
+        CounterRow("can_opened", "times the CAN interface was opened", trouble=False),
+        CounterRow("can_unsent", "set points that the CAN bus did not take"),
+    ),
     "sim": (
         CounterRow("pings_late", "pings that were sent after their time"),
         CounterRow("sonar_bytes_lost", "bytes of pings that no client read"),
+        CounterRow("vehicle_stops", "times the vehicle stopped, as no set point came"),
     ),
     "record": (
         CounterRow("messages", "messages written", trouble=False),
@@ -252,7 +266,8 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("dropped_messages", "messages dropped: the disk was full, or too slow for longer than "
                    "`record.queue_mb` lasts"),
         *(CounterRow(f"missed_{topic}", f"`{topic}` messages that were published and never came: gaps in `seq`")
-          for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "health")),
+          for topic in ("ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
+                        "health")),
         CounterRow("oversized_messages", "messages not written, as they are longer than 32 MB"),
         CounterRow("write_failed", "attempts to write that failed", trouble=False),
         CounterRow("deleted_segments", "files deleted as the disk was full: `record.when_full`", trouble=False),
@@ -304,8 +319,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("garbage", "CAN adapter: lines that are neither frame nor command"),
         CounterRow("dropped", "CAN adapter: frames that a port did not take"),
         CounterRow("refused", "CAN adapter: frames sent by a port that is not on the bus"),
-        CounterRow("unsent", "INS: frames that the bus did not take"),
-        CounterRow("unread", "INS: times the bus could not be read"),
+        CounterRow("unsent", "INS, vehicle: frames that the bus did not take"),
+        CounterRow("unread", "INS, vehicle: times the bus could not be read"),
+        CounterRow("short_set_points", "vehicle: set points with too few bytes, not obeyed"),
     ),
 }  # fmt: skip
 

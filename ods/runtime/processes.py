@@ -27,7 +27,7 @@ class Process:
     raw: bool = False
     """It gets messages as the bytes that they are on the wire."""
     by_configuration: bool = False
-    """It runs only where the configuration says so: `[record] on = true`, a table `[bridge.NAME]`."""
+    """It runs only where the configuration says so: `[record] on = true`, `[[bus.listen]]`, a table `[bridge.NAME]`."""
 
     @property
     def command(self) -> str:
@@ -44,12 +44,17 @@ PROCESSES: dict[str, Process] = {
         Process(
             "record", "everything on the bus to files",
             reads=(
-                "ping", "pose", "detections", "obstacles", "clearance", "truth", "raw", "sonar-requests",
-                "sonar-answers",
+                "ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
+                "sonar-requests", "sonar-answers",
             ),
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
             watches=("record", "nav", "tracker", "pipeline", "sonar", "sim"), raw=True, by_configuration=True,
+        ),
+        Process(
+            "listen", "topics for other computers, by tcp with keys", reads=(), publishes=(),
+            worker="ods.listen.service:ListenWorker", settings="ods.listen.settings:ListenConfig",
+            by_configuration=True,
         ),
         Process(
             "bridge_json", "obstacles as JSON, over UDP", reads=("obstacles",), publishes=(),
@@ -73,6 +78,17 @@ PROCESSES: dict[str, Process] = {
             by_configuration=True,
         ),
         Process(
+            "bridge_mavlink", "obstacles as MAVLink, over UDP", reads=("obstacles", "clearance"), publishes=(),
+            worker="ods.bridge.service:MavlinkWorker", settings="ods.bridge.settings:BridgeConfig",
+            by_configuration=True,
+        ),
+        Process(
+            "planner", "obstacles to set points of the simulated vehicle", reads=("obstacles", "clearance"),
+            publishes=("set-point",), on_board=False,
+            worker="ods.planner.service:PlannerWorker", settings="ods.planner.settings:PlannerConfig",
+            config="ods.bench.settings:BenchConfig",
+        ),
+        Process(
             "nav", "CAN frames to poses", reads=(), publishes=("pose",),
             worker="ods.nav_bridge.service:NavWorker", settings="ods.nav_bridge.settings:NavConfig",
         ),
@@ -92,7 +108,7 @@ PROCESSES: dict[str, Process] = {
             answers="sonar-requests",
         ),
         Process(
-            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth",), on_board=False,
+            "sim", "simulated sonar and vehicle", reads=(), publishes=("truth", "vehicle"), on_board=False,
             worker="ods.sim_sonar.service:SimWorker", settings="ods.sim_sonar.settings:SimConfig",
             config="ods.bench.settings:BenchConfig",
         ),

@@ -10,20 +10,55 @@ from ods.runtime.bus import BusSettings
 
 INS_STEP_M = (40.0, -25.0, 0.0)
 """North, east, down."""
+Speed = Annotated[float, msgspec.Meta(ge=-10.0, le=10.0)]
 Blindness = Literal["zeros", "dead_beams", "cut_beams", "head_blocked", "saturated"]
 
 
 class FaultSettings(Settings, frozen=True):
     """A fault on the simulated side, to check that the on-board side recovers."""
 
-    kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps"] | Blindness
+    kind: Literal["serial_unplugged", "sonar_silent", "sonar_garbage", "ins_silent", "ins_steps", "loud"] | Blindness
     """serial_unplugged: the sonar's line disappears; sonar_silent, ins_silent: the device sends nothing; sonar_garbage:
     it sends other bytes; ins_steps: the position that the INS reports is off by `INS_STEP_M`. The others are in the
     image: zeros: all samples are 0; dead_beams: those of the port half are; cut_beams: those of the far half of the
-    range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale."""
+    range are; head_blocked: all are 20 dB weaker; saturated: all are at full scale; loud: noise of 20 dB over the
+    median level is added."""
     at_s: NonNegative
     """Mission time, s."""
     for_s: Positive
+
+
+class VehicleSettings(Settings, frozen=True):
+    """What a vehicle that obeys set points can do."""
+
+    least_m_s: NonNegative = 1.0
+    """Below this speed it does not steer, so it does not go slower, m/s."""
+    most_m_s: Positive = 3.0
+    """m/s."""
+    acceleration_m_s2: Positive = 0.2
+    """Along its course, m/s^2."""
+    turn_rate_deg_s: Positive = 10.0
+    """Degrees a second."""
+    turn_acceleration_deg_s2: Positive = 10.0
+    """Degrees a second, in a second."""
+    climb_m_s: Positive = 0.5
+    """Up and down, m/s."""
+    radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
+    """Of the circle around it that must not touch anything, m."""
+
+
+class ObeyingVehicle(Settings, frozen=True):
+    """A vehicle that goes as the set points say that come over CAN.
+
+    It starts at the scene's place for it, and goes on along `heading_deg` as fast as `velocity_ned`.
+    """
+
+    eds: Path
+    """EDS file of its CANopen node: RPDO 1 holds the set point."""
+    node_id: Annotated[int, msgspec.Meta(ge=1, le=127)] = 6
+    current_m_s: tuple[Speed, Speed] = (0.0, 0.0)
+    """North, east: the water takes it along."""
+    can_do: VehicleSettings = VehicleSettings()
 
 
 class SimSettings(Settings, frozen=True):
@@ -61,6 +96,8 @@ class SimSettings(Settings, frozen=True):
     """Time from the last echo to the first byte on the line, ms; the bench configures it on board, as an integrator
     would."""
     pose_rate_hz: Positive = 100.0
+    vehicle: ObeyingVehicle | None = None
+    """None: the vehicle goes as the scene says."""
     sonar_clock_offset_s: float = 0.25
     """The sonar's clock minus UTC, s: the on-board side must not rely on it."""
     ins_clock_offset_s: float = -0.125

@@ -1,39 +1,19 @@
 """A simulated vehicle that obeys set points: surge, yaw and depth, with limits, in a current. No input or output."""
 
 import math
-from typing import Annotated, NamedTuple
+from typing import NamedTuple
 
-import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.quaternion import Quaternion, Vector3, from_euler
-from ods.base.settings import NonNegative, Positive, Settings
 from ods.sim_sonar.pose import Times
+from ods.sim_sonar.settings import VehicleSettings
 
 YAW_S, DEPTH_S = 1.0, 2.0
 """Time constants of the autopilot's heading and depth loops, s."""
 KEPT = 32
 """States that are looked at for a place in time: a ping listens for less than so many steps."""
-
-
-class VehicleSettings(Settings, frozen=True):
-    """What the vehicle can do."""
-
-    least_m_s: NonNegative = 1.0
-    """Below this speed it does not steer, so it does not go slower, m/s."""
-    most_m_s: Positive = 3.0
-    """m/s."""
-    acceleration_m_s2: Positive = 0.2
-    """Along its course, m/s^2."""
-    turn_rate_deg_s: Positive = 10.0
-    """Degrees a second."""
-    turn_acceleration_deg_s2: Positive = 10.0
-    """Degrees a second, in a second."""
-    climb_m_s: Positive = 0.5
-    """Up and down, m/s."""
-    radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=20.0)] = 0.5
-    """Of the circle around it that must not touch anything, m."""
 
 
 class VehicleState(NamedTuple):
@@ -78,30 +58,44 @@ def at_start(heading_rad: float, speed_m_s: float, place: Vector3 = (0.0, 0.0, 0
 class Steered:
     """Goes as its set points say, and remembers its way: a `Moving` for times around its newest ones.
 
-    The current moves it, too: (north, east), m/s.
+    The current moves it, too: (north, east), m/s. One thread may step it while others ask where it is.
     """
 
     def __init__(
-        self, settings: VehicleSettings, start: VehicleState, current_m_s: tuple[float, float] = (0.0, 0.0)
+        self,
+        settings: VehicleSettings,
+        start: VehicleState,
+        current_m_s: tuple[float, float] = (0.0, 0.0),
+        kept: int = KEPT,
     ) -> None:
+        """`kept`: states that are looked at for a place in time."""
         self._settings = settings
         self._current = current_m_s
         self.way = [start]
         """All states so far, in order of time."""
-        self._recent = np.repeat(np.array([start[:5]]), KEPT, axis=0)
-        """(KEPT, 5) the newest ones; before the start it stood."""
-        self._recent[:, 0] -= np.arange(KEPT)[::-1]
+        before_s = np.arange(kept - 1, -1, -1.0)
+        self._recent = np.repeat(np.array([start[:5]]), kept, axis=0)
+        """(kept, 5) the newest ones; before the start it went straight on. Replaced at each step, never changed."""
+        self._recent[:, 0] -= before_s
+        self._recent[:, 1:3] -= np.multiply.outer(before_s, np.add(start.velocity_m_s, current_m_s))
         self.heading_rad, self.speed_m_s, self.down_m = start.heading_rad, start.speed_m_s, start.down_m
         """The set points."""
+        self.stopped = False
+        """Its propeller stands still."""
 
     def obey(self, heading_rad: float, speed_m_s: float, down_m: float) -> None:
         """Take new set points: heading, speed through the water, depth."""
         self.heading_rad, self.speed_m_s, self.down_m = heading_rad, speed_m_s, down_m
+        self.stopped = False
+
+    def stop(self) -> None:
+        """Lose way until the next set points; heading and depth are kept, as far as it goes."""
+        self.stopped = True
 
     def step(self, dt_s: float) -> VehicleState:
         """Go on by a time."""
         can, was = self._settings, self.way[-1]
-        wanted = min(max(self.speed_m_s, can.least_m_s), can.most_m_s)
+        wanted = 0.0 if self.stopped else min(max(self.speed_m_s, can.least_m_s), can.most_m_s)
         speed = was.speed_m_s + _within(wanted - was.speed_m_s, can.acceleration_m_s2 * dt_s)
         off = math.remainder(self.heading_rad - was.heading_rad, 2.0 * math.pi)
         rate = _within(off / YAW_S, math.radians(can.turn_rate_deg_s))
@@ -121,8 +115,7 @@ class Steered:
             (north, east),
         )
         self.way.append(now)
-        self._recent[:-1] = self._recent[1:]
-        self._recent[-1] = now[:5]
+        self._recent = np.concatenate([self._recent[1:], np.array([now[:5]])])
         return now
 
     def position(self, t_s: Times) -> Floats:
@@ -142,8 +135,9 @@ class Steered:
 
     def _at(self, t_s: Times) -> tuple[Floats, Floats]:
         """Return (..., 4) north, east, down, heading, and how fast they change; straight on beyond both ends."""
-        times, rows = self._recent[:, 0], self._recent[:, 1:]
-        before = np.minimum(np.maximum(times.searchsorted(t_s, side="right") - 1, 0), KEPT - 2)
+        recent = self._recent
+        times, rows = recent[:, 0], recent[:, 1:]
+        before = np.minimum(np.maximum(times.searchsorted(t_s, side="right") - 1, 0), len(recent) - 2)
         slope = (rows[before + 1] - rows[before]) / (times[before + 1] - times[before])[..., None]
         return np.asarray(rows[before] + (t_s - times[before])[..., None] * slope), slope
 

@@ -16,7 +16,7 @@ import zmq
 from ods.base import clock
 from ods.messages import Health, Obstacle
 from ods.runtime import bus
-from tests.bridge.samples import image, picture, water
+from tests.bridge.samples import clearance, image, picture
 
 ROOT = Path(__file__).parents[2]
 PATIENCE_S = 60.0
@@ -33,7 +33,7 @@ class Bridge:
         config.write_text(f"{text}\n[bridge.{name}]\n{table}\n")
         self.process = subprocess.Popen(
             [sys.executable, "-P", "-m", "ods", "bridge", name, "--config", str(config)],
-            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), os.environ.get("PYTHONPATH", "")])},
+            env=os.environ | {"PYTHONPATH": os.pathsep.join([str(ROOT), *sys.path])},
         )
         self.obstacles: list[Obstacle] = []
         self.valid = self.posed = self.published = True
@@ -59,7 +59,7 @@ class Bridge:
             if not self.posed:
                 told = msgspec.structs.replace(told, pose=None)
             self._tracker.publish("obstacles", told)
-            self._tracker.publish("clearance", msgspec.structs.replace(water(now_ns), valid=self.valid))
+            self._tracker.publish("clearance", msgspec.structs.replace(clearance(told), seq=self._seq))
         if self.pinged:
             self._sonar.publish("ping", image(now_ns))
         self._seq += 1

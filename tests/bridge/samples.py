@@ -57,9 +57,11 @@ def image(now_ns: int) -> Ping:
     )  # fmt: skip
 
 
-def water(now_ns: int) -> Clearance:
-    """Return clear water in 72 sectors."""
-    return Clearance(
-        seq=3, ping_number=5, t_ns=now_ns, utc_ns=clock.utc_ns(now_ns), valid=True, clear_from_m=[1.0] * 72,
-        clear_to_m=[30.0] * 72, nearest_m=[None] * 71 + [12.0], pose=POSE, made_ns=now_ns,
-    )  # fmt: skip
+def clearance(told: ObstacleList, **more: Any) -> Clearance:
+    """Return one of 72 sectors of which all are clear up to 500 m."""
+    values: dict[str, Any] = {
+        "seq": told.seq, "ping_number": told.ping_number, "t_ns": told.t_ns, "utc_ns": told.utc_ns,
+        "valid": told.valid, "clear_from_m": [0.0] * 72, "clear_to_m": [500.0] * 72, "nearest_m": [None] * 72,
+        "pose": told.pose,
+    }  # fmt: skip
+    return Clearance(**(values | more))

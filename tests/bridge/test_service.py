@@ -24,12 +24,20 @@ def ids(name: str, data: bytes) -> list[int]:
         return [each["id"] for each in json.loads(data)["obstacles"]]
     if name == "ttm":
         return [int(pynmea2.parse(data.decode(), check=True).data[10].removeprefix("ODS"))]
+    if name == "mavlink":
+        dialect = pytest.importorskip("pymavlink.dialects.v20.ardupilotmega")
+        points = dialect.MAVLink(None).parse_buffer(data)
+        return [each.obstacle_id for each in points if each.obstacle_id != 65535]
     return [int(read(data).text.partition("label=ods_")[2].partition(",")[0])]
 
 
-@pytest.mark.parametrize("name", ["json", "ttm", "moos"])
+@pytest.mark.parametrize("name", ["json", "ttm", "moos", "mavlink"])
 def test_lists_arrive_while_they_are_valid_and_silence_follows(name: str) -> None:
-    with receiver() as peer, bridge(name, peer.getsockname()[1], "most_hz = 100.0") as running:
+    keys = "most_hz = 100.0"
+    if name == "mavlink":
+        pytest.importorskip("pymavlink")
+        keys += '\nform = "3d"\nmost_m = 100.0'
+    with receiver() as peer, bridge(name, peer.getsockname()[1], keys) as running:
         started(running)
         told = [number for data in drained(peer) for number in ids(name, data)]
         assert told[:2] == [7, 300]  # the nearest first

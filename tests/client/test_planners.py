@@ -1,6 +1,7 @@
 """Planners in C, C++ and JavaScript hear a real publisher; the header takes no message for a list that is none."""
 
 import json
+import os
 import random
 import shutil
 import subprocess
@@ -104,6 +105,55 @@ def test_javascript_hears_the_obstacles(run_dir: Path) -> None:
         pytest.skip("no node here")
     last = heard([node, str(EXAMPLES / "planner.js")], run_dir)[-1]
     assert last == {"valid": True, "reasons": [], "positions": POSITIONS}
+
+
+def said_without_a_list(command: list[str], run_dir: Path, user: int | None = None) -> str:
+    """Return what a planner says while it hears nothing, its first line on the error output."""
+    with subprocess.Popen(
+        [*command, str(run_dir), "1"], stderr=subprocess.PIPE, text=True, user=user, group=user
+    ) as run:
+        limit = threading.Timer(60.0, run.kill)
+        limit.start()
+        assert run.stderr is not None
+        said = run.stderr.readline().rstrip()
+        limit.cancel()
+        run.kill()
+    return said
+
+
+@pytest.mark.parametrize("language", ["c", "c++", "javascript"])
+def test_a_refused_socket_is_no_silence(run_dir: Path, tmp_path: Path, language: str) -> None:
+    if language == "javascript":
+        node = shutil.which("node")
+        if node is None:
+            pytest.skip("no node here")
+        command = [node, str(EXAMPLES / "planner.js")]
+    else:
+        compiler, source, standard = ("cc", EXAMPLES / "planner.c", "-std=c99")
+        if language == "c++":
+            compiler, source, standard = ("c++", CLIENT / "planner.cpp", "-std=c++17")
+        command = [str(compiled(compiler, source, tmp_path, standard))]
+    file = run_dir / "tracker.sock"
+    assert said_without_a_list(command, run_dir) == f"{file}: no socket: does the tracker run?"
+    if language != "javascript":
+        context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
+        publisher = bus.Publisher(context, run_dir, "tracker")
+        assert said_without_a_list(command, run_dir) == f"{file}: the tracker is there, and silent"
+        publisher.close()
+        context.term()
+    if os.geteuid() == 0:
+        with tempfile.TemporaryDirectory(prefix="ods-") as folder:
+            Path(folder).chmod(0o755)
+            (Path(folder) / "run").mkdir(mode=0o750)
+            program = Path(folder) / "planner"  # where others may run it
+            if language != "javascript":
+                shutil.copy(command[0], program)
+                command = [str(program)]
+            else:
+                command[1] = str(shutil.copy(Path(command[1]), program))
+            place = Path(folder) / "run"
+            said = said_without_a_list(command, place, user=65534)
+            assert said == f"{place / 'tracker.sock'}: no right to open the socket: join its group"
 
 
 def read_by_header(messages: list[bytes], folder: Path) -> list[str]:

@@ -12,7 +12,7 @@ from ods.missions.watch import Told
 from ods.missions.world import World
 from ods.offline.mission import MissionSettings
 from ods.sim_sonar.by_name import find_sonar
-from ods.sim_sonar.steered import VehicleSettings
+from ods.sim_sonar.settings import VehicleSettings
 
 WORLD = WorldSettings(length_m=80.0, width_m=40.0, obstacles_per_hectare=0.0, current_m_s=0.0)
 

@@ -9,7 +9,8 @@ from ods.base.clock import NS
 from ods.messages import PoseAt
 from ods.planner.planner import Planner, SetPoint
 from ods.planner.settings import SteeringSettings
-from ods.sim_sonar.steered import Steered, VehicleSettings, at_start
+from ods.sim_sonar.settings import VehicleSettings
+from ods.sim_sonar.steered import Steered, at_start
 from tests.planner.lists import PERIOD_S, clear, obstacle, pose, steered, told
 
 GOAL = (200.0, 0.0, 20.0)

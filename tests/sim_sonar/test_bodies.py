@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -92,3 +94,26 @@ def test_frame_change_keeps_distances_and_shapes() -> None:
     np.testing.assert_allclose(seen["centre"], centre)
     axis = geometry.global_to_body(body["axes"][2], np.zeros(3), attitude)
     np.testing.assert_allclose(seen["axes"][2], axis)
+
+
+@pytest.mark.parametrize(
+    ("point", "sphere", "upright", "plane"),
+    [
+        ((0.0, 0.0, 0.0), -2.0, -1.0, 0.0),
+        ((5.0, 0.0, 0.0), 3.0, 4.0, 3.0),
+        ((0.0, 0.0, 7.0), 5.0, 4.0, 7.0),
+        ((3.0, 4.0, 0.0), 3.0, 4.0, math.sqrt(2.0)),  # 1 beyond the plane's edge in x, 1 in y
+        ((4.0, 0.0, 7.0), math.sqrt(65.0) - 2.0, 5.0, math.sqrt(53.0)),
+        ((0.0, 0.5, 2.8), math.sqrt(8.09) - 2.0, -0.2, 2.8),  # inside, under the lid
+    ],
+)
+def test_clearances_by_hand(point: Triple, sphere: float, upright: float, plane: float) -> None:
+    all_ = np.array(
+        [
+            make(bodies.SPHERE, (10.0, 0.0, 0.0), (0.3, 0.2, 0.1), (2.0, 2.0, 2.0)),
+            make(bodies.CYLINDER, (10.0, 0.0, 0.0), (0.0, 0.0, 1.0), (1.0, 1.0, 3.0)),
+            make(bodies.PLANE, (10.0, 0.0, 0.0), (0.0, 0.0, 0.0), (2.0, 3.0, 0.0)),
+        ]
+    )
+    found = bodies.clearances(all_, np.add(point, (10.0, 0.0, 0.0)))
+    assert found == pytest.approx([sphere, upright, plane])

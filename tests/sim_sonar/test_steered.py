@@ -1,6 +1,7 @@
 """The vehicle that obeys: its limits, its current, and the places between its steps."""
 
 import math
+import threading
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from ods.base.geometry import euler_from_quat
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
-from ods.sim_sonar.steered import Steered, VehicleSettings, at_start
+from ods.sim_sonar.settings import VehicleSettings
+from ods.sim_sonar.steered import Steered, at_start
 
 DT_S = 0.05
 
@@ -82,3 +84,38 @@ def test_a_scene_sees_it_where_it_really_is() -> None:
     assert scene.head_at(3.0).position_ned == pytest.approx([6.0, 0.0, 20.0])
     with pytest.raises(ValueError, match="ball"):
         Scene(file)
+
+
+def test_stopped_it_loses_way_below_the_speed_at_which_it_steers_and_drifts() -> None:
+    vehicle = Steered(VehicleSettings(acceleration_m_s2=0.2), at_start(0.0, 2.0), current_m_s=(0.0, 0.25))
+    vehicle.stop()
+    assert gone(vehicle, 20.0).way[-1].speed_m_s == 0.0
+    assert vehicle.way[-1].place[:2] == pytest.approx((10.0, 5.0), abs=0.06)  # v^2 / 2 a; 0.25 m/s for 20 s
+    vehicle.obey(0.0, 2.0, 0.0)
+    assert gone(vehicle, 20.0).way[-1].speed_m_s == 2.0
+
+
+def test_before_its_start_it_went_straight_on() -> None:
+    vehicle = Steered(VehicleSettings(), at_start(0.0, 2.0, (5.0, 0.0, 20.0)), current_m_s=(0.0, 0.5), kept=8)
+    assert vehicle.position(np.array([-20.0, -1.5])) == pytest.approx(np.array([[-35.0, -10.0, 20], [2.0, -0.75, 20]]))
+    gone(vehicle, 1.0)
+    assert vehicle.velocity(-3.0) == pytest.approx([2.0, 0.5, 0.0])
+
+
+def test_who_asks_while_it_steps_gets_one_of_its_states() -> None:
+    """From another thread, through many steps: places lie on the way, never between two that do not follow."""
+    vehicle = Steered(VehicleSettings(), at_start(0.0, 2.0), kept=16)
+    seen: list[tuple[float, float]] = []
+    done = threading.Event()
+
+    def ask() -> None:
+        while not done.is_set():
+            t_s = vehicle.way[-1].t_s
+            seen.append((t_s, float(vehicle.position(t_s)[0])))
+
+    asking = threading.Thread(target=ask)
+    asking.start()
+    gone(vehicle, 200.0)
+    done.set()
+    asking.join()
+    assert all(north == pytest.approx(2.0 * t_s, abs=1e-6) for t_s, north in seen)

@@ -3,8 +3,10 @@
  * cc -I../../../client -o planner planner.c -lzmq       (Debian: libzmq3-dev)
  * ./planner RUN_DIR LISTS
  */
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <unistd.h>
 #include <zmq.h>
 
 #include "ods_list.h"
@@ -25,6 +27,12 @@ static void print_list(const void *bytes, size_t size) {
     fflush(stdout);
 }
 
+/* Why nothing is heard: ZeroMQ tries again and again without a word, also where it has no right to the socket. */
+static const char *why_silent(const char *socket_file) {
+    if (access(socket_file, W_OK) == 0) return "the tracker is there, and silent";
+    return errno == EACCES ? "no right to open the socket: join its group" : "no socket: does the tracker run?";
+}
+
 int main(int argc, char **argv) {
     if (argc != 3) return 2;
     char address[200];
@@ -40,6 +48,7 @@ int main(int argc, char **argv) {
         if (zmq_msg_recv(&topic, socket, 0) < 0) {
             printf("{\"valid\": false, \"positions\": []}\n"); /* silence is an answer, too */
             fflush(stdout);
+            fprintf(stderr, "%s: %s\n", address + 6, why_silent(address + 6));
             zmq_msg_close(&topic);
             continue;
         }

@@ -85,11 +85,15 @@ function take(socket, data) {
   }
 }
 
+const WHY = { EACCES: "no right to open the socket: join its group", ENOENT: "no socket: does the tracker run?",
+  ECONNREFUSED: "no socket: does the tracker run?" };
+let why = ""; // the newest reason, so that it is said once
+
 function connect() { // until the tracker is there, and again when it has gone
   heard = Buffer.alloc(0); greeted = false; parts = [];
   const socket = net.connect(`${runDir}/tracker.sock`, () => socket.write(GREETING));
   socket.on("data", (data) => take(socket, data));
-  socket.on("error", () => {});
+  socket.on("error", (error) => { if (error.code !== why) console.error(`${runDir}/tracker.sock: ${WHY[why = error.code] ?? why}`); });
   socket.on("close", () => setTimeout(connect, 200));
 }
 

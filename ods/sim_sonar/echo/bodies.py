@@ -62,6 +62,17 @@ def contains(body: Body, point: Floats) -> bool:
     return bool(math.hypot(local[0], local[1]) <= radius and local[2] <= half_length)
 
 
+def clearances(bodies: Bodies, point: Floats) -> Floats:
+    """Return (n,) the distance from `point` (3,) to each body's surface, m; below 0 inside a sphere or cylinder."""
+    local = np.abs((bodies["axes"] @ (point - bodies["centre"])[:, :, None])[:, :, 0])
+    half, across = bodies["half"], np.hypot(local[:, 0], local[:, 1])
+    beyond = np.stack([across - half[:, 0], local[:, 2] - half[:, 2]], axis=-1)
+    cylinder = np.hypot(*np.maximum(beyond, 0.0).T) + np.minimum(beyond.max(axis=1), 0.0)
+    plane = np.linalg.norm(np.maximum(local - half, 0.0), axis=1)
+    sphere = np.linalg.norm(local, axis=1) - half[:, 0]
+    return np.select([bodies["kind"] == SPHERE, bodies["kind"] == CYLINDER], [sphere, cylinder], plane)
+
+
 def middles(bodies: Bodies, point: Floats) -> Floats:
     """Return the (n, 3) points in the middle of bodies that are nearest to `point` (3,).
 

@@ -15,6 +15,12 @@ def can_of(wanted: Literal["auto", "vcan0", "slcan"], run_dir: Path) -> tuple[st
     return "slcan", str(run_dir / SLCAN_PORT)
 
 
+def planner_can_of(wanted: Literal["auto", "vcan0", "slcan"], run_dir: Path) -> tuple[str, str]:
+    """Return the same for the planner: on slcan an adapter of its own."""
+    interface, channel = can_of(wanted, run_dir)
+    return interface, f"{channel}-planner" if interface == "slcan" else channel
+
+
 def has_vcan() -> bool:
     """Tell whether vcan0 is there and a CAN socket opens on it."""
     try:

@@ -1,11 +1,9 @@
 """The simulated vehicle's inertial navigation system: a CANopen node that sends its pose as its EDS says."""
 
 import struct
-from collections import Counter
 from collections.abc import Iterable
 from pathlib import Path
 
-import can
 import canopen
 import numpy as np
 from canopen.objectdictionary import SIGNED_TYPES
@@ -14,33 +12,23 @@ from numpy.typing import ArrayLike
 
 from ods.base.clock import DAY_MS, MS, NS
 from ods.base.geometry import euler_from_quat
+from ods.sim_sonar.ins.canopen_node import OPERATIONAL, CanEnd, CanopenNode
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
-NMT, SYNC, TIME, EMCY, HEARTBEAT = 0x000, 0x080, 0x100, 0x080, 0x700
-BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0, 4, 5, 127
-NMT_COMMANDS = {1: OPERATIONAL, 2: STOPPED, 128: PRE_OPERATIONAL, 129: BOOT_UP, 130: BOOT_UP}
+SYNC, TIME, EMCY = 0x080, 0x100, 0x080
 TIME_OF_DAY = struct.Struct("<IH")
 STATUS_ALL_VALID = 0b1111
 """Position, attitude, velocity and time of day are valid."""
 OVER_BOTTOM_VALID = 0b10000
 DAYS_1970_TO_1984 = 5113
-SEND_TIMEOUT_S = 0.05
 
 
-class SimulatedIns:
-    """One INS on a CAN bus. It has no clock and no thread: each `send` is one instant of its life.
+class SimulatedIns(CanopenNode):
+    """One INS on a CAN bus. It has no clock and no thread: each `send` is one instant of its life."""
 
-    Frames that the bus does not take are counted as `unsent` in `counters`.
-    """
-
-    def __init__(self, bus: can.BusABC, eds: Path, node_id: int = 5, heartbeat_period_s: float = 0.2) -> None:
-        self.counters: Counter[str] = Counter()
-        self.state = BOOT_UP
+    def __init__(self, bus: CanEnd, eds: Path, node_id: int = 5, heartbeat_period_s: float = 0.2) -> None:
+        super().__init__(bus, node_id, heartbeat_period_s)
         self.status = STATUS_ALL_VALID
-        self._bus = bus
-        self._node_id = node_id
-        self._heartbeat_period_ns = round(heartbeat_period_s * NS)
-        self._heartbeat_due_ns: int | None = None
         self._second = -1
         self._sequence = 0
         node = canopen.LocalNode(node_id, str(eds))
@@ -66,18 +54,16 @@ class SimulatedIns:
         `over_bottom`: height over the bottom, m, None where it has none; told if the EDS has 0x2014.
         `only`: numbers, from 1, of the PDOs to send, for an INS that fails in mid-epoch.
         """
-        self._obey()
-        if self.state == BOOT_UP:
-            self._transmit(HEARTBEAT + self._node_id, bytes([BOOT_UP]))
-            self.state = OPERATIONAL
-            self._heartbeat_due_ns = None
+        for _ in self.receive():
+            pass
+        self.boot()
         time_of_day = TIME_OF_DAY.pack(
             t_device_utc_ns // MS % DAY_MS, t_device_utc_ns // MS // DAY_MS - DAYS_1970_TO_1984
         )
         self._send_periodic(t_device_utc_ns, time_of_day)
         if self.state != OPERATIONAL:
             return
-        self._transmit(SYNC, b"")
+        self.transmit(SYNC, b"")
         objects = _objects(position_ned, attitude, velocity_body, sigmas)
         objects[0x2001, 0] = self.status if over_bottom is None else self.status | OVER_BOTTOM_VALID
         objects[0x2014, 0] = over_bottom or 0.0
@@ -85,20 +71,18 @@ class SimulatedIns:
         wanted = None if only is None else set(only)
         for number, pdo in enumerate(self._pdos, 1):
             if wanted is None or number in wanted:
-                self._transmit(pdo.cob_id or 0, bytes(pdo.data))
+                self.transmit(pdo.cob_id or 0, bytes(pdo.data))
         self._sequence += 1
 
     def emergency(self, code: int, register: int = 1, data: bytes = b"") -> None:
         """Send an EMCY message; code 0 resets."""
-        self._transmit(EMCY + self._node_id, struct.pack("<HB5s", code, register, data))
+        self.transmit(EMCY + self.node_id, struct.pack("<HB5s", code, register, data))
 
     def _send_periodic(self, t_ns: int, time_of_day: bytes) -> None:
-        if self._heartbeat_due_ns is None or t_ns >= self._heartbeat_due_ns:
-            self._transmit(HEARTBEAT + self._node_id, bytes([self.state]))
-            self._heartbeat_due_ns = t_ns + self._heartbeat_period_ns
+        self.beat(t_ns)
         if t_ns // NS != self._second:
             self._second = t_ns // NS
-            self._transmit(TIME, time_of_day)
+            self.transmit(TIME, time_of_day)
 
     def _fill(self, objects: dict[tuple[int, int], float], time_of_day: bytes) -> None:
         for pdo in self._pdos:
@@ -110,22 +94,6 @@ class SimulatedIns:
                     variable.data = time_of_day
                 else:
                     _write(variable, objects[where])
-
-    def _obey(self) -> None:
-        """Read the bus empty; carry out NMT commands."""
-        try:
-            while (message := self._bus.recv(0)) is not None:
-                is_command = message.arbitration_id == NMT and not message.is_extended_id and len(message.data) == 2
-                if is_command and message.data[1] in (0, self._node_id):
-                    self.state = NMT_COMMANDS.get(message.data[0], self.state)
-        except can.CanError:
-            self.counters["unread"] += 1
-
-    def _transmit(self, can_id: int, data: bytes) -> None:
-        try:
-            self._bus.send(can.Message(arbitration_id=can_id, data=data, is_extended_id=False), timeout=SEND_TIMEOUT_S)
-        except can.CanError:
-            self.counters["unsent"] += 1
 
 
 def _objects(

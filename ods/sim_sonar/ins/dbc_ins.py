@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from ods.base.geodesy import LocalFrame
 from ods.base.geometry import euler_from_quat, rotation_matrix
+from ods.sim_sonar.ins.canopen_node import CanEnd
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 
 PREFIX = "SBG_ECAN_MSG_"
@@ -34,7 +35,7 @@ class SimulatedDbcIns:
     Frames that the bus does not take are counted as `unsent` in `counters`.
     """
 
-    def __init__(self, bus: can.BusABC, dbc: Path, frame: LocalFrame) -> None:
+    def __init__(self, bus: CanEnd, dbc: Path, frame: LocalFrame) -> None:
         self.counters: Counter[str] = Counter()
         self.solution = SOLUTION_VALID
         self._bus = bus

@@ -128,11 +128,11 @@ class Scene:
                     raise ValueError(f"objects: {item.name!r} is around the sonar at t = {t_s:.2f} s")
 
 
-def load_scene(path: Path, mounting: MountingSettings | None = None) -> Scene:
-    """Read a scene file; `mounting` is the sonar's where it tells none. Raises ConfigError."""
+def load_scene(path: Path, mounting: MountingSettings | None = None, vehicle: Moving | None = None) -> Scene:
+    """Read a scene file; `mounting` and `vehicle` as for `Scene`. Raises ConfigError."""
     file = load(path, SceneFile)
     try:
-        return Scene(file, mounting)
+        return Scene(file, mounting, vehicle)
     except ValueError as error:
         raise ConfigError(f"{path}: {error}") from error
 

@@ -48,17 +48,17 @@ def track_marks(result: Tracked) -> list[Mark]:
 
     What the map knew before the mission is not new, and what is seen at its end is not lost.
     """
-    return [mark for course in result.courses for mark in _of_course(course, len(result.t_s) - 1)]
+    return [mark for course in result.courses for mark in _of_course(course, result)]
 
 
-def _of_course(course: Course, last: int) -> Iterable[Mark]:
+def _of_course(course: Course, result: Tracked) -> Iterable[Mark]:
     seen = course.place[np.isin(course.state, (ACTIVE, STAND_BY))]
     if not len(seen):
         return
     if course.first_seen_s >= 0.0:
-        yield Mark(int(seen[0]), "new", f"object {course.id} is new")
-    if seen[-1] < last:
-        yield Mark(int(seen[-1]) + 1, "lost", f"object {course.id} is lost")
+        yield Mark(int(seen[0]), "new", f"{result.name_of(course.id)} is new")
+    if seen[-1] < len(result.t_s) - 1:
+        yield Mark(int(seen[-1]) + 1, "lost", f"{result.name_of(course.id)} is lost")
 
 
 def bookmark_marks(bookmarks: Sequence[Bookmark]) -> list[Mark]:

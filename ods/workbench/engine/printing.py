@@ -19,7 +19,7 @@ from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import Tuning
 
 PICTURES, MOVIES = (".png", ".svg", ".pdf"), (".webp", ".gif")
-_ONE_AT_A_TIME = threading.Lock()
+ONE_AT_A_TIME = threading.Lock()
 """Matplotlib's style is the process's."""
 
 
@@ -38,12 +38,12 @@ def detections_of(ping: Ping, tuning: Tuning) -> Detections:
 
 def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], *, name: str, style: str) -> Path:
     """Draw a ping with its detections into a file; its ending tells the format. Raises OdsError, StageError."""
-    place = _checked(file, PICTURES, folders)
+    place = place_to_write(file, PICTURES, folders)
     found = detections_of(ping, tuning)
     from ods.plots.fan import ping_figure
     from ods.plots.style import drawn_in
 
-    with _ONE_AT_A_TIME, drawn_in(style):
+    with ONE_AT_A_TIME, drawn_in(style):
         figure = ping_figure(ping, found)
         count = len(found.detections)
         caption = f"{name}, ping {ping.ping_number}: {count} detections; configuration {config_hash(tuning)}"
@@ -61,13 +61,13 @@ def record_movie(
 
     tell: is told the share that is done; when it returns false, what has been drawn until then is written.
     """
-    place = _checked(file, MOVIES, folders)
+    place = place_to_write(file, MOVIES, folders)
     from ods.plots.style import drawn_in
     from ods.track.outputs import Outputs, Wanted
 
     source = Source(data.pings, data.poses_in_time, data.truths, data.losses, data.frame)
     settings, count = tuning.mission(), len(source.pings)
-    with _ONE_AT_A_TIME, drawn_in(style):
+    with ONE_AT_A_TIME, drawn_in(style):
         wanted = Wanted(out=None, json=False, geojson=None, plot=None, movie=place)
         outputs = Outputs(wanted, source, count, Mounting(settings.mounting))
         for done, step in enumerate(Mission(settings).steps(source.pings, source.poses), 1):
@@ -78,7 +78,8 @@ def record_movie(
     return place
 
 
-def _checked(file: Path, endings: tuple[str, ...], folders: Sequence[Path]) -> Path:
+def place_to_write(file: Path, endings: tuple[str, ...], folders: Sequence[Path]) -> Path:
+    """Return where a file is written. Raises OdsError for another ending, or a place outside the folders."""
     if file.suffix.lower() not in endings:
         raise OdsError(f"{file}: the ending must be one of {', '.join(endings)}")
     place = writable(file, folders)

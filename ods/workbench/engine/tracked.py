@@ -22,6 +22,7 @@ from ods.offline.score import ObjectScore, score_objects
 from ods.tracker.existence.lifecycle import ACTIVE, TENTATIVE
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.output.obstacle_list import NAMES
+from ods.workbench.engine.ping_log import PingLog, log_of
 
 SETTLE_S = 3.0
 """From the first sight of an object until it counts as missed, as `ods track` has it."""
@@ -129,6 +130,8 @@ class Tracked:
     false_ids: frozenset[int]
     """Of objects that never stood for a true one; empty also where the truth is not known."""
     counters: Mapping[str, int]
+    log: PingLog
+    """(n,) echoes, faults and validity."""
     _lists: tuple[bytes, ...]
 
     def list_at(self, place: int) -> ObstacleList | None:
@@ -154,9 +157,21 @@ class Tracked:
         name = next((score.name for score in self.scores if identity in score.ids), None)
         return next((truth for truth in self.truths if truth.name == name), None)
 
+    def name_of(self, identity: int) -> str:
+        """Return what a track is called: with the true object that it stood for, so that numbers of tracks and names of
+        objects are not taken for each other."""
+        truth = self.truth_of(identity)
+        stood_for = truth.name if truth is not None else "false" if identity in self.false_ids and self.truths else ""
+        return f"{track_name(identity)} ({stood_for})" if stood_for else track_name(identity)
+
     def course(self, identity: int | None) -> Course | None:
         """Return an object's course."""
         return next((course for course in self.courses if course.id == identity), None)
+
+
+def track_name(identity: int) -> str:
+    """Return what a track is called of which nothing else is known."""
+    return f"track {identity}"
 
 
 def heading_of(attitude: Quaternion) -> float:
@@ -179,7 +194,7 @@ class Collecting:
     """Takes the lists of a mission as they come."""
 
     def __init__(self) -> None:
-        self._found: list[tuple[int, int]] = []
+        self._found: list[Found] = []
         self._lists: list[ObstacleList | None] = []
         self._sector: Sector | None = None
 
@@ -188,18 +203,19 @@ class Collecting:
 
     def add(self, found: Found, told: ObstacleList | None) -> None:
         """Take in what came of one ping."""
-        self._found.append((found.ping_number, found.t_ns))
+        self._found.append(found)
         self._lists.append(told)
         self._sector = self._sector if found.detections is None else found.detections.sector
 
     def result(self, beside: "Beside", counters: "Counter[str]") -> Tracked:
         """Return what came of it all."""
         truths = beside.truths
-        t_ns = np.array([t for _, t in self._found], np.int64)
-        known = [truths.get(number) for number, _ in self._found]
+        numbers = [found.ping_number for found in self._found]
+        t_ns = np.array([found.t_ns for found in self._found], np.int64)
+        known = [truths.get(number) for number in numbers]
         t_s = (t_ns - t_ns[0]) / NS if len(t_ns) else np.zeros(0)
         way = _way(beside.poses, t_ns)
-        scores, false_ids = self._scored({number: truths[number] for number, _ in self._found if number in truths})
+        scores, false_ids = self._scored({number: truths[number] for number in numbers if number in truths})
         return Tracked(
             t_s=t_s,
             path=np.array([pose.position_ned for pose in way], np.float64).reshape(-1, 3),
@@ -213,6 +229,7 @@ class Collecting:
             scores=tuple(scores),
             false_ids=frozenset(false_ids),
             counters={name: count for name, count in counters.items() if count},
+            log=log_of(self._found, self._lists),
             _lists=tuple(b"" if told is None else msgspec.msgpack.encode(told) for told in self._lists),
         )
 

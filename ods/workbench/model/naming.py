@@ -59,8 +59,9 @@ def _view(action: do.SetView, _: State) -> str:
 _VIEW: dict[str, str | tuple[str, str]] = {
     "presentation": "show as", "shown_stage": "picture after place", "compared_stage": "beside it after place",
     "comparison": "compare by", "palette": "colours", "lowest_db": "colours from dB", "highest_db": "colours to dB",
-    "large": "large pictures",
-    "attention": ("show attention", "hide attention"), "pinned_beam": "pinned beam", "marked_obstacle": "marked object",
+    "large": "large pictures", "echogram_beam": "single beam in the echogram", "echogram_layers": "echogram with",
+    "truth": ("show truth", "hide truth"),
+    "attention": ("show attention", "hide attention"), "pinned_beam": "pinned beam", "marked_obstacle": "marked track",
     "dark": ("dark", "light"),
 }  # fmt: skip
 """What a field of View is called; of a switch both."""

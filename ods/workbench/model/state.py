@@ -43,6 +43,9 @@ class DataReference(Settings, frozen=True):
     """That sees a scene."""
 
 
+EchogramLayer = Literal["echoes", "tracks", "truth", "faults", "validity"]
+
+
 class View(Settings, frozen=True):
     """How things are shown; nothing here changes a result."""
 
@@ -60,10 +63,16 @@ class View(Settings, frozen=True):
     """Upper end."""
     attention: bool = False
     """Ranges that this ping skips are dimmed."""
+    truth: bool = True
+    """Where the truth is known, right and false detections are told apart, and objects that were missed are shown."""
     large: bool = False
     """Pictures have the window; stages and charts are folded away."""
     pinned_beam: int | None = None
     """Whose range profile is shown, however the mouse moves."""
+    echogram_beam: NonNegativeInt | None = None
+    """That the echogram shows; none: the highest level over all beams."""
+    echogram_layers: tuple[EchogramLayer, ...] = ("echoes", "tracks", "truth", "faults", "validity")
+    """What is shown over the echogram."""
     marked_obstacle: int | None = None
     """Id of the obstacle that is looked at."""
     dark: bool = True

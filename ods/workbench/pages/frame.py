@@ -38,6 +38,7 @@ MENUS = (
     Menu("Utilities", "ods.workbench.pages.utilities", "build"),
     Menu("Assess", "ods.workbench.pages.assess", "insights"),
     Menu("Live", "ods.workbench.pages.live", "sensors"),
+    Menu("Echogram", "ods.workbench.pages.echogram", "stacked_line_chart"),
 )
 """Loaded when first opened; one whose module is not there is not shown."""
 KEYS = (
@@ -45,7 +46,7 @@ KEYS = (
     ("Ctrl Y, Ctrl Shift Z", "redo"),
     ("P", "fan or beams beside each other"),
     ("D", "dark or light"),
-    ("1 ... 7", "menus"),
+    ("1 ... 8", "menus"),
     ("?", "these keys"),
     ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
     ("click", "in an image: pin its beam"),
@@ -60,6 +61,8 @@ TEXT_COLOURS = {
     "light": {"negative": "#c10015", "positive": "#137333", "warning": "#8a5a00"},
 }
 """Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
+NARROW = "@media (max-width: 1200px) { header .q-tab { padding: 0 8px; } }"
+"""All tabs are seen in a window of 1024 pixels."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
 
@@ -72,7 +75,7 @@ def build(session: Session) -> None:
     ui.context.client.on_exception(_tell)
     ui.query(".nicegui-content").classes("p-0 gap-0")
     ui.colors(primary="#2f81f7", positive="#137333")  # white is read on it, too
-    ui.add_css("".join(_rules()))
+    ui.add_css("".join(_rules()) + NARROW)
     ui.add_css(f'#popup::after {{ content: "{SERVER_GONE}"; }}')
     dark = ui.dark_mode(session.state.view.dark)
     follow(session, dark, lambda _, after: dark.set_value(after.view.dark))

@@ -7,7 +7,7 @@ from nicegui import ui
 
 from ods.offline.score import position_rms_m
 from ods.workbench.engine.rerun import Progress, Rerun, wanted
-from ods.workbench.engine.tracked import Tracked
+from ods.workbench.engine.tracked import Tracked, track_name
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer_plan, observer_times
@@ -20,12 +20,12 @@ from ods.workbench.web.time_view import TimeView
 
 KEYS = (("click", "in the plan or in a strip: mark an object; in a diagram: go to that time"),)
 AT_REST: Columns = (
-    ("id", "id"), ("north", "north, m"), ("east", "east, m"), ("down", "down, m"), ("radius", "radius, m"),
+    ("name", "track"), ("north", "north, m"), ("east", "east, m"), ("down", "down, m"), ("radius", "radius, m"),
     ("exists", "exists"), ("seen", "seen"),
 )  # fmt: skip
 SCORES: Columns = (
     ("name", "object"), ("tracked", "tracked"), ("rms", "position error, m rms"), ("radius", "radius error"),
-    ("ids", "ids"),
+    ("ids", "tracks"),
 )  # fmt: skip
 TRACKED = ("file", "scene")
 """Kinds of data that can be tracked again."""
@@ -87,7 +87,7 @@ class _Observer:
         self._times.on_mark(self._mark)
         self._times.on_time(self._go_to)
         with ui.row().classes("w-full gap-2 items-start"):
-            self._now = table("Objects at this ping", NUMBERS, self._mark)
+            self._now = table("Tracks at this ping", NUMBERS, self._mark)
             self._rest = table("At rest: what the map has after the mission", AT_REST, self._mark)
             self._scores = table("Against the truth", SCORES, None)
 
@@ -137,7 +137,7 @@ class _Observer:
             self._drawn = rerun.result
             self._draw_result(rerun.result)
         old = rerun.result_of != wanted(state)
-        busy = _doing(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
+        busy = tracking_progress(rerun.progress) if old and state.data.kind in TRACKED and not rerun.error else ""
         dimmed = COMPUTING if busy else "not the newest" if old and self._drawn is not None else ""
         self._plan.set_busy(dimmed)
         self._times.set_busy(dimmed)
@@ -152,6 +152,7 @@ class _Observer:
         self._rest.rows = [
             {
                 "id": item.id,
+                "name": result.name_of(item.id),
                 **place(item.position, item.sigma),
                 "down": f"{item.position[2]:.1f} ± {item.sigma[2]:.1f}",
                 "radius": f"{item.radius:.1f} ± {item.sigma_radius:.1f}",
@@ -181,7 +182,8 @@ class _Observer:
         span = float(result.t_s[0]), float(result.t_s[-1])
         which = None if course is None else course.id
         self._times.show(span, observer_times.panels(result, course), observer_times.strips(result, which))
-        self._times.set_title("Lives" if which is None else f"Lives, and the course of object {which} (bands: 2 sigma)")
+        title = "Lives" if which is None else f"Lives; course of {result.name_of(which)}, 2 sigma"
+        self._times.set_title(title)
 
     def _draw_moment(self) -> None:
         result, state = self._drawn, self._session.state
@@ -198,10 +200,12 @@ class _Observer:
     def _list_objects(self) -> None:
         self._table_waits = False
         told = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
-        self._now.rows = [] if told is None else [numbers(obstacle) for obstacle in told.obstacles]
+        name_of = track_name if self._drawn is None else self._drawn.name_of
+        self._now.rows = [] if told is None else [numbers(each, name_of(each.id)) for each in told.obstacles]
 
 
-def _doing(progress: Progress | None) -> str:
+def tracking_progress(progress: Progress | None) -> str:
+    """Return in words how far a mission is tracked."""
     if progress is None or not progress.of:
         return "opening the data ..."
     what = "detecting and tracking" if progress.detects else "tracking again"
@@ -217,7 +221,7 @@ def _summary(data: DataReference, result: Tracked | None) -> str:
     source = "simulated, truth known" if data.kind == "scene" else "recording"
     if data.kind == "file" and result.truths:
         source = "recording with truth"
-    text = f"{source}: {len(result.t_s)} pings, {len(result.courses)} objects, {len(result.at_rest)} at rest"
+    text = f"{source}: {len(result.t_s)} pings, {len(result.courses)} tracks, {len(result.at_rest)} at rest"
     if result.scores:
         switches = sum(max(0, len(score.ids) - 1) for score in result.scores)
         text += (

@@ -1,13 +1,14 @@
 """A tracked mission as a plan [SSIE figure 6]: what is there all the time, and what is known at one ping."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from ods.base.arrays import Floats
 from ods.messages import Obstacle, ObstacleList
 from ods.tracker.output.obstacle_list import NAMES
-from ods.workbench.engine.tracked import Course, Tracked
+from ods.workbench.engine.tracked import Course, Tracked, track_name
 from ods.workbench.web.plan_view import Area, Circle, Ellipse, Line, Mark, Place, Role, Shape
 
 MOST_POINTS = 400
@@ -53,8 +54,8 @@ def moment(result: Tracked, place: int, marked: int | None) -> list[Shape]:
     told = result.list_at(place)
     shapes += _true_objects(result, place)
     if told is not None:
-        shapes += objects(told, marked)
-        shapes += approach(told, marked, result.path[place], velocity_at(result, place))
+        shapes += objects(told, marked, result.name_of)
+        shapes += approach(told, marked, result.path[place], velocity_at(result, place), result.name_of)
     shapes.append(Mark(flat(result.path[place]), "vehicle", round(result.heading(place), 4)))
     return shapes
 
@@ -69,16 +70,17 @@ def _true_objects(result: Tracked, place: int) -> list[Shape]:
     return found
 
 
-def objects(told: ObstacleList, marked: int | None) -> list[Shape]:
-    """Return the objects of a list with their ellipses and predictions."""
-    return [shape for item in told.obstacles if item.state != "terminated" for shape in _object(item, marked)]
+def objects(told: ObstacleList, marked: int | None, name_of: Callable[[int], str] = track_name) -> list[Shape]:
+    """Return the objects of a list with their ellipses and predictions; name_of: what a track is called."""
+    shown = [item for item in told.obstacles if item.state != "terminated"]
+    return [shape for item in shown for shape in _object(item, marked, name_of(item.id))]
 
 
-def _object(obstacle: Obstacle, marked: int | None) -> list[Shape]:
+def _object(obstacle: Obstacle, marked: int | None, name: str) -> list[Shape]:
     is_marked = obstacle.id == marked
     at = flat(obstacle.position_ned)
     speed = math.hypot(*obstacle.velocity_ned[:2])
-    label = f"{obstacle.id}: r {obstacle.radius_m:.1f} m, {speed:.1f} m/s"
+    label = f"{name}: r {obstacle.radius_m:.1f} m, {speed:.1f} m/s"
     shapes: list[Shape] = [
         ellipse_of(at, obstacle.sigma_position[0], obstacle.sigma_position[1], obstacle.covariance_ne),
         Circle(at, round(obstacle.radius_m, 3), obstacle.state, label, str(obstacle.id), marked=is_marked),
@@ -101,7 +103,9 @@ def ellipse_of(at: Place, sigma_north: float, sigma_east: float, covariance: flo
     return Ellipse(at, (round(major, 3), round(minor, 3)), round(math.atan2(east, north), 4))
 
 
-def approach(told: ObstacleList, marked: int | None, at: Floats, velocity: Floats) -> list[Shape]:
+def approach(
+    told: ObstacleList, marked: int | None, at: Floats, velocity: Floats, name_of: Callable[[int], str] = track_name
+) -> list[Shape]:
     """Return the closest approach to the vehicle of the marked object, or of the one that comes nearest.
 
     at, velocity: the vehicle's, (3,) NED, m and m/s.
@@ -113,7 +117,7 @@ def approach(told: ObstacleList, marked: int | None, at: Floats, velocity: Float
         after_s = cpa.time_s
         vehicle = at + after_s * velocity
         there = np.array(item.position_ned) + after_s * np.array(item.velocity_ned)
-        label = f"nearest to {item.id}: {cpa.distance_m:.1f} ± {cpa.sigma_m:.1f} m in {after_s:.0f} s"
+        label = f"nearest to {name_of(item.id)}: {cpa.distance_m:.1f} ± {cpa.sigma_m:.1f} m in {after_s:.0f} s"
         shapes.append(Line([flat(there), flat(vehicle)], "approach", label))
     return shapes
 

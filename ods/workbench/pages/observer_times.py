@@ -33,7 +33,7 @@ def strips(result: Tracked, marked: int | None) -> list[Strip]:
     return [
         Strip(
             str(course.id),
-            f"object {course.id}",
+            result.name_of(course.id),
             [(ROLES[span.state], round(span.from_s, 3), round(span.to_s, 3)) for span in course.lives()],
             marked=course.id == marked,
         )

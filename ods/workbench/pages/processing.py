@@ -14,7 +14,7 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, View
 from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
-from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, frames_of, title_of
+from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
 from ods.workbench.pages.processing_work import Answer, Costs, Work, last_stage
 from ods.workbench.pages.timeline import Timeline
@@ -84,14 +84,17 @@ class _Page:
     def _build_tools(self) -> None:
         with ui.row().classes("w-full items-center gap-2"):
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-40").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-[8.25rem]").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-40").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-[8.25rem]").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
             self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
             self._attention.props("dense").tooltip("dims the ranges that this ping skips")
+            self._truth = ui.checkbox("truth", on_change=lambda event: self._view("truth", event.value))
+            self._truth.props("dense").mark("truth")
+            self._truth.tooltip("where it is known: ✓ right, ✕ false, ? an object that was missed")
             ui.label("colours, dB").classes("text-xs opacity-80 ml-2")
             self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
             self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
@@ -251,6 +254,7 @@ class _Page:
         self._histogram.answer(answer)
         self._timeline.show(answer.data, answer.place)
         self._stages.show_spacing(answer.a.ping.dr_m)
+        self._stages.show_counts("" if answer.judged_a is None else f"against the truth: {counts_of(answer.judged_a)}")
         self._titles(answer)
 
     def _titles(self, answer: Answer) -> None:
@@ -294,6 +298,7 @@ class _Page:
         _offer(self._beside, {NOTHING: "nothing", **options}, compared)
         self._beside.set_enabled(not compares(state))
         self._attention.set_value(view.attention)
+        self._truth.set_value(view.truth)
         self._column.set_visibility(not view.large)
         self._charts.set_visibility(not view.large)
         for picture in (self._main, self._second):

@@ -9,6 +9,7 @@ from ods.messages import Detection
 from ods.workbench.engine.look import Look
 from ods.workbench.engine.study import Study
 from ods.workbench.engine.thresholds import thresholds
+from ods.workbench.engine.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages.processing_work import Answer, last_stage
 from ods.workbench.web.frames import Circle, Frame, Kind, cells_of
@@ -21,14 +22,15 @@ def frames_of(answer: Answer) -> dict[str, Frame]:
     """Return the frames by the names of their views."""
     state = answer.state
     view = state.view
-    shown = {MAIN: _frame(answer.a, state.tuning, view.shown_stage, state, _circles(answer))}
+    drawn = partial(_frame, answer.a, judged=answer.judged_a)
+    shown = {MAIN: drawn(state.tuning, view.shown_stage, state, _circles(answer))}
     if answer.b is not None and state.other is not None:
-        own = _with_kind(answer.b.detections.detections, "detection")
-        shown[OTHER] = _frame(answer.b, state.other, view.shown_stage, state, own)
+        own = _own_circles(answer.b, answer.judged_b, answer.true)
+        shown[OTHER] = _frame(answer.b, state.other, view.shown_stage, state, own, judged=answer.judged_b)
     if compares(state) and OTHER in shown:
         shown[BESIDE] = shown[OTHER]
     elif view.compared_stage is not None:
-        shown[BESIDE] = _frame(answer.a, state.tuning, view.compared_stage, state, shown[MAIN].circles)
+        shown[BESIDE] = drawn(state.tuning, view.compared_stage, state, shown[MAIN].circles)
     return shown
 
 
@@ -45,7 +47,9 @@ def title_of(tuning: Tuning, place: int) -> str:
     return f"after {place + 1} {chain[place]['use']}" + (" (bypassed)" if place in tuning.bypassed else "")
 
 
-def _frame(study: Study, tuning: Tuning, place: int, state: State, circles: Sequence[Circle]) -> Frame:
+def _frame(
+    study: Study, tuning: Tuning, place: int, state: State, circles: Sequence[Circle], *, judged: Judged | None
+) -> Frame:
     place = min(place, len(tuning.config.pipeline.chain()) - 1)
     look = study.after(place, tuning.bypassed)
     scale = state.view.lowest_db, state.view.highest_db
@@ -59,7 +63,7 @@ def _frame(study: Study, tuning: Tuning, place: int, state: State, circles: Sequ
         circles=tuple(circles),
         thresholds_db=_levels(look, tuning),
         attended=None if attended.all() else attended,
-        caption=f"ping {study.place}, {_count(len(study.detections.detections))}",
+        caption=f"ping {study.place}, {_count(len(study.detections.detections))}{_against_truth(judged)}",
     )
 
 
@@ -71,11 +75,35 @@ def _count(number: int) -> str:
     return f"{number} detection{'' if number == 1 else 's'}"
 
 
+def counts_of(judged: Judged) -> str:
+    """Return how many detections are right, false, or of an object that is found, and how many objects are missed."""
+    more = f", {len(judged.more)} more of them" if judged.more else ""
+    return f"{len(judged.right)} right{more}, {len(judged.false)} false, {len(judged.missed)} missed"
+
+
+def _against_truth(judged: Judged | None) -> str:
+    return "" if judged is None else f": {counts_of(judged)}"
+
+
+def _own_circles(study: Study, judged: Judged | None, true: Sequence[TrueCircle] | None) -> list[Circle]:
+    """Return a chain's circles; where the truth is known, told apart by it."""
+    found = study.detections.detections
+    if judged is None or true is None:
+        return _with_kind(found, "detection")
+    missed = [true[place] for place in judged.missed]
+    return [
+        *_with_kind([found[place] for place, _ in judged.right], "right"),
+        *_with_kind([found[place] for place in judged.more], "detection"),
+        *_with_kind([found[place] for place in judged.false], "false"),
+        *[Circle(each.range_m, each.bearing_rad, each.radius_m, "missed") for each in missed],
+    ]
+
+
 def _circles(answer: Answer) -> list[Circle]:
     """Return A's circles; with the difference shown, those of B too."""
     found = answer.a.detections.detections
     if answer.parted is None or answer.b is None or answer.state.view.comparison != "difference":
-        return _with_kind(found, "detection")
+        return _own_circles(answer.a, answer.judged_a, answer.true)
     other = answer.b.detections.detections
     return [
         *_with_kind([found[one] for one, _ in answer.parted.both], "detection"),

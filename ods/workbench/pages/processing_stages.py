@@ -40,6 +40,7 @@ class StageList:
         self._rows: list[tuple[str, ControlRow]] = []
         self._dr_m: float | None = None
         """Spacing of the range samples of the ping that is shown, from which numbers follow."""
+        self._counted = ""
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label("Chain").classes("text-base font-medium")
             ui.space()
@@ -59,6 +60,11 @@ class StageList:
         if dr_m != self._dr_m:
             self._dr_m = dr_m
             self._show(self._session.state)
+
+    def show_counts(self, counts: str) -> None:
+        """Say below the detector's sliders what it found of what is there; empty: not known."""
+        self._counted = counts
+        self._counts.set_text(counts)
 
     def _do(self, action: do.Action) -> None:
         """Do something, or say why it cannot be done and show what is."""
@@ -132,6 +138,8 @@ class StageList:
         with self._list:
             for place, stage in enumerate(chain):
                 self._stage(state, place, str(stage["use"]), place == len(chain) - 1)
+            self._counts = ui.label(self._counted).classes("text-sm px-4 w-full").mark("counts")
+            self._counts.classes("sticky bottom-0 z-10 backdrop-blur-md")
             self._fold("image", "image", "opacity-90", self._image)
             self._fold("attention", "focus of attention", "opacity-90", self._attention)
         self._columns.set_text(self._told_columns(state))

@@ -7,11 +7,13 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
 from ods.base.errors import OdsError, one_line
+from ods.base.mounting import Mounting
 from ods.base.resident import give_back_freed
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.newest import Newest
 from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
+from ods.workbench.engine.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
 
@@ -40,6 +42,11 @@ class Answer:
     b: Study | None
     parted: Difference | None
     """Of A's and B's detections."""
+    true: Sequence[TrueCircle] | None
+    """Objects that are there; None: not known, or not to be shown."""
+    judged_a: Judged | None
+    """A's detections against them."""
+    judged_b: Judged | None
     complaint: str = ""
     """Why there is no B."""
 
@@ -135,7 +142,15 @@ class Work:
                 complaint = f"B: {error}"
             else:
                 parted = difference(a.detections.detections, b.detections.detections)
-        return Answer(state, opened.data, place, a, b, parted, complaint)
+        true = self._true(state, opened.data, place)
+        judged_a, judged_b = (
+            None if true is None or each is None else judged(each.detections, true) for each in (a, b)
+        )
+        return Answer(state, opened.data, place, a, b, parted, true, judged_a, judged_b, complaint)
+
+    def _true(self, state: State, data: Data, place: int) -> Sequence[TrueCircle] | None:
+        truth = data.truth(place) if state.view.truth else None
+        return None if truth is None else true_circles(truth, Mounting(state.tuning.config.mounting))
 
     def _open(self, state: State) -> Opened:
         key = state.data, state.scene if state.data.kind == "scene" else None
@@ -178,7 +193,7 @@ def wanted(state: State) -> tuple[Any, ...]:
     scene = state.scene if state.data.kind == "scene" else None
     return (
         state.tuning, state.other, state.data, scene, state.ping, view.shown_stage, view.compared_stage,
-        view.comparison, view.lowest_db, view.highest_db,
+        view.comparison, view.truth, view.lowest_db, view.highest_db,
     )  # fmt: skip
 
 

@@ -6,11 +6,12 @@ from collections.abc import Callable, Sequence
 from nicegui import ui
 
 from ods.messages import Obstacle, Vector3
+from ods.workbench.engine.tracked import track_name
 
 Columns = Sequence[tuple[str, str]]
 """Name and heading of each."""
 NUMBERS: Columns = (
-    ("id", "id"), ("state", "state"), ("north", "north, m"), ("east", "east, m"), ("speed", "speed, m/s"),
+    ("name", "track"), ("state", "state"), ("north", "north, m"), ("east", "east, m"), ("speed", "speed, m/s"),
     ("radius", "radius, m"), ("nearest", "nearest, m, in s"), ("exists", "exists"), ("seen", "seen"),
 )  # fmt: skip
 
@@ -30,11 +31,12 @@ def table(title: str, columns: Columns, clicked: Callable[[str], None] | None) -
     return built
 
 
-def numbers(item: Obstacle) -> dict[str, object]:
-    """Return the row of one object, for NUMBERS."""
+def numbers(item: Obstacle, name: str = "") -> dict[str, object]:
+    """Return the row of one object, for NUMBERS; name: what its track is called, by default by its id."""
     cpa = item.cpa
     return {
         "id": item.id,
+        "name": name or track_name(item.id),
         "state": item.state.replace("_", "-"),
         **place(item.position_ned, item.sigma_position),
         "speed": f"{math.hypot(*item.velocity_ned[:2]):.2f}",

@@ -11,12 +11,16 @@ from ods.base.errors import OdsError
 from ods.workbench.engine import files, presets, printing
 from ods.workbench.engine.config_file import saving, write_config
 from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.echogram_layers import Layers, layers_of
 from ods.workbench.engine.folders import new_beside, readable, writable
 from ods.workbench.engine.macro_run import write_macro
+from ods.workbench.engine.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
 from ods.workbench.model.state import State
 from ods.workbench.pages import shared_link
+from ods.workbench.pages.echogram import echogram_of
+from ods.workbench.pages.observer import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 
@@ -131,22 +135,40 @@ def _share(session: Session) -> None:
 
 
 def _print(session: Session) -> None:
-    """Build what draws the ping that is shown, for paper."""
+    """Build what draws the ping that is shown, or the echogram, for paper."""
     with ui.row().classes("w-full items-end"):
+        what = ui.select({"ping": "the ping", "echogram": "the echogram"}, value="ping", label="what")
+        what.mark("printed")
         name = ui.input("file: .png, .svg or .pdf", value=_new_file(session, "ping.png")).classes("grow")
         style = ui.select(["light", "dark"], value="light", label="style")
+    what.on_value_change(lambda: name.set_value(_new_file(session, f"{what.value}.png")))
 
     async def draw() -> None:
         state = session.state
+        called = Path(state.data.path).name or state.data.kind
+        if what.value == "echogram":
+            file = await run.io_bound(partial(_draw_echogram, session, state, Path(name.value), called, style.value))
+            ui.notify(f"written: {file}", type="positive")
+            return
         data = await _opened(session)
         ping = data.pings[min(state.ping, len(data.pings) - 1)]
-        called = Path(state.data.path).name or state.data.kind
         file = await run.io_bound(partial(
             printing.print_ping, ping, state.tuning, Path(name.value), session.folders, name=called, style=style.value
         ))  # fmt: skip
         ui.notify(f"written: {file}", type="positive")
 
     ui.button("Print", on_click=draw).props("dense no-caps").mark("print")
+
+
+def _draw_echogram(session: Session, state: State, file: Path, name: str, style: str) -> Path:
+    """Draw the echogram with the detections and tracks that are known by now."""
+    from ods.workbench.engine.echogram_print import print_echogram  # matplotlib: only where one prints
+
+    tracked, echogram = rerun_of(session), echogram_of(session).whole(state)
+    layers = Layers()
+    if tracked.result is not None and tracked.result_of == wanted(state):
+        layers = layers_of(tracked.result, echogram, state.view.echogram_beam)
+    return print_echogram(echogram, layers, state, file, session.folders, name=name, style=style)
 
 
 def _movie(session: Session) -> None:
@@ -242,7 +264,7 @@ _CARDS: dict[str, Callable[[Session], None]] = {
     "Presets": _presets,
     "Bookmarks": _bookmarks,
     "Share": _share,
-    "Print the ping": _print,
+    "Print": _print,
     "Movie of the mission": _movie,
     "Macro": _macro,
 }

@@ -1,19 +1,14 @@
 // A sonar image on two canvases: cells by a look-up table (pixel -> cell), and over them axes, circles and pointer.
-// Frames come over one WebSocket of the page, pulled: the next is asked for once the last is drawn.
 import { ink, prepare, watch } from "ods-charts";
+import { joinLink, leaveLink, request } from "ods-charts/frames.js";
+import { drawScale, niceStep, pack, paletteOf } from "ods-charts/palettes.js";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
-const PALETTES = {
-  viridis:
-    "440154470d60481a6c482576472f7d4439834144873d4e8a39568c355f8d31688e2d718e2a788e27808e23888e21918c1f988b1fa08822a884" +
-    "2ab07f35b77942be7154c56867cc5c7ad1518ed645a5db36bddf26d2e21be7e419fde725",
-  cividis:
-    "00224e00285b002e6c0c34701e3a6f2a3f6d35456c3f4c6c47516c4f576c575d6d5f636f6669706d6f727575757d7c788482798c8878948e77" +
-    "9d9576a59c74ada272b7a96ec0b16ac8b866d1bf61dbc75ae5cf52eed649f7de3efee838",
-  gray: "000000ffffff",
-};
 const KINDS = {
   detection: { colour: "#ff5a36", label: "detection" },
+  right: { colour: "#4fd1a5", label: "right", sign: "✓" },
+  false: { colour: "#ff5a36", label: "false", sign: "✕" },
+  missed: { colour: "#ffffff", label: "missed", sign: "?", dash: [4, 3] },
   only_a: { colour: "#ff9d2e", label: "only A" },
   only_b: { colour: "#37b6ff", label: "only B" },
   truth: { colour: "#ffffff", label: "truth", dash: [4, 3] },
@@ -25,50 +20,9 @@ const TURN_GAIN = 1.5; // a narrow fan lies on its side where it is larger by th
 const RULER = 30; // of the button in the corner
 const DEG = 180 / Math.PI;
 
-// ---- the page's link to the server: one socket for all views ----
-
 const views = new Set();
 let pointed = null; // {range_m, bearing_rad}: the pointer, in all views
 let measured = null; // two of these: what the ruler lies between, in all views
-let socket = null;
-
-function request() {
-  if (!views.size) return;
-  if (socket === null || socket.readyState > WebSocket.OPEN) return connect();
-  if (socket.readyState !== WebSocket.OPEN) return;
-  const wanted = {};
-  for (const view of views) if (view.isShown()) wanted[view.channel] = { have: view.have(), cells: view.wantedCells() };
-  socket.send(JSON.stringify({ views: wanted }));
-}
-
-function connect() {
-  const scheme = location.protocol === "https:" ? "wss:" : "ws:";
-  socket = new WebSocket(`${scheme}//${location.host}/frames`);
-  socket.binaryType = "arraybuffer";
-  socket.onopen = request;
-  socket.onmessage = (event) => take(event.data);
-  socket.onclose = () => setTimeout(request, 1000);
-}
-
-function take(message) {
-  const length = new DataView(message).getUint32(0, true);
-  const header = JSON.parse(new TextDecoder().decode(new Uint8Array(message, 4, length)));
-  let at = 4 + length;
-  for (const frame of header.views) {
-    const size = frame.beams * frame.cells;
-    frame.data = new Uint8Array(message, at, size);
-    at += size;
-    if (frame.attention) {
-      frame.attended = new Uint8Array(message, at, size);
-      at += size;
-    }
-    for (const view of views) if (view.channel === frame.key) view.show(frame);
-  }
-  requestAnimationFrame(() => {
-    for (const view of views) view.drawIfNew();
-    request();
-  });
-}
 
 function point(place) {
   pointed = place;
@@ -81,11 +35,6 @@ function measure(places) {
 }
 
 // ---- computations without a canvas ----
-
-function niceStep(rough, steps = [1, 2, 5, 10]) {
-  const power = 10 ** Math.floor(Math.log10(rough));
-  return steps.find((step) => step * power >= rough * (1 - 1e-9)) * power;
-}
 
 function angleStep(rough_deg) {
   return [0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 45].find((step) => step >= rough_deg) || 90;
@@ -123,22 +72,6 @@ function beamAt(borders, bearing) {
   }
   return low;
 }
-
-function paletteOf(name) {
-  const anchors = PALETTES[name].match(/../g).map((digits) => parseInt(digits, 16));
-  const last = anchors.length / 3 - 1;
-  return (share) => {
-    const at = Math.min(1, Math.max(0, share)) * last;
-    const below = Math.min(last - 1, Math.floor(at));
-    const mix = (channel) => {
-      const low = anchors[3 * below + channel];
-      return Math.round(low + (anchors[3 * below + 3 + channel] - low) * (at - below));
-    };
-    return [mix(0), mix(1), mix(2)];
-  };
-}
-
-const pack = ([red, green, blue]) => ((255 << 24) | (blue << 16) | (green << 8) | red) >>> 0;
 
 // Colours by cell value, dimmed ones 256 further on, and nothing at 512.
 function coloursOf(palette, scale, shown) {
@@ -256,6 +189,7 @@ export default {
   },
   mounted() {
     views.add(this);
+    joinLink(this);
     this.$el.fanView = this;
     this.unwatch = watch(this.$el, () => this.redraw());
     this.unruled = withRuler(this.$el, () => measure(null));
@@ -269,10 +203,10 @@ export default {
       clearTimeout(this.picking);
       this.setZoom({ factor: 1, x: 0, y: 0 });
     });
-    request();
   },
   beforeUnmount() {
     views.delete(this);
+    leaveLink(this);
     this.unwatch();
     this.unruled();
   },
@@ -425,7 +359,7 @@ export default {
       for (const [text, x, y] of labels) this.label(context, text, x, y);
       if (measured) this.drawMeasured(context, projection);
       context.restore();
-      this.drawScale(context, box, colour);
+      this.drawScale(context, box);
       this.write(context, this.readout(), MARGIN.left, clientHeight - 8, colour, clientWidth - MARGIN.left - 4);
     },
     heading() {
@@ -483,7 +417,7 @@ export default {
       return end;
     },
     drawCircle(context, projection, [range_m, bearing_rad, radius_m, kind]) {
-      const { colour, dash } = KINDS[kind] || KINDS.detection;
+      const { colour, dash, sign } = KINDS[kind] || KINDS.detection;
       const [ahead, across] = [range_m * Math.cos(bearing_rad), range_m * Math.sin(bearing_rad)];
       context.beginPath();
       for (let index = 0; index <= 36; index++) {
@@ -500,6 +434,22 @@ export default {
       context.strokeStyle = colour;
       context.stroke();
       context.setLineDash([]);
+      if (sign) this.drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour);
+    },
+    // Above the circle, as large at every scale: what is told by colour is told by shape, too.
+    drawSign(context, projection, [range_m, bearing_rad, radius_m], sign, colour) {
+      const [x, y] = projection.toCanvas(range_m, bearing_rad);
+      const [, top] = projection.toCanvas(range_m + radius_m, bearing_rad);
+      context.save();
+      context.font = "bold 15px system-ui, sans-serif";
+      context.textAlign = "center";
+      context.lineWidth = 3.5;
+      context.strokeStyle = "rgba(0, 0, 0, 0.8)";
+      const above = y - Math.max(6, Math.abs(top - y)) - 4;
+      context.strokeText(sign, x, above);
+      context.fillStyle = colour;
+      context.fillText(sign, x, above);
+      context.restore();
     },
     drawPinned(context, projection) {
       const { near_m, far_m } = projection.geometry;
@@ -544,22 +494,13 @@ export default {
         `range ${from.range_m.toFixed(2)} m to ${to.range_m.toFixed(2)} m, bearing ${deg(from)} to ${deg(to)}`,
       ];
     },
-    drawScale(context, box, text) {
+    drawScale(context, box) {
       const [low, high] = this.shownLimits();
-      const colour = paletteOf(this.palette);
-      const left = box.x + box.width + 10;
-      for (let row = 0; row < box.height; row++) {
-        context.fillStyle = `rgb(${colour(1 - row / (box.height - 1)).join(",")})`;
-        context.fillRect(left, box.y + row, 10, 1.5);
-      }
-      const step = niceStep((high - low) / 5);
-      const height = (level) => box.y + box.height * (1 - (level - low) / (high - low));
-      for (let level = Math.ceil(low / step) * step; level <= high; level += step)
-        this.write(context, `${Number(level.toFixed(1)) + 0} dB`, left + 14, height(level) + 4, text, 50);
+      const heightOf = drawScale(context, box, [low, high], this.palette);
       for (const [, level] of this.frame.thresholds_db) {
         if (level < low || level > high) continue;
         context.fillStyle = KINDS.detection.colour;
-        context.fillRect(left - 4, height(level) - 1, 18, 2);
+        context.fillRect(box.x + box.width + 6, heightOf(level) - 1, 18, 2);
       }
     },
     readout() {
@@ -571,7 +512,7 @@ export default {
     legend() {
       const counts = {};
       for (const [, , , kind] of this.frame.circles) counts[kind] = (counts[kind] || 0) + 1;
-      const kinds = Object.entries(counts).map(([kind, count]) => `${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`);
+      const kinds = Object.entries(counts).map(([kind, count]) => `${KINDS[kind].sign || ""} ${count} ${KINDS[kind].label}${count > 1 && kind === "detection" ? "s" : ""}`.trim());
       const levels = this.frame.thresholds_db.map(([name, level]) => `${name} ${level.toFixed(1)} dB`);
       return [...kinds, ...levels].join("   ");
     },

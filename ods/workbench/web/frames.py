@@ -9,7 +9,7 @@ import asyncio
 import contextlib
 import itertools
 import secrets
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Any, Literal, NamedTuple, Protocol
 from weakref import WeakSet, WeakValueDictionary
@@ -22,11 +22,13 @@ from starlette.websockets import WebSocket, WebSocketDisconnect
 from ods.base.arrays import Floats, Floats32, Mask
 
 Cells = npt.NDArray[np.uint8]
-Kind = Literal["detection", "only_a", "only_b", "truth", "track"]
+Kind = Literal["detection", "right", "false", "missed", "only_a", "only_b", "truth", "track"]
 MOST_CELLS = 4096
 """Range cells of a beam that a page may ask for."""
 NOT_UNDERSTOOD = 1003
 """WebSocket's code for a message that cannot be taken."""
+new_version: Callable[[], int] = itertools.count(1).__next__
+"""Return a number that no other picture of this program has."""
 
 
 class Circle(NamedTuple):
@@ -58,14 +60,45 @@ class Frame:
     """(beams, samples): False where this ping was not looked at."""
     caption: str = ""
     """One line over the image."""
-    version: int = field(default_factory=itertools.count(1).__next__)
+    version: int = field(default_factory=new_version)
     """Another for each frame of this program."""
+
+    def header(self) -> dict[str, Any]:
+        """Return what the fan view is told beside the cells."""
+        return {
+            "range0_m": self.range0_m,
+            "dr_m": self.dr_m,
+            "bearing_rad": [round(float(bearing), 6) for bearing in self.bearing_rad],
+            "scale_db": self.scale_db,
+            "circles": self.circles,
+            "thresholds_db": self.thresholds_db,
+            "caption": self.caption,
+        }
+
+
+class Picture(Protocol):
+    """What goes to a view: a `Frame`, or an image of another kind."""
+
+    @property
+    def cells(self) -> Cells:
+        """(beams, samples); in the range of samples the highest may stand for its neighbours."""
+
+    @property
+    def attended(self) -> Mask | None:
+        """Of the same shape, if there is one."""
+
+    @property
+    def version(self) -> int:
+        """From `new_version`."""
+
+    def header(self) -> dict[str, Any]:
+        """Return what the view is told beside the cells, as JSON has it."""
 
 
 class FrameSource(Protocol):
     """What a page implements to show images; `FrameBoard` is one that suits most."""
 
-    def latest(self, view: str) -> Frame | None:
+    def latest(self, view: str) -> Picture | None:
         """Return what a view shows now, at once. Called in the server's loop; call `wake` when it becomes another."""
         ...
 
@@ -99,7 +132,7 @@ class Channel:
         self.view = view
         wake()
 
-    def latest(self) -> Frame | None:
+    def latest(self) -> Picture | None:
         """Return what is to be seen."""
         return self.source.latest(self.view)
 
@@ -148,7 +181,7 @@ def pool_of(samples: int, most: int) -> int:
     return max(1, -(-samples // max(1, min(most, MOST_CELLS))))
 
 
-def encode(views: Iterable[tuple[str, int, Frame]]) -> bytes:
+def encode(views: Iterable[tuple[str, int, Picture]]) -> bytes:
     """Return the message with these views: key, range cells that the page can draw, frame."""
     headers: list[dict[str, Any]] = []
     payload: list[bytes] = []
@@ -162,21 +195,15 @@ def encode(views: Iterable[tuple[str, int, Frame]]) -> bytes:
     return b"".join((len(header).to_bytes(4, "little"), header, *payload))
 
 
-def _header(frame: Frame, cells: Cells, pool: int) -> dict[str, Any]:
+def _header(frame: Picture, cells: Cells, pool: int) -> dict[str, Any]:
     return {
         "version": frame.version,
         "beams": cells.shape[0],
         "cells": cells.shape[1],
         "pool": pool,
         "samples": frame.cells.shape[1],
-        "range0_m": frame.range0_m,
-        "dr_m": frame.dr_m,
-        "bearing_rad": [round(float(bearing), 6) for bearing in frame.bearing_rad],
-        "scale_db": frame.scale_db,
-        "circles": frame.circles,
-        "thresholds_db": frame.thresholds_db,
         "attention": frame.attended is not None,
-        "caption": frame.caption,
+        **frame.header(),
     }
 
 
@@ -213,7 +240,7 @@ async def _answer(websocket: WebSocket, waiter: "_Waiter") -> None:
                 await websocket.send_bytes(encode(views))
 
 
-def _to_send(request: Request) -> Iterable[tuple[str, int, Frame]]:
+def _to_send(request: Request) -> Iterable[tuple[str, int, Picture]]:
     for key, wanted in request.views.items():
         channel = _CHANNELS.get(key)
         frame = channel.latest() if channel else None

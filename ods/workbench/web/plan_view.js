@@ -1,5 +1,5 @@
 // A plan in metres, north up: shapes in layers, that the page replaces one by one. Handles can be dragged.
-import { CANVAS, gridInk, halo, ink, Labels, legend, onCanvas, paper, prepare, styleOf, ticks } from "ods-charts";
+import { CANVAS, gridInk, halo, ink, Labels, legend, legendOf, onCanvas, paper, prepare, styleOf, ticks } from "ods-charts";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
 const MARGIN = { left: 58, right: 12, top: 26, bottom: 40 };
@@ -248,7 +248,7 @@ export default {
       for (const shape of shapes) this.drawShape(context, shape);
       for (const shape of shapes) if (shape.label) this.writeLabel(labels, shape);
       context.globalAlpha = 1;
-      legend(context, roles.map((role) => [role]), box.x + 10, box.y + 14);
+      legend(context, roles.map((role) => [role, legendOf(role)]), box.x + 10, box.y + 14);
       if (this.measured) drawRuler(context, this.measured.map((place) => this.toCanvas(place)), this.reading(), box);
       context.restore();
       this.drawPointer(context, width, height);

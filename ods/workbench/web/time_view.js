@@ -2,7 +2,7 @@
 import { CANVAS, gridInk, halo, ink, onCanvas, prepare, styleOf, ticks } from "ods-charts";
 
 const MARGIN = { left: 52, right: 12, top: 24, bottom: 40 };
-const LABEL = 84; // of a strip's name
+const LABEL = { least: 84, most: 190 }; // of a strip's name
 const ROW = 17;
 const GAP = { across: 54, down: 22 };
 const STILL = 4;
@@ -108,7 +108,7 @@ export default {
       context.textBaseline = "middle";
       context.textAlign = "left";
       context.fillStyle = ink();
-      context.fillText([this.now.title, this.now.busy].filter(Boolean).join("  ·  "), 10, 12);
+      context.fillText([this.now.title, this.now.busy].filter(Boolean).join("  ·  "), 10, 12, width - 14);
       this.boxes = [];
       if (!this.whole || this.whole[1] <= this.whole[0]) return this.nothing(context, width, height);
       context.globalAlpha = this.now.busy ? 0.4 : 1;
@@ -125,7 +125,11 @@ export default {
     drawStrips(context, width) {
       this.rows = [];
       if (!this.strips.length) return MARGIN.top + 14;
-      const box = { x: LABEL, y: MARGIN.top, width: width - LABEL - MARGIN.right, height: ROW * this.strips.length };
+      context.font = "bold 12px system-ui, sans-serif";
+      const widest = Math.max(...this.strips.map((strip) => context.measureText(`▸ ${strip.label}`).width));
+      const left = Math.min(LABEL.most, Math.max(LABEL.least, widest + 12));
+      const box = { x: left, y: MARGIN.top, width: width - left - MARGIN.right, height: ROW * this.strips.length };
+      context.font = "12px system-ui, sans-serif";
       this.boxes.push(box);
       this.timeAxis(context, box, true);
       this.strips.forEach((strip, place) => {
@@ -135,7 +139,7 @@ export default {
         context.textBaseline = "middle";
         context.fillStyle = ink();
         context.font = `${strip.marked ? "bold " : ""}12px system-ui, sans-serif`;
-        context.fillText((strip.marked ? "▸ " : "") + strip.label, box.x - 8, y + ROW / 2);
+        context.fillText((strip.marked ? "▸ " : "") + strip.label, box.x - 8, y + ROW / 2, box.x - 10);
         this.clipped(context, box, () => {
           for (const [role, from, to] of strip.spans) this.drawSpan(context, box, role, from, to, y);
         });

@@ -2,6 +2,7 @@
 
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 
 import msgspec
 import numpy as np
@@ -197,3 +198,13 @@ def test_a_scene_matters_only_where_the_data_are_its_own() -> None:
     other = msgspec.structs.replace(file, scene=scene_of(longer))
     assert wanted(file) == wanted(other)
     assert wanted(START) != wanted(msgspec.structs.replace(START, scene=scene_of(longer)))
+
+
+def test_a_track_is_called_by_its_number_and_the_object_that_it_stood_for(result: Tracked) -> None:
+    for course in result.courses:
+        truth = result.truth_of(course.id)
+        assert truth is not None
+        assert result.name_of(course.id) == f"track {course.id} ({truth.name})"
+    assert replace(result, false_ids=frozenset({9})).name_of(9) == "track 9 (false)"
+    assert replace(result, false_ids=frozenset({9}), truths=()).name_of(9) == "track 9"  # nothing is known
+    assert result.name_of(8) == "track 8"

@@ -135,7 +135,7 @@ def test_what_cannot_be_done_is_one_line_that_names_the_key(action: do.Action, c
 @pytest.mark.parametrize(
     ("name", "value", "called"),
     [
-        ("marked_obstacle", 2, "marked object 2"), ("marked_obstacle", None, "no marked object"),
+        ("marked_obstacle", 2, "marked track 2"), ("marked_obstacle", None, "no marked track"),
         ("dark", False, "light"), ("attention", True, "show attention"), ("presentation", "polar", "show as polar"),
         ("lowest_db", -10.0, "colours from dB -10"),
     ],

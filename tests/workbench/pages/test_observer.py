@@ -57,7 +57,7 @@ def status(user: User) -> str:
 
 async def test_a_mission_is_tracked_shown_and_followed(user: User, session: Session) -> None:
     await until(lambda: "mean GOSPA" in status(user))
-    assert "2 objects" in status(user)
+    assert "2 tracks" in status(user)
     plan, times = the(user, PlanView), the(user, TimeView)
     assert '"truth"' in plan._props["layers"]["ways"]
     session.do(ShowPing(30))
@@ -66,7 +66,7 @@ async def test_a_mission_is_tracked_shown_and_followed(user: User, session: Sess
     rows = [table.rows for table in user.find(kind=ui.table).elements if isinstance(table, ui.table)]
     assert {len(each) for each in rows} >= {2}  # the objects of this ping, the scores
     session.do(SetView("marked_obstacle", 2))
-    await until(lambda: "object 2" in times._props["title"])
+    await until(lambda: "course of track 2 (" in times._props["title"])
 
 
 async def test_another_observer_tracks_again(user: User, session: Session) -> None:

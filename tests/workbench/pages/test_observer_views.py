@@ -98,7 +98,7 @@ def test_the_closest_approach_lies_where_both_will_be() -> None:
     (line,) = [each for each in shapes if isinstance(each, Line) and each.role == "approach"]
     assert line.points[0] == (17.0, 5.0)  # 13 m north now, 4 s at 1 m/s
     assert line.points[1] == observer_plan.flat(result.path[3])  # which does not move
-    assert line.label == "nearest to 4: 3.0 ± 0.5 m in 4 s"
+    assert line.label == "nearest to track 4: 3.0 ± 0.5 m in 4 s"
 
 
 def test_a_marked_object_has_its_predictions() -> None:

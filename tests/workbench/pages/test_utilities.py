@@ -16,6 +16,7 @@ from ods.workbench.model.share import shared_text
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages import frame, utilities
 from ods.workbench.session import Session
+from tests.workbench.engine.test_rerun import START
 from tests.workbench.model.test_history import LAST
 from tests.workbench.pages.visiting import until, visiting
 
@@ -116,6 +117,17 @@ async def test_a_ping_is_printed_and_a_macro_written(tmp_path: Path) -> None:
         user.find(marker="write macro").click()
         await until(lambda: (tmp_path / "macro" / "commands.sh").exists())
     assert "ods track scene.toml" in (tmp_path / "macro" / "commands.sh").read_text()
+
+
+async def test_the_echogram_is_printed(tmp_path: Path) -> None:
+    session = Session(START, (tmp_path,))
+    async with visiting(session, _build) as user:
+        (what,) = user.find(marker="printed").elements
+        assert isinstance(what, ui.select)
+        what.set_value("echogram")
+        user.find(marker="print").click()
+        await until(lambda: (tmp_path / "echogram.png").exists())
+    assert (tmp_path / "echogram.png").read_bytes().startswith(b"\x89PNG")
 
 
 async def test_a_ping_is_marked_and_found_again(tmp_path: Path) -> None:

@@ -3,7 +3,7 @@
 // Okabe and Ito's colours, which colour-blind eyes tell apart; [on dark, on light].
 const ROLES = {
   vehicle: { colours: ["#e6edf3", "#1f2328"], label: "vehicle", width: 2 },
-  truth: { colours: ["#ff8c42", "#c24a00"], label: "truth", dash: [5, 4] },
+  truth: { colours: ["#ff8c42", "#c24a00"], label: "true object", dash: [5, 4] },
   tentative: { colours: ["#d98cba", "#a5518a"], label: "tentative" },
   active: { colours: ["#1fc79a", "#00795a"], label: "active", width: 2 },
   stand_by: { colours: ["#f0b429", "#a86a00"], label: "stand-by", width: 2 },
@@ -33,6 +33,11 @@ export function styleOf(role) {
   const { colours, ...style } = ROLES[role] || ROLES.quiet;
   return { width: 1.5, dash: [], label: role.replace("_", "-"), ...style, colour: colours[isDark() ? 0 : 1] };
 }
+
+const STATES = ["tentative", "active", "stand_by", "hibernated", "terminated"];
+
+// What a role is called beside others: tracks are told from true objects.
+export const legendOf = (role) => (STATES.includes(role) ? `track: ${styleOf(role).label}` : styleOf(role).label);
 
 // Clears a canvas of the size of its box, in CSS pixels; null while it is not shown.
 export function prepare(canvas) {

@@ -1,0 +1,1 @@
+"""The actions of `ods keys`, one file each."""

@@ -1,0 +1,16 @@
+"""The folder of keys that the configuration names."""
+
+from pathlib import Path
+
+from ods.base.settings_file import ConfigError, load_table
+from ods.config import OnboardConfig
+from ods.listen.key_folder import KeyFolder
+from ods.runtime.bus import BusSettings
+
+
+def folder_of(config: Path) -> KeyFolder:
+    """Return it. Raises ConfigError."""
+    keys = load_table(config, "bus", BusSettings, OnboardConfig).keys
+    if keys is None:
+        raise ConfigError(f'{config}: bus.keys: missing: name a folder for the keys, such as keys = "keys"')
+    return KeyFolder(keys)

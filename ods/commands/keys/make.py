@@ -1,0 +1,36 @@
+"""`ods keys make`: a client may listen."""
+
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+
+from ods.base.errors import reason_of
+from ods.base.in_file import text_of
+from ods.commands.keys.folder import folder_of
+from ods.runtime.key_files import KeyFileError
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Whose key."""
+    parser.add_argument("name", metavar="NAME", help="of the client: letters, digits and ._-")
+    parser.add_argument(
+        "--public", type=Path, metavar="FILE", help="with its public key, where it made its pair itself"
+    )
+
+
+def run(args: Namespace) -> None:
+    """Make a pair, or take a public key; allow it. Raises OdsError."""
+    folder = folder_of(args.config)
+    if args.public is not None:
+        folder.allow(args.name, _key_in(args.public))
+        print(f"{args.name} may listen; the public key of this vehicle: {folder.server().public}")
+        return
+    secret = folder.make(args.name)
+    print(f"{args.name} may listen with {secret}: move it to the client's computer, and leave no copy")
+
+
+def _key_in(path: Path) -> str:
+    """Return what a file holds: as an argument, a key may begin with -, or be the shell's. Raises KeyFileError."""
+    try:
+        return text_of(path).strip()
+    except (OSError, UnicodeDecodeError) as error:
+        raise KeyFileError(f"{path}: {reason_of(error)}") from error

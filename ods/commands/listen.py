@@ -1,0 +1,21 @@
+"""`ods listen`: topics for other computers."""
+
+from argparse import ArgumentParser, Namespace
+
+from ods.base.settings_file import load
+from ods.commands.process import run_process
+from ods.config import OnboardConfig
+from ods.runtime.processes import PROCESSES
+
+
+def add_arguments(parser: ArgumentParser) -> None:
+    """Run it, or ask whether the configuration has it."""
+    parser.add_argument("--is-on", action="store_true", help="exit code 0 with any [[bus.listen]], else 1; for systemd")
+
+
+def run(args: Namespace) -> int:
+    """Do what was asked for; return the exit code. Raises OdsError."""
+    if args.is_on:
+        return 0 if load(args.config, OnboardConfig).bus.listen else 1
+    run_process(PROCESSES["listen"], args.config)
+    return 0

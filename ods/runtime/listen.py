@@ -1,0 +1,36 @@
+"""Settings of what other computers may hear: an address and its topics."""
+
+import ipaddress
+from urllib.parse import urlsplit
+
+from ods.base.settings import Settings
+
+EXAMPLE = 'such as "tcp://192.168.2.10:5600"'
+
+
+class ListenSettings(Settings, frozen=True):
+    """One address on which other computers may hear topics, each with a key of its own: `ods keys`."""
+
+    at: str
+    """Where it listens, such as "tcp://192.168.2.10:5600": the IP address of one of this computer's interfaces, and a
+    port. All interfaces only where it says 0.0.0.0."""
+    topics: list[str]
+    """What may be heard there, such as ["obstacles", "clearance"]; `health` is one, too."""
+
+    def __post_init__(self) -> None:
+        _refuse_no_address(self.at)
+        if not self.topics:
+            raise ValueError("topics: none is named: nothing would be heard")
+
+
+def _refuse_no_address(at: str) -> None:
+    """Raises ValueError, one line that names the key."""
+    try:
+        url = urlsplit(at)
+        address, port = ipaddress.ip_address(url.hostname or ""), url.port
+    except ValueError:
+        raise ValueError(f"at: {at}: needs an IP address and a port, {EXAMPLE}: no name is looked up") from None
+    if url.scheme != "tcp" or not port or url.path or url.query:
+        raise ValueError(f"at: {at}: expected an address and a port, {EXAMPLE}")
+    if address.is_multicast or str(address) == "255.255.255.255":
+        raise ValueError(f"at: {at}: must be an address of one interface, {EXAMPLE}")
