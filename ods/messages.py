@@ -58,6 +58,19 @@ ReplaySpeed = Annotated[float, msgspec.Meta(ge=0.01, le=100.0)]
 """Seconds of a recording in a second."""
 
 
+class RangeGrid(msgspec.Struct, frozen=True):
+    """Marks a ping as a range image: each direction has the range of its strongest echo, not a level at each range.
+
+    Column k of `Ping.data` has the elevation `elevation_rad[k]`. `Ping.dr_m` times the number of a pixel is the slant
+    range, m; 0: no echo in that direction.
+    """
+
+    elevation_rad: list[Angle]
+    """(samples,) strictly increasing, up positive."""
+    range_max_m: Annotated[float, msgspec.Meta(gt=0.0, le=1e5)]
+    """Up to this range an echo would have been received."""
+
+
 class Sweep(msgspec.Struct, frozen=True):
     """How a mechanically scanned head, which looks one beam at a time, goes over its sector."""
 
@@ -128,6 +141,8 @@ class Ping(msgspec.Struct, frozen=True):
     sweep: Sweep | None = None
     """Of a mechanically scanned sonar, whose ping has beams over 50 degrees at most; none: the ping is an image of all
     of the sector."""
+    range_grid: RangeGrid | None = None
+    """Of a 3-D sonar: `data` are ranges by bearing and elevation. None: levels by bearing and range."""
 
 
 class Detection(msgspec.Struct, frozen=True):
@@ -179,6 +194,10 @@ class Detection(msgspec.Struct, frozen=True):
     """Half its width, likewise."""
     axis_rad: Angle = 0.0
     """Direction of the long axis in the sonar's plane, from the line of sight to starboard, within +-pi/2."""
+    elevation_extent_rad: float = 0.0
+    """Of a 3-D sonar: vertical extent of what is seen of the object, around `elevation_rad`; 0: not measured."""
+    sigma_elevation_rad: float = 0.0
+    """Standard deviation of `elevation_rad`; 0: not measured, the object is anywhere in the plane's opening."""
 
 
 class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -210,6 +229,22 @@ class UnseenPart(msgspec.Struct, frozen=True):
     scale; level fallen: levels are far below those before (the head is blocked or out of the water); level risen:
     levels at all ranges jumped (noise hides weaker objects); interference: beams with a continuous other source; not
     swept: the head of a mechanically scanned sonar looked elsewhere."""
+
+
+class LookedVolume(msgspec.Struct, frozen=True):
+    """Of a 3-D sonar: how far the water is clear in each direction, in the frame of the sonar's head.
+
+    Cells of equal angles: `bearings` of them over the sector's bearings, `elevations` over the elevations. What lies
+    behind the nearest echo of a cell was not observed.
+    """
+
+    bearings: Annotated[int, msgspec.Meta(ge=1, le=256)]
+    elevations: Annotated[int, msgspec.Meta(ge=1, le=256)]
+    elevation_min_rad: Angle
+    elevation_max_rad: Angle
+    clear_m: bytes
+    """C order (bearings, elevations), float32, little endian: slant range of the nearest echo, the bottom's too; the
+    sector's largest range where there is none. Weak echoes may be missing: a pixel tells its strongest one only."""
 
 
 class Detections(msgspec.Struct, frozen=True):
@@ -252,6 +287,8 @@ class Detections(msgspec.Struct, frozen=True):
     part of the image was processed, or the detector does not report it."""
     turn_s: Annotated[float, msgspec.Meta(ge=0.0, le=1e4)] = 0.0
     """Time in which a mechanically scanned sonar looks at all of its sector once; 0: each ping does."""
+    looked_volume: LookedVolume | None = None
+    """How far the water is clear by bearing and elevation; none: the sonar has no range image."""
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -651,3 +688,27 @@ def frame_of(ping: Ping) -> "AnyArray":
     if len(ping.data) != ping.beams * ping.samples * dtype.itemsize:
         raise ValueError(f"ping {ping.ping_number}: {len(ping.data)} bytes do not hold {ping.beams} x {ping.samples}")
     return np.frombuffer(ping.data, dtype).reshape(ping.beams, ping.samples)
+
+
+RANGES_ABOVE = 512
+"""Ranges of a range image that is shown as an image."""
+
+
+def seen_from_above(ping: Ping) -> Ping:
+    """Return a range image as an image by bearing and range, for pictures; any other ping as it is.
+
+    Its levels are how many elevations have their echo at each range. Raises ValueError as `frame_of`.
+    """
+    if ping.range_grid is None:
+        return ping
+    import numpy as np
+
+    range_m = frame_of(ping).astype(np.float64) * ping.dr_m
+    dr_m = ping.range_grid.range_max_m / RANGES_ABOVE
+    shown = (range_m > 0.0) & (range_m < ping.range_grid.range_max_m)
+    cell = np.nonzero(shown)[0] * RANGES_ABOVE + (range_m[shown] / dr_m).astype(np.intp)
+    counted = np.bincount(cell, minlength=ping.beams * RANGES_ABOVE)
+    data = np.minimum(counted, 255).astype(np.uint8).tobytes()
+    return msgspec.structs.replace(
+        ping, samples=RANGES_ABOVE, dtype="u1", data=data, range0_m=0.5 * dr_m, dr_m=dr_m, range_grid=None
+    )

@@ -35,6 +35,7 @@ from tests.map.test_command import rock
 from tests.recording.mcap_samples import mission, write_segment
 from tests.recordings import ARIS, OCULUS
 from tests.sonar_link.norbit import wire as norbit
+from tests.sonar_link.sonar3d15 import wire as sonar3d15
 from tests.sonar_link.test_decoder_oculus_log import BEGUN_S, item, log, messages, packed
 
 CONFIG = Path(__file__).parents[1] / "config"
@@ -142,6 +143,7 @@ READERS: dict[str, Reader] = {
     "aris": Reader("a.aris", _copied(ARIS), _pings),
     "oculus": Reader("a.raw", _copied(OCULUS), _pings),
     "viewpoint": Reader("a.oculus", _viewpoint, _pings),
+    "sonar3d15": Reader("a.sonar", lambda path: path.write_bytes(sonar3d15.packet(sonar3d15.pixels()) * 2), _pings),
     "norbit": Reader("a.wbms", lambda path: path.write_bytes(norbit.image(norbit.samples(1))), _pings),
     "mcap": Reader("a.mcap", lambda path: write_segment(path, mission(3), attachments={"a": b"b"}), _recording),
     "map": Reader("a.sqlite", _new_map, _map),

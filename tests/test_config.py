@@ -49,7 +49,7 @@ def test_shipped_configurations_load() -> None:
         (
             "[sonar]",
             '[sonar]\nprotocol = "s7"',
-            "protocol: 's7' is none of s7k, oculus, norbit, ping360 (did you mean s7k)",
+            "protocol: 's7' is none of s7k, oculus, norbit, ping360, sonar3d15 (did you mean s7k)",
         ),
         ("[sonar]", "[sonar]\ngain = 3", "sonar.gain: unknown key (did you mean gain_db, in dB)"),
         ("[nav.can]", "[nav.limits]\nspeed = -1\n[nav.can]", "nav.limits.speed: in m/s, more than 0"),

@@ -13,6 +13,7 @@ from ods.bench.program import BenchError
 from ods.bench.settings import BenchConfig
 from ods.config import OnboardConfig
 from ods.sim_sonar.device.sonar_line import port_of
+from ods.sim_sonar.device.tcp_line import HOST
 from ods.sim_sonar.ins.can_bus import can_of, planner_can_of
 from ods.sim_sonar.ins.nmea_ins import PORT
 
@@ -39,6 +40,8 @@ def _written(settings: BenchConfig) -> tuple[Path, Path]:
     onboard["bus"]["run_dir"] = str(run_dir)
     onboard["sonar"] |= {"port": port_of(settings.sim, run_dir), "latency_ms": settings.sim.sonar_latency_ms}
     onboard["sonar"]["norbit"]["command_port"] = settings.sim.sonar_command_port
+    if settings.sim.sonar_line == "sonar3d15":
+        onboard["sonar"]["sonar3d15"] |= {"interface": HOST, "sender": HOST}
     onboard["nav"]["can"] |= {"interface": interface, "channel": channel}
     if settings.sim.ins == "nmea":
         onboard["nav"]["nmea"]["port"] = str(run_dir / PORT)

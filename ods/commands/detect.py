@@ -15,7 +15,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "file",
         type=Path,
         metavar="FILE",
-        help=".npz, .s7k, .aris, .raw, .oculus, .wbms, .avi, or a recording of ods record",
+        help=".npz, .s7k, .aris, .raw, .oculus, .wbms, .sonar, .avi, or a recording of ods record",
     )
     parser.add_argument("--fan", type=Path, metavar="FAN.toml", help="geometry of the fan images of an .avi clip")
     parser.add_argument(

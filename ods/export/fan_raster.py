@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Bytes, Floats32
-from ods.messages import Ping, frame_of
+from ods.messages import Ping, frame_of, seen_from_above
 from ods.plots.polar import beam_edges, decibels
 
 PIXELS = 800
@@ -53,6 +53,7 @@ class FanRaster:
 
         Of several planes the highest level is shown. Raises ValueError for a ping that is no image.
         """
+        ping = seen_from_above(ping)
         if ping.beams % ping.planes or len(ping.bearing_rad) != ping.beams:
             raise ValueError("its beams do not fit its planes")
         beams = ping.beams // ping.planes

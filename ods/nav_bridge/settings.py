@@ -10,8 +10,7 @@ from ods.base.choices import none_of
 from ods.base.geodesy import SiteSettings
 from ods.base.mounting import Lever
 from ods.base.settings import NonNegative, NonNegativeInt, Positive, PositiveInt, Seconds, Settings, slider, unit
-from ods.runtime.port.address import tcp_address
-from ods.runtime.port.udp_port import udp_address
+from ods.runtime.port.address import tcp_address, udp_address
 
 NodeId = Annotated[int, msgspec.Meta(ge=1, le=127)]
 OptionValue = str | int | float | bool

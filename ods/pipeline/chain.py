@@ -18,6 +18,7 @@ from ods.pipeline.measure.echoes import ROW, EchoTable, joined
 from ods.pipeline.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared_chain import Frame, PreparedChain
 from ods.pipeline.pulses import PulseFinder
+from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.second_way import SecondWays
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
@@ -82,13 +83,15 @@ class Chain:
     ) -> Detections:
         """Return the detections of one ping; mark their cells in `mask`, (beams, samples) of zeros, when given.
 
-        pose: where the sonar's head was at `ping.t_ns`, for the stages that compare pings.
+        pose: where the sonar's head was at `ping.t_ns`, for the stages that compare pings and for range images.
 
         Raises PingError for a ping that makes no sense, StageError for a stage that fails.
         """
         if ping.sweep is not None:
             raise PingError("beams of a mechanically scanned sonar are no image by themselves: `ods track` joins them")
         frame = _checked_frame(ping)
+        if ping.range_grid is not None:
+            return detect_ranges(ping, frame, self._settings, pose, mask)
         self._prepare(ping)
         first = self._plan.first
         usable = shows_something(frame, first)

@@ -45,13 +45,15 @@ class PingProcessor:
         self._swept: SweptSonar | None = None
         """Once a ping of a mechanically scanned sonar has come."""
         self._poses_until, self._poses_heard = -1, 0
+        self._needs_poses = self.chain.over_pings
+        """Range images need them, too, to tell what is level."""
 
     def hear_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
         self._repeated.hear_pose(pose)
-        if self.chain.over_pings or self._swept:
+        if self._needs_poses or self._swept:
             self._poses.insert(pose)
 
     def follow_sweeps(self) -> SweptSonar:
@@ -61,7 +63,8 @@ class PingProcessor:
 
     def process(self, ping: Ping) -> Detections:
         """Return the detections of a ping. Raises PingError, StageError."""
-        caution = "; ".join(filter(None, (self._repeated.judge(ping), self._steadiness.judge(ping))))
+        repeated = self._repeated.judge(ping) if ping.range_grid is None else ""  # an even bottom is always the same
+        caution = "; ".join(filter(None, (repeated, self._steadiness.judge(ping))))
         _refuse_sound_speed(ping)
         _refuse_negative(ping)
         found = self._found(ping) if ping.sweep is None else self._found_by_sweep(ping)
@@ -70,8 +73,10 @@ class PingProcessor:
         )
 
     def _found(self, ping: Ping) -> Detections:
-        pose = self._head_at(ping.t_ns) if self.chain.over_pings else None
-        self.counters["pings_without_pose"] += self.chain.over_pings and pose is None
+        needed = self._needs_poses
+        self._needs_poses = self.chain.over_pings or ping.range_grid is not None
+        pose = self._head_at(ping.t_ns) if needed else None
+        self.counters["pings_without_pose"] += needed and pose is None
         return self.chain.process(ping, pose=pose)
 
     def _found_by_sweep(self, ping: Ping) -> Detections:

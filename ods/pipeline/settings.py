@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from ods.base.choices import none_of
 from ods.base.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings, slider
+from ods.pipeline.range_image.settings import RangeImageSettings
 from ods.pipeline.smallest_object import columns_of, leaves_numbers, with_numbers
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
 from ods.runtime.pose_buffer import PoseSettings
@@ -58,6 +59,8 @@ class PipelineSettings(Settings, frozen=True):
     """Horizontal -3 dB width of a beam if the sonar does not report it, degrees; 0: the spacing of the beams."""
     vertical_half_deg: Annotated[float, msgspec.Meta(gt=0.0, le=90.0), slider(1.0, 45.0, step=0.5, unit="deg")] = 10.0
     """Half the vertical opening of a plane of beams, degrees; sonars do not report it."""
+    range_image: RangeImageSettings = RangeImageSettings()
+    """Of 3-D sonars."""
 
     def __post_init__(self) -> None:
         for index, stage in enumerate(self.stage):

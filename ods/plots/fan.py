@@ -15,7 +15,7 @@ from matplotlib.image import AxesImage
 from matplotlib.patches import Circle
 
 from ods.base.arrays import Floats, Floats32
-from ods.messages import Detection, Detections, Ping
+from ods.messages import Detection, Detections, Ping, seen_from_above
 from ods.plots.polar import beam_edges, level_db
 from ods.plots.style import MARK, STRONG, outline
 
@@ -54,6 +54,7 @@ def polar_image(ping: Ping) -> PolarImage:
 
     Raises ValueError when the ping's buffer does not fit its shape.
     """
+    ping = seen_from_above(ping)
     beams = ping.beams // ping.planes
     level = level_db(ping).reshape(ping.planes, beams, ping.samples).max(axis=0)
     return PolarImage(level, np.array(ping.bearing_rad[:beams]), ping.range0_m, ping.dr_m)

@@ -12,7 +12,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from ods.base.clock import NS
 from ods.base.mounting import Mounting
 from ods.base.quaternion import Quaternion, Vector3
-from ods.messages import Obstacle, ObstacleList, Ping, Pose, frame_of
+from ods.messages import Obstacle, ObstacleList, Ping, Pose, frame_of, seen_from_above
 from ods.ros2 import definitions as texts
 from ods.ros2 import enu
 
@@ -47,7 +47,11 @@ class Messages:
         self._directions: list[Any] = []
 
     def image(self, stamp_ns: int, ping: Ping) -> Any:
-        """Return the ProjectedSonarImage: samples as recorded, those of one range side by side. Raises ValueError."""
+        """Return the ProjectedSonarImage: samples as recorded, those of one range side by side. Raises ValueError.
+
+        A range image is shown from above.
+        """
+        ping = seen_from_above(ping)
         samples = frame_of(ping)
         data = np.frombuffer(np.ascontiguousarray(samples.T).tobytes(), np.uint8)
         ranges = ping.range0_m + ping.dr_m * np.arange(ping.samples)

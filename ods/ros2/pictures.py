@@ -3,14 +3,15 @@
 import msgspec
 import numpy as np
 
-from ods.messages import Ping, frame_of
+from ods.messages import Ping, frame_of, seen_from_above
 
 
 def within(ping: Ping, most_bytes: int) -> Ping:
     """Return a ping of at most so many bytes, with longer samples where it has more; one sample a beam at least.
 
-    Raises ValueError when the samples do not fit their shape.
+    A range image is shown from above. Raises ValueError when the samples do not fit their shape.
     """
+    ping = seen_from_above(ping)
     samples = frame_of(ping)
     a_sample = ping.beams * samples.itemsize
     if ping.samples * a_sample <= most_bytes:

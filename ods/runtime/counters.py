@@ -92,7 +92,10 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
                    advice="bytes outside records: noise, or records cut short by a baud rate that is too low"),
         CounterRow("bad_version", "false starts of a record: wrong protocol version"),
         CounterRow("bad_offset", "false starts of a record: impossible offset of its data"),
-        CounterRow("unknown_message", "false starts of an Oculus or Norbit message: unknown kind"),
+        CounterRow("unknown_message", "false starts of an Oculus or Norbit message: unknown kind; Sonar 3D-15: "
+                   "datagrams that are none of its packets"),
+        CounterRow("stranger_datagrams", "Sonar 3D-15: datagrams dropped: of another sender than "
+                   "sonar.sonar3d15.sender", trouble=False, logged=True),
         CounterRow("short_record", "false starts of a record: too short"),
         CounterRow("overlong_record", "false starts of a record: longer than `sonar.max_record_bytes`",
                    logged=True),
@@ -287,8 +290,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
     RECORDINGS: (
         CounterRow("corrupt_frames", "ARIS: malformed frames; clips: frames equal to the one before"),
         CounterRow("truncated_frames", "ARIS, clips: frames cut short"),
-        CounterRow("corrupt_pings", "Oculus, Norbit: images that cannot be used"),
-        CounterRow("other_messages", "Oculus, Norbit: messages, and items of a log, of other kinds, not used"),
+        CounterRow("corrupt_pings", "Oculus, Norbit, Sonar 3D-15: images that cannot be used"),
+        CounterRow("other_messages", "Oculus, Norbit, Sonar 3D-15: messages, and items of a log, of other kinds, not "
+                   "used"),
         CounterRow("garbage_bytes", "Oculus: bytes that belong to no message"),
     ),
     OWN_RECORDINGS: (

@@ -76,10 +76,11 @@ class SimSettings(Settings, frozen=True):
     """For ins "dbc": its DBC file, with the messages of config/sbg.dbc."""
     can: Literal["auto", "vcan0", "slcan"] = "auto"
     """auto: vcan0 where the kernel has it, else an slcan line over a pseudo-terminal."""
-    sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp"] = "serial"
+    sonar_line: Literal["serial", "tcp", "oculus", "norbit", "ping360", "ping360_udp", "sonar3d15"] = "serial"
     """serial: a pseudo-terminal with the bare s7k records; tcp: the same in network frames, for one client at
     127.0.0.1; oculus, norbit: a Blueprint Oculus or a Norbit WBMS there, on its own kind of TCP; ping360, ping360_udp:
-    a Blue Robotics Ping360 on a pseudo-terminal, or behind a bridge that sends datagrams from 127.0.0.1."""
+    a Blue Robotics Ping360 on a pseudo-terminal, or behind a bridge that sends datagrams from 127.0.0.1; sonar3d15: a
+    Water Linked Sonar 3D-15, by multicast at 127.0.0.1."""
     sonar_tcp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 7000
     """TCP port at 127.0.0.1 of the simulated sonar, if its line is not serial."""
     sonar_status_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 52102
@@ -87,7 +88,8 @@ class SimSettings(Settings, frozen=True):
     sonar_command_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 2209
     """TCP port at 127.0.0.1 at which a simulated Norbit receives commands."""
     sonar_udp_port: Annotated[int, msgspec.Meta(ge=1, le=65535)] = 9092
-    """UDP port at 127.0.0.1 at which the bridge of a simulated Ping360 receives datagrams."""
+    """UDP port: ping360_udp: at 127.0.0.1, at which the bridge receives datagrams; sonar3d15: of the multicast group,
+    to which the sonar sends."""
     boot_s: NonNegative = 2.0
     """Time between the ports' appearance and the first ping, as a sonar needs to boot."""
     sonar_latency_ms: NonNegative = 2.0

@@ -3,13 +3,13 @@
 from collections import Counter
 
 from ods.messages import Ping
-from ods.runtime.port.address import tcp_address
+from ods.runtime.port.address import tcp_address, udp_address
+from ods.runtime.port.datagram_port import DatagramPort
 from ods.runtime.port.port import Port
 from ods.runtime.port.serial_port import SerialPort
 from ods.runtime.port.tcp_port import TcpPort
 from ods.runtime.port.udp_listener import UdpListener
 from ods.runtime.port.udp_peer_port import UdpPeerPort
-from ods.runtime.port.udp_port import udp_address
 from ods.sonar_link.command_line import CommandLine
 from ods.sonar_link.protocol import SonarProtocol
 from ods.sonar_link.settings import SonarSettings
@@ -107,6 +107,8 @@ def _port(
     tcp, udp = tcp_address(settings.port), udp_address(settings.port)
     if tcp:
         return TcpPort(tcp, settings.silence_s, pauses_s, counters)
+    if udp and protocol.datagrams:
+        return DatagramPort(udp, protocol.datagrams, pauses_s, counters)
     if udp:
         return UdpPeerPort(udp, settings.silence_s, pauses_s, counters)
     return SerialPort(settings.port, settings.baud, pauses_s, counters, protocol.wake)

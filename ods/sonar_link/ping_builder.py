@@ -4,12 +4,13 @@ import math
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ods.base.arrays import AnyArray, Floats, Indices, Mask
 from ods.base.clock import NS
-from ods.messages import Ping, SampleType, Scale
+from ods.messages import Ping, RangeGrid, SampleType, Scale
 
 MAX_BEAMS = 4096
 MAX_SAMPLES = 65536
@@ -156,6 +157,18 @@ def build_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, no_data: Runs 
     )
 
 
+def build_range_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, grid: RangeGrid) -> Ping:
+    """Return the ping of a range image, (bearings, elevations) of uint8 or uint16.
+
+    Raises ValueError when the frame does not fit its directions.
+    """
+    elevation = np.asarray(grid.elevation_rad)
+    if frame.dtype.kind != "u" or frame.shape[1:] != elevation.shape or not np.all(np.diff(elevation) > 0.0):
+        raise ValueError(f"frame: {frame.shape} of {frame.dtype} is no image of ranges in {elevation.size} elevations")
+    _refuse_outside("range_max_m", grid.range_max_m, 0.01, MAX_RANGE_M)
+    return msgspec.structs.replace(build_ping(frame, geometry, stamp), range_grid=grid)
+
+
 def runs_beyond(lengths: ArrayLike, samples: int) -> Runs:
     """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of so many samples hold data."""
     return [(beam, length, samples) for beam, length in enumerate(np.asarray(lengths).tolist()) if length < samples]
@@ -171,8 +184,15 @@ def runs_where(mask: Mask) -> Runs:
 
 def listening_ns(ping: Ping) -> int:
     """Return the time from transmission until the echo of the last sample's centre is back, ns."""
-    last_m = ping.range0_m + (ping.samples - 1) * ping.dr_m
+    last_m = farthest_m(ping)
     return round(2.0 * last_m / ping.sound_speed * NS)
+
+
+def farthest_m(ping: Ping) -> float:
+    """Return the slant range of the last sample's centre, or the longest range of a range image, m."""
+    if ping.range_grid is not None:
+        return ping.range_grid.range_max_m
+    return ping.range0_m + (ping.samples - 1) * ping.dr_m
 
 
 def _refuse_outside(name: str, value: float, low: float, high: float) -> None:

@@ -24,6 +24,7 @@ from abc import ABC, abstractmethod
 from collections import Counter
 
 from ods.messages import Ping
+from ods.runtime.port.datagram_port import DatagramSource
 from ods.sonar_link.orders import Orders
 
 
@@ -49,6 +50,15 @@ class SonarProtocol(ABC):
     @property
     def command_port(self) -> int | None:
         """TCP port, at the sonar's address, where it takes `requests`; None: on the connection of the stream itself."""
+        return None
+
+    @property
+    def datagrams(self) -> DatagramSource | None:
+        """Whose datagrams are wanted, where `sonar.port` is a UDP port of this machine or a multicast group.
+
+        `feed` is given one at a time, whole. None: a `sonar.port` of UDP is the address of the sonar; requests go
+        there, and what comes from there is a byte stream.
+        """
         return None
 
     @property

@@ -65,6 +65,10 @@ PROTOCOLS: dict[str, ProtocolRow] = {
         "ods.sonar_link.ping360.protocol:Ping360Protocol", frozenset({"serial", "socket", "udp"}),
         "Blue Robotics Ping360", "ping360.md",
     ),
+    "sonar3d15": ProtocolRow(
+        "ods.sonar_link.sonar3d15.protocol:Sonar3d15Protocol", frozenset({"udp"}), "Water Linked Sonar 3D-15",
+        "sonar3d15.md",
+    ),
 }  # fmt: skip
 """By the names that `sonar.protocol` may have."""
 

@@ -14,6 +14,7 @@ from ods.sonar_link.oculus.settings import OculusSettings
 from ods.sonar_link.ping360.settings import Ping360Settings
 from ods.sonar_link.registry import PLUGINS, PROTOCOLS, objection
 from ods.sonar_link.s7k.settings import S7kSettings
+from ods.sonar_link.sonar3d15.settings import Sonar3d15Settings
 
 
 class SonarSettings(Settings, frozen=True):
@@ -22,7 +23,8 @@ class SonarSettings(Settings, frozen=True):
     port: str
     """Serial device, such as "/dev/ttyUSB0"; or "tcp://192.168.0.5:7000", a sonar on the network (s7k: in
     network frames); or "socket://192.168.0.5:4001", a serial server with the bare bytes of the line; or
-    "udp://192.168.2.2:9092", a bridge that takes and sends datagrams."""
+    "udp://192.168.2.2:9092", a bridge that takes and sends datagrams; or "udp://224.0.0.96:4747", a multicast group
+    that the sonar sends to."""
     protocol: str = "s7k"
     """The sonar's protocol: a name of the table in docs/sonar-link.md, or of a plug-in."""
     plugins: tuple[Path, ...] = ()
@@ -61,6 +63,7 @@ class SonarSettings(Settings, frozen=True):
     oculus: OculusSettings = OculusSettings()
     norbit: NorbitSettings = NorbitSettings()
     ping360: Ping360Settings = Ping360Settings()
+    sonar3d15: Sonar3d15Settings = Sonar3d15Settings()
 
     @property
     def control_patience_s(self) -> float:

@@ -6,7 +6,14 @@ import numpy as np
 
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
-from ods.tracker.measurement.field_of_view import Coverage, FieldOfView, coverage_of, field_of_view, look_elsewhere
+from ods.tracker.measurement.field_of_view import (
+    Coverage,
+    FieldOfView,
+    coverage_of,
+    field_of_view,
+    hidden_by,
+    look_elsewhere,
+)
 from ods.tracker.measurement.model import PredictedMeasurement, predicted_measurement
 from ods.tracker.measurement.scan import Scan, Vehicle
 from ods.tracker.named import Named
@@ -50,6 +57,8 @@ def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: Tracker
     )
     fan, radius, ranges_m = coverage_of(scan.sector, scan.fan_turn), estimate.radius, scan.processed_ranges_m
     seen = field_of_view(measurement, radius, fan, ranges_m, settings.life.edge_sigmas, scan.unseen)
+    if scan.looked is not None:
+        seen = hidden_by(seen, scan.looked, measurement, radius)
     if len(scan.not_swept):
         look_elsewhere(seen, measurement, scan.fan_turn, scan.not_swept)
     reported, vague = flags = np.empty((2, len(tracks)), np.bool_)

@@ -70,4 +70,4 @@ def body_echo(shape: str, radius: float, range_m: float, bearing: float, beams: 
 
 def echo_table(detections: Sequence[Detection]) -> EchoTable:
     """Detections as the chain has them before it hands them on."""
-    return np.array([msgspec.structs.astuple(each) for each in detections], ECHO)
+    return np.array([msgspec.structs.astuple(each)[: len(ECHO.fields or ())] for each in detections], ECHO)

@@ -145,4 +145,10 @@ def test_lone_cell_and_lone_beam_have_a_finite_circle() -> None:
 
 
 def test_an_echo_has_the_fields_of_the_message_in_its_order() -> None:
-    assert Detection.__struct_fields__ == ECHO.names
+    assert ECHO.names is not None
+    of_images, of_range_images = (
+        Detection.__struct_fields__[: len(ECHO.names)],
+        Detection.__struct_fields__[len(ECHO.names) :],
+    )
+    assert of_images == ECHO.names
+    assert of_range_images == ("elevation_extent_rad", "sigma_elevation_rad")

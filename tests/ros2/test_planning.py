@@ -12,6 +12,7 @@ from ods.ros2 import clearance, definitions, markers, tracks
 from ods.ros2.messages import Frames, Messages
 from ods.ros2.pictures import within
 from tests.bridge.samples import POSE, ROCK, SWIMMER, T_NS, UTC_NS, obstacle, picture
+from tests.range_images import ping_of
 
 MAKE = Messages(Frames(map="world"))
 
@@ -104,3 +105,15 @@ def test_a_small_image_stays_as_it_is() -> None:
     told = ping(np.zeros((2, 3), np.uint8), "u1")
     assert within(told, 6) is told
     assert within(told, 1).samples == 1
+
+
+def test_a_range_image_is_sent_from_above_whatever_room_there_is() -> None:
+    ranges = np.zeros((64, 256), np.float32)
+    ranges[20:30, 100] = 6.0
+    seen = ping_of(ranges)
+    for made in (within(seen, 10**9), within(seen, 256 * 64)):
+        image = MAKE.image(0, made)
+        levels = np.asarray(image.image.data).reshape(made.samples, 256)
+        (at,), beams = np.nonzero(levels.any(axis=1))[0], np.nonzero(levels.any(axis=0))[0]
+        assert image.ranges[at] == pytest.approx(6.0, abs=made.dr_m)
+        assert (beams.tolist(), levels.max()) == ([100], 10)

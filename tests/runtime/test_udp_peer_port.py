@@ -5,8 +5,8 @@ import time
 from collections import Counter
 
 from ods.base.clock import NS
+from ods.runtime.port.address import UdpAddress
 from ods.runtime.port.udp_peer_port import UdpPeerPort
-from ods.runtime.port.udp_port import UdpAddress
 
 PATIENCE_S = 10.0
 

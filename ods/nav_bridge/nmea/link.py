@@ -7,11 +7,11 @@ from ods.base import clock
 from ods.nav_bridge.link import Descriptor, Link
 from ods.nav_bridge.nmea.line import Line, LineSplitter
 from ods.nav_bridge.settings import NmeaSettings
-from ods.runtime.port.address import tcp_address
+from ods.runtime.port.address import tcp_address, udp_address
 from ods.runtime.port.port import Port
 from ods.runtime.port.serial_port import SerialPort
 from ods.runtime.port.tcp_port import TcpPort
-from ods.runtime.port.udp_port import UdpPort, udp_address
+from ods.runtime.port.udp_port import UdpPort
 
 PAUSES_S = (0.1, 1.0)
 """Shortest and longest between two attempts to open it."""

@@ -44,7 +44,7 @@ ECHO = np.dtype(
     ],
     align=True,
 )
-"""One echo: the fields of `ods.messages.Detection`, in its order."""
+"""One echo: the fields of `ods.messages.Detection`, in its order, but for the last ones, of range images only."""
 
 ROW = Struct("6dq9d?7x5d")
 """The same, as bytes are unpacked by: three times as fast as `tolist`."""

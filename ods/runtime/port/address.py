@@ -6,7 +6,8 @@ from urllib.parse import urlsplit
 
 Transport = Literal["serial", "tcp", "socket", "udp"]
 """serial: a device; tcp: the sonar's own network protocol; socket: a serial server, the bare bytes of a serial line;
-udp: datagrams."""
+udp: datagrams, to this machine or to a multicast group."""
+UDP_EXAMPLE = 'such as "udp://0.0.0.0:10110"'
 _URL_TRANSPORTS: dict[str, Transport] = {"tcp": "tcp", "socket": "socket"}
 
 
@@ -35,6 +36,19 @@ def tcp_address(port: str) -> TcpAddress | None:
     return TcpAddress(*host_and_number(port, example), transport)
 
 
+class UdpAddress(NamedTuple):
+    """Where to listen."""
+
+    host: str
+    """IP address of this machine; 0.0.0.0: any; or that of a multicast group, where the user of the port says so."""
+    port: int
+
+
+def udp_address(port: str) -> UdpAddress | None:
+    """Return the address of a `port` setting, None when it is no udp:// one. Raises ValueError, one line."""
+    return UdpAddress(*host_and_number(port, UDP_EXAMPLE)) if urlsplit(port).scheme == "udp" else None
+
+
 def host_and_number(port: str, example: str) -> tuple[str, int]:
     """Return the IP address and the port number of a URL. Raises ValueError, one line with the `example`."""
     url = urlsplit(port)
@@ -49,8 +63,7 @@ def host_and_number(port: str, example: str) -> tuple[str, int]:
 
 def transport_of(port: str) -> Transport:
     """Return what a `port` setting names. Raises ValueError, one line."""
-    if urlsplit(port).scheme == "udp":
-        host_and_number(port, 'such as "udp://192.168.0.5:9092"')
+    if udp_address(port):
         return "udp"
     address = tcp_address(port)
     return address.transport if address else "serial"

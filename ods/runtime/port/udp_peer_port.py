@@ -6,8 +6,8 @@ import socket
 from collections import Counter
 
 from ods.base.clock import NS
+from ods.runtime.port.address import UdpAddress
 from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
-from ods.runtime.port.udp_port import UdpAddress
 
 
 class UdpPeerPort(Port):

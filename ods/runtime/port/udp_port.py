@@ -4,30 +4,17 @@ import ipaddress
 import os
 import socket
 from collections import Counter
-from typing import NamedTuple
-from urllib.parse import urlsplit
+from typing import ClassVar
 
-from ods.runtime.port.address import host_and_number
+from ods.runtime.port.address import UdpAddress
 from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
-
-EXAMPLE = 'such as "udp://0.0.0.0:10110"'
-
-
-class UdpAddress(NamedTuple):
-    """Where to listen."""
-
-    host: str
-    """IP address of this machine; 0.0.0.0: any."""
-    port: int
-
-
-def udp_address(port: str) -> UdpAddress | None:
-    """Return the address of a `port` setting, None when it is no udp:// one. Raises ValueError, one line."""
-    return UdpAddress(*host_and_number(port, EXAMPLE)) if urlsplit(port).scheme == "udp" else None
 
 
 class UdpPort(Port):
     """Takes datagrams of anybody, or of one sender only. Counts `stranger_datagrams`, of others."""
+
+    ending: ClassVar[bytes] = b"\n"
+    """Behind each."""
 
     def __init__(
         self, address: UdpAddress, sender: str | None, pauses_s: tuple[float, float], counters: "Counter[str]"
@@ -53,8 +40,8 @@ class UdpPort(Port):
             return b""
         if self._sender not in (None, sender):
             self.counters["stranger_datagrams"] += 1
-            return b"\n"
-        return data + b"\n"
+            return self.ending
+        return data + self.ending
 
     def _send(self, data: bytes) -> int:
         raise PortError(f"nothing is sent here: {len(data)} bytes")

@@ -2,20 +2,25 @@
 
 from pathlib import Path
 
+from ods.base.errors import OdsError
 from ods.base.settings_file import load
 from ods.sim_sonar.device.far_end import FarEnd
+from ods.sim_sonar.device.multicast_line import MulticastLine
 from ods.sim_sonar.device.norbit import NorbitEnd
 from ods.sim_sonar.device.oculus import OculusEnd
 from ods.sim_sonar.device.ping360 import Ping360End
 from ods.sim_sonar.device.remote_end import Line
 from ods.sim_sonar.device.seabat import SeaBatEnd, refuse_beyond_s7k
 from ods.sim_sonar.device.serial_line import SerialLine
+from ods.sim_sonar.device.sonar3d15 import Sonar3d15End
 from ods.sim_sonar.device.tcp_line import HOST, FramedTcpLine, TcpLine
 from ods.sim_sonar.device.udp_line import UdpLine
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.settings import SimSettings
 from ods.sim_sonar.sonar.settings import SonarFile
 
+GROUP = "224.0.0.96"
+"""To which a Sonar 3D-15 sends."""
 SERIAL_PORT = "seabat"
 """Name of the simulated sonar's device in the run folder."""
 
@@ -24,6 +29,8 @@ def port_of(sim: SimSettings, run_dir: Path) -> str:
     """Return `sonar.port` for the on-board side."""
     if sim.sonar_line in ("serial", "ping360"):
         return str(run_dir / SERIAL_PORT)
+    if sim.sonar_line == "sonar3d15":
+        return f"udp://{GROUP}:{sim.sonar_udp_port}"
     scheme, port = ("udp", sim.sonar_udp_port) if sim.sonar_line == "ping360_udp" else ("tcp", sim.sonar_tcp_port)
     return f"{scheme}://{HOST}:{port}"
 
@@ -41,6 +48,11 @@ def open_sonar(sim: SimSettings, run_dir: Path, images: ImageSimulator) -> tuple
     if sim.sonar_line == "norbit":
         plain = TcpLine(sim.sonar_tcp_port)
         return NorbitEnd(images, plain, TcpLine(sim.sonar_command_port)), plain
+    if sim.sonar_line == "sonar3d15":
+        try:
+            return Sonar3d15End(images), MulticastLine(GROUP, sim.sonar_udp_port)
+        except ValueError as error:
+            raise OdsError(f"{sim.scene}: {error}") from error
     if sim.sonar_line in ("ping360", "ping360_udp"):
         scanned: Line = (
             SerialLine(run_dir / SERIAL_PORT) if sim.sonar_line == "ping360" else UdpLine(sim.sonar_udp_port)

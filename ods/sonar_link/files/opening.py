@@ -19,6 +19,7 @@ from ods.sonar_link.files.oculus import OculusDecoder
 from ods.sonar_link.files.oculus_log import OculusLogDecoder
 from ods.sonar_link.files.ping_sequence import PingFileError, PingSequence
 from ods.sonar_link.files.s7k.decoder import S7kDecoder
+from ods.sonar_link.files.sonar3d15 import Sonar3d15Decoder
 
 __all__ = ["DECODERS", "PingFileError", "PingSequence", "open_pings"]
 
@@ -29,6 +30,7 @@ DECODERS: tuple[Decoder, ...] = (
     OculusDecoder(),
     OculusLogDecoder(),
     NorbitDecoder(),
+    Sonar3d15Decoder(),
     FanClipDecoder(),
 )
 """Every format that comes with ODS, in any order."""

@@ -12,6 +12,7 @@ from ods.messages import Clearance, Detection, Detections, Obstacle, ObstacleLis
 from ods.tracker.clearance.fan_mask import SIGMAS, extent_of, fan_mask
 from ods.tracker.clearance.free_grid import FreeGrid, Head
 from ods.tracker.clearance.sectors import Bodies, clear_water, nearest_body
+from ods.tracker.measurement.looked import looked_of
 from ods.tracker.settings import ClearanceSettings
 
 FAR_TURN_S = 5.0
@@ -46,6 +47,10 @@ class ClearanceKeeper:
         head = Head(np.array(pose_of_head.position_ned), rotation_matrix(np.array(pose_of_head.attitude)))
         turn = self._turn_until_heard(head, shown)
         if not shown.usable:
+            return
+        looked = looked_of(shown)
+        if looked is not None:
+            self._grid.look_through(shown.t_ns / NS, sector, looked, head, turn)
             return
         echoes = [echo for echo in shown.detections if _is_sound(echo)]
         mask = fan_mask(sector, shown.processed_ranges_m, shown.unseen, echoes, turn)

@@ -9,7 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats, Mask
+from ods.messages import Sector
 from ods.tracker.clearance.fan_mask import FanMask
+from ods.tracker.clearance.volume_mask import LayerSeen, layer_seen
+from ods.tracker.measurement.looked import Looked
 from ods.tracker.settings import ClearanceSettings
 
 REACH = 80
@@ -89,19 +92,31 @@ class FreeGrid:
         """
         if self._middle is None:
             return
-        rows, columns = self._around(mask, head)
+        rows, columns = self._around(mask.sector, head)
         forward, starboard, down = self._in_head(rows, columns, head)
         across = np.hypot(forward, starboard)
         range_m = np.hypot(across, down)
         empty, heard = mask.at(np.arctan2(starboard, forward), range_m)
         room = range_m * math.sin(mask.sector.half_vertical_rad) - np.abs(down) - self._settings.half_height_m
+        self._keep(t_s, (rows, columns), LayerSeen(empty, heard, room), swept=swept)
+
+    def look_through(self, t_s: float, sector: Sector, looked: Looked, head: Head, turn_rad: float) -> None:
+        """Take in what a range image at `t_s` showed; turn_rad: see `layer_seen`."""
+        if self._middle is None:
+            return
+        cells = self._around(sector, head)
+        places, half_m = self._in_head(*cells, head), self._settings.half_height_m
+        self._keep(t_s, cells, layer_seen(sector, looked, places, half_m, self.cell_m, turn_rad))
+
+    def _keep(self, t_s: float, cells: tuple[slice, slice], seen: LayerSeen, *, swept: bool = False) -> None:
+        empty, heard, room = seen
         clear, since_s, above_s = empty & (room >= 0.0), t_s, t_s + room / self._settings.fastest_vertical_m_s
         if swept:
-            clear, since_s, above_s = self._with_parts_before(t_s, (rows, columns), clear, heard, above_s)
+            clear, since_s, above_s = self._with_parts_before(t_s, cells, clear, heard, above_s)
         away = _cells_from_others(clear)
         hold_m = np.maximum(away * HALF_DIAGONAL - 1.0 - HALF_DIAGONAL, 0.0) * self.cell_m
         hold_until = np.minimum(since_s + hold_m / self._settings.fastest_m_s, above_s)
-        until = self._free_until[rows, columns]
+        until = self._free_until[cells]
         np.copyto(until, np.maximum(until, hold_until), where=away >= 2.0)
         until[heard] = NEVER
 
@@ -120,10 +135,10 @@ class FreeGrid:
         newest = seen_s >= (self._looks_s[-2:] or [t_s])[0]
         return np.asarray((newest | (until >= t_s)) & (vertical_s >= t_s)), since_s, vertical_s
 
-    def _around(self, mask: FanMask, head: Head) -> tuple[slice, slice]:
+    def _around(self, sector: Sector, head: Head) -> tuple[slice, slice]:
         """Return the rows and columns that the fan is in."""
-        bearing = np.linspace(mask.sector.bearing_min_rad, mask.sector.bearing_max_rad, 33)
-        rim = mask.sector.range_max_m * np.stack([np.cos(bearing), np.sin(bearing), np.zeros(33)], axis=1)
+        bearing = np.linspace(sector.bearing_min_rad, sector.bearing_max_rad, 33)
+        rim = sector.range_max_m * np.stack([np.cos(bearing), np.sin(bearing), np.zeros(33)], axis=1)
         points = np.vstack([rim @ head.turned.T, np.zeros(3)])[:, :2] + head.place[:2]
         low = np.floor(points.min(axis=0) / self.cell_m).astype(int) - 2
         high = np.ceil(points.max(axis=0) / self.cell_m).astype(int) + 3

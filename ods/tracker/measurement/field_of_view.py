@@ -9,14 +9,18 @@ import numpy as np
 from ods.base.arrays import Floats, Mask
 from ods.compiled import native
 from ods.messages import Sector
+from ods.tracker.measurement.looked import Looked
 from ods.tracker.measurement.model import PredictedMeasurement
 from ods.tracker.measurement.scan import Vehicle, nothing_unseen
 from ods.tracker.named import Named
 
 NOTHING_UNSEEN = nothing_unseen()
 LEAST_SIGMA_RAD = 1e-6
+HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
+"""An echo hides what lies so far behind it."""
 LEAST_CHANCE = 0.05
-"""That an object that was passed by gives an echo nevertheless, as field_of_view.c has it for blind parts."""
+"""That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
+parts."""
 
 
 class FieldOfView(NamedTuple):
@@ -78,6 +82,20 @@ def field_of_view(
     probability, watched = shares = np.empty((2, len(radius)))
     native.field_of_view(predicted.table, radius, fan, processed_m, unseen, edge_sigmas, flags, shares)
     return FieldOfView(inside, probability, skipped, unshown, watched)
+
+
+def hidden_by(seen: FieldOfView, looked: Looked, predicted: Named[PredictedMeasurement], radius: Floats) -> FieldOfView:
+    """Return what the sonar sees, but for what is hidden behind a nearer echo in its direction, and its height."""
+    table = predicted.rows
+    margin_m = radius + HIDDEN_SIGMAS * np.sqrt(table.along) + BEHIND_M
+    hidden = seen.inside & looked.hides(table.range_m, table.bearing, table.elevation, margin_m)
+    return FieldOfView(
+        inside=seen.inside,
+        probability=np.where(hidden, LEAST_CHANCE * seen.probability, seen.probability),
+        skipped=seen.skipped | hidden,
+        unseen=seen.unseen | hidden,
+        watched=np.where(hidden, 0.0, seen.watched),
+    )
 
 
 def look_elsewhere(seen: FieldOfView, predicted: Named[PredictedMeasurement], turn: float, not_swept: Floats) -> None:

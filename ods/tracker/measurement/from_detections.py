@@ -6,6 +6,7 @@ from typing import NamedTuple
 from ods.messages import Detection, Detections
 from ods.runtime.pose_buffer import PoseEstimate
 from ods.tracker.measurement import motion_during_reception
+from ods.tracker.measurement.looked import looked_of
 from ods.tracker.measurement.planes import one_a_body
 from ods.tracker.measurement.scan import Scan, echo_table_of, echoes_of, not_swept_of, unseen_of, vehicle_at
 
@@ -53,6 +54,7 @@ def received(
         message.processed_ranges_m,
         fan_turn,
         unseen_of(message.unseen),
+        looked_of(message),
         skipped_pings,
         not_swept_of(message.unseen),
     )

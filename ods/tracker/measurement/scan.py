@@ -1,5 +1,6 @@
 """What one ping gives the tracker: the vehicle's pose, the sonar's sector and the echoes, as plain arrays."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
@@ -9,6 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Indices
 from ods.base.geometry import rotation_matrix
 from ods.messages import Detection, Sector, UnseenPart, UnseenWhy
+from ods.tracker.measurement.looked import Looked
 from ods.tracker.named import Named
 
 NO_NOISE = np.zeros(3)
@@ -96,6 +98,8 @@ SMALLEST_SIGMA = 1e-4
 LARGEST_PATCH_M = 8.0
 """What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
 the beams, so that its onset and front tell nothing."""
+ROOT3 = math.sqrt(3.0)
+"""Half of an interval in which all places are alike, in its standard deviations."""
 LARGEST = 1e5
 """No range, radius or standard deviation of a sonar is larger."""
 
@@ -124,7 +128,7 @@ def echo_table_of(detections: list[Detection]) -> Floats:
         (
             *(d.range_m, d.bearing_rad, d.elevation_rad, d.radius_m),
             *(d.sigma_range_m, d.sigma_bearing_rad, d.sigma_radius_m, d.snr_db, d.cut),
-            *(0.0, d.onset, d.front),
+            *(ROOT3 * d.sigma_elevation_rad, d.onset, d.front),
         )
         for d in detections
     ]
@@ -169,6 +173,8 @@ class Scan:
     """By how much the fan turns to starboard while an echo comes from a metre farther, rad/m."""
     unseen: Floats = field(default_factory=nothing_unseen)
     """(k, 4) parts of the sector that the ping could not show: least and largest bearing, rad, and range, m."""
+    looked: Looked | None = None
+    """How far the ping saw in each direction; None: it has no range image."""
     skipped_pings: int = 0
     """Pings since the scan before whose images were not looked at: they missed nothing."""
     not_swept: Floats = field(default_factory=lambda: np.empty((0, 2)))

@@ -10,7 +10,7 @@ import numpy as np
 from ods.base.arrays import Floats, Floats32, Mask
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.messages import Ping, frame_of
+from ods.messages import Ping, frame_of, seen_from_above
 from ods.plots.polar import decibels
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.marks import PAUSE_S
@@ -98,7 +98,8 @@ class Filling:
         self._t_ns = np.zeros(len(self._levels), np.int64)
 
     def add(self, place: int, ping: Ping) -> None:
-        """Take in a ping. Its column and its cells keep the highest level that came."""
+        """Take in a ping; a range image from above. Its column and its cells keep the highest level that came."""
+        ping = seen_from_above(ping)
         if not self._read:
             self._first_ns = ping.t_ns
             self._bearing = np.array(ping.bearing_rad[: ping.beams // ping.planes])

@@ -16,7 +16,7 @@ from ods.workbench.model.actions import OpenData
 from ods.workbench.model.paths import tables_of
 from ods.workbench.model.state import DataReference
 
-RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".oculus", ".wbms", ".avi", ".mcap")
+RECORDINGS = (".npz", ".s7k", ".aris", ".raw", ".oculus", ".wbms", ".sonar", ".avi", ".mcap")
 SCENE = ".toml"
 ENDINGS = (*RECORDINGS, SCENE)
 MOST_LISTED, MOST_SEEN, DEEPEST = 500, 20_000, 5

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import AnyArray
-from ods.messages import Detections, Ping, frame_of
+from ods.messages import Detections, Ping, frame_of, seen_from_above
 from ods.plots.polar import decibels
 from ods.workbench.model.state import View
 from ods.workbench.web.frames import Circle, Frame, cells_of
@@ -14,6 +14,7 @@ COUNTS = {"u1": 256, "u2": 65536}
 
 def frame_of_ping(ping: Ping, found: Detections | None, view: View) -> Frame:
     """Return a ping's image, of its first plane; found: of the same ping. Raises ValueError for a bad buffer."""
+    ping = seen_from_above(ping)
     beams = ping.beams // ping.planes
     samples = frame_of(ping)[:beams]
     scale = view.lowest_db, view.highest_db

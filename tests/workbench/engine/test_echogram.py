@@ -16,6 +16,7 @@ from ods.workbench.engine.echogram import Echogram, Filling, levels_along, read_
 from ods.workbench.engine.echogram_print import pooled
 from ods.workbench.model.state import DataReference
 from tests.pipeline.pings import make_ping
+from tests.range_images import ping_of
 
 PEAK = 200
 
@@ -84,6 +85,15 @@ def test_a_beam_and_the_highest_of_all_planes() -> None:
     assert levels_along(made, 1)[5] == pytest.approx(20.0 * np.log10(PEAK + 0.5))
     assert levels_along(made, 0)[5] == pytest.approx(20.0 * np.log10(2.5))
     assert np.isnan(levels_along(made, 2)).all()
+
+
+def test_a_range_image_has_its_echoes_at_their_ranges() -> None:
+    ranges = np.zeros((64, 256), np.float32)
+    ranges[20:30, 100] = 6.0
+    filling = Filling(1)
+    filling.add(0, ping_of(ranges))
+    result = filling.result()
+    assert peak_m(result.level_db[0], result.cell_m) == pytest.approx(6.0, abs=result.cell_m)
 
 
 def test_samples_without_data_are_none() -> None:

@@ -58,6 +58,8 @@ class S7kWriter:
 
     def write_ping(self, ping: Ping) -> None:
         """Append the records of a ping. Raises ValueError when the format cannot carry it, ArithmeticError, OSError."""
+        if ping.range_grid is not None:
+            raise ValueError(f"ping {ping.ping_number}: a range image, which s7k has no record for")
         self.write(records.encode_ping(ping, recorded=True))
 
     def sync(self) -> None:

@@ -1,0 +1,32 @@
+"""Bodies in a range image: connected pixels of like ranges, as in range images of lidars.
+
+I. Bogoslavskyi and C. Stachniss, IROS 2016: two pixels are of one surface unless it would lie nearly along the line of
+sight, and neighbours further away are looked at as images have gaps.
+"""
+
+import math
+
+import numpy as np
+
+from ods.base.arrays import Indices, Ints32, Mask
+from ods.compiled import native
+from ods.pipeline.range_image.points import RangePixels
+
+GRAZING = math.radians(10.0)
+"""A surface so far off the line of sight, or more, holds together."""
+
+
+def clusters_of(pixels: RangePixels, wanted: Mask, noise_m: float) -> Ints32:
+    """Return (bearings, elevations) the number of each pixel's body, from 1 on; 0: of none."""
+    numbers = np.empty(wanted.shape, np.int32)
+    native.cluster_ranges(pixels.range_m, wanted, *pixels.spacing_rad, noise_m, 1.0 / math.tan(GRAZING), numbers)
+    return numbers
+
+
+def members_of(numbers: Ints32, fewest: int) -> list[Indices]:
+    """Return the places of each number's pixels in the flat image, by number; those that have too few are left out."""
+    flat = numbers.ravel()
+    places = np.flatnonzero(flat)
+    order = places[np.argsort(flat[places], kind="stable")]
+    borders = np.flatnonzero(np.diff(flat[order])) + 1
+    return [part for part in np.split(order, borders) if part.size >= fewest]

@@ -1,0 +1,1 @@
+"""The Water Linked Sonar 3D-15: its packets, range images and settings, behind `SonarProtocol`."""
