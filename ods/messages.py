@@ -214,7 +214,7 @@ class Sector(msgspec.Struct, frozen=True, omit_defaults=True):
     known."""
 
 
-UnseenWhy = Literal["no data", "saturated", "level fallen", "interference", "not swept"]
+UnseenWhy = Literal["no data", "saturated", "level fallen", "level risen", "interference", "not swept"]
 
 
 class UnseenPart(msgspec.Struct, frozen=True):
@@ -226,8 +226,9 @@ class UnseenPart(msgspec.Struct, frozen=True):
     range_max_m: Metres
     why: UnseenWhy
     """no data: there are no samples (dead beams, beams cut short, an empty image); saturated: samples are at full
-    scale; level fallen: levels are far below those before (the head is blocked or out of the water); interference:
-    beams with a continuous other source; not swept: the head of a mechanically scanned sonar looked elsewhere."""
+    scale; level fallen: levels are far below those before (the head is blocked or out of the water); level risen:
+    levels at all ranges jumped (noise hides weaker objects); interference: beams with a continuous other source; not
+    swept: the head of a mechanically scanned sonar looked elsewhere."""
 
 
 class LookedVolume(msgspec.Struct, frozen=True):

@@ -8,12 +8,15 @@
 /* A level is fallen when it is so far below what it was, until it is less than so far below it, */
 #define FALLEN_DB 12.0
 #define RISEN_DB 9.0
+/* (the nearest part, whose few samples vary, when it has risen by so much) */
+#define NEAREST_DB 6.0
 /* and a group of beams is blind when so many of its ranges are fallen. */
 #define FALLEN_SHARE 0.75
-/* Time constants of what the level was: while the beams see, and while they are blind. What is usual rises as slowly as
+/* Time constants of what the level was: while the beams see, while they are blind, and while they are drowned. What is usual rises as slowly as
    that is forgotten: a loud spell of minutes is none. */
 #define LEARNING_S 10.0
 #define FORGETTING_S 600.0
+#define GROWING_USED_S 60.0
 /* What was learnt may differ so much from what is usual by chance: few samples are looked at. */
 #define CHANCE_DB 3.0
 /* A part of which some samples are 0 and the others at least so many counts, or so loud, has no level that could fall:
@@ -122,22 +125,44 @@ static bool is_fallen(Levels levels, int64_t from, double least_db, bool was_fal
     return known >= levels.rings / 4 ? (double)low >= FALLEN_SHARE * (double)known : was_fallen;
 }
 
-/* Judges the groups' levels, fallen (groups,), and lets what they were follow; tells whether anything is unseen.
-   least_db: levels that were lower are not judged; most_saturated: share of a part that is unseen. */
-static bool follow(Levels levels, double least_db, double most_saturated, double since_s, bool *fallen)
+/* Whether a group of beams is drowned, from ring `from` on, where it was not, by the levels of the ping before, last_db,
+   or still is: levels over nearly all ranges jumped, those nearest to the sonar too, as noise does. A bottom that comes
+   into view rises more slowly, and not right before the sonar. */
+static bool is_risen(Levels levels, const double *last_db, int64_t from, bool was_risen)
+{
+    int64_t known = 0, high = 0;
+    const double nearest_db = levels.now_db[from] - larger(last_db[from], levels.was_db[from]);
+    const bool nearest = was_risen || nearest_db >= NEAREST_DB;
+    for (int64_t r = from; r < from + levels.rings; r++) {
+        const double before_db = was_risen ? levels.was_db[r] : larger(last_db[r], levels.was_db[r]);
+        if (isfinite(levels.now_db[r]) && isfinite(before_db)) {
+            known++;
+            high += levels.now_db[r] - before_db >= (was_risen ? RISEN_DB : FALLEN_DB);
+        }
+    }
+    return known >= levels.rings / 4 ? nearest && (double)high >= FALLEN_SHARE * (double)known : was_risen;
+}
+
+/* Judges the groups' levels, fallen and risen (groups,), and lets what they were follow; tells whether anything is unseen.
+   last_db: of the ping before; least_db: levels that were lower are not judged; most_saturated: share of a part that is unseen. */
+static bool follow(Levels levels, const double *last_db, double least_db, double most_saturated, double since_s, bool *fallen,
+                   bool *risen)
 {
     bool blind = false;
+    const double slow = -expm1(-since_s / FORGETTING_S), fast = -expm1(-since_s / LEARNING_S);
+    const double growing = -expm1(-since_s / GROWING_USED_S);
     for (int64_t g = 0; g < levels.groups; g++) {
         const double *now_db = levels.now_db + g * levels.rings, *saturated = levels.saturated + g * levels.rings;
         double *was_db = levels.was_db + g * levels.rings, *usual_db = levels.usual_db + g * levels.rings;
         fallen[g] = is_fallen(levels, g * levels.rings, least_db, fallen[g]);
-        blind |= fallen[g];
-        const double slow = -expm1(-since_s / FORGETTING_S), fast = -expm1(-since_s / LEARNING_S);
+        risen[g] = is_risen(levels, last_db, g * levels.rings, risen[g]);
+        blind |= fallen[g] || risen[g];
+        const double learning = fallen[g] ? slow : risen[g] ? growing : fast;
         for (int64_t r = 0; r < levels.rings; r++) {
             blind |= saturated[r] > most_saturated;
             if (!isfinite(now_db[r]))
                 continue;
-            was_db[r] = isfinite(was_db[r]) ? was_db[r] + (fallen[g] ? slow : fast) * (now_db[r] - was_db[r]) : now_db[r];
+            was_db[r] = isfinite(was_db[r]) ? was_db[r] + learning * (now_db[r] - was_db[r]) : now_db[r];
             usual_db[r] = isfinite(usual_db[r]) ? smaller(usual_db[r] + slow * (was_db[r] - usual_db[r]), was_db[r]) : was_db[r];
         }
     }
@@ -147,7 +172,7 @@ static bool follow(Levels levels, double least_db, double most_saturated, double
 /* Measures the levels of a frame from column `first` on and judges them; tells whether anything is unseen. */
 KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ", float top, float db_a_count, "
                           "float least_db, " LEVELS ", float least_judged_db, float most_saturated, float since_s, "
-                          "out b1[groups] fallen")
+                          "out b1[groups] fallen, out b1[groups] risen")
 {
     const Missing missing = missing_at(&arguments[2], SIZE(0, 0), SIZE(0, 1));
     const Scale scale = {FLOAT(3), FLOAT(4), FLOAT(5)};
@@ -155,8 +180,10 @@ KERNEL_BOOL(judge_levels, "rows u1|u2|f4[beams,:] frame, int first, " MISSING ",
                            ARRAY(double, 9)};
     if (SIZE(0, 0) == 0 || INT(1) < 0 || INT(1) >= SIZE(0, 1))
         return false;
+    double *last_db = SCRATCH(double, levels.groups * levels.rings);
+    memcpy(last_db, levels.now_db, (size_t)(levels.groups * levels.rings) * sizeof *last_db);
     measure(SAMPLES(0), INT(1), missing, scale, levels);
-    return follow(levels, FLOAT(10), FLOAT(11), FLOAT(12), ARRAY(bool, 13));
+    return follow(levels, last_db, FLOAT(10), FLOAT(11), FLOAT(12), ARRAY(bool, 13), ARRAY(bool, 14));
 }
 
 /* Fills shares with what is missing of each ring from column `first` on, but for gaps that are bridged. */

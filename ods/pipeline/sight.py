@@ -3,7 +3,8 @@
 A part of the sector is unseen where there are no data, where samples are saturated, where a beam hears a source
 (`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
 blocked, or out of the water. What the level was is learnt from the images, slowly, so that it follows what changes
-slowly: the depth, the bottom, the water. A level that has risen is believed as slowly as a fallen one is forgotten:
+slowly: the depth, the bottom, the water. Unseen is, too, where levels of all ranges jump: noise that drowns what was
+audible before it. A level that has risen is believed as slowly as a fallen one is forgotten:
 what comes back from a loud spell is where it was.
 """
 
@@ -30,8 +31,8 @@ GAP_RINGS = 64
 GAP_SHARE = 0.2
 """of whose samples so many are missing."""
 SATURATED_SHARE = 0.5
-WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen", "interference")
-"""Codes 1, 2, 3, 4 of a cell; 0 is seen."""
+WHYS: tuple[UnseenWhy, ...] = ("no data", "saturated", "level fallen", "interference", "level risen")
+"""Codes 1, 2, 3, 4, 5 of a cell; 0 is seen."""
 _LEAST_DB = -26.0
 """Stands for the level of no count at all, dB over one count."""
 
@@ -66,7 +67,7 @@ class Sight:
     def __init__(self) -> None:
         empty = np.full((GROUPS, RINGS), np.nan)
         self._levels = _Levels(empty.copy(), empty.copy(), empty.copy(), np.zeros((GROUPS, RINGS)))
-        self._fallen = np.zeros(GROUPS, np.bool_)
+        self._fallen, self._risen = np.zeros(GROUPS, np.bool_), np.zeros(GROUPS, np.bool_)
         self._setting: tuple[object, ...] = ()
         self._range_m: tuple[float, float] = (0.0, 0.0)
         self._t_ns = 0
@@ -83,7 +84,7 @@ class Sight:
         least_judged_db = _lowest_db(ping) + HEADROOM_DB
         blind = native.judge_levels(
             frame, first, silent, top, db_a_count(ping), _LEAST_DB, self._levels,
-            least_judged_db, SATURATED_SHARE, since_s, self._fallen,
+            least_judged_db, SATURATED_SHARE, since_s, self._fallen, self._risen,
         )  # fmt: skip
         if not blind and not missing.size and not deaf.any:
             return ALL_SEEN
@@ -98,7 +99,7 @@ class Sight:
         span = ping.range0_m + first * ping.dr_m, ping.range0_m + ping.samples * ping.dr_m
         if setting != self._setting:
             self._levels.was_db[:] = self._levels.usual_db[:] = np.nan
-            self._fallen[:] = False
+            self._fallen[:] = self._risen[:] = False
         elif span != self._range_m:
             share = (np.arange(RINGS) + 0.5) / RINGS
             old, new = (begin + share * (end - begin) for begin, end in (self._range_m, span))
@@ -112,6 +113,7 @@ class Sight:
         group = np.arange(ping.beams) * GROUPS // ping.beams
         ring = np.arange(GAP_RINGS) * RINGS // GAP_RINGS
         codes[self._fallen[group]] = 3
+        codes[self._risen[group]] = 5
         codes[(self._levels.saturated > SATURATED_SHARE)[np.ix_(group, ring)]] = 2
         if missing.size:
             shares = np.empty(codes.shape)
@@ -132,6 +134,9 @@ class Sight:
             return f"{share} saturated"
         if code == 4:
             return f"another source sounds without end in {share}"
+        if code == 5:
+            rise = np.nanmedian((self._levels.now_db - self._levels.was_db)[self._risen])
+            return f"noise {rise:.0f} dB over the levels before in {share}: it hides weaker objects"
         fall = np.nanmedian((self._levels.usual_db - self._levels.now_db)[self._fallen])
         return f"levels {fall:.0f} dB below what they were in {share}: head blocked or out of the water?"
 

@@ -58,7 +58,7 @@ def onboard(folder: Path, source: str) -> dict[str, Any]:
     data = tomllib.loads((CONFIG / files[source]).read_text())
     data["bus"]["run_dir"] = str(folder)
     data["sonar"] = {"port": str(folder / "no-such-device"), "range_m": 50.0, "gain_db": 0.0, "power_db": 0.0}
-    data["bridge"] = {name: {"to": "udp://127.0.0.1:5005"} for name in ("json", "ttm", "moos")}
+    data["bridge"] = {name: {"to": "udp://127.0.0.1:5005"} for name in ("json", "ttm", "moos", "mavlink")}
     data["tracker"] = {"planner": {"lead_times_s": [5.0]}}
     nav = data["nav"]
     nav["can"] = {"interface": "virtual"}
@@ -81,6 +81,10 @@ def onboard(folder: Path, source: str) -> dict[str, Any]:
 def bench(folder: Path) -> dict[str, Any]:
     data = tomllib.loads((CONFIG / "bench-faults.toml").read_text())
     data["onboard"] = str(CONFIG / "onboard.toml")
+    with_planner = tomllib.loads((CONFIG / "bench-avoid.toml").read_text())
+    data["planner"] = with_planner["planner"]
+    data["limits"]["avoid"] = with_planner["limits"]["avoid"]
+    data["sim"]["vehicle"] = with_planner["sim"]["vehicle"] | {"eds": str(CONFIG / "vehicle.eds")}
     return data
 
 

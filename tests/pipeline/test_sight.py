@@ -79,7 +79,10 @@ LEGITIMATE: dict[str, Sequence[Floats | float]] = {
     "a cliff: the bottom falls from 8 to 50 m at once": [bottom_db(8.0)] * 60 + [bottom_db(50.0)] * 200,
     "deep and quiet: nothing but the receiver": [10.0] * 100,
     "into the quiet, 0.5 dB/s": [30.0 - min(0.5 * k * PERIOD_S, 20.0) for k in range(400)],
-    "louder by 20 dB, a ship": [15.0] * 60 + [35.0] * 60,
+    "louder by 20 dB within 3 s, a ship": [15.0] * 60 + [15.0 + min(k, 20.0) for k in range(60)],
+    "rising from 60 m over the bottom to 5 m at 2 m/s": [bottom_db(60.0 - min(0.3 * k, 55.0)) for k in range(250)],
+    "pitching down: the bottom comes into view within 2 s": [10.0] * 60
+    + [np.maximum(10.0, bottom_db(6.0) - max(0.0, 30.0 - 2.3 * k)) for k in range(60)],
     "TVG set otherwise: near ranges 20 dB down, far ones up": [30.0] * 60 + [np.asarray(10.0 + 0.4 * RANGE_M)] * 60,
 }
 
@@ -94,9 +97,22 @@ def test_after_a_loud_spell_what_was_before_it_is_no_blindness(louder_db: float,
     sonar = Sonar()
     sonar.watch(steady(35.0, 5.0))
     sonar.period_s = 0.3
-    assert not any(seen.share for seen in sonar.watch(steady(35.0 + louder_db, seconds / 2.0)))
+    sonar.watch(steady(35.0 + louder_db, seconds / 2.0))
     assert not any(seen.share for seen in sonar.watch(steady(35.0, 10.0)))
     assert all(seen.share == 1.0 for seen in sonar.watch(steady(15.0, 5.0)))
+
+
+def test_noise_that_sets_in_hides_what_was_seen_until_the_levels_have_been_so_for_long() -> None:
+    sonar = Sonar()
+    sonar.watch(steady(35.0, 5.0))
+    loud = sonar.watch(steady(55.0, 60.0))
+    assert all(seen.share > 0.7 for seen in loud[:2])
+    assert all(seen.share == 1.0 for seen in loud[2 : round(15.0 / PERIOD_S)])
+    assert loud[0].parts[0].why == "level risen"
+    assert "noise 2" in loud[0].why
+    assert loud[-1].share == 0.0
+    (half,) = sonar.watch(iter([np.where(np.arange(BEAMS)[:, None] < BEAMS // 2, 75.0, np.full((1, SAMPLES), 55.0))]))
+    assert half.share == pytest.approx(0.5, abs=0.07)
 
 
 def test_a_louder_level_is_usual_after_as_long_as_a_lower_one() -> None:
