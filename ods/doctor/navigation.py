@@ -198,9 +198,9 @@ def _judge(
     if not heard.poses:
         stale = [problem for problem in heard.problems if problem.startswith("no pose")] or ["no pose"]
         others = [*heard.line, *(problem for problem in heard.problems if problem not in stale)]
-        yield Finding("wrong", subject, "; ".join(stale + (others or trouble)))
-        if others and trouble:
-            yield _counted(subject, trouble)
+        yield Finding(
+            "wrong", subject, "; ".join(stale + (others or trouble))
+        )  # what is counted follows from the others
         return
     rate = len(heard.poses) / seconds
     if rate * bridged_s < 1.0:

@@ -302,6 +302,23 @@ def test_a_seapaths_attitude_makes_poses() -> None:
     assert counters["nmea_other"] == 1
 
 
+@pytest.mark.parametrize(
+    ("qualities", "used"), [("0,0,0,0", True), ("2,2,1,1", True), ("0,0,2,0", False), ("0,0,0,2", False)]
+)
+def test_an_attitude_that_a_seapath_calls_invalid_makes_no_pose_until_it_is_valid_again(
+    qualities: str, used: bool
+) -> None:
+    source, counters = source_of(msgspec.structs.replace(USUAL, attitude="PSXN", heading="PSXN"))
+    ins = Ins()
+    attitude = summed("PSXN,23,1.5,-2.2,27.0,0.1")
+    for line in (ins.gga(0), ins.gst(0), ins.ts(0), ins.bs(), summed(f"PSXN,20,{qualities}")):
+        source.take(Line(line, 0))
+    assert (source.take(Line(attitude, 0)) is not None) == used
+    assert counters["nmea_not_valid"] == (not used)
+    source.take(Line(summed("PSXN,20,0,0,0,0"), 0))
+    assert source.take(Line(attitude, 0)) is not None
+
+
 def test_an_age_that_a_sentence_tells_counts() -> None:
     assert read(parse(b":BD,+1.0,+2.0,+3.0,0012.30,045.00")).age_s == 45.0
     source, _ = source_of(msgspec.structs.replace(USUAL, altitude="BD", held={"BD": HeldSettings(max_age_s=2.0)}))

@@ -23,8 +23,10 @@ DEGREES = re.compile(r"(\d{0,3})(\d\d)(\.\d{0,12})?")
 PASHR, PSXN = "PASHR", "PSXN"
 MADE_BY = PASHR, PSXN
 """Makers' sentences that are understood: their names have no talker."""
-SEAPATH_ATTITUDE = "23"
-"""Of the kinds of PSXN, that with roll, pitch and heading."""
+SEAPATH_ATTITUDE, SEAPATH_QUALITY = "23", "20"
+"""Of the kinds of PSXN, that with roll, pitch and heading, and that with their qualities;"""
+INVALID = "2"
+"""the quality of invalid data (0: normal, 1: reduced)."""
 DATAGRAM = b"UdPbC\0"
 """Before the sentences of a datagram [IEC 61162-450]."""
 TAG = b"\\"
@@ -64,6 +66,8 @@ class Told(NamedTuple):
     """How old the values were when it was sent."""
     corrections_s: float = 0.0
     """How old a fix's corrections were: its place is worse for it, but not older."""
+    invalid: frozenset[str] | None = None
+    """Pose fields that are invalid in the sentences that follow, of a sentence of qualities; None: it is none."""
 
 
 class Sentence(NamedTuple):
@@ -183,6 +187,10 @@ def _pashr(parts: Sequence[str]) -> Told:
 
 def _psxn(parts: Sequence[str]) -> Told:
     _, kind, *angles = parts  # the first one is what follows the maker in the name: nothing
+    if kind == SEAPATH_QUALITY:
+        _, _, heading, roll_and_pitch = angles[:4]
+        invalid = {"yaw"} if heading == INVALID else set()
+        return Told({}, invalid=frozenset(invalid | ({"roll", "pitch"} if roll_and_pitch == INVALID else set())))
     if kind != SEAPATH_ATTITUDE:
         return Told({})
     names = "roll", "pitch", "yaw"

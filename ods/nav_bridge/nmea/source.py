@@ -83,6 +83,8 @@ class NmeaSource(PoseSource[Line]):
         """Of sentences that were not undamaged since: when they last came, and what is wrong with them."""
         self._refused: tuple[int, str] | None = None
         """When the sentence with pace last was not valid, and why, if that was the newest."""
+        self._seapath_invalid: frozenset[str] = frozenset()
+        """Pose fields of PSXN 23 that the newest PSXN 20 calls invalid."""
         self._start_ns = host.now_ns
 
     def expects(self) -> dict[str, str]:
@@ -136,11 +138,15 @@ class NmeaSource(PoseSource[Line]):
             self._utc.tell(self._told_utc.ahead_ns)
             return None
         told = sentence.read(found)
+        if told.invalid is not None:
+            self._seapath_invalid = told.invalid
         if not told.values:
             self._counters["nmea_other"] += 1
             return None
         sigma_m = self._accepted(told.kind)
         wanted = self._fields[found.name]
+        if found.name == sentence.PSXN and not self._seapath_invalid.isdisjoint(wanted):
+            raise NotValidError("PSXN 20 says that its data are invalid")
         values = {name: value for name, value in told.values.items() if name in wanted}
         for name in ATTITUDE_SIGMAS[0]:
             if name in wanted:
