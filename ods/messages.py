@@ -403,10 +403,10 @@ class Obstacle(msgspec.Struct, frozen=True):
     sigma_near_m: float | None = None
     """Standard deviation of `near_m`."""
     elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Probability that it is an elongated object (a wall, a net, a rope): longer than 3 m, and than 2.5 times its
+    """Probability that it is an elongated object (a wall, a net, a rope): longer than 3 m, and than 4 times its
     width."""
     outline: Outline | None = None
-    """Its outline, where it is probably elongated, within the circle of `radius_m`. None: the circle describes it."""
+    """Its outline, where `elongated` exceeds 0.9, within the circle of `radius_m`. None: the circle describes it."""
 
 
 class Site(msgspec.Struct, frozen=True):

@@ -32,8 +32,13 @@ EDGE_KEPT_S = 2.0
 """What was not seen for longer has no near edge any more: another side of it may be the nearest."""
 SIDE_CHANGES = 0.1
 """Standard deviation by which a near edge may change in a second as another side comes into view, m."""
-ELONGATED_M, ELONGATED = 1.5, 2.5
-"""An object is elongated from this half length on, and from so many times its half width."""
+ELONGATED_M, ELONGATED = 1.5, 4.0
+"""An object is elongated from this half length on, and from so many times its half width: the front of a sphere, as far
+as it shines, is 2.5 times as wide as deep."""
+LIKELY = 0.9
+"""From this probability on an object has an outline."""
+TOO_SMALL = 2.0
+"""A circle as deep as a wall that is seen aslant is too small by up to this factor: what is more is another echo."""
 LEAST_SIGHTS = 3
 """Images that an outline takes."""
 LENGTH_ERROR = 0.05
@@ -100,7 +105,7 @@ class Outlines:
         self._take_extents(rows, (*(middle - snapshot.position[:2, rows]), *moments, half, half**2))
 
     def covering(self, snapshot: Snapshot) -> Snapshot:
-        """Return the objects with circles that cover their outlines, where these are probably elongated.
+        """Return the objects with circles that cover their outlines, where they have one.
 
         The circle of an echo of a wall seen aslant is as deep as it is wide, as that of a whole body is: too small.
         """
@@ -108,7 +113,8 @@ class Outlines:
         radius, known = snapshot.radius.copy(), self._table.T.tolist()
         for k, each in enumerate(snapshot.id.tolist()):
             if each in place:
-                radius[k] = max(radius[k], _reach(Known(*known[place[each]])))
+                reach = _reach(Known(*known[place[each]]))
+                radius[k] = max(radius[k], min(reach, TOO_SMALL * radius[k]))
         return replace(snapshot, radius=radius)
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
@@ -227,7 +233,7 @@ def _principal(nn: float, ne: float, ee: float) -> tuple[float, float]:
 def _reach(known: Known[float]) -> float:
     """Return the radius of the circle about the object's place that covers its outline, m; 0: it has none."""
     strip = _strip(known)
-    if strip is None or strip.elongated <= 0.5:
+    if strip is None or strip.elongated <= LIKELY:
         return 0.0
     return math.hypot(known.north, known.east) + strip.half_length
 
@@ -238,7 +244,7 @@ def _outlined(obstacle: Obstacle, known: Known[float], later_s: float) -> Obstac
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
     strip = _strip(known)
     elongated = 0.0 if strip is None else strip.elongated
-    if strip is not None and elongated > 0.5:
+    if strip is not None and elongated > LIKELY:
         north, east, _ = obstacle.position_ned
         middle = north + known.north, east + known.east
         outline = Outline(middle, strip.half_length, strip.half_width, strip.azimuth, strip.sigma)
