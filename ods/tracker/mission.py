@@ -181,7 +181,8 @@ class MissionTracker:
         if sent is not None:
             motion = Motion(sent.velocity_ned[:2], 0.5 * scan.fan_turn * message.sound_speed)
             self._common_errors.look(snapshot, scan, motion)
-            self._outlines.look(snapshot, seen_from(sent, message.detections, scan.fan_turn, message.sound_speed), sent)
+            seen = seen_from(sent, message.detections, scan.fan_turn, message.sound_speed)
+            self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns, message.turn_s)
         self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)

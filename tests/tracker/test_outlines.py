@@ -67,7 +67,7 @@ def looks(outlines: Outlines, echoes_at: EchoesAt, *objects: Thing, count: int =
     """Take images in; return the time of the last one."""
     for k in range(count):
         head = head_at(k * PERIOD_NS)
-        outlines.look(snapshot(*objects), seen_from(head, echoes_at(head), 0.0, 0.0), head)
+        outlines.look(snapshot(*objects), seen_from(head, echoes_at(head), 0.0, 0.0), head, 0)
     return (count - 1) * PERIOD_NS
 
 
@@ -130,6 +130,13 @@ def test_the_near_edge_follows_the_head_and_is_forgotten_when_unseen() -> None:
     assert (gone.near_m, gone.sigma_near_m) == (None, None)
 
 
+def test_an_object_that_was_not_seen_takes_no_echo() -> None:
+    rock, outlines, head = (3, 40.0, 0.0, 0.5), Outlines(), head_at(0)
+    outlines.look(snapshot(rock), seen_from(head, [echo(head, 40.2, 0.0)], 0.0, 0.0), head, utc_ns=1)
+    (seen,) = listed(outlines, 0, rock)
+    assert seen.near_m is None
+
+
 def test_nobody_takes_the_echo_of_another() -> None:
     """A body before a long wall, each seen in other images only."""
     body, wall, outlines = (1, 40.0, 0.0, 0.5), (2, 45.0, 0.0, 15.0), Outlines()
@@ -156,7 +163,7 @@ def test_a_strip_that_was_wrong_is_learned_anew() -> None:
 def test_echoes_of_older_recordings_and_empty_lists_say_nothing() -> None:
     rock, outlines, head = (3, 40.0, 0.0, 0.5), Outlines(), head_at(0)
     old = Detection(40.0, 0.0, 0.5, 5.0, 3.0, 14.0, 40, 1.0, 0.1, 0.1, 0.005, 0.2)
-    outlines.look(snapshot(rock), seen_from(head, [old], 0.0, 1500.0), head)
+    outlines.look(snapshot(rock), seen_from(head, [old], 0.0, 1500.0), head, 0)
     (seen,) = listed(outlines, 0, rock)
     assert (seen.near_m, seen.outline) == (None, None)
     assert listed(outlines, 0) == []

@@ -15,7 +15,6 @@ from ods.base.arrays import Floats, Indices, Ints
 from ods.base.clock import NS
 from ods.messages import Obstacle, Outline
 from ods.runtime.pose_buffer import PoseEstimate
-from ods.tracker.existence import lifecycle
 from ods.tracker.outline.seen import Seen
 from ods.tracker.output.snapshot import Snapshot
 
@@ -90,10 +89,10 @@ class Outlines:
         """Views."""
         return Known(*self._table)
 
-    def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate) -> None:
-        """Take in the echoes of an image: those of an object show its outline; snapshot: at that instant."""
+    def look(self, snapshot: Snapshot, seen: Seen, head: PoseEstimate, utc_ns: int) -> None:
+        """Take in the echoes of an image at `utc_ns`: those of the objects that were seen in it show their outlines."""
         self._follow(snapshot, head)
-        objects, echoes = _owned(snapshot, seen, self._known)
+        objects, echoes = _owned(snapshot, seen, self._known, utc_ns)
         if not len(objects):
             return
         rows, parts = np.unique(objects, return_inverse=True)
@@ -169,9 +168,9 @@ def _share_of(sights: Floats) -> Floats:
     return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
 
 
-def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats]) -> tuple[Indices, Indices]:
-    """Return pairs of live objects and their echoes, each echo once."""
-    objects, echoes = _near_each_other(snapshot, seen)
+def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats], utc_ns: int) -> tuple[Indices, Indices]:
+    """Return pairs of objects that were seen and their echoes, each echo once."""
+    objects, echoes = _near_each_other(snapshot, seen, utc_ns)
     radius, north, east = snapshot.radius[objects], known.north[objects], known.east[objects]
     is_round = known.sights[objects] < LEAST_SIGHTS  # as far as is known yet
     nn, ne, ee = (
@@ -193,9 +192,9 @@ def _owned(snapshot: Snapshot, seen: Seen, known: Known[Floats]) -> tuple[Indice
     return objects[best], echoes[best]
 
 
-def _near_each_other(snapshot: Snapshot, seen: Seen) -> tuple[Indices, Indices]:
-    """Return the pairs of live objects and echoes that their circles allow, whatever the last images showed."""
-    live = np.flatnonzero(snapshot.state != lifecycle.HIBERNATED)
+def _near_each_other(snapshot: Snapshot, seen: Seen, utc_ns: int) -> tuple[Indices, Indices]:
+    """Return the pairs of seen objects and echoes that their circles allow, whatever the last images showed."""
+    live = np.flatnonzero(snapshot.last_seen_utc_ns == utc_ns)
     apart = np.hypot(*(seen.place.T[:, None, :] - snapshot.position[:2, live][:, :, None]))
     farthest = (snapshot.radius + GATE * GATE_SIGMAS * snapshot.sigma_position[:2].max(axis=0))[live]
     rows, echoes = np.nonzero(apart <= farthest[:, None] + (GATE * (GATE_SIGMAS * seen.sigma + GATE_M))[None, :])
