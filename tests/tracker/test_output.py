@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from ods.base.clock import NS
+from ods.base.overload import STARVED
 from ods.messages import Health, Obstacle
 from ods.tracker.existence import lifecycle
 from ods.tracker.map.map_object import MapObject
@@ -182,6 +183,12 @@ def test_problems_of_others_are_passed_on() -> None:
     told.health(health("nav", 9.9, "the INS is silent", "CAN bus off"))
     told.health(health("sonar", 9.9, ready=False))
     assert told.reasons(10 * NS, pose_known=True) == ["sonar: not ready", "nav: the INS is silent", "nav: CAN bus off"]
+
+
+def test_an_overload_is_the_first_reason_also_where_another_process_notices_it_first() -> None:
+    told = monitor()
+    told.health(health("sonar", 10.9, f"no ping for 1.2 s: {STARVED}"))
+    assert told.reasons(round(11.1 * NS), pose_known=True) == [STARVED, "no ping for 1.3 s", "no pose for 1.1 s"]
 
 
 def test_an_ins_that_is_gone_is_one_reason() -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable
 
 from ods.base.clock import NS
-from ods.base.overload import OVERLOADED
+from ods.base.overload import OVERLOADED, STARVED
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.ping_pace import PingPace
@@ -127,11 +127,14 @@ class InputMonitor:
     def _causes(self, found: list[str]) -> list[str]:
         """Return the reasons, that the computer is overloaded before them if it is, and not what others explain.
 
-        That no ping or pose came stays: it is so, whatever the cause; of poses, as the nav process says it.
+        That no ping or pose came stays: it is so, whatever the cause; of poses, as the nav process says it. A process
+        may notice the overload before this one does.
         """
         if any(reason.startswith(NAV_SAYS) for reason in found):
             found = [reason for reason in found if not reason.startswith(NO_POSE)]
         overload = self._overload() if found else ""
+        if not overload and any(OVERLOADED in reason for reason in found):
+            overload = STARVED
         if not overload:
             return found
         return [overload, *(reason for reason in found if OVERLOADED not in reason and NO_SIGN not in reason)]
