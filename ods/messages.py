@@ -399,7 +399,8 @@ class Obstacle(msgspec.Struct, frozen=True):
     that. It stays in the list, as there may be an object."""
     near_m: float | None = None
     """Slant range from the sonar's head to the object's nearest point. It is more accurate than position and radius,
-    whose errors are correlated. None: it was not seen for more than 2 s, or its echoes have no near edge."""
+    whose errors are correlated. None: it was not seen for more than 2 s, its echoes have no near
+    edge, or the list is not of a ping."""
     sigma_near_m: float | None = None
     """Standard deviation of `near_m`."""
     elongated: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0

@@ -126,7 +126,11 @@ def test_the_near_edge_follows_the_head_and_is_forgotten_when_unseen() -> None:
     assert 0.03 < seen.sigma_near_m < 0.1
     assert seen.outline is None
     assert seen.elongated < 1e-3
-    (gone,) = listed(outlines, newest + round((EDGE_KEPT_S + 0.1) * NS), rock)
+    (later,) = listed(outlines, newest + NS // 10, rock)  # of no image: nobody knows how the head has moved since
+    assert (later.near_m, later.sigma_near_m) == (None, None)
+    head = head_at(newest + round((EDGE_KEPT_S + 0.1) * NS))
+    outlines.look(snapshot(rock), seen_from(head, [], 0.0, 0.0), head, 0)
+    (gone,) = listed(outlines, head.t_ns, rock)
     assert (gone.near_m, gone.sigma_near_m) == (None, None)
 
 

@@ -117,12 +117,13 @@ class Outlines:
         return replace(snapshot, radius=radius)
 
     def outlined(self, obstacles: list[Obstacle], t_ns: int) -> list[Obstacle]:
-        """Return obstacles with what is known of their edges and outlines at `t_ns`, not before the newest image."""
-        later_s = max(0.0, (t_ns - self._t_ns) / NS)
+        """Return obstacles with their outlines, and their edges if `t_ns` is the time of the newest image."""
+        is_of_image = t_ns == self._t_ns
         place = {each: k for k, each in enumerate(self._ids.tolist())}
         known = self._table.T.tolist()
         return [
-            _outlined(each, Known(*known[place[each.id]]), later_s) if each.id in place else each for each in obstacles
+            _outlined(each, Known(*known[place[each.id]]), is_of_image) if each.id in place else each
+            for each in obstacles
         ]
 
     def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
@@ -237,9 +238,9 @@ def _reach(known: Known[float]) -> float:
     return math.hypot(known.north, known.east) + strip.half_length
 
 
-def _outlined(obstacle: Obstacle, known: Known[float], later_s: float) -> Obstacle:
+def _outlined(obstacle: Obstacle, known: Known[float], is_of_image: bool) -> Obstacle:
     near_m = sigma_near_m = outline = None
-    if known.sights and known.unseen_s + later_s <= EDGE_KEPT_S:
+    if is_of_image and known.sights and known.unseen_s <= EDGE_KEPT_S:
         near_m, sigma_near_m = known.near, math.sqrt(known.near_variance + COMMON_ERROR**2 * known.near_claim)
     strip = _strip(known)
     elongated = 0.0 if strip is None else strip.elongated
