@@ -1,0 +1,96 @@
+"""What a vehicle that ran ODS 0.4.0 brings along, configurations and a map, as the changelog promises its upgrade."""
+
+import re
+import shutil
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from ods.base.settings_file import ConfigError, load
+from ods.config import OnboardConfig
+from ods.tracker.map.map_object import MapObject
+from ods.tracker.map.store import open_map
+
+OLD = Path(__file__).parent / "v0_4_0"
+CHANGELOG = Path(__file__).parents[2] / "CHANGELOG.md"
+ORIGIN_DEG = (57.048, 9.9187)
+
+
+def old_keys() -> list[tuple[str, str, object]]:
+    """Return table, key and default of every on-board key of 0.4.0 but those of plug-ins and of DBC signals."""
+    found: list[tuple[str, str, object]] = []
+
+    def walk(table: str, values: dict[str, object]) -> None:
+        for key, value in values.items():
+            if isinstance(value, dict):
+                walk(f"{table}.{key}".lstrip("."), value)
+            else:
+                found.append((table, key, value))
+
+    walk("", tomllib.loads((OLD / "defaults.toml").read_text()))
+    return found
+
+
+def keys_of_the_upgrade_table() -> set[str]:
+    """Return the keys in the first column of the changelog's table, in full."""
+    section = CHANGELOG.read_text().split("| 0.4.0 | now |")[1].split("\n\n")[0]
+    cells = [line.split("|")[1] for line in section.splitlines() if line.startswith("| ")]
+    keys: set[str] = set()
+    for cell in cells:
+        for name in re.findall(r"`\[?([a-z_.]+)\]?`", cell):
+            keys.add(name)
+    return keys
+
+
+@pytest.mark.parametrize("name", ["onboard.toml", "onboard-sbg.toml"])
+def test_configurations_that_came_with_it_are_read(name: str) -> None:
+    load(OLD / name, OnboardConfig)
+
+
+@pytest.mark.parametrize(("table", "key", "value"), old_keys(), ids=lambda part: str(part)[:30])
+def test_each_key_is_read_or_the_changelog_says_what_became_of_it(
+    table: str, key: str, value: object, tmp_path: Path
+) -> None:
+    for name in ("ins.eds", "ods_node.eds"):
+        shutil.copy(OLD / name, tmp_path)
+    config = tomllib.loads((OLD / "onboard.toml").read_text())
+    owner = config
+    for part in table.split("."):
+        owner = owner.setdefault(part, {})
+    owner[key] = value
+    file = tmp_path / "onboard.toml"
+    file.write_text(_as_toml(config))
+    full = f"{table}.{key}"
+    listed = {full, table} & keys_of_the_upgrade_table()
+    try:
+        load(file, OnboardConfig)
+    except ConfigError as refused:
+        assert listed, f"not in the changelog's table: {refused}"
+        assert "\n" not in str(refused)
+        assert table in str(refused)
+    else:
+        assert not listed
+
+
+def test_its_map_is_taken_as_it_is(tmp_path: Path) -> None:
+    shutil.copy(OLD / "map.sqlite", tmp_path)
+    store = open_map(tmp_path / "map.sqlite", *ORIGIN_DEG)
+    first, second = store.load()
+    free = store.first_free_id()
+    store.close()
+    seen = (10**18, 10**18 + 10**9, 10**18 + 2 * 10**9)
+    assert first == MapObject(3, (40.0, -5.5, 12.0), (0.2, 0.3, 3.0), 1.5, 0.1, 0.99, 12, *seen, 0.01)
+    assert (second.id, second.position, second.covariance_ne) == (8, (61.25, 7.0, 15.0), -0.02)
+    assert free == 1000  # as that mission had reserved them: no id is used twice
+
+
+def _as_toml(tables: dict[str, object], name: str = "") -> str:
+    """Return tables of numbers, texts, lists and further tables as TOML."""
+    own = {key: value for key, value in tables.items() if not isinstance(value, dict)}
+    text = f"[{name}]\n" if name and own else ""
+    text += "".join(f"{key} = {str(v).lower() if isinstance(v, bool) else repr(v)}\n" for key, v in own.items())
+    for key, value in tables.items():
+        if isinstance(value, dict):
+            text += _as_toml(value, f"{name}.{key}".lstrip("."))
+    return text
