@@ -8,7 +8,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-avoid bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
+.PHONY: bench bench-rough bench-avoid bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client release install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -142,6 +142,14 @@ client: $(VENV)/.ready
 	rm -rf out/client && mkdir -p out/client
 	git ls-files -z ods client | xargs -0 cp --parents --no-dereference --target-directory=out/client
 	$(BIN)/pip wheel --quiet --disable-pip-version-check --no-build-isolation --no-deps --wheel-dir dist out/client/client
+
+# dist/ as it is published: of what is committed, with the wheel built from the source distribution, as others will
+release: $(VENV)/.ready
+	@test -z "$$(git status --porcelain)" || { echo "make release: what is not committed would be left out"; exit 1; }
+	rm -rf out/release dist && git clone --quiet . out/release
+	$(BIN)/python -m build --no-isolation --outdir dist out/release > out/release.log 2>&1 || { tail -n 20 out/release.log; exit 1; }
+	$(MAKE) client
+	@ls dist
 
 # on board, as root: docs/installation.md
 PREFIX := /opt/ods
