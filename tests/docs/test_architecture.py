@@ -17,7 +17,18 @@ NAMED = r"`(ods/\S+\.py)` `([\w.]+)`"
 STATIONS = re.findall(NAMED, PAGE)
 GLOSSARY = (PROJECT / "docs" / "glossary.md").read_text()
 WORDS = re.findall(r"^\| (.+) \| .+ \| " + NAMED + r" \|$", GLOSSARY, re.MULTILINE)
-NOT_OF_A_PACKAGE = {"browser", "data", "docs", "in_vcan", "install", "peers", "systemd", "vcan", "whole_chain"}
+NOT_OF_A_PACKAGE = {
+    "browser",
+    "data",
+    "docs",
+    "in_vcan",
+    "install",
+    "peers",
+    "systemd",
+    "vcan",
+    "whole_chain",
+    "upgrade",
+}
 """Folders of tests that are not named after a folder of `ods`."""
 
 
