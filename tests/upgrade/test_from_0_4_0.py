@@ -61,16 +61,13 @@ def test_each_key_is_read_or_the_changelog_says_what_became_of_it(
     owner[key] = value
     file = tmp_path / "onboard.toml"
     file.write_text(_as_toml(config))
-    full = f"{table}.{key}"
-    listed = {full, table} & keys_of_the_upgrade_table()
-    try:
+    if not {f"{table}.{key}", table} & keys_of_the_upgrade_table():
         load(file, OnboardConfig)
-    except ConfigError as refused:
-        assert listed, f"not in the changelog's table: {refused}"
-        assert "\n" not in str(refused)
-        assert table in str(refused)
-    else:
-        assert not listed
+        return
+    with pytest.raises(ConfigError) as refused:
+        load(file, OnboardConfig)
+    assert table in str(refused.value)
+    assert "\n" not in str(refused.value)
 
 
 def test_its_map_is_taken_as_it_is(tmp_path: Path) -> None:
