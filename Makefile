@@ -149,6 +149,7 @@ release: $(VENV)/.ready
 	rm -rf out/release dist && git clone --quiet . out/release
 	$(BIN)/python -m build --no-isolation --outdir dist out/release > out/release.log 2>&1 || { tail -n 20 out/release.log; exit 1; }
 	$(MAKE) client
+	rm -rf out/release out/release.log out/client
 	@ls dist
 
 # on board, as root: docs/installation.md
