@@ -34,7 +34,7 @@ def utc_offset_ns() -> int:
 
 
 def synchronized() -> bool:
-    """Tell whether the kernel knows of somebody who keeps UTC right: NTP, PTP."""
+    """Return whether the kernel knows of somebody who keeps UTC right: NTP, PTP."""
     timex = ctypes.create_string_buffer(512)
     state: int = _libc().adjtimex(timex)
     return 0 <= state < NOT_SYNCHRONIZED

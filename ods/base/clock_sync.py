@@ -58,7 +58,7 @@ class OffsetEstimator:
     its pace, let pass between them: the line's delays, whether it sends bursts, reads a backlog or stalls. A step back
     leaves the arrivals at their pace and shows in the device time. Messages whose lateness such waits explain are held
     back by the line, however long, and no step: they are neither learned nor confirm anything. A step back in a silence
-    that is about as long as the step cannot be told from a line that stalls, and is taken for that.
+    that is about as long as the step cannot be distinguished from a line that stalls, and is taken for that.
     """
 
     def __init__(self, window: int = 64, jump_ns: int = 500_000_000) -> None:
@@ -115,7 +115,7 @@ class OffsetEstimator:
         return late_ns if self._suspects and not self._no_delay and explained else 0
 
     def _suspect(self, device_ns: int, arrival_ns: int) -> bool:
-        """Keep a message that is off the envelope, forget those before one that is not; tell whether it is wild."""
+        """Keep a message that is off the envelope, forget those before one that is not; return whether it is wild."""
         late_ns = arrival_ns - device_ns - self._offset(device_ns, arrival_ns)
         wild = abs(late_ns) > self._jump_ns
         if not wild and late_ns <= STEP_NS:
@@ -216,7 +216,7 @@ class _Pace:
         self._gaps.append(gap_ns)
 
     def explains(self, gap_ns: int, wait_ns: int) -> bool:
-        """Tell whether the device went on at its pace, and more so than the messages came."""
+        """Return whether the device went on at its pace, and more so than the messages came."""
         if abs(wait_ns - gap_ns) <= STEP_NS:
             return True
         if len(self._gaps) < PACE_OF // 2 or gap_ns < 0:

@@ -8,7 +8,7 @@ _WORDS = "failed to map segment", "cannot allocate memory"
 
 
 def is_too_little(error: BaseException | None) -> bool:
-    """Tell whether there was too little memory behind an error."""
+    """Return whether there was too little memory behind an error."""
     while error is not None:
         if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
             return True

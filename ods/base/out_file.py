@@ -69,7 +69,7 @@ def _why_not(path: Path) -> str:
 
 
 def _is_one_of(path: Path, others: Sequence[Path | None]) -> bool:
-    """Tell whether `path` is a file of `others` by any name; of devices, such as /dev/null, none is."""
+    """Return whether `path` is a file of `others` by any name; of devices, such as /dev/null, none is."""
     if path.exists() and not path.is_file():
         return False
     return any(other is not None and _is_same(path, other) for other in others)

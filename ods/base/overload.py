@@ -44,7 +44,7 @@ NO_TIME = ProcessorTime(0, 0)
 
 
 def processor_time(pid: int) -> ProcessorTime:
-    """Return the time of a process; `NO_TIME` where the kernel does not tell."""
+    """Return the time of a process; `NO_TIME` where the kernel does not report."""
     ran_ns = waited_ns = 0
     try:
         threads = list(Path(f"/proc/{pid}/task").iterdir())
@@ -57,12 +57,12 @@ def processor_time(pid: int) -> ProcessorTime:
 
 
 def is_starved(spent: ProcessorTime, within_ns: int) -> bool:
-    """Tell whether a process that spent this time within a period got much less of a processor than it asked for."""
+    """Return whether a process that spent this time within a period got much less of a processor than it asked for."""
     return spent.waited_ns > WAITED * within_ns and spent.waited_ns > spent.ran_ns
 
 
 def waits_for_processor(thread: int) -> bool:
-    """Tell whether a thread of this process is ready to run, rather than waiting for a disk or a device."""
+    """Return whether a thread of this process is ready to run, rather than waiting for a disk or a device."""
     try:
         return Path(f"/proc/self/task/{thread}/stat").read_text().rpartition(")")[2].split()[0] == "R"
     except (OSError, IndexError):
@@ -111,7 +111,7 @@ class OverloadMonitor:
 
 
 def _pressed_ns() -> int:
-    """Return how long some process of the computer waited for a processor, ns; 0 where the kernel does not tell."""
+    """Return how long some process of the computer waited for a processor, ns; 0 where the kernel does not report."""
     try:
         line = Path("/proc/pressure/cpu").read_text().partition("\n")[0]
         return int(line.rpartition("total=")[2]) * 1000

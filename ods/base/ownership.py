@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 def is_safe(path: Path) -> bool:
-    """Tell whether nobody but root and this user can write `path`, nor put another in its place."""
+    """Return whether nobody but root and this user can write `path`, nor put another in its place."""
     return not weakness(path)
 
 

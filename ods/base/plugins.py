@@ -37,7 +37,7 @@ class PluginGroup(NamedTuple):
     """Entry points of installed packages of this group name modules."""
 
     def may_add(self, named: Iterable[Path]) -> bool:
-        """Tell whether there is any plug-in, which may know more names than those that come with ODS."""
+        """Return whether there is any plug-in, which may know more names than those that come with ODS."""
         return any(True for _ in named) or bool(installed(self.entry_points))
 
     def load(self, named: Iterable[Path]) -> None:
@@ -118,6 +118,6 @@ def _refuse_unsafe(file: Path) -> None:
 
 
 def _has_rights_of_its_own() -> bool:
-    """Tell whether this process runs as root or as a service, of systemd or of an `ods run` that is one."""
+    """Return whether this process runs as root or as a service, of systemd or of an `ods run` that is one."""
     started_by_systemd = os.environ.get("SYSTEMD_EXEC_PID") in (str(os.getpid()), str(os.getppid()))
     return os.geteuid() < LEAST_LOGIN_UID or started_by_systemd

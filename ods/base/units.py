@@ -45,7 +45,7 @@ def _said(place: inspect.Type) -> str:
 
 
 def _is_number(place: inspect.Type) -> bool:
-    """Tell whether it is one, or several in a list."""
+    """Return whether it is one, or several in a list."""
     return any(isinstance(part, inspect.IntType | inspect.FloatType) for part in _parts(place))
 
 

@@ -16,7 +16,7 @@ from ods.pipeline import offline
 
 
 def run(args: Namespace) -> None:
-    """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording tells nothing."""
+    """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording shows nothing."""
     settings = load(args.config, OnboardConfig)
     frame = LocalFrame(settings.site.latitude_deg, settings.site.longitude_deg)
     recording = recorded_source(args.file, site=frame)

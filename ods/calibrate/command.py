@@ -16,7 +16,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> None:
-    """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording tells nothing."""
+    """Print mounting angles and latency with their uncertainty. Raises OdsError where the recording shows nothing."""
     refuse_missing(args.config, args.file)
     from ods.calibrate.calibration import run as work  # takes seconds: after what may be wrong
 

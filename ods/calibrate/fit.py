@@ -24,7 +24,7 @@ SOFT = 2.0
 STEPS = Unknowns(1.0, 1.0, 1.0, 0.02, 0.02, 0.02, 0.2)
 """Of what size changes are."""
 PRIOR = Unknowns(1e3, 1e3, 20.0, np.radians(30.0), np.radians(10.0), 0.5, 0.5)
-"""Standard deviations about the first guess: all that is known where a recording tells nothing."""
+"""Standard deviations about the first guess: all that is known where a recording shows nothing."""
 MARGIN_S = 0.6
 """Poses must be known so far around a ping: latency and the way of sound."""
 
@@ -48,7 +48,7 @@ class Fit(NamedTuple):
 def calibrate(echoes: Echoes, rig: Rig, depth_m: float | None = None, depth_sigma_m: float = 0.3) -> Fit:
     """Estimate `Unknowns` from detections; `depth_m`: the object's down coordinate, where it is known.
 
-    Raises OdsError, one line, for recordings that tell nothing.
+    Raises OdsError, one line, for recordings that show nothing.
     """
     echoes = echoes.take(np.flatnonzero(rig.history.knows(echoes.t_s, MARGIN_S)))
     if not len(echoes.ping):

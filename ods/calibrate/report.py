@@ -59,7 +59,7 @@ def lines(fit: Fit, mounting: MountingSettings, latency_ms: float) -> Iterator[s
 
 
 def _settings(results: dict[str, Angle], mounting: MountingSettings, latency_ms: float) -> Iterator[str]:
-    """Yield the tables to put into the configuration; what is not told stays as it is."""
+    """Yield the tables to put into the configuration; what is not reported stays as it is."""
     if results["latency"].told:
         yield "[sonar]"
         yield f"latency_ms = {latency_ms + results['latency'].value:.1f}"

@@ -36,11 +36,11 @@ class Heard:
             self.newest = message
 
     def silent(self, now_ns: int) -> bool:
-        """Tell whether there is no list that is new enough to be used."""
+        """Return whether there is no list that is new enough to be used."""
         return self.newest is None or age_s(self.newest, now_ns) > bus.TOPICS["obstacles"].stale_s
 
     def complete(self) -> bool:
-        """Tell whether everything that runs on every vehicle was heard."""
+        """Return whether everything that runs on every vehicle was heard."""
         names = {process.name for process in on_board()}
         return self.newest is not None and self.clear is not None and names <= self.health.keys()
 

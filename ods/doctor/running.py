@@ -46,7 +46,7 @@ def sockets(run_dir: Path) -> Iterator[Finding]:
 
 
 def _may_be_used(run_dir: Path) -> bool:
-    """Tell whether this user may look into the folder; one that is not there yet is no hindrance."""
+    """Return whether this user may look into the folder; one that is not there yet is no hindrance."""
     try:
         run_dir.stat()
     except FileNotFoundError:

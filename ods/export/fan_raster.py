@@ -79,7 +79,7 @@ class FanRaster:
             level = decibels(frame[:: max(1, len(frame) // 64)], ping)
             level = level[np.isfinite(level)]
             low, high = np.quantile(level, (LOWEST, HIGHEST)).tolist() if level.size else (0.0, 0.0)
-            if high - low < LEAST_SPAN_DB:  # a drop-out tells nothing of the images to come
+            if high - low < LEAST_SPAN_DB:  # a drop-out shows nothing of the images to come
                 return np.ones(frame.shape, np.uint8)
             self._shades, self._limits_db, self._table = shades, (low, high), None
             if ping.dtype != "f4":

@@ -39,7 +39,7 @@ SIGMAS = 2.0
 """The halo around an object: as far out as so many standard deviations of its place."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 LIFETIME_S = BUS_TOPICS["obstacles"].stale_s
-"""What is not told again disappears after this."""
+"""What is not reported again disappears after this."""
 
 
 class FoxgloveFile:

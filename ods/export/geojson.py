@@ -151,5 +151,5 @@ def _parts(nodes: list[list[float]]) -> list[list[list[float]]]:
 
 
 def _finite(geometry: dict[str, Any]) -> bool:
-    """Tell whether a geometry has numbers that JSON knows."""
+    """Return whether a geometry has numbers that JSON knows."""
     return "nan" not in (text := str(geometry["coordinates"])) and "inf" not in text

@@ -34,7 +34,7 @@ class AltitudeSense:
         """and the least and the greatest depth since."""
 
     def believes(self, altitude_m: float, sigma_m: float, told: ToldAltitude) -> bool:
-        """Tell whether an altitude and its standard deviation, made of what was told, can be the vehicle's."""
+        """Return whether an altitude and its standard deviation, made of what was told, can be the vehicle's."""
         hangs = self._hangs(told)
         if not (0.0 < altitude_m <= self._highest_m and 0.0 <= sigma_m <= self._highest_m):  # written so that NaN fails
             limit = f"it must be above 0, and nav.limits.altitude_m is {self._highest_m:g}"

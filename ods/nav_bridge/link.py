@@ -18,7 +18,7 @@ class Link(ABC, Generic[ItemT_co]):
     @property
     @abstractmethod
     def is_open(self) -> bool:
-        """Tell whether the line is open."""
+        """Return whether the line is open."""
 
     @abstractmethod
     def tick(self) -> None:

@@ -156,7 +156,7 @@ class PoseMaker:
         return north, east, down
 
     def _believable(self, values: Mapping[str, float]) -> tuple[Vector3, Quaternion, Vector3] | None:
-        """Return position, attitude as told and body velocity, None when one of them no vehicle has."""
+        """Return position, attitude as reported and body velocity, None when one of them no vehicle has."""
         if not all(abs(values[name]) < WILD for name in self._used):  # written so that NaN fails
             return None
         limits = self._limits

@@ -68,7 +68,7 @@ class NavWorker(Worker[NavConfig]):
         return TICK_S if idle_ns is None else min(TICK_S, idle_ns / clock.NS)
 
     def ready(self) -> bool:
-        """Tell whether the line is open."""
+        """Return whether the line is open."""
         return self._link.is_open
 
     def problems(self) -> list[str]:

@@ -96,7 +96,7 @@ class PoseSource(ABC, Generic[ItemT]):
         return stale + self._complaints(now_ns)
 
     def _fell_silent(self, now_ns: int) -> bool:
-        """Tell whether nothing comes any more of a source that worked until then: it is off, or its line is cut."""
+        """Return whether nothing comes any more of a source that worked until then: it is off, or its line is cut."""
         worked = self._worked and self._item_ns - self._pose_ns < self._stale_ns
         return worked and now_ns - self._item_ns > self._stale_ns
 
@@ -117,7 +117,7 @@ class PoseSource(ABC, Generic[ItemT]):
         """Send what is due; called often while the line is open."""
 
     def waits_for_start(self, now_ns: int) -> bool:
-        """Tell whether the source is there, as far as one can hear, but will send nothing until it is started."""
+        """Return whether the source is there, as far as one can hear, but will send nothing until it is started."""
         return False
 
     def idle_ns(self, now_ns: int) -> int | None:

@@ -17,7 +17,7 @@ from ods.sonar_link.files.s7k.recorded_poses import read_poses
 
 SIGMA_POSITION_M = (0.1, 0.1, 0.1)
 SIGMA_ATTITUDE_RAD = (0.002, 0.002, 0.005)
-"""No file tells how good its poses are: these are what the simulated INS of the bench tells of its own."""
+"""No file reports how good its poses are: these are what the simulated INS of the bench tells of its own."""
 
 
 class Way(NamedTuple):
@@ -26,7 +26,7 @@ class Way(NamedTuple):
     poses: list[Pose]
     """In order of time; `t_ns` and `utc_ns` are UTC, as those of the pings."""
     frame: LocalFrame | None
-    """What positions are told in; none: the file does not tell where its origin lies."""
+    """What positions are told in; none: the file does not report where its origin lies."""
 
 
 def way_of(path: Path, recording: PingSequence, site: LocalFrame | None = None) -> Way:

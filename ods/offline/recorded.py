@@ -24,7 +24,7 @@ TOPICS: dict[type[msgspec.Struct], str] = {Ping: "ping", Pose: "pose", Truth: "t
 
 
 def is_recording(path: Path) -> bool:
-    """Tell whether a path is a recording of `ods record`, or a folder of its segments."""
+    """Return whether a path is a recording of `ods record`, or a folder of its segments."""
     try:
         with opened(path) as file:
             return file.read(len(MAGIC)) == MAGIC

@@ -36,7 +36,7 @@ class Source:
     """By ping number; of a scene, those of the pings that were asked for; empty: not known."""
     losses: Mapping[str, int] = field(default_factory=dict)
     frame: LocalFrame | None = None
-    """Where the poses' origin is, as far as the file tells."""
+    """Where the poses' origin is, as far as the file reports."""
 
 
 def open_source(path: Path, *, sonar: str, fan: FanGeometry | None = None, site: LocalFrame | None = None) -> Source:

@@ -20,7 +20,7 @@ class Palette(NamedTuple):
     ink: str
     """Text, ticks and axes."""
     series: tuple[str, ...]
-    """Eight that can be told apart, by `MARK` to `STRONG`."""
+    """Eight that can be distinguished, by `MARK` to `STRONG`."""
     images: str
     """Colour map."""
 

@@ -64,7 +64,7 @@ def _look_through(recording: Recording, path: Path) -> None:
 
 
 def _has_whole_summary(path: Path) -> bool:
-    """Tell whether the index at a segment's end has the checksum that its footer tells; one without any counts."""
+    """Return whether the index at a segment's end has the checksum that its footer tells; one without any counts."""
     with opened(path) as file:
         footer_at = file.seek(-(RECORD.size + FOOTER.size + len(MAGIC)), os.SEEK_END)
         opcode, length = RECORD.unpack(file.read(RECORD.size))

@@ -68,7 +68,7 @@ class Recorder:
         return message.t_ns + self._ahead_ns
 
     def _follow(self, what: str, seq: int) -> bool:
-        """Count a gap in a sequence; tell whether it began anew, as its publisher did."""
+        """Count a gap in a sequence; return whether it began anew, as its publisher did."""
         last = self._last_seq.get(what, seq)
         self._last_seq[what] = seq
         if seq > last + 1:

@@ -38,7 +38,7 @@ class Scribe(threading.Thread):
     """
 
     def __init__(self, settings: RecordConfig, inbox: Inbox, give_up: Callable[[], bool]) -> None:
-        """`give_up`: tells whether to leave what cannot be written, at the end."""
+        """`give_up`: says whether to leave what cannot be written, at the end."""
         super().__init__(name="scribe", daemon=True)
         self.counters: Counter[str] = Counter()
         self.problem = ""
@@ -92,7 +92,7 @@ class Scribe(threading.Thread):
             self.counters[f"missed_{topic}"] = self._gaps.missed[topic]
 
     def _attempt(self, job: Callable[[], None]) -> bool:
-        """Do something with the disk; tell whether it could be done."""
+        """Do something with the disk; return whether it could be done."""
         try:
             job()
         except OSError as error:
@@ -182,7 +182,7 @@ class Scribe(threading.Thread):
         return image
 
     def _made_room(self) -> bool:
-        """Remove the oldest complete segment if the rule says so; tell whether one was removed."""
+        """Remove the oldest complete segment if the rule says so; return whether one was removed."""
         if self._settings.record.when_full != "delete_oldest":
             return False
         top = self._settings.out or self._settings.record.folder

@@ -45,7 +45,7 @@ class RecordWorker(Worker[RecordConfig]):
             os.kill(os.getpid(), signal.SIGTERM)
 
     def ready(self) -> bool:
-        """Tell whether there is a folder to write to."""
+        """Return whether there is a folder to write to."""
         return self.scribe.folder is not None
 
     def problems(self) -> list[str]:

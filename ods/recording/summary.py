@@ -102,7 +102,7 @@ def _hear(found: Summary, message: Recorded) -> None:
         return
     if len(health.process) > LONGEST_TEXT:
         return
-    if health.rss_mb > 0.0 and len(found.started) < MOST_TOLD:  # not told by `ods run` in its place
+    if health.rss_mb > 0.0 and len(found.started) < MOST_TOLD:  # not reported by `ods run` in its place
         found.started.setdefault((health.process, health.pid), message.log_ns)
     for problem in health.problems:
         text = NUMBER.sub("#", problem[:LONGEST_TEXT])

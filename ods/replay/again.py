@@ -108,7 +108,7 @@ class PipelineAgain:
 
 
 def _is_of(found: Detections, ping: Ping) -> bool:
-    """Tell whether the detections are those of a ping; of a mechanically scanned sonar they have another `t_ns`."""
+    """Return whether the detections are those of a ping; of a mechanically scanned sonar they have another `t_ns`."""
     return (found.seq, found.t_rx_ns) == (ping.seq, ping.t_rx_ns)
 
 
@@ -184,6 +184,6 @@ class TrackerAgain:
 
 
 def _goes_on(told: ObstacleList, former: MissionTracker) -> bool:
-    """Tell whether a new tracker's first list knows what the former tracker's objects were."""
+    """Return whether a new tracker's first list knows what the former tracker's objects were."""
     live = {o.id for o in told.obstacles if o.state != "hibernated"}
     return bool(live & set(former.tracker.snapshot().id.tolist())) or not len(former.tracker.snapshot())

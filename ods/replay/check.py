@@ -36,7 +36,7 @@ class Tally:
             self.where.append(compared.where)
 
     def holds(self, exactly: bool) -> bool:
-        """Tell whether enough of them are as they have to be: all, or, not `exactly`, most within tolerances."""
+        """Return whether enough of them are as they have to be: all, or, not `exactly`, most within tolerances."""
         total = self.counts.total()
         good = sum(count for verdict, count in self.counts.items() if verdict in GOOD)
         return good == total if exactly else good + self.counts[Verdict.NEAR] >= ENOUGH * total

@@ -79,7 +79,7 @@ def _of_input(reasons: list[str]) -> list[str]:
 
 
 def _rounded(told: object, again: object) -> bool:
-    """Tell whether both say the same, numbers but for rounding."""
+    """Return whether both say the same, numbers but for rounding."""
     if isinstance(told, float) and isinstance(again, float):
         return math.isclose(told, again, rel_tol=_ROUNDING, abs_tol=_ROUNDING**2)
     if isinstance(told, msgspec.Struct) and type(told) is type(again):

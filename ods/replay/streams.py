@@ -92,7 +92,7 @@ class HealthStream:
         self._reports = Stream(messages_of(recording, "health", Health))
 
     def until(self, now_ns: int) -> Iterator[Health]:
-        """Yield the reports not told yet that had come by then."""
+        """Yield the reports not yielded yet that had come by then."""
         while self._reports.upcoming is not None and self._reports.upcoming[0] <= now_ns:
             yield self._reports.take()
 

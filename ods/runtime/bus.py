@@ -188,7 +188,7 @@ class Publisher:
         self._socket.send(self._encoder.encode(message), LAST_PART)
 
     def restore(self) -> bool:
-        """Make anew what was removed of lock and socket; tell whether it was any. Raises RunDirError, BusError."""
+        """Make anew what was removed of lock and socket; return whether it was any. Raises RunDirError, BusError."""
         lock_gone, socket_gone = self._lock.restore(), self._binding.restore()
         return lock_gone or socket_gone
 
@@ -215,7 +215,7 @@ class _Binding:
         self._identity = identity(self._file)
 
     def restore(self) -> bool:
-        """Bind anew if the file was removed or replaced; tell whether it was. Who is connected stays so."""
+        """Bind anew if the file was removed or replaced; return whether it was. Who is connected stays so."""
         if identity(self._file) == self._identity:
             return False
         self._bind()  # without unbinding: that would remove the new file a moment later
@@ -268,7 +268,7 @@ class Responder:
             self._socket.send_multipart([*peer, self._encoder.encode(message)], flags=zmq.DONTWAIT)
 
     def restore(self) -> bool:
-        """Make the socket anew if its file was removed; tell whether it was. Raises BusError."""
+        """Make the socket anew if its file was removed; return whether it was. Raises BusError."""
         return self._binding.restore()
 
     def close(self) -> None:

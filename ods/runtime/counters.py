@@ -349,7 +349,7 @@ def logged_names(where: str) -> frozenset[str]:
 
 
 def trouble_names(where: str) -> frozenset[str]:
-    """Return the counters that tell of trouble."""
+    """Return the counters that mean trouble."""
     return frozenset(row.name for row in COUNTERS[where].values() if row.trouble)
 
 

@@ -71,7 +71,7 @@ def text_of_own(path: Path, forbidden: int) -> str:
 
 
 def is_key(text: object) -> bool:
-    """Tell whether a text can be a key: 40 characters of Z85."""
+    """Return whether a text can be a key: 40 characters of Z85."""
     return isinstance(text, str) and len(text) == KEY_CHARACTERS and all(c.isalnum() or c in SIGNS for c in text)
 
 

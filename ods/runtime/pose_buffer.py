@@ -101,7 +101,7 @@ class PoseBuffer:
         self._poses.insert(place, pose)
 
     def _thins(self, place: int, pose: Pose) -> bool:
-        """Tell whether a pose is of no use at `place`; a newest one replaces the one before if that is of none."""
+        """Return whether a pose is of no use at `place`; a newest one replaces the one before if that is of none."""
         times = self._times
         if place < len(times):
             earlier_ns = times[place - 1] if place else pose.t_ns - self._spacing_ns

@@ -1,4 +1,4 @@
-"""Does the vehicle's place move as its velocity tells? A wrong unit or axis shows after some metres."""
+"""Does the vehicle's place move as its velocity reports? A wrong unit or axis shows after some metres."""
 
 import math
 
@@ -10,7 +10,7 @@ from ods.base.quaternion import rotated
 from ods.messages import Pose
 
 LONGEST_STEP_S = 1.0
-"""Between two poses whose places are compared; a velocity tells little about more."""
+"""Between two poses whose places are compared; a velocity reports little about more."""
 SLACK_M, SLACK = 1.0, 0.3
 """Distances may differ by so much, and by this share of the longer one, beside the position's standard deviation."""
 UNITS = {3.6: "km/h", 1.944: "knots", 3.281: "ft/s", 100.0: "cm/s", 1000.0: "mm/s"}

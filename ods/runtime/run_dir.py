@@ -56,7 +56,7 @@ def prepare(run_dir: Path) -> None:
 
 
 def is_safe_to_hear(run_dir: Path) -> bool:
-    """Tell whether the folder is there, for one who listens, also as another user than the processes.
+    """Return whether the folder is there, for one who listens, also as another user than the processes.
 
     Raises RunDirError where somebody could speak in their place: where `prepare` would, but that the processes' user
     may be another one where root gave him the folder, as the units do.
@@ -135,7 +135,7 @@ class Lock:
         self._fd = _taken(run_dir, process)
 
     def restore(self) -> bool:
-        """Take it anew if its file was removed; tell whether it was. Raises RunDirError where another was quicker."""
+        """Take it anew if its file was removed; return whether it was. Raises RunDirError where another was quicker."""
         state = os.fstat(self._fd)
         if identity(self._run_dir / f"{self._process}.lock") == (state.st_dev, state.st_ino):
             return False
@@ -182,7 +182,7 @@ def _refuse_foreign(fd: int, path: Path) -> None:
 
 
 def is_locked(run_dir: Path, process: str) -> bool:
-    """Tell whether a process holds its lock."""
+    """Return whether a process holds its lock."""
     try:
         fd = os.open(run_dir / f"{process}.lock", os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
     except OSError:

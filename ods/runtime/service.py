@@ -200,7 +200,7 @@ class Worker(ABC, Generic[SettingsT]):
         return TICK_S
 
     def ready(self) -> bool:
-        """Tell whether the device has answered and work goes on."""
+        """Return whether the device has answered and work goes on."""
         return True
 
     def problems(self) -> list[str]:
@@ -212,7 +212,7 @@ class Worker(ABC, Generic[SettingsT]):
 
 
 def notify(text: str) -> bool:
-    """Tell the supervisor or systemd, by the sd_notify protocol, if there is one; tell whether it was told.
+    """Tell the supervisor or systemd, by the sd_notify protocol, if there is one; return whether it was told.
 
     One that does not listen is not waited for.
     """

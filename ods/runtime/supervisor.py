@@ -117,7 +117,7 @@ class Child:
             self._kill(self._popen, now_s)
 
     def _may_go_on(self, pid: int, now_s: float) -> bool:
-        """Tell whether a silent process is at work or starved rather than hung; then wait longer for it."""
+        """Return whether a silent process is at work or starved rather than hung; then wait longer for it."""
         settings, now = self._settings, processor_time(pid)
         spent, within_ns = now.since(self._spent), round((now_s - self._looked_at) * clock.NS)
         starved = is_starved(spent, within_ns)
@@ -230,7 +230,7 @@ class Child:
 
 
 def _waits_for_device(pid: int) -> bool:
-    """Tell whether the kernel waits in a process for a disk or a device, rather than the process for a processor."""
+    """Return whether the kernel waits in a process for a disk or a device, rather than the process for a processor."""
     try:
         return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "R"
     except (OSError, IndexError):

@@ -1,7 +1,7 @@
 """What a sonar is to be set to, and whether it took it. Pure: the caller tells the time and what the sonar said.
 
 A setting is ordered by the configuration or by a planner. It is asked for after each connection and after each order.
-What the sonar says of itself tells whether it took effect; if not, it is asked for again, a limited number of times. A
+What the sonar says of itself says whether it took effect; if not, it is asked for again, a limited number of times. A
 setting that is lost later, as by a restart of the sonar, is asked for again. A planner's wish that the sonar does not
 fulfil is the planner's matter: it hears why, and what was ordered before holds again.
 """
@@ -46,7 +46,7 @@ class Knob:
     """The same as a share of it: a sonar has its own steps."""
 
     def fits(self, wanted: float, told: float) -> bool:
-        """Tell whether what the sonar says is what was asked for."""
+        """Return whether what the sonar says is what was asked for."""
         return math.isfinite(told) and abs(told - wanted) <= self.tolerance + self.relative * abs(wanted)
 
 

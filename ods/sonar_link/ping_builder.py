@@ -38,7 +38,7 @@ class BeamTable:
     elevation_rad: Floats
     """(beams,) up positive."""
     width_rad: Floats
-    """(beams,) horizontal -3 dB width; (0,) when not told."""
+    """(beams,) horizontal -3 dB width; (0,) when not reported."""
     planes: int
 
     def part(self, rows: Indices) -> "BeamTable":
@@ -77,7 +77,7 @@ def make_beam_table(bearing_rad: ArrayLike, elevation_rad: ArrayLike, width_rad:
     """Return the table of (beams,) angles; its planes are the distinct elevations, stacked plane by plane.
 
     Bearings that rise over the whole table make one plane, whatever the elevations. Widths that are not all positive
-    count as not told. Raises ValueError for what cannot be a beam table.
+    count as not reported. Raises ValueError for what cannot be a beam table.
     """
     bearing, elevation, width = (np.asarray(a, np.float64).reshape(-1) for a in (bearing_rad, elevation_rad, width_rad))
     if not 1 <= bearing.size <= MAX_BEAMS or elevation.size != bearing.size:

@@ -81,7 +81,7 @@ class SonarWorker(Worker[SonarConfig]):
             log.warning("first %s (counted from now on)", name)
 
     def ready(self) -> bool:
-        """Tell whether the port has been opened."""
+        """Return whether the port has been opened."""
         return self._counters["port_opens"] > 0
 
     def problems(self) -> list[str]:

@@ -52,7 +52,7 @@ class ChecksumBudget:
         self._left = min(self._left + CHECKED_AGAIN * count, self._most)
 
     def allows(self, size: int) -> bool:
-        """Tell whether a packet of so many bytes may be checked, and take that off."""
+        """Return whether a packet of so many bytes may be checked, and take that off."""
         if size > self._left:
             return False
         self._left -= size
@@ -145,7 +145,7 @@ class SyncFramer(ABC, Generic[HeaderT]):
         return found
 
     def _find_sync(self) -> bool:
-        """Drop what cannot begin a packet; tell whether a sync word comes first."""
+        """Drop what cannot begin a packet; return whether a sync word comes first."""
         head = self.known_head.search(self._bytes)
         untold = max(0, len(self._bytes) - self.head_bytes + 1)  # behind it a head's kind is not there yet
         at = head.start() if head else self._bytes.find(self.sync, untold)

@@ -34,7 +34,7 @@ class Movie:
         self._times_ns: list[int] = []
 
     def wants(self, place: int) -> bool:
-        """Tell whether the ping at a place of the run is shown."""
+        """Return whether the ping at a place of the run is shown."""
         return place % self._every == 0
 
     def add(self, view: View, t_ns: int) -> None:

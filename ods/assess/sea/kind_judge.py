@@ -37,7 +37,7 @@ class KindScore(NamedTuple):
     error_m: float
     """Of active obstacles near bodies, root mean square, horizontal; NaN without any."""
     nees: float
-    """Their squared error over the covariance told, mean: 2 when errors are as large as told."""
+    """Their squared error over the covariance told, mean: 2 when errors are as large as reported."""
 
 
 class ToldList(NamedTuple):

@@ -60,7 +60,7 @@ class Listed(NamedTuple):
     valid: bool
     """False: in the first second, in which no list is."""
     heard_from_db: float
-    """What an echo has to be over the background; NaN: not told."""
+    """What an echo has to be over the background; NaN: not reported."""
 
 
 def scene_with_seed(file: Path, seed: int) -> Scene:
@@ -93,7 +93,7 @@ def images_of(scene: Scene, sonar: SonarModel, seconds: float, kept: Path | None
 def detected(
     shots: Iterable[Shot], scene: Scene, pipeline: PipelineSettings, *, knows_altitude: bool = True
 ) -> Iterator[DetectedPing]:
-    """Yield what the chain finds in pings, in order; knows_altitude: the vehicle's pose tells it. Raises OdsError."""
+    """Yield what the chain finds in pings, in order; knows_altitude: the vehicle's pose reports it. Raises OdsError."""
     chain = Chain(pipeline)
     for ping, truth in shots:
         head = head_at(scene, ping.t_ns, knows_altitude=knows_altitude)

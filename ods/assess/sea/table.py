@@ -16,7 +16,7 @@ TRACKED_LIMIT = 0.95
 LATE_S = 1.0
 """Time in which an object is to be confirmed."""
 MARGINS_DB = (2.0, 4.0, 6.0, 8.0, 10.0)
-"""Between the spans of margins that are told apart."""
+"""Between the spans of margins that are distinguished."""
 
 
 def scene_table(scores: Sequence[SceneScore]) -> Table:

@@ -19,7 +19,7 @@ class Trial(NamedTuple):
     pipeline: PipelineSettings
     tracker: TrackerSettings
     knows_altitude: bool = True
-    """The vehicle's pose tells it."""
+    """The vehicle's pose reports it."""
 
 
 class Draw(NamedTuple):

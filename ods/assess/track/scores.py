@@ -42,7 +42,7 @@ class Scores:
     latency_s: float
     """From an object's first echo to its first report, mean."""
     nees: Floats
-    """(objects,) mean of each one's normalised squared error in north and east: 2 if errors are as large as told."""
+    """(objects,) mean normalised squared error in north and east: 2 if errors are as large as reported."""
     ms: float
     """CPU time of a scan, median."""
     hota: Hota

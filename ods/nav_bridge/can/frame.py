@@ -32,7 +32,7 @@ class CanId(NamedTuple):
     """Bits of the identifier that count: of J1939 the parameter group's."""
 
     def matches(self, number: int, extended: bool) -> bool:
-        """Tell whether a frame's identifier is this one, or one of its group."""
+        """Return whether a frame's identifier is this one, or one of its group."""
         return extended == self.extended and (number ^ self.number) & self.mask == 0
 
     def __str__(self) -> str:

@@ -65,7 +65,7 @@ class CanLink(Link[Frame]):
 
     @property
     def is_open(self) -> bool:
-        """Tell whether the interface is open."""
+        """Return whether the interface is open."""
         return self._bus is not None
 
     def tick(self) -> None:
@@ -191,7 +191,7 @@ def _mask(wanted: CanId) -> int:
 
 
 def _is_up(channel: str) -> bool:
-    """Tell whether a network interface is set up; a socket opens on one that is down, too."""
+    """Return whether a network interface is set up; a socket opens on one that is down, too."""
     try:
         flags = int((Path("/sys/class/net") / channel / "flags").read_text(), 16)
     except (OSError, ValueError):

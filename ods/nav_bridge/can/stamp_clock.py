@@ -13,7 +13,7 @@ SLACK_NS = 50_000_000
 class StampClock:
     """Maps stamps onto CLOCK_MONOTONIC. Counts `wall_clock_steps`.
 
-    A frame that is read has come since the driver's queue was last empty. That tells whether it was stamped before or
+    A frame that is read has come since the driver's queue was last empty. That says whether it was stamped before or
     after a step of the wall clock, however long it has waited since.
     """
 

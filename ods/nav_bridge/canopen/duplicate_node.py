@@ -25,6 +25,6 @@ class DuplicateNode:
         self._times.append(t_ns)
 
     def now(self, now_ns: int) -> bool:
-        """Tell whether two nodes send."""
+        """Return whether two nodes send."""
         first_ns, last_ns = self._times[0], self._times[-1]
         return last_ns - first_ns <= WINDOW_NS and now_ns - last_ns <= WINDOW_NS

@@ -85,7 +85,7 @@ class EpochAssembler:
         return number is not None and (number != self._numbers[1] or not in_time)
 
     def _belongs(self, layout: PdoLayout, data: bytes, number: float | None, t_ns: int, in_time: bool) -> bool:
-        """Tell whether a PDO fits the open epoch. One that contradicts what it has makes an end of it."""
+        """Return whether a PDO fits the open epoch. One that contradicts what it has makes an end of it."""
         taken = self._taken.get(layout.cob_id) if in_time else None
         if taken is not None and taken != data:
             if number is not None:
@@ -101,7 +101,7 @@ class EpochAssembler:
         return True
 
     def _follows(self, layout: PdoLayout, t_ns: int) -> bool:
-        """Tell whether a PDO without number comes where and when one of the open epoch does."""
+        """Return whether a PDO without number comes where and when one of the open epoch does."""
         in_window = layout.place < self._last_numbered or t_ns - self._t_ns <= self._window_ns
         return layout.place == self._place + 1 and in_window
 

@@ -157,7 +157,7 @@ def _layouts(
 
 
 def _carries_any(dictionary: ObjectDictionary, index: int, objects: Mapping[Where, MappedObject]) -> bool:
-    """Tell whether a mapping record, as far as it counts and can be read, maps one of `objects`."""
+    """Return whether a mapping record, as far as it counts and can be read, maps one of `objects`."""
     try:
         count = number_of(dictionary, index, 0)
     except ValueError:

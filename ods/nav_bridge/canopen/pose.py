@@ -36,11 +36,11 @@ class CanopenPose:
         return self._clock.late_ns
 
     def knows_time(self, epoch: Epoch) -> bool:
-        """Tell whether the INS says that its time is valid; one without such a status does not say so."""
+        """Return whether the INS says that its time is valid; one without such a status does not say so."""
         return bool(self._timed) and int(epoch.values.get(STATUS_FIELD, 0)) & self._timed == self._timed
 
     def decode(self, epoch: Epoch, instant_ns: int) -> Pose | None:
-        """Return the pose, or None; `instant_ns` is taken when the INS tells no valid time."""
+        """Return the pose, or None; `instant_ns` is taken when the INS reports no valid time."""
         status = int(epoch.values.get(STATUS_FIELD, -1))  # an INS without a status always is as it says
         self.not_valid = [part for part, mask in self._needed.items() if not status & mask]
         if self.not_valid:

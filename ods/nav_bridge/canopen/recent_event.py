@@ -16,7 +16,7 @@ class RecentEvent:
         self._until_ns: int | None = None
 
     def now(self, now_ns: int) -> bool:
-        """Tell whether it has."""
+        """Return whether it has."""
         if self._counters[self._counter] != self._count:
             self._count, self._until_ns = self._counters[self._counter], now_ns + WHILE_NS
         return self._until_ns is not None and now_ns < self._until_ns

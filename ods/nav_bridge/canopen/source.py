@@ -100,7 +100,7 @@ class CanopenSource(CanSource):
             self._node.start_remote(self._settings.ins_node_id)
 
     def waits_for_start(self, now_ns: int) -> bool:
-        """Tell whether the INS says that it waits to be started; one without heartbeat may whenever it is silent."""
+        """Return whether the INS says that it waits to be started; one without heartbeat may whenever it is silent."""
         silent = not self.monitor.timeout_ns and self.stale_ns(now_ns)
         return bool(silent) or self.monitor.state in (BOOT_UP, PRE_OPERATIONAL)
 

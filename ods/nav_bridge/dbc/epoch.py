@@ -3,7 +3,7 @@
 Something sampled earlier than an epoch can only be in it as a late frame, which its own epoch then lacked: so an epoch
 counts when its messages came in their order, each once, directly after an epoch whose messages came so too. Something
 sampled later cannot be in it when it was complete before the next instant, by `window_ns`. One that was read later
-waits for the next reading of the device's clock, which tells whether instants were lost on the way. Where one instant
+waits for the next reading of the device's clock, which says whether instants were lost on the way. Where one instant
 ends and the next begins is told by silence on the bus: an epoch with a silence in it does not count.
 """
 
@@ -81,7 +81,7 @@ class DbcEpochAssembler:
             yield f"epochs break off before {self._breaks_at}: it is lost, or comes more rarely than the others"
 
     def _follows(self, message: DbcMessage, t_ns: int) -> bool:
-        """Tell whether the message is the next one of an epoch, and begin a new one where it is the first."""
+        """Return whether the message is the next one of an epoch, and begin a new one where it is the first."""
         gap_ns, self._frame_ns = t_ns - self._frame_ns, t_ns
         if self._order.note(message.can_id, t_ns):
             self._give_up()
@@ -148,11 +148,11 @@ class DbcEpochAssembler:
         return None
 
     def _is_parted(self) -> bool:
-        """Tell whether the bus was silent within the epoch as it is between two: one of both may be in it."""
+        """Return whether the bus was silent within the epoch as it is between two: one of both may be in it."""
         usual_ns = self._order.silence_ns
         unlike_before = self._longest_gap_ns > max(LEAST_SILENCE_NS, CLEARLY_LONGER * self._silence_ns)
         return unlike_before or 0.0 < usual_ns < 2.0 * self._longest_gap_ns
 
     def _skips(self, step_ns: int, before_ns: int) -> bool:
-        """Tell whether instants seem to be missing in a step, by the step before it."""
+        """Return whether instants seem to be missing in a step, by the step before it."""
         return before_ns > 0 and not 0 < step_ns <= max(SKIPPED * before_ns, 2 * self._window_ns)

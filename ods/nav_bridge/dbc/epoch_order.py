@@ -34,7 +34,7 @@ class EpochOrder:
             self._adopt(tuple(self._labels))
 
     def note(self, can_id: CanId, t_ns: int) -> bool:
-        """Take note of a message; tell whether the order is another one now."""
+        """Take note of a message; return whether the order is another one now."""
         if self._resting:
             self._resting -= 1
             return False
@@ -69,7 +69,7 @@ class EpochOrder:
         return self._adopt(order)
 
     def _goes_on(self, cycle: tuple[CanId, ...]) -> bool:
-        """Tell whether messages follow each other as they did, wherever an epoch begins."""
+        """Return whether messages follow each other as they did, wherever an epoch begins."""
         order = tuple(self.places)
         first = cycle.index(order[0])
         return cycle[first:] + cycle[:first] == order

@@ -27,7 +27,7 @@ from ods.nav_bridge.settings import (
 
 SettingsT = TypeVar("SettingsT", PartSettings, SignalSettings, TimeSettings)
 LEAST_COUNTS = 2
-"""A clock that wraps sooner tells nothing."""
+"""A clock that wraps sooner shows nothing."""
 J1939 = "j1939"
 NO_SENDER = 0xFE
 """Stands in J1939's files where the sender's address is."""
@@ -68,7 +68,7 @@ class Condition:
     holds_ns: int
 
     def met(self, count: float) -> bool:
-        """Tell whether the raw count of the signal is good."""
+        """Return whether the raw count of the signal is good."""
         value = int(count)
         return (value if self.mask is None else value & self.mask) in self.accept
 
@@ -92,7 +92,7 @@ class DbcMessage:
 
     @cached_property
     def can_id(self) -> CanId:
-        """Identifier; the DBC tells standard and extended ones apart. Of J1939 priority and sender do not count."""
+        """Identifier; the DBC distinguishes standard and extended ones. Of J1939 priority and sender do not count."""
         number = self.layout.frame_id
         if not self.is_j1939:
             return CanId(number, self.layout.is_extended_frame)

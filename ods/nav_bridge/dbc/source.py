@@ -85,7 +85,7 @@ class DbcSource(CanSource):
         return next((group for group in self._groups if group.matches(item.can_id, item.extended)), None)
 
     def _is_another_senders(self, can_id: CanId, item: Frame) -> bool:
-        """Tell whether a group comes of a second sender: two measure, or stand, otherwise."""
+        """Return whether a group comes of a second sender: two measure, or stand, otherwise."""
         if can_id.mask & SENDER_MASK:
             return False
         sender = item.can_id & SENDER_MASK
@@ -141,7 +141,7 @@ class DbcSource(CanSource):
         return self._maker.make(epoch.values, epoch.t_ns, t_ns, ages)
 
     def _status_missing(self, now_ns: int) -> bool:
-        """Tell whether a status that must hold is unknown or too old."""
+        """Return whether a status that must hold is unknown or too old."""
         return any(
             now_ns - self._heard_ns.get(message.can_id, -item.holds_ns) > item.holds_ns
             for message in self._map.messages.values()

@@ -45,7 +45,7 @@ class LineSplitter:
 
     @property
     def endless(self) -> bool:
-        """Tell whether the line under way is too long already."""
+        """Return whether the line under way is too long already."""
         return self._skipping
 
     def forget(self) -> None:

@@ -33,7 +33,7 @@ class NmeaLink(Link[Line]):
 
     @property
     def is_open(self) -> bool:
-        """Tell whether the line is open."""
+        """Return whether the line is open."""
         return self._port.fd is not None
 
     def tick(self) -> None:

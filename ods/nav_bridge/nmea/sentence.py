@@ -81,7 +81,7 @@ class Sentence(NamedTuple):
 
 
 def bare(line: bytes) -> bytes:
-    """Return the sentence of a line: without a datagram's head and TAG blocks, which tell nothing that is used here."""
+    """Return the sentence of a line: without a datagram's head and TAG blocks, which show nothing that is used here."""
     line = line.removeprefix(DATAGRAM)
     while line.startswith(TAG):
         _, _, line = line[1:].partition(TAG)

@@ -1,6 +1,6 @@
-"""Where the messages of a recording lie, told by the heads of its records: each can then be read by itself.
+"""Where the messages of a recording lie, by the heads of its records: each can then be read by itself.
 
-Behind each chunk its writer tells what lies in it; only a chunk of which that is not told, or not of all, is opened.
+Behind each chunk its writer lists what lies in it; only a chunk without a complete list is opened.
 So a segment that was cut off has the same index as a whole one, up to where it ends.
 """
 

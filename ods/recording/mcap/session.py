@@ -64,7 +64,7 @@ class Session:
         segment.write(Logged(each.topic, max(0, each.log_ns + self._offset_ns), each.data) for each in fitting)
         self.left_out += len(messages) - len(fitting)
         old = now_ns - self._chunk_ns >= CHUNK_NS or segment.waiting_bytes >= CHUNK_BYTES
-        with suppress(OSError):  # they are written, and a next attempt tells whether the disk is full
+        with suppress(OSError):  # they are written, and a next attempt says whether the disk is full
             if old or any(message.topic == "ping" for message in messages):
                 self._chunk_ns = now_ns
                 segment.close_chunk()
@@ -148,7 +148,7 @@ def new_folder(parent: Path) -> Path:
 
 
 def is_finished(path: Path) -> bool:
-    """Tell whether a segment has its end. Raises OSError."""
+    """Return whether a segment has its end. Raises OSError."""
     with opened(path) as file:
         size = os.fstat(file.fileno()).st_size
         file.seek(max(0, size - len(MAGIC)))

@@ -49,7 +49,7 @@ class Port(ABC):
         return self._descriptor() if self._state is _State.OPEN else None
 
     def open_if_due(self, now_ns: int) -> bool:
-        """Go on opening a port whose pause is over; tell whether it is open now and was not before."""
+        """Go on opening a port whose pause is over; return whether it is open now and was not before."""
         if self._state is _State.OPEN or (self._state is _State.CLOSED and now_ns < self._due_ns):
             return False
         try:
@@ -83,7 +83,7 @@ class Port(ABC):
         return data
 
     def write(self, data: bytes, now_ns: int) -> bool:
-        """Send `data` without waiting; tell whether all of it went out. What did not is gone."""
+        """Send `data` without waiting; return whether all of it went out. What did not is gone."""
         if self._state is not _State.OPEN:
             return False
         try:
@@ -116,7 +116,7 @@ class Port(ABC):
         """Start to open; never wait. Raises one of ERRORS, as all below may."""
 
     def _finish_opening(self, _now_ns: int) -> bool:
-        """Tell whether it is open now."""
+        """Return whether it is open now."""
         return True
 
     @abstractmethod

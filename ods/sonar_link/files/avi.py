@@ -37,7 +37,7 @@ class AviFrames:
             self.shape = video.height, video.width
             """(rows, columns)."""
             self.period_ns = round(NS / video.average_rate) if video.average_rate else 0
-            """From one frame to the next, ns; 0 when the file does not tell."""
+            """From one frame to the next, ns; 0 when the file does not report."""
             self.places = self._find(container.demux(video))
             """Number of each frame in time, rising: an empty one, which repeats the one before, has none."""
         if not all(1 <= side <= MAX_SIDE for side in self.shape):
@@ -82,7 +82,7 @@ class _Pass:
         self._ahead = -1, self.image
 
     def reach(self, place: int) -> bool:
-        """Go on to a place, later than those before; tell whether there is an image."""
+        """Go on to a place, later than those before; return whether there is an image."""
         while self._ahead[0] < place:
             self._ahead = next(self._images, (END, self.image))
         if self._ahead[0] > place:

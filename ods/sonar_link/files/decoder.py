@@ -30,7 +30,7 @@ class Decoder(ABC):
     """Lower case; files that bear nobody's signature are taken for this format when their names end so. None: never."""
 
     def recognizes(self, start: bytes) -> bool:
-        """Tell whether a file that begins with these START_BYTES is of this format."""
+        """Return whether a file that begins with these START_BYTES is of this format."""
         return all(start.startswith(part, place) for place, part in self.signature)
 
     @abstractmethod

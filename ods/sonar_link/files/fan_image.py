@@ -51,7 +51,7 @@ class FanGeometry(Settings, frozen=True):
 
 
 class FanClipDecoder(Decoder):
-    """Counts `corrupt_frames` and `truncated_frames`. Every clip has the signature, so the suffix tells nothing."""
+    """Counts `corrupt_frames` and `truncated_frames`. Every clip has the signature, so the suffix shows nothing."""
 
     name = ".avi"
     signature = ((0, b"RIFF"), (8, b"AVI "))

@@ -16,7 +16,7 @@ from ods.sonar_link.files.polar_npz import Arrays, translate
 from ods.sonar_link.ping_builder import BeamTable, Geometry, Runs, make_beam_table
 
 LOG_FACTOR = 40.0
-"""F of scale `log8` when the file does not tell it."""
+"""F of scale `log8` when the file does not report it."""
 
 
 class NpzDecoder(Decoder):

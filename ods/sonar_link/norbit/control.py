@@ -58,7 +58,7 @@ class CommandControl:
 
     @property
     def answered(self) -> bool:
-        """Tell whether the sonar has answered any command on this connection."""
+        """Return whether the sonar has answered any command on this connection."""
         return any(answer is not None for answer in self._answers.values())
 
     def connected(self, now_ns: int) -> None:

@@ -21,7 +21,7 @@ def geometry_of(head: ImageHead, data: Buffer, at: int = 0) -> Geometry:
     Sample i lies (first + i) c / (2 fs) away; samples before transmission are left out.
     """
     start = at + head.directions_at
-    elevation_rad = head.elevation_rad if head.elevation_rad == head.elevation_rad else 0.0  # NaN: not told
+    elevation_rad = head.elevation_rad if head.elevation_rad == head.elevation_rad else 0.0  # NaN: not reported
     return Geometry(
         table=_table(bytes(data[start : start + DIRECTION_BYTES * head.beams]), elevation_rad),
         range0_m=max(head.first_sample, 0) * _spacing_m(head),

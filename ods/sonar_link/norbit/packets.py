@@ -63,7 +63,7 @@ class Header(NamedTuple):
     """Bytes of the whole packet."""
     version: int
     checksum: int
-    """CRC-32 of all behind the header; 0: not told, as in snippets."""
+    """CRC-32 of all behind the header; 0: not reported, as in snippets."""
 
 
 class ImageHead(NamedTuple):
@@ -80,7 +80,7 @@ class ImageHead(NamedTuple):
     first_sample: int
     """Number of the first sample; that of transmission is 0."""
     gain: float
-    """Of the digital stages; the document tells no unit."""
+    """Of the digital stages; the document reports no unit."""
     direction_rad: float
     opening_rad: float
     frequency: float
@@ -133,7 +133,7 @@ def decode_image_head(data: Buffer, at: int = 0) -> ImageHead:
 
 
 def fits(head: ImageHead, size: int) -> bool:
-    """Tell whether an image can be true of a packet of so many bytes."""
+    """Return whether an image can be true of a packet of so many bytes."""
     return (
         1 <= head.beams <= MAX_BEAMS
         and 1 <= head.samples <= MAX_SAMPLES
@@ -144,5 +144,5 @@ def fits(head: ImageHead, size: int) -> bool:
 
 
 def is_sound(data: memoryview, header: Header) -> bool:
-    """Tell whether a whole packet has its checksum, or none is told."""
+    """Return whether a whole packet has its checksum, or none is told."""
     return header.checksum in (0, zlib.crc32(data[HEADER_BYTES : header.size]))

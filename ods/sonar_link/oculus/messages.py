@@ -115,7 +115,7 @@ class SimpleResult(NamedTuple):
     frequency_hz: float
     sound_speed: float
     start_s: float | None
-    """Transmission by the sonar's clock, s since it was switched on; None when not told."""
+    """Transmission by the sonar's clock, s since it was switched on; None when not reported."""
     sample_bytes: int
     dr_m: float
     lines: int
@@ -130,7 +130,7 @@ class SimpleResult(NamedTuple):
     def line_bytes(self) -> int:
         """Bytes of one line, with its gain where there is one; 0 when the image's size fits no line.
 
-        The flag that tells whether there are gains is not to be trusted in second-version results, but the size is.
+        The flag that says whether there are gains is not to be trusted in second-version results, but the size is.
         """
         plain = self.beams * self.sample_bytes
         fitting = (size for size in (plain, plain + GAIN_BYTES) if self.lines * size == self.image_bytes)
@@ -193,7 +193,7 @@ def decode_ping_result(data: Buffer, at: int = 0) -> SimpleResult:
 
 
 def fits(result: SimpleResult, size: int) -> bool:
-    """Tell whether a simple ping result can be true of a message of so many bytes."""
+    """Return whether a simple ping result can be true of a message of so many bytes."""
     return (
         1 <= result.beams <= MAX_BEAMS
         and 1 <= result.lines <= MAX_SAMPLES

@@ -7,7 +7,7 @@ from ods.base.clock import NS
 from ods.sonar_link.oculus.messages import SonarStatus, decode_status
 
 STALE_S = 5.0
-"""A status older than this tells nothing; a sonar sends one about every second."""
+"""A status older than this shows nothing; a sonar sends one about every second."""
 MODELS = {
     1032: "M750d", 1041: "M370s", 1042: "M1200d", 1134: "M750d Fusion", 1135: "M750d Artemis", 1209: "M373s",
     1217: "MD370s Impulse", 1218: "M373s Deep", 1219: "MD1200d Impulse", 1220: "N1200s", 1221: "N1200s Deep",

@@ -121,7 +121,7 @@ def unpack_header(data: Buffer, at: int = 0) -> Header:
 
 
 def is_sound(message: memoryview) -> bool:
-    """Tell whether a whole message has its checksum."""
+    """Return whether a whole message has its checksum."""
     body = message[:-CHECKSUM_BYTES]
     return bool(sum(body) & 0xFFFF == _CHECKSUM.unpack_from(message, len(body))[0])
 

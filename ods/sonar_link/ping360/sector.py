@@ -44,7 +44,7 @@ class TimedBeam(NamedTuple):
         return first, first + width
 
     def alike(self, other: "TimedBeam") -> bool:
-        """Tell whether both were taken in the same way."""
+        """Return whether both were taken in the same way."""
         mine, others = self.beam._replace(angle=0, samples=b""), other.beam._replace(angle=0, samples=b"")
         return mine == others and len(self.beam.samples) == len(other.beam.samples)
 
@@ -112,7 +112,7 @@ class Sector:
         return newest.t_ns - first.t_ns >= self._ping_ns or abs(signed(newest.angle - first.angle)) >= WIDEST
 
     def _at_end(self, newest: TimedBeam) -> bool:
-        """Tell whether the sector's last beam has come; a whole turn has none."""
+        """Return whether the sector's last beam has come; a whole turn has none."""
         first, last = newest.span
         if last - first + newest.steps >= TURN:
             return False

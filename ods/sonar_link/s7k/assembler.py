@@ -25,7 +25,7 @@ KEPT = 4
 HABIT = 8
 """Pings by which a sonar's way to send beam tables is told."""
 LEAST_HABIT = 4
-"""Fewer pings tell nothing: a sonar may announce its beams more than once at its start."""
+"""Fewer pings show nothing: a sonar may announce its beams more than once at its start."""
 MAX_SONARS = 8
 
 

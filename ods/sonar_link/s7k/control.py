@@ -1,6 +1,6 @@
 """The requests to a 7k sonar: subscription to records, range, power and gain. Pure: the caller tells the time.
 
-Record 7000, which comes with every ping, tells whether a setting took effect; an acknowledgement alone does not.
+Record 7000, which comes with every ping, says whether a setting took effect; an acknowledgement alone does not.
 """
 
 from ods.sonar_link.orders import Controls, Order, Orders

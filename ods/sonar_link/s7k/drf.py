@@ -66,7 +66,7 @@ class S7kRecord:
     body: bytes
     """Record type header and record data."""
     first_ns: int = 0
-    """When the frame's first byte was read, as told to the framer."""
+    """When the frame's first byte was read, as reported to the framer."""
     last_ns: int = 0
     """When the frame's last byte was read."""
 

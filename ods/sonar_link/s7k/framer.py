@@ -97,7 +97,7 @@ class RecordFramer:
         return found
 
     def _find_sync(self) -> bool:
-        """Drop what cannot be part of a header; tell whether a sync word stands where a header has it."""
+        """Drop what cannot be part of a header; return whether a sync word stands where a header has it."""
         at = self._bytes.find(drf.SYNC_WORD, drf.SYNC_AT)
         self._discard(at - drf.SYNC_AT if at >= 0 else len(self._bytes) - KEPT_TAIL)
         return at >= 0

@@ -41,7 +41,7 @@ class RangeImage(NamedTuple):
     """The numbers of a range image, as they were sent: nothing is checked."""
 
     time_ns: int
-    """UTC by the sonar's clock, ns; 0: not told."""
+    """UTC by the sonar's clock, ns; 0: not reported."""
     number: int
     sound_speed: float
     """m/s."""
@@ -80,7 +80,7 @@ def size_of(data: Buffer, at: int = 0) -> int:
 
 
 def is_sound(data: bytes | memoryview) -> bool:
-    """Tell whether the checksum of a whole packet is right."""
+    """Return whether the checksum of a whole packet is right."""
     view = memoryview(data)
     return zlib.crc32(view[:-CHECKSUM_BYTES]) == int(_SIZE.unpack(view[-CHECKSUM_BYTES:])[0])
 

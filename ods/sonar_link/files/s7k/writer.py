@@ -173,7 +173,7 @@ def _append_catalogue(file: io.FileIO, header: bytes, entries: bytes, at: int, u
 
 
 def _lock(file: io.FileIO) -> bool:
-    """Take the file's lock; tell whether no other process has it. File systems without locks do not matter."""
+    """Take the file's lock; return whether no other process has it. File systems without locks do not matter."""
     try:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
