@@ -1,4 +1,4 @@
-"""The simulated Norbit, read at the places of docs/norbit.md: no codec of the program has a part in it."""
+"""The simulated Norbit, read at the places of docs/protocols/norbit.md: no codec of the program has a part in it."""
 
 import binascii
 import socket

@@ -1,4 +1,4 @@
-"""Packets of the Sonar 3D-15 made byte by byte from docs/sonar3d15.md: the codec under test has no part in it."""
+"""Packets of the Sonar 3D-15 made byte by byte from docs/protocols/sonar3d15.md: the codec under test has no part in it."""
 
 import binascii
 import struct
