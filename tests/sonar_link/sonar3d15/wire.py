@@ -1,4 +1,4 @@
-"""Packets of the Sonar 3D-15 made byte by byte from docs/protocols/sonar3d15.md: the codec under test has no part in it."""
+"""Sonar 3D-15 packets byte by byte as in docs/protocols/sonar3d15.md: the codec under test has no part in it."""
 
 import binascii
 import struct
