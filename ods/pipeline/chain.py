@@ -143,7 +143,7 @@ class Chain:
             unseen = with_parts(unseen, pulses.parts, pulses.why, self._plan.sector)
             if mask is not None:
                 unpaint(mask, pulses.of_echoes)
-        ways_m = self._second_ways.of(ping, echoes, weak)
+        ways_m = self._second_ways.of(ping, echoes, weak, _heard_from_db(heard_from) or 0.0)
         return _Seen(_detections(echoes), _detections(weak), unseen, heard_from, ways_m)
 
     def _prepare(self, ping: Ping) -> None:

@@ -9,7 +9,9 @@
 #define FAINTER_DB 5.0
 #define SAME_RAD 0.026
 #define SAME_M 0.3
-/* So many bodies, and so large a share of those that have the difference within the image, show it. */
+/* Echoes by one way are weaker than their bodies by the same, apart from speckle, dB. */
+#define SAME_DB 6.0
+/* So many bodies show a way that is not known yet, and so large a share of those whose echo by it is to be heard. */
 #define FEWEST 2
 #define SHARE 0.6
 
@@ -51,24 +53,52 @@ static int64_t find_pairs(const Heard *echoes, int64_t count, const int64_t *bod
     return found;
 }
 
-/* Whether the bodies show a way that is longer by `later_m`; marks: work space, one an echo. */
-static bool is_shown(const Heard *echoes, const int64_t *bodies, int64_t of_bodies, const Pair *pairs, int64_t count,
-                     double far_m, double later_m, bool *marks)
+/* What a ping's bodies say of a way: so many show it, of so many whose echo by it is to be heard. */
+typedef struct {
+    int64_t shown, expected;
+    double weaker_db; /* by so much echoes are weaker */
+} Said;
+
+/* A way that is looked for. */
+typedef struct {
+    double later_m, weaker_db; /* weaker_db: of the pings before; NAN: not known */
+    double far_m, from_db;     /* of the image, and from how many dB on an echo is heard */
+} Way;
+
+static bool is_by(Way way, Pair pair) { return fabs(pair.later_m - way.later_m) <= SAME_M; }
+
+/* Returns by how much echoes by a way are weaker than their bodies, dB; NAN without any. */
+static double weaker_by(const Heard *echoes, const Pair *pairs, int64_t count, Way way)
 {
-    int64_t within = 0, shown = 0, before = -1;
+    double sum_db = 0.0, of = 0.0;
+    for (int64_t p = 0; p < count; p++)
+        if (is_by(way, pairs[p]))
+            sum_db += echoes[pairs[p].body].level_db - echoes[pairs[p].echo].level_db, of += 1.0;
+    return sum_db / of;
+}
+
+/* Returns what bodies say of a way; marks: work space, one an echo. */
+static Said said_by(const Heard *echoes, const int64_t *bodies, int64_t of_bodies, const Pair *pairs, int64_t count,
+                    Way way, bool *marks)
+{
+    Said said = {0, 0, weaker_by(echoes, pairs, count, way)};
+    const double usual_db = isnan(way.weaker_db) ? said.weaker_db : way.weaker_db;
     for (int64_t i = 0; i < of_bodies; i++)
         marks[bodies[i]] = false;
     for (int64_t p = 0; p < count; p++)
-        if (fabs(pairs[p].later_m - later_m) <= SAME_M)
+        if (is_by(way, pairs[p]))
             marks[pairs[p].echo] = true; /* it is no body then */
-    for (int64_t i = 0; i < of_bodies; i++)
-        within += !marks[bodies[i]] && echoes[bodies[i]].near_m + later_m < far_m;
-    for (int64_t p = 0; p < count; p++)
-        if (fabs(pairs[p].later_m - later_m) <= SAME_M && !marks[pairs[p].body] && pairs[p].body != before) {
-            before = pairs[p].body;
-            shown++;
-        }
-    return shown >= FEWEST && (double)shown >= SHARE * (double)within;
+    for (int64_t i = 0, p = 0; i < of_bodies; i++) {
+        const Heard body = echoes[bodies[i]];
+        bool shows = false;
+        for (; p < count && pairs[p].body == bodies[i]; p++)
+            shows |= is_by(way, pairs[p]) && fabs(body.level_db - echoes[pairs[p].echo].level_db - usual_db) <= SAME_DB;
+        if (marks[bodies[i]])
+            continue;
+        said.shown += shows;
+        said.expected += shows || (body.snr_db - usual_db >= way.from_db && body.near_m + way.later_m < way.far_m);
+    }
+    return said;
 }
 
 /* Adds the echoes to those that were heard. a_count: what a count of amplitude is worth, dB; 0: it is linear. */
@@ -81,14 +111,16 @@ static void add(const Echo *echoes, int64_t count, double a_count, Heard *heard)
     }
 }
 
-/* Lets votes (steps,), the share of the last pings that show a way longer by (k + 1) * step_m, follow by a weight;
-   returns the largest. a_count: of an echo's amplitude. */
-KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_count, float far_m, float step_m, "
-                            "float weight, out f8[steps] votes")
+/* Lets votes (steps,), the share of the last pings that show a way longer by (k + 1) * step_m, rise and fall by such
+   weights; returns the largest. Of a way that is told, or beside one, a body is enough, and where none is to show it
+   only `idle` of the vote is lost. a_count: of an echo's amplitude; weaker_db (steps,): by how much echoes are weaker. */
+KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_count, float far_m, float from_db, "
+                            "float step_m, float rise, float fall, float idle, b1[steps] told, out f8[steps] votes, "
+                            "out f8[steps] weaker_db")
 {
-    const int64_t count = SIZE(0, 0) + SIZE(1, 0);
-    const double weight = FLOAT(5);
-    double *votes = ARRAY(double, 6), largest = 0.0;
+    const int64_t count = SIZE(0, 0) + SIZE(1, 0), steps = SIZE(10, 0);
+    const bool *told = ARRAY(const bool, 9);
+    double *votes = ARRAY(double, 10), *weaker_db = ARRAY(double, 11), largest = 0.0;
     int64_t bodies[MOST_BODIES];
     bool *marks = ZEROS(bool, count);
     Heard *heard = SCRATCH(Heard, count);
@@ -97,11 +129,16 @@ KERNEL_FLOAT(vote_for_ways, ECHO "[found] echoes, " ECHO "[few] faint, float a_c
     add(ARRAY(const Echo, 1), SIZE(1, 0), FLOAT(2), heard + SIZE(0, 0));
     const int64_t of_bodies = find_bodies(heard, count, bodies);
     const int64_t of_pairs = find_pairs(heard, count, bodies, of_bodies, pairs);
-    for (int64_t k = 0; k < SIZE(6, 0); k++) {
-        const double later_m = (double)(k + 1) * FLOAT(4);
-        const bool shown =
-            of_pairs >= FEWEST && is_shown(heard, bodies, of_bodies, pairs, of_pairs, FLOAT(3), later_m, marks);
-        votes[k] += weight * ((shown ? 1.0 : 0.0) - votes[k]);
+    for (int64_t k = 0; k < steps; k++) {
+        const bool known = told[k] || (k > 0 && told[k - 1]) || (k + 1 < steps && told[k + 1]);
+        const Way way = {(double)(k + 1) * FLOAT(5), told[k] ? weaker_db[k] : NAN, FLOAT(3), FLOAT(4)};
+        const Said said = said_by(heard, bodies, of_bodies, pairs, of_pairs, way, marks);
+        if (said.shown >= (known ? 1 : FEWEST) && (double)said.shown >= SHARE * (double)said.expected) {
+            votes[k] += FLOAT(6) * (1.0 - votes[k]);
+            weaker_db[k] += (told[k] ? FLOAT(6) : 1.0) * (said.weaker_db - weaker_db[k]);
+        } else {
+            votes[k] -= (told[k] && said.expected == 0 ? FLOAT(8) : FLOAT(7)) * votes[k];
+        }
         largest = larger(largest, votes[k]);
     }
     return largest;

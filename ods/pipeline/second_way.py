@@ -2,7 +2,8 @@
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be
-another body, and is not told.
+another body, and is not told. A body counts where its echo by that way is strong enough to be heard. What is known
+of a way stays while no body can show it, and then one body is enough.
 """
 
 import math
@@ -18,8 +19,9 @@ from ods.pipeline.measure.echoes import EchoTable
 
 STEP_M, STEPS = 0.25, 160
 """Differences of range that are looked for: up to 40 m."""
-FOLLOW_S = 1.0
-"""Time constant by which the share of the pings is followed that show a difference."""
+RISE_S, FALL_S, FORGET_S = 0.3, 1.0, 30.0
+"""Time constants by which the share of the pings is followed that show a difference: of one that does, which is rarely
+by chance; of one that does not, as echoes are missed; and while no body is loud enough to show one that is told."""
 BEGIN, END = 0.5, 0.2
 """Shares from which on a way is told, and until which."""
 
@@ -30,14 +32,21 @@ class SecondWays:
     def __init__(self) -> None:
         self._votes = np.zeros(STEPS)
         self._told = np.zeros(STEPS, np.bool_)
+        self._weaker_db = np.zeros(STEPS)
         self._t_ns = 0
 
-    def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable) -> list[float]:
-        """Return by how much longer ways are by which bodies are heard once more, m of range."""
+    def of(self, ping: Ping, echoes: EchoTable, faint: EchoTable, from_db: float) -> list[float]:
+        """Return by how much longer ways are by which bodies are heard once more, m of range.
+
+        from_db: from how much over the local tail on an echo is heard.
+        """
         since_s, self._t_ns = (ping.t_ns - self._t_ns) / NS, ping.t_ns
-        weight = -math.expm1(-min(max(since_s, 0.0), 1.0) / FOLLOW_S)
+        rise, fall, idle = (-math.expm1(-min(max(since_s, 0.0), 1.0) / each) for each in (RISE_S, FALL_S, FORGET_S))
         far_m = ping.range0_m + ping.samples * ping.dr_m
-        most = native.vote_for_ways(echoes, faint, db_a_count(ping), far_m, STEP_M, weight, self._votes)
+        most = native.vote_for_ways(
+            echoes, faint, db_a_count(ping), far_m, from_db, STEP_M, rise, fall, idle, self._told,
+            self._votes, self._weaker_db,
+        )  # fmt: skip
         if most <= END:
             self._told[:] = False
             return []

@@ -17,6 +17,7 @@ def echo(near_m: float, bearing_deg: float, snr_db: float, rng: np.random.Genera
     return Detection(near_m, bearing, 0.5, 10.0, 5.0, snr_db, 30, 1.0, 0.05, 0.1, 0.01, 0.1, level, near_m=near_m)
 
 
+HEARD_FROM_DB = 5.0
 BODIES = [(30.0, -20.0, 24.0), (55.0, 3.0, 26.0), (70.0, 25.0, 22.0)]
 
 
@@ -30,7 +31,7 @@ def told(
         echoes = [echo(r - 0.15 * number, b, s, rng) for r, b, s in bodies]
         behind = [echo(r - 0.15 * number + m, b, s - 12.0, rng) for r, b, s in bodies for m in longer_m]
         behind = [each for each in behind if rng.random() < 0.9]
-        lists.append(ways.of(ping, echo_table(echoes), echo_table(behind)))
+        lists.append(ways.of(ping, echo_table(echoes), echo_table(behind), HEARD_FROM_DB))
     return lists
 
 
@@ -49,3 +50,32 @@ def test_bodies_behind_bodies_are_none() -> None:
 
 def test_the_way_of_one_body_is_not_told() -> None:
     assert not any(told([6.0], BODIES[:1]))
+
+
+def seen(bodies: list[tuple[float, float, float]], pings: range, ways: SecondWays, from_db: float) -> list[float]:
+    """Return what is told after pings that show bodies and of each loud enough its echo, 6 m behind."""
+    rng, told = np.random.default_rng(3), []
+    for number in pings:
+        echoes = [echo(r, b, s, rng) for r, b, s in bodies]
+        behind = [echo(r + 6.0, b, s - 12.0, rng) for r, b, s in bodies if s - 12.0 > from_db]
+        ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
+        told = ways.of(ping, echo_table(echoes), echo_table(behind), from_db)
+    return told
+
+
+def test_bodies_whose_echo_is_too_faint_say_nothing_against_a_way() -> None:
+    loud, faint = [(30.0, -20.0, 26.0), (55.0, 3.0, 25.0)], [(70.0, 25.0, 18.0), (45.0, 30.0, 17.0), (62.0, -9.0, 16.0)]
+    assert seen([*loud, *faint], range(10), SecondWays(), 10.0) == pytest.approx([6.0], abs=0.25)
+
+
+def test_a_way_stays_while_no_body_or_only_one_can_show_it_and_goes_with_its_echoes() -> None:
+    loud, faint = [(30.0, -20.0, 26.0), (55.0, 3.0, 25.0)], [(70.0, 25.0, 18.0), (45.0, 30.0, 17.0)]
+    ways = SecondWays()
+    seen(loud, range(10), ways, 10.0)
+    assert seen(faint, range(10, 40), ways, 10.0) == pytest.approx([6.0], abs=0.25)
+    assert seen([loud[0], *faint], range(40, 70), ways, 10.0) == pytest.approx([6.0], abs=0.25)
+    rng = np.random.default_rng(5)
+    for number in range(70, 84):
+        ping = make_ping(np.ones((2, 2000), np.uint8), t_ns=number * 150_000_000)
+        told_then = ways.of(ping, echo_table([echo(*each, rng) for each in loud]), echo_table([]), 10.0)
+    assert not told_then
