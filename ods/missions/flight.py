@@ -9,7 +9,8 @@ import numpy as np
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.messages import ObstacleList
+from ods.messages import ObstacleList, Vector3
+from ods.missions.all_knowing.led import Led, led_through
 from ods.missions.detections.laws import Laws
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
@@ -94,13 +95,13 @@ class Flight:
         """
         self.world = make_world(campaign.world, campaign.seed, number) if world is None else world
         self._number, self._arm, self._campaign = number, arm, campaign
+        self._period_s = sonar.ping_period_s
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
         start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))
         self.vehicle = Steered(campaign.vehicle, start, self.world.current_m_s)
-        self.planner = Planner(campaign.planner, [goal])
+        self.planner = self._planner(start, goal)
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
-        self._period_s = sonar.ping_period_s
         self._true = Told(self.world, sonar.range_max_m)
         try:
             self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws)
@@ -108,6 +109,14 @@ class Flight:
             raise OdsError(f"world: {error}") from error
         self.heard: Heard | None = None
         self._ending: Ending = "time-out"
+
+    def _planner(self, start: VehicleState, goal: Vector3) -> Planner | Led:
+        if self._arm != "all_knowing":
+            return Planner(self._campaign.planner, [goal])
+        led = led_through(self.world, self._campaign, start, self._period_s / STEPS, STEPS)
+        first = led.steer(0)
+        self.vehicle.obey(first.heading_rad, first.speed_m_s, first.down_m)
+        return led
 
     def fly(self) -> Outcome:
         """Return what came of it. Raises OdsError."""
@@ -158,6 +167,7 @@ class Flight:
     def _in_the_way(self, set_point: SetPoint, ping: int, sent: VehicleState, now_ns: int) -> bool:
         if not set_point.avoiding or self._arm == "truth":
             return set_point.avoiding
+        assert isinstance(self.planner, Planner)
         true = self._true.look(ping, sent).list.obstacles
         return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 

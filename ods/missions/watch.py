@@ -53,7 +53,7 @@ class Watch(Protocol):
 
 
 class Told:
-    """Tells what is really there, as far as the sonar reaches, all around; with `blind` nothing at all."""
+    """Tells what is really there, as far as the sonar reaches, all around; with `blind` the pose only."""
 
     def __init__(self, world: World, range_m: float, *, blind: bool = False) -> None:
         self._world, self._range_m, self._blind = world, range_m, blind
@@ -210,7 +210,7 @@ def watch_of(
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
         return OnBoard(world, vehicle, sonar, settings, laws)
-    return Told(world, sonar.range_max_m, blind=arm == "none")
+    return Told(world, sonar.range_max_m, blind=arm != "truth")
 
 
 def head_of(vehicle: Steered, t_s: float) -> Placed:
