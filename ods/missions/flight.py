@@ -40,12 +40,15 @@ class Referee:
         self._evading = self._grounded = False
         self.first_listed_m: dict[int, float] = {}
         """By the obstacles' numbers: how far the edge was when it was listed first, m."""
+        self.time_to_collision_s = math.inf
 
     def see(self, was: VehicleState, now: VehicleState) -> None:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
         self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+        if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
+            self.time_to_collision_s = 0.0
 
     def hear(self, told: ObstacleList, now: VehicleState) -> None:
         """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
@@ -55,8 +58,11 @@ class Referee:
         places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
         off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        for which in np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist():
-            self.first_listed_m.setdefault(which, float(clear[which]))
+        new = set(np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist()) - self.first_listed_m.keys()
+        if new:
+            until_s = self._world.until_contact_s(now, self._radius_m)
+            self.time_to_collision_s = min(self.time_to_collision_s, *until_s[list(new)].tolist())
+            self.first_listed_m.update((which, float(clear[which])) for which in sorted(new))
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -173,6 +179,7 @@ class Flight:
 
     def _outcome(self) -> Outcome:
         seen, campaign = self.referee, self._campaign
+        listens = self._arm in ("ods", "truth")
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
         return Outcome(
             mission=self._number,
@@ -186,5 +193,6 @@ class Flight:
             evasions_of_nothing=seen.groundless,
             listed=len(seen.first_listed_m),
             first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
+            time_to_collision_s=round(seen.time_to_collision_s, 3) if listens and math.isfinite(seen.time_to_collision_s) else None,
             not_valid_s=round(seen.not_valid_s, 3),
         )
