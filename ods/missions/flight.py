@@ -179,7 +179,7 @@ class Flight:
 
     def _outcome(self) -> Outcome:
         seen, campaign = self.referee, self._campaign
-        listens = self._arm in ("ods", "truth")
+        listens, warned_s = self._arm in ("ods", "truth"), seen.time_to_collision_s
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
         return Outcome(
             mission=self._number,
@@ -193,6 +193,6 @@ class Flight:
             evasions_of_nothing=seen.groundless,
             listed=len(seen.first_listed_m),
             first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
-            time_to_collision_s=round(seen.time_to_collision_s, 3) if listens and math.isfinite(seen.time_to_collision_s) else None,
+            time_to_collision_s=round(warned_s, 3) if listens and math.isfinite(warned_s) else None,
             not_valid_s=round(seen.not_valid_s, 3),
         )

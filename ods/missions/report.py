@@ -27,9 +27,7 @@ class Result(msgspec.Struct, frozen=True):
 def result_of(campaign: Campaign, outcomes: Sequence[Outcome]) -> Result:
     """Sum a campaign up; there is at least one outcome of each arm."""
     straight_m = campaign.world.length_m - campaign.planner.reached_m
-    return Result(
-        [summary_of(arm, outcomes, straight_m) for arm in campaign.arms], paired(outcomes, campaign.arms)
-    )
+    return Result([summary_of(arm, outcomes, straight_m) for arm in campaign.arms], paired(outcomes, campaign.arms))
 
 
 def write(folder: Path, outcomes: Sequence[Outcome], result: Result) -> None:

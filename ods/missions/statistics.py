@@ -39,11 +39,11 @@ class Summary(msgspec.Struct, frozen=True):
     time_ratio: float | None
     """Mean time over that of the arm `none` in the same world, where both succeed; none: there are none."""
     path_over_best: float | None
-    """Mean length of the way over that of the arm `all_knowing` in the same world, where both succeed; none: there are none,
-    and so the time:"""
+    """Mean length of the way over that of the arm `all_knowing` in the same world, where both succeed; none: there are
+    none; and so the time:"""
     time_over_best: float | None
     time_to_collision_s: list[float]
-    """Time to collision at first confirmation, the least of a mission: its QUANTILES over all missions that have one."""
+    """Time to collision at first confirmation, the least of a mission: its QUANTILES over missions that have one."""
     evasions: float
     """Mean a mission."""
     evasions_of_nothing: float

@@ -1,7 +1,6 @@
 """The all-knowing arm: its motions are the vehicle's, and its way is the shortest that there is."""
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -27,7 +26,10 @@ def errand(
 ) -> Errand:
     """Return the way to a goal 80 m north, among obstacles (north, east, radius), at 2 m/s from the start on."""
     rows = np.array(obstacles, np.float64).reshape(-1, 3)
-    places: Callable[[float], Floats] = lambda t_s: rows[:, :2] + t_s * np.array(moving)
+
+    def places(t_s: float) -> Floats:
+        return np.asarray(rows[:, :2] + t_s * np.array(moving))
+
     start = at_start(0.0, 2.0)
     return Errand(start, (80.0, 0.0), 5.0, places, rows[:, 2], keep_m, CAN, (2.0, 1.0), (0.0, 0.0), 0.05, 1, 200.0)
 

@@ -1,1 +1,1 @@
-"""The all-knowing arm: the fastest way among obstacles whose motions are all known, for a vehicle that can do so much."""
+"""The all-knowing arm: the fastest way of a steered vehicle among obstacles whose motions are all known."""

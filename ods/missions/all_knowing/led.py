@@ -1,7 +1,5 @@
 """In a planner's place: goes the fastest way, which was found before the start."""
 
-import math
-
 from ods.messages import Clearance, ObstacleList
 from ods.missions.all_knowing.search import Errand, Way, fastest_way
 from ods.missions.settings import Campaign

@@ -20,10 +20,6 @@ class Motions(NamedTuple):
     """Through the water."""
     turn_rad_s: Floats
 
-    def of(self, which: object) -> "Motions":
-        """Return some of them."""
-        return Motions(*(each[which] for each in self))  # type: ignore[index]
-
 
 class Orders(NamedTuple):
     """Set points of n vehicles; each array (n,)."""

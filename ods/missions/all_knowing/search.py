@@ -107,15 +107,15 @@ class _Search:
 
     def _gone_on(self, chosen: list[int]) -> int | None:
         """Go on from some states; return the first that is at the goal."""
-        before, orders, moves = self._tried(chosen)
-        after, places = moved(before, orders, self._errand.can, self._errand.current_m_s, self._errand.dt_s, self._steps)
-        clear = self._clear(places[self._looked], moves) & ((moves + 1) * self._move_s <= self._errand.most_s)
-        there = self._there(places).any(axis=0)
+        errand, (before, orders, moves) = self._errand, self._tried(chosen)
+        after, places = moved(before, orders, errand.can, errand.current_m_s, errand.dt_s, self._steps)
+        clear = self._clear(places[self._looked], moves) & ((moves + 1) * self._move_s <= errand.most_s)
+        there = np.asarray(self._there(places).any(axis=0))
         left_s = self._left_s(after)
         keys = self._keys(after, moves + 1)
         block, best = len(self._states), None
         self._states.append(after)
-        many = len(TURNS) * len(self._errand.speeds_m_s)
+        many = len(TURNS) * len(errand.speeds_m_s)
         for which in np.flatnonzero(clear).tolist():
             key = int(keys[which])
             if key in self._seen:
