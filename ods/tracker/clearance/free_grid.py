@@ -97,8 +97,7 @@ class FreeGrid:
             return
         rows, columns = self._around(mask.sector, head)
         forward, starboard, down = self._in_head(rows, columns, head)
-        across = np.hypot(forward, starboard)
-        range_m = np.hypot(across, down)
+        range_m = np.sqrt(forward * forward + starboard * starboard + down * down)
         empty, heard = mask.at(np.arctan2(starboard, forward), range_m)
         room = range_m * math.sin(mask.sector.half_vertical_rad) - np.abs(down) - self._settings.half_height_m
         self._keep(t_s, (rows, columns), LayerSeen(empty, heard, room), swept=swept)
