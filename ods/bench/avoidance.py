@@ -11,17 +11,24 @@ from ods.base.arrays import Floats
 from ods.bench.settings import AvoidLimits
 from ods.messages import Vector3, VehicleSetPoint, VehicleTruth
 from ods.offline.run_record import Log
+from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.echo.bodies import clearances
 from ods.sim_sonar.scene.timeline import Scene
+from ods.sim_sonar.settings import VehicleSettings
 
 
 class Mission(NamedTuple):
     """What was to be done, and in which world."""
 
     scene: Scene
-    radius_m: float
-    """Of the vehicle's circle."""
     way_points: list[Vector3]
+    steering: SteeringSettings
+    can: VehicleSettings
+    """Of the vehicle."""
+    current_m_s: tuple[float, float]
+    """North, east."""
+    keep_m: float
+    """What an all-knowing planner keeps from objects."""
 
 
 class Avoidance(msgspec.Struct, frozen=True):
@@ -37,8 +44,10 @@ class Avoidance(msgspec.Struct, frozen=True):
     """Least height over the sea-bed; infinite where there is none."""
     path_m: float
     """Length of the way over ground."""
-    path_ratio: float
+    straight_ratio: float
     """Over the straight way from the start over all way-points, as far as where the last one counts as reached."""
+    path_ratio: float
+    """Over the way of an all-knowing planner; where none was found, over the straight one."""
     seconds: float
     """From the start to the arrival, or the end."""
     evasions: int
@@ -52,23 +61,27 @@ class Avoidance(msgspec.Struct, frozen=True):
 def clearance_of(mission: Mission, truth: VehicleTruth) -> Floats:
     """Return (n,) how far the vehicle's circle is from each object, m."""
     place = np.array(truth.position_ned)
-    return clearances(mission.scene.bodies_at(truth.scene_s), place) - mission.radius_m
+    return clearances(mission.scene.bodies_at(truth.scene_s), place) - mission.can.radius_m
 
 
-def judge(mission: Mission, way: Log[VehicleTruth], set_points: Log[VehicleSetPoint], reached_m: float) -> Avoidance:
-    """Return the figures of a mission, as far as the arrival."""
+def judge(
+    mission: Mission, way: Log[VehicleTruth], set_points: Log[VehicleSetPoint], best_m: float | None
+) -> Avoidance:
+    """Return the figures of a mission, as far as the arrival; `best_m`: length of an all-knowing planner's way."""
     arrival_ns = next((each.t_ns for each in set_points if each.arrived), None)
     flown = [each for each in way if arrival_ns is None or each.t_ns <= arrival_ns]
     heard = [each for each in set_points if arrival_ns is None or each.t_ns <= arrival_ns]
     clear, nearest, bottom = _nearest(mission, flown)
     path_m = sum(math.dist(a.position_ned, b.position_ned) for a, b in pairwise(flown))
+    straight_ratio = _straight_ratio(path_m, flown, mission)
     return Avoidance(
         arrived=arrival_ns is not None,
         clearance_m=clear,
         nearest=nearest,
         over_bottom_m=bottom,
         path_m=path_m,
-        path_ratio=_path_ratio(path_m, flown, mission.way_points, reached_m),
+        straight_ratio=straight_ratio,
+        path_ratio=path_m / best_m if best_m and flown else straight_ratio,
         seconds=flown[-1].scene_s - flown[0].scene_s if flown else 0.0,
         evasions=sum(now.avoiding and not was.avoiding for was, now in pairwise(heard)),
         not_valid_s=sum((now.t_ns - was.t_ns) * 1e-9 for was, now in pairwise(heard) if not was.valid),
@@ -106,8 +119,9 @@ def _nearest(mission: Mission, flown: list[VehicleTruth]) -> tuple[float, str, f
     return clear, nearest, bottom
 
 
-def _path_ratio(path_m: float, flown: list[VehicleTruth], way_points: list[Vector3], reached_m: float) -> float:
+def _straight_ratio(path_m: float, flown: list[VehicleTruth], mission: Mission) -> float:
     if not flown:
         return math.inf
-    straight = sum(math.dist(a, b) for a, b in pairwise([flown[0].position_ned, *way_points])) - reached_m
+    points = [flown[0].position_ned, *mission.way_points]
+    straight = sum(math.dist(a, b) for a, b in pairwise(points)) - mission.steering.reached_m
     return path_m / straight if straight > 0.0 else math.inf

@@ -10,6 +10,7 @@ from ods.base.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
 from ods.bench import report
 from ods.bench.avoidance import Mission, judge
+from ods.bench.best_way import best_way, length_m
 from ods.bench.machine import MachineProbe
 from ods.bench.metrics import summarize
 from ods.bench.runner import fly_mission
@@ -28,16 +29,17 @@ def run(args: Namespace) -> int:
         record = fly_mission(settings)
         machine = probe.result()
     steered = steered_mission(settings)
-    found = None
-    if steered is not None and settings.planner is not None:
-        found = judge(steered, record.way, record.set_points, settings.planner.steering.reached_m)
+    found = best = None
+    if steered is not None:
+        best = best_way(steered, record.way[0]) if len(record.way) else None
+        found = judge(steered, record.way, record.set_points, None if best is None else length_m(best))
     summary = summarize(record, settings.limits, settings.settle_s, machine, found)
     settings.out.mkdir(parents=True, exist_ok=True)
     (settings.out / "summary.json").write_bytes(msgspec.json.format(msgspec.json.encode(summary)))
     with drawn_in(args.style):
         picture.draw_run(record, settings.out / "scene.png", Mounting(mounting_in(settings.onboard)))
         if steered is not None and len(record.way):
-            draw_way(steered, record, settings.out / "way.png")
+            draw_way(steered, record, best, settings.out / "way.png")
     report.show(summary, settings)
     return 1 if summary.broken else 0
 
@@ -47,8 +49,14 @@ def steered_mission(settings: BenchConfig) -> Mission | None:
     if settings.planner is None or settings.sim.vehicle is None:
         return None
     still = Steered(settings.sim.vehicle.can_do, at_start(0.0, 0.0))
-    radius_m = settings.sim.vehicle.can_do.radius_m
-    return Mission(load_scene(settings.sim.scene, vehicle=still), radius_m, settings.planner.way_points)
+    return Mission(
+        load_scene(settings.sim.scene, vehicle=still),
+        settings.planner.way_points,
+        settings.planner.steering,
+        settings.sim.vehicle.can_do,
+        settings.sim.vehicle.current_m_s,
+        0.0 if settings.limits.avoid is None else settings.limits.avoid.clearance_m,
+    )
 
 
 def _overridden(settings: BenchConfig, seconds: float | None, out: Path | None, record: Path | None) -> BenchConfig:

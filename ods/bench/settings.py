@@ -30,7 +30,7 @@ class AvoidLimits(Settings, frozen=True):
     clearance_m: NonNegative
     """Least distance between the vehicle's circle and any object."""
     path_ratio: Annotated[float, msgspec.Meta(ge=1.0)]
-    """Length of its way over that of the straight one to all way-points."""
+    """Length of its way over that of an all-knowing planner, which keeps `clearance_m` as well."""
     over_bottom_m: NonNegative = 0.0
     """Least height over the sea-bed."""
 

@@ -25,14 +25,16 @@ MOVES_M_S = 0.01
 DEPTH_MARGIN_M = 2.0
 
 
-def draw_way(mission: Mission, record: RunRecord, file: Path) -> None:
-    """Draw it into `file`."""
+def draw_way(mission: Mission, record: RunRecord, best: Floats | None, file: Path) -> None:
+    """Draw it into `file`; `best`: (k, 2) the way of an all-knowing planner."""
     times = np.array([each.scene_s for each in record.way])
     places = np.array([each.position_ned for each in record.way])
     state = _states(record)
     figure = Figure(figsize=(15.0, 9.0), layout="constrained")
     plan, clear, depth = figure.subplots(3, 1, height_ratios=(4.0, 1.2, 1.0))
     _objects(plan, mission, times)
+    if best is not None:
+        plan.plot(best[:, 0], best[:, 1], color=STRONG, lw=1.2, ls=":", label="all-knowing planner")
     for number, (label, colour) in enumerate(STATES):
         _coloured(plan, places[:, 0], places[:, 1], state == number, colour, label)
         _coloured(depth, times, places[:, 2], state == number, colour, "")

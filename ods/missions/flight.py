@@ -9,7 +9,8 @@ import numpy as np
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.messages import ObstacleList
+from ods.messages import ObstacleList, Vector3
+from ods.missions.all_knowing.led import Led, led_through
 from ods.missions.detections.laws import Laws
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
@@ -39,12 +40,15 @@ class Referee:
         self._evading = self._grounded = False
         self.first_listed_m: dict[int, float] = {}
         """By the obstacles' numbers: how far the edge was when it was listed first, m."""
+        self.time_to_collision_s = math.inf
 
     def see(self, was: VehicleState, now: VehicleState) -> None:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
         self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+        if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
+            self.time_to_collision_s = 0.0
 
     def hear(self, told: ObstacleList, now: VehicleState) -> None:
         """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
@@ -54,8 +58,11 @@ class Referee:
         places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
         off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        for which in np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist():
-            self.first_listed_m.setdefault(which, float(clear[which]))
+        new = set(np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist()) - self.first_listed_m.keys()
+        if new:
+            until_s = self._world.until_contact_s(now, self._radius_m)
+            self.time_to_collision_s = min(self.time_to_collision_s, *until_s[list(new)].tolist())
+            self.first_listed_m.update((which, float(clear[which])) for which in sorted(new))
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -94,13 +101,13 @@ class Flight:
         """
         self.world = make_world(campaign.world, campaign.seed, number) if world is None else world
         self._number, self._arm, self._campaign = number, arm, campaign
+        self._period_s = sonar.ping_period_s
         goal = (campaign.world.length_m, 0.0, campaign.world.down_m)
         start = at_start(0.0, campaign.planner.slow_m_s, (0.0, 0.0, goal[2]))
         self.vehicle = Steered(campaign.vehicle, start, self.world.current_m_s)
-        self.planner = Planner(campaign.planner, [goal])
+        self.planner = self._planner(start, goal)
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
-        self._period_s = sonar.ping_period_s
         self._true = Told(self.world, sonar.range_max_m)
         try:
             self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws)
@@ -108,6 +115,14 @@ class Flight:
             raise OdsError(f"world: {error}") from error
         self.heard: Heard | None = None
         self._ending: Ending = "time-out"
+
+    def _planner(self, start: VehicleState, goal: Vector3) -> Planner | Led:
+        if self._arm != "all_knowing":
+            return Planner(self._campaign.planner, [goal])
+        led = led_through(self.world, self._campaign, start, self._period_s / STEPS, STEPS)
+        first = led.steer(0)
+        self.vehicle.obey(first.heading_rad, first.speed_m_s, first.down_m)
+        return led
 
     def fly(self) -> Outcome:
         """Return what came of it. Raises OdsError."""
@@ -158,11 +173,13 @@ class Flight:
     def _in_the_way(self, set_point: SetPoint, ping: int, sent: VehicleState, now_ns: int) -> bool:
         if not set_point.avoiding or self._arm == "truth":
             return set_point.avoiding
+        assert isinstance(self.planner, Planner)
         true = self._true.look(ping, sent).list.obstacles
         return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 
     def _outcome(self) -> Outcome:
         seen, campaign = self.referee, self._campaign
+        listens, warned_s = self._arm in ("ods", "truth"), seen.time_to_collision_s
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
         return Outcome(
             mission=self._number,
@@ -176,5 +193,6 @@ class Flight:
             evasions_of_nothing=seen.groundless,
             listed=len(seen.first_listed_m),
             first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
+            time_to_collision_s=round(warned_s, 3) if listens and math.isfinite(warned_s) else None,
             not_valid_s=round(seen.not_valid_s, 3),
         )

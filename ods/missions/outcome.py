@@ -42,5 +42,9 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """Obstacles that came to be listed,"""
     first_listed_m: float | None
     """and how far their edges were from the vehicle then: the mean; none: none was."""
+    time_to_collision_s: float | None
+    """Time to collision at first confirmation: of the obstacles that the vehicle would have run into, going straight on
+    as when they were listed first, the least time until then; 0: it ran into one that was never listed; none: there was
+    no such, or there is no list."""
     not_valid_s: float
     """Time during which the planner had no list to rely on."""

@@ -13,7 +13,8 @@ from ods.missions.outcome import Outcome
 from ods.missions.settings import Campaign
 from ods.missions.statistics import Paired, Rate, Summary, paired, summary_of
 
-ARMS = {"none": "no avoidance", "ods": "the ODS list", "truth": "the truth as list"}
+ARMS = {"none": "no avoidance", "ods": "the ODS list", "truth": "the truth as list", "all_knowing": "all-knowing"}
+SHARES = {("ods", "truth"): ": the list's share of failure", ("truth", "all_knowing"): ": the planner's"}
 
 
 class Result(msgspec.Struct, frozen=True):
@@ -25,11 +26,8 @@ class Result(msgspec.Struct, frozen=True):
 
 def result_of(campaign: Campaign, outcomes: Sequence[Outcome]) -> Result:
     """Sum a campaign up; there is at least one outcome of each arm."""
-    base = [each for each in outcomes if each.arm == "none"]
     straight_m = campaign.world.length_m - campaign.planner.reached_m
-    return Result(
-        [summary_of(arm, outcomes, straight_m, base) for arm in campaign.arms], paired(outcomes, campaign.arms)
-    )
+    return Result([summary_of(arm, outcomes, straight_m) for arm in campaign.arms], paired(outcomes, campaign.arms))
 
 
 def write(folder: Path, outcomes: Sequence[Outcome], result: Result) -> None:
@@ -54,6 +52,9 @@ def table_of(result: Result) -> Table:
     table.add_row("least clearance, m: median (5 to 95 %)", *(_spread(arm.clearance_m) for arm in result.arms))
     table.add_row("way over the straight one", *(_ratio(arm.path_ratio) for arm in result.arms))
     table.add_row("time over that without avoidance", *(_ratio(arm.time_ratio) for arm in result.arms))
+    table.add_row("way over that of the all-knowing", *(_ratio(arm.path_over_best) for arm in result.arms))
+    table.add_row("time over that of the all-knowing", *(_ratio(arm.time_over_best) for arm in result.arms))
+    table.add_row("time to collision when first listed, s", *(_spread(arm.time_to_collision_s) for arm in result.arms))
     table.add_row("evasions a mission", *(f"{arm.evasions:.1f}" for arm in result.arms))
     table.add_row("of these of nothing", *(f"{arm.evasions_of_nothing:.1f}" for arm in result.arms))
     table.add_row("time with no valid list", *(f"{arm.not_valid_share:.1%}" for arm in result.arms))
@@ -65,6 +66,7 @@ def lines_of(result: Result) -> list[str]:
     return [
         f"{ARMS[each.first]} / {ARMS[each.second]}: only the first collides in {each.only_first_collides} worlds, only "
         f"the second in {each.only_second_collides} (McNemar p = {each.p:.2g})"
+        f"{SHARES.get((each.first, each.second), '')}"
         for each in result.paired
     ]
 

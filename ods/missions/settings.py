@@ -14,7 +14,7 @@ from ods.sim_sonar.sea_bed.settings import SeaBed
 from ods.sim_sonar.settings import VehicleSettings
 from ods.tracker.settings import TrackerSettings
 
-Arm = Literal["none", "ods", "truth"]
+Arm = Literal["none", "ods", "truth", "all_knowing"]
 Metres = Annotated[float, msgspec.Meta(gt=0.0, le=5000.0)]
 MOST_OBSTACLES = 2000
 
@@ -93,8 +93,9 @@ class Campaign(Settings, frozen=True):
     """Of all worlds and of all that is random in them."""
     missions: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 100
     """Worlds; each arm goes through all of them."""
-    arms: Annotated[tuple[Arm, ...], msgspec.Meta(min_length=1)] = ("none", "ods", "truth")
-    """none: no avoidance; ods: the list of pipeline and tracker; truth: a list of what is really there, in reach."""
+    arms: Annotated[tuple[Arm, ...], msgspec.Meta(min_length=1)] = ("none", "ods", "truth", "all_knowing")
+    """none: no avoidance; ods: the list of pipeline and tracker; truth: a list of what is really there, in reach;
+    all_knowing: no planner, the fastest way that a search finds which knows all motions."""
     sonar: str = "seabat6012"
     """Name of a file in config/sonars, or a path that ends in .toml."""
     range_m: Metres | None = None

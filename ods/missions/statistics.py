@@ -38,6 +38,12 @@ class Summary(msgspec.Struct, frozen=True):
     """Mean length of the way over that of the straight one, of successful missions; none: there are none."""
     time_ratio: float | None
     """Mean time over that of the arm `none` in the same world, where both succeed; none: there are none."""
+    path_over_best: float | None
+    """Mean length of the way over that of the arm `all_knowing` in the same world, where both succeed; none: there are
+    none; and so the time:"""
+    time_over_best: float | None
+    time_to_collision_s: list[float]
+    """Time to collision at first confirmation, the least of a mission: its QUANTILES over missions that have one."""
     evasions: float
     """Mean a mission."""
     evasions_of_nothing: float
@@ -64,14 +70,14 @@ def rate_of(count: int, of: int) -> Rate:
     return Rate(count, of, count / of, float(interval.low), float(interval.high))
 
 
-def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float, base: Sequence[Outcome]) -> Summary:
-    """Return what is told of an arm; `base`: the outcomes of the arm `none`, for the ratio of times."""
+def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float) -> Summary:
+    """Return what is told of an arm."""
     own = [each for each in outcomes if each.arm == arm]
     n = len(own)
     clearances = [each.clearance_m for each in own if each.clearance_m is not None]
     successes = [each for each in own if each.ending == "success"]
-    others = {each.mission: each.time_s for each in base if each.ending == "success"}
-    times = [each.time_s / others[each.mission] for each in successes if each.mission in others]
+    alone, best = (_beside(successes, outcomes, other) for other in ("none", "all_knowing"))
+    warnings = [each.time_to_collision_s for each in own if each.time_to_collision_s is not None]
     total_s = math.fsum(each.time_s for each in own)
     return Summary(
         arm=arm,
@@ -79,9 +85,12 @@ def summary_of(arm: str, outcomes: Sequence[Outcome], straight_m: float, base: S
         collision=rate_of(sum(each.ending == "collision" for each in own), n),
         near_miss=rate_of(sum(each.near_miss for each in own), n),
         time_out=rate_of(sum(each.ending == "time-out" for each in own), n),
-        clearance_m=[round(float(q), 3) for q in np.quantile(clearances, QUANTILES)] if clearances else [],
+        clearance_m=_quantiles(clearances),
         path_ratio=_mean([each.path_m / straight_m for each in successes]),
-        time_ratio=_mean(times),
+        time_ratio=_mean([each.time_s / other.time_s for each, other in alone]),
+        path_over_best=_mean([each.path_m / other.path_m for each, other in best]),
+        time_over_best=_mean([each.time_s / other.time_s for each, other in best]),
+        time_to_collision_s=_quantiles(warnings),
         evasions=sum(each.evasions for each in own) / n,
         evasions_of_nothing=sum(each.evasions_of_nothing for each in own) / n,
         not_valid_share=math.fsum(each.not_valid_s for each in own) / total_s,
@@ -104,6 +113,16 @@ def paired(outcomes: Sequence[Outcome], arms: Sequence[str]) -> list[Paired]:
         p = float(binomtest(only_first, discordant).pvalue) if discordant else 1.0
         pairs.append(Paired(first, second, only_first, only_second, p))
     return pairs
+
+
+def _beside(own: Sequence[Outcome], outcomes: Sequence[Outcome], arm: str) -> list[tuple[Outcome, Outcome]]:
+    """Return each with that of another arm in the same world, where that succeeds."""
+    others = {each.mission: each for each in outcomes if each.arm == arm and each.ending == "success"}
+    return [(each, others[each.mission]) for each in own if each.mission in others]
+
+
+def _quantiles(values: Sequence[float]) -> list[float]:
+    return [round(float(q), 3) for q in np.quantile(values, QUANTILES)] if values else []
 
 
 def _mean(values: Sequence[float]) -> float | None:

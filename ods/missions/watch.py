@@ -53,7 +53,7 @@ class Watch(Protocol):
 
 
 class Told:
-    """Tells what is really there, as far as the sonar reaches, all around; with `blind` nothing at all."""
+    """Tells what is really there, as far as the sonar reaches, all around; with `blind` the pose only."""
 
     def __init__(self, world: World, range_m: float, *, blind: bool = False) -> None:
         self._world, self._range_m, self._blind = world, range_m, blind
@@ -99,17 +99,17 @@ class InImages:
     def found(self, number: int, sent: VehicleState) -> Found:
         """Return what the pipeline finds."""
         self._next = number, sent.t_s
-        began, self._image_s = time.process_time(), 0.0
+        began, self._image_s = time.thread_time(), 0.0
         found = next(self._found)[1]
-        return found._replace(chain_ms=1e3 * (time.process_time() - began - self._image_s))
+        return found._replace(chain_ms=1e3 * (time.thread_time() - began - self._image_s))
 
     def _pings(self) -> Iterator[Ping]:
         while True:
             number, t_s = self._next
             t_ns = round(t_s * NS)
-            began = time.process_time()
+            began = time.thread_time()
             ping = self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
-            self._image_s += time.process_time() - began
+            self._image_s += time.thread_time() - began
             yield ping
 
 
@@ -128,11 +128,11 @@ class ByLaws:
         """Return what the pipeline might have found."""
         t_ns = round(sent.t_s * NS)
         ended_ns = t_ns + round(self._listens_s * NS)
-        began = time.process_time()
+        began = time.thread_time()
         sights = sights_of(self._world, self._vehicle, sent.t_s, self._fan)
         at = head_of(self._vehicle, sent.t_s + self._listens_s)
         found = self._drawing.detections(number, t_ns, START_UTC_NS + t_ns, sights, at)
-        spent_ms = 1e3 * (time.process_time() - began)
+        spent_ms = 1e3 * (time.thread_time() - began)
         heard = []
         while self._heard_ns < ended_ns:
             heard.append(next(self._poses))
@@ -171,9 +171,9 @@ class OnBoard:
     def look(self, number: int, sent: VehicleState) -> Heard | None:
         """Return the list of a ping."""
         found = self.newest = self._finding.found(number, sent)
-        began = time.process_time()
+        began = time.thread_time()
         told = self._tracking.told(found)
-        self.tracking_ms.append(1e3 * (time.process_time() - began))
+        self.tracking_ms.append(1e3 * (time.thread_time() - began))
         self.finding_ms.append(found.chain_ms)
         return None if told is None else Heard(told, self._keeper.after(told, found.detections))
 
@@ -210,7 +210,7 @@ def watch_of(
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
         return OnBoard(world, vehicle, sonar, settings, laws)
-    return Told(world, sonar.range_max_m, blind=arm == "none")
+    return Told(world, sonar.range_max_m, blind=arm != "truth")
 
 
 def head_of(vehicle: Steered, t_s: float) -> Placed:

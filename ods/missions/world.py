@@ -8,6 +8,7 @@ import numpy as np
 from ods.base.arrays import Floats
 from ods.missions.settings import WorldSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, VehiclePath
+from ods.sim_sonar.steered import VehicleState
 
 SQUARE_M_A_HECTARE = 1e4
 FIRST_TO_FIT = 10_000_000
@@ -40,6 +41,17 @@ class World(NamedTuple):
         if above <= 0.0:
             return np.asarray(away)
         return np.asarray(np.hypot(np.maximum(away, 0.0), above))
+
+    def until_contact_s(self, now: VehicleState, radius_m: float) -> Floats:
+        """Return (n,) the time until a vehicle's circle touches each obstacle if both go straight on; inf: never."""
+        offset = self.places(now.t_s) - (now.north_m, now.east_m)
+        closing = self.velocity - now.velocity_m_s
+        reach = self.radius_m + radius_m
+        gap = np.maximum((offset**2).sum(axis=1) - reach**2, 0.0)
+        toward = -(offset * closing).sum(axis=1)
+        square = toward**2 - (closing**2).sum(axis=1) * gap
+        touches = (toward > 0.0) & (square >= 0.0)
+        return np.where(touches, gap / np.where(touches, toward + np.sqrt(np.maximum(square, 0.0)), 1.0), math.inf)
 
     def scene(self, duration_s: float) -> SceneFile:
         """Return it as a scene; the vehicle in it stands at the start."""

@@ -10,8 +10,10 @@ import pytest
 from ods.base.clock import NS
 from ods.base.settings_file import ConfigError, load
 from ods.bench.avoidance import Avoidance, Mission, judge, missed
+from ods.bench.best_way import best_way, length_m
 from ods.bench.settings import AvoidLimits, BenchConfig
 from ods.messages import VehicleSetPoint, VehicleTruth
+from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, Sphere, VehiclePath
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sea_bed.settings import SeaBed
@@ -19,9 +21,8 @@ from ods.sim_sonar.settings import VehicleSettings
 from ods.sim_sonar.steered import Steered, at_start
 
 CONFIG = Path(__file__).parents[2] / "config"
-REACHED_M = 10.0
 LIMITS = AvoidLimits(clearance_m=1.0, over_bottom_m=5.0, path_ratio=1.15)
-GOOD = Avoidance(True, 2.0, "pile", 7.0, 100.0, 1.1, 50.0, 3, 1.0, 0.0)
+GOOD = Avoidance(True, 2.0, "pile", 7.0, 100.0, 1.1, 1.1, 50.0, 3, 1.0, 0.0)
 
 
 def mission(*objects: Cylinder | Sphere) -> Mission:
@@ -31,7 +32,9 @@ def mission(*objects: Cylinder | Sphere) -> Mission:
         objects=list(objects),
         sea_bed=SeaBed(depth_m=27.0),
     )
-    return Mission(Scene(file, vehicle=Steered(VehicleSettings(), at_start(0.0, 0.0))), 0.5, [(100.0, 0.0, 20.0)])
+    can = VehicleSettings(radius_m=0.5)
+    scene = Scene(file, vehicle=Steered(can, at_start(0.0, 0.0)))
+    return Mission(scene, [(100.0, 0.0, 20.0)], SteeringSettings(reached_m=10.0), can, (0.0, 0.0), 1.0)
 
 
 PILE = Cylinder(name="pile", position_ned=(50.0, 4.0, 20.0), radius_m=1.0, length_m=20.0)
@@ -59,15 +62,16 @@ def said(at_s: float, *, avoiding: bool = False, valid: bool = True, arrived: bo
 
 def test_it_came_as_near_as_the_circles_do() -> None:
     """4 m abeam, less 1 m of the pile and 0.5 m of its own."""
-    found = judge(mission(PILE), straight(45.0), [said(45.0, arrived=True)], REACHED_M)
+    found = judge(mission(PILE), straight(45.0), [said(45.0, arrived=True)], None)
     assert found.nearest == "pile"
     assert (found.clearance_m, found.over_bottom_m) == pytest.approx((2.5, 7.0))
-    assert (found.path_m, found.path_ratio, found.seconds) == pytest.approx((90.0, 1.0, 45.0))
+    assert (found.path_m, found.straight_ratio, found.path_ratio) == pytest.approx((90.0, 1.0, 1.0))
+    assert found.seconds == pytest.approx(45.0)
 
 
 def test_what_moves_counts_where_it_is_then() -> None:
     """It crosses the way at 30 s, when a vehicle of 5/3 m/s is there, too."""
-    found = judge(mission(PILE, MOVER), straight(40.0, speed=5.0 / 3.0), [], REACHED_M)
+    found = judge(mission(PILE, MOVER), straight(40.0, speed=5.0 / 3.0), [], None)
     assert found.nearest == "mover"
     assert found.clearance_m == pytest.approx(-2.5)
     assert missed(found, LIMITS)["collision"] == "it collided with mover"
@@ -75,13 +79,13 @@ def test_what_moves_counts_where_it_is_then() -> None:
 
 def test_over_the_top_of_a_pile_its_height_counts() -> None:
     """Its top is at 10 m; 4 m above it and 2.5 m beside its wall, with the vehicle's circle taken off."""
-    found = judge(mission(PILE), straight(45.0, down=6.0), [], REACHED_M)
+    found = judge(mission(PILE), straight(45.0, down=6.0), [], None)
     assert found.clearance_m == pytest.approx(math.hypot(3.0, 4.0) - 0.5)
 
 
 def test_what_follows_the_arrival_does_not_count() -> None:
     late = [said(20.0, arrived=True), said(30.0, arrived=True)]
-    found = judge(mission(PILE), straight(45.0), late, REACHED_M)
+    found = judge(mission(PILE), straight(45.0), late, None)
     assert (found.arrived, found.seconds) == (True, 20.0)
     assert found.clearance_m == pytest.approx(math.hypot(10.0, 4.0) - 1.5)
 
@@ -89,7 +93,7 @@ def test_what_follows_the_arrival_does_not_count() -> None:
 def test_evasions_and_times_are_counted() -> None:
     told = [said(0.0, valid=False), said(2.0), said(4.0, avoiding=True), said(5.0, avoiding=True)]
     told += [said(6.0), said(7.0, avoiding=True), said(8.0, valid=False), said(8.5)]
-    found = judge(mission(PILE), straight(45.0), told, REACHED_M)
+    found = judge(mission(PILE), straight(45.0), told, None)
     assert (found.evasions, found.arrived) == (2, False)
     assert (found.not_valid_s, found.stopped_s) == pytest.approx((2.5, 2.0))
 
@@ -132,3 +136,15 @@ def test_what_belongs_together_is_asked_for_in_one_line(tmp_path: Path, was: str
     with pytest.raises(ConfigError, match=said) as refused:
         load(file, BenchConfig)
     assert "\n" not in str(refused.value)
+
+
+def test_its_way_is_measured_by_that_of_an_all_knowing_planner() -> None:
+    """Which goes round a pile in its way, 1 m clear of it with a circle of 0.5 m."""
+    blocked = mission(msgspec.structs.replace(PILE, position_ned=(50.0, 0.0, 20.0), radius_m=6.4))
+    best = best_way(blocked, straight(0.0)[0])
+    assert best is not None
+    assert math.hypot(best[-1, 0] - 100.0, best[-1, 1]) <= 10.0
+    assert 7.9 < min(math.hypot(north - 50.0, east) for north, east in best.tolist()) < 8.6
+    assert 90.0 < length_m(best) < 94.0
+    found = judge(blocked, straight(45.0), [], 100.0)
+    assert (found.straight_ratio, found.path_ratio) == pytest.approx((1.0, 0.9))

@@ -92,3 +92,23 @@ def test_with_the_list_of_pipeline_and_tracker_it_passes_what_it_would_hit() -> 
     assert (outcome.ending, outcome.near_miss, outcome.evasions_of_nothing) == ("success", False, 0)
     assert 0.0 < outcome.not_valid_s < 3.0
     assert flight("ods", (50.0, 0.5, 2.0)).fly() == outcome
+
+
+def test_time_to_collision_is_of_what_it_would_run_into_when_it_was_listed_first() -> None:
+    """At 1 m/s, after one ping of 0.15 s; what passes 4 m aside or goes away is none."""
+    flown = flight("truth", (30.0, 0.5, 2.0), (20.0, 6.5, 2.0))
+    flown.step(0)
+    gone_m = flown.vehicle.way[-1].north_m
+    edge_m = 30.0 - math.sqrt(2.5**2 - 0.5**2)
+    assert flown.referee.time_to_collision_s == pytest.approx(edge_m - gone_m, abs=1e-6)
+    away = flight("truth", (30.0, 0.5, 2.0), moving=(1.5, 0.0))
+    away.step(0)
+    assert away.referee.time_to_collision_s == math.inf
+
+
+def test_what_was_never_listed_left_no_time() -> None:
+    unseen = flight("ods", (50.0, 0.5, 2.0))
+    unseen.watch = Told(world_of(), 100.0)
+    outcome = unseen.fly()
+    assert (outcome.ending, outcome.time_to_collision_s) == ("collision", 0.0)
+    assert flight("none", (50.0, 0.5, 2.0)).fly().time_to_collision_s is None

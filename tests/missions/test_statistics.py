@@ -17,6 +17,7 @@ def flown(arm: str, mission: int, ending: Ending = "success", **more: float) -> 
         evasions_of_nothing=1,
         listed=1,
         first_listed_m=40.0,
+        time_to_collision_s=20.0 + mission,
         **values,
     )
 
@@ -46,15 +47,18 @@ def test_arms_that_never_differ_differ_by_chance() -> None:
 
 def test_ratios_are_of_missions_that_succeed() -> None:
     base = [flown("none", 0), flown("none", 1, "collision"), flown("none", 2)]
+    best = [flown("all_knowing", 0, path_m=100.0, time_s=55.0), flown("all_knowing", 2)]
     own = [
         flown("ods", 0, time_s=66.0, path_m=120.0),
         flown("ods", 1, time_s=90.0),
         flown("ods", 2, "time-out", clearance_m=0.5, time_s=200.0),
     ]
-    summary = summary_of("ods", base + own, 100.0, base)
+    summary = summary_of("ods", base + own + best, 100.0)
     assert (summary.success.count, summary.time_out.count, summary.collision.count) == (2, 1, 0)
     assert summary.path_ratio == pytest.approx(1.15)
     assert summary.time_ratio == pytest.approx(1.1)
+    assert (summary.path_over_best, summary.time_over_best) == pytest.approx((1.2, 1.2))
+    assert summary.time_to_collision_s[2] == 21.0
     assert (summary.evasions, summary.evasions_of_nothing) == (2.0, 1.0)
     assert summary.not_valid_share == pytest.approx(18.0 / 356.0)
     assert summary.clearance_m[2] == 4.0

@@ -15,7 +15,7 @@ from ods.missions.workers import Task, flown_of
 def outcome(number: int) -> Outcome:
     return Outcome(
         mission=number, arm="none", ending="success", near_miss=False, clearance_m=None, path_m=1.0, time_s=1.0,
-        evasions=0, evasions_of_nothing=0, listed=0, first_listed_m=None, not_valid_s=0.0,
+        evasions=0, evasions_of_nothing=0, listed=0, first_listed_m=None, time_to_collision_s=None, not_valid_s=0.0,
     )  # fmt: skip
 
 

@@ -28,11 +28,12 @@ class FanMask(NamedTuple):
         """Return both at places; outside of the sector neither."""
         low, high = self.sector.bearing_min_rad, self.sector.bearing_max_rad
         near, far = self.sector.range_min_m, self.sector.range_max_m
-        inside = (bearing >= low) & (bearing < high) & (range_m >= near) & (range_m < far)
-        column = ((bearing - low) * (BEARINGS / (high - low))).astype(np.intp)
-        row = ((range_m - near) * (RANGES / (far - near))).astype(np.intp)
-        cell = np.clip(column, 0, BEARINGS - 1) * RANGES + np.clip(row, 0, RANGES - 1)
-        return inside & self.empty.ravel()[cell], inside & self.heard.ravel()[cell]
+        shown = np.zeros((BEARINGS + 2, RANGES + 2), np.uint8)  # outside is a rim of nothing
+        shown[1:-1, 1:-1] = self.empty + 2 * self.heard
+        column = np.clip((bearing - low) * (BEARINGS / (high - low)) + 1.0, 0.0, BEARINGS + 1.0).astype(np.intp)
+        row = np.clip((range_m - near) * (RANGES / (far - near)) + 1.0, 0.0, RANGES + 1.0).astype(np.intp)
+        at = shown.ravel()[column * (RANGES + 2) + row]
+        return (at & 1).astype(bool), (at & 2).astype(bool)
 
 
 def fan_mask(

@@ -1,0 +1,1 @@
+"""The all-knowing arm: the fastest way of a steered vehicle among obstacles whose motions are all known."""

@@ -1,0 +1,44 @@
+"""In a planner's place: goes the fastest way, which was found before the start."""
+
+from ods.messages import Clearance, ObstacleList
+from ods.missions.all_knowing.search import Errand, Way, fastest_way
+from ods.missions.settings import Campaign
+from ods.missions.world import World
+from ods.planner.planner import SetPoint
+from ods.sim_sonar.steered import VehicleState
+
+
+class Led:
+    """Gives the set points of a way, one each time that it is asked; where there is no way, it goes straight on."""
+
+    def __init__(self, way: Way | None, start: VehicleState, cruise_m_s: float, steps: int) -> None:
+        """`steps`: of the vehicle, from one question to the next."""
+        self._way, self._start, self._cruise_m_s, self._steps = way, start, cruise_m_s, steps
+        self._asked = 0
+
+    def hear(self, told: ObstacleList, clearance: Clearance | None) -> None:
+        """Take in what it knows already."""
+
+    def steer(self, now_ns: int) -> SetPoint:
+        """Return what to do until it is asked again; first before the start."""
+        gone = self._asked * self._steps
+        self._asked += 1
+        if self._way is None:
+            return SetPoint(self._start.heading_rad, self._cruise_m_s, self._start.down_m)
+        heading, speed = self._way.orders[min(gone // self._way.steps, len(self._way.orders) - 1)]
+        return SetPoint(heading, speed, self._start.down_m, arrived=gone >= len(self._way.places) - 1)
+
+
+def led_through(world: World, campaign: Campaign, start: VehicleState, dt_s: float, steps: int) -> Led:
+    """Return who goes the fastest way of a mission: without a near miss if there is one, without a collision if not."""
+    planner, vehicle = campaign.planner, campaign.vehicle
+    for keep_m in (campaign.near_miss_m, 0.0):
+        errand = Errand(
+            start, (campaign.world.length_m, 0.0), planner.reached_m, world.places, world.radius_m,
+            keep_m + vehicle.radius_m, vehicle, (planner.cruise_m_s, planner.slow_m_s), world.current_m_s, dt_s, steps,
+            campaign.longest * campaign.world.length_m / planner.cruise_m_s,
+        )  # fmt: skip
+        way = fastest_way(errand)
+        if way is not None:
+            return Led(way, start, planner.cruise_m_s, steps)
+    return Led(None, start, planner.cruise_m_s, steps)
