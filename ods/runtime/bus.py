@@ -85,6 +85,7 @@ TOPICS: dict[str, Topic] = {
         Topic("raw", RawBytes, "sonar", 0.0, queue=HIGH_WATER_MARK),
         Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
         Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),
+        Topic("veto-orders", messages.VetoOrder, "tracker", 0.0, queue=16),
     )
 }
 """Every topic but health, which each process publishes under the name `health` on its own socket."""
@@ -108,6 +109,7 @@ REQUESTS: dict[str, Request] = {
     row.name: row
     for row in (
         Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar", "sonar-answers"),
+        Request("veto-requests", messages.VetoRequest, messages.VetoAnswer, "tracker"),
         Request("replay-requests", messages.ReplayRequest, messages.ReplayAnswer, "replay"),
     )
 }

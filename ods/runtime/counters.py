@@ -174,6 +174,12 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("map_write_failed", "attempts to write the map that failed", logged=True),
         CounterRow("map_stalled", "times the disk let the map wait for more than 3 s", logged=True),
         CounterRow("map_process_lost", "times the map's process ended; it is started again", logged=True),
+        CounterRow("veto_orders", "operators' requests to ignore, forget or restore, those refused too", trouble=False),
+        CounterRow("vetoes_refused", "operators' requests that were refused"),
+        CounterRow("vetoes_over", "vetoes that ended of themselves: they expired, or no longer fit the obstacle",
+                   trouble=False),
+        CounterRow("refused_operators", "attempts to veto without a key of an operator"),
+        CounterRow("bad_veto-requests", "operators' requests that are malformed or too long"),
         *_POSE_BUFFER,
     ),
     "nav": (
