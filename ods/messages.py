@@ -664,6 +664,8 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
             raise ValueError(f"{self.do}: needs " + (f"one of {', '.join(allowed)}" if allowed else "nothing else"))
         if self.do != "list" and not self.reason.strip():
             raise ValueError("reason: missing")
+        if not self.reason.isprintable():
+            raise ValueError("reason: must be one line of plain text")
         if (self.for_s is None) == (self.do == "ignore"):
             raise ValueError("for_s: needed by `ignore`, and by nothing else")
 

@@ -35,7 +35,8 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
 
     The integral over time of the squared lack of distance, m^2 s. With existence p, an obstacle is kept off by z
     standard deviations more than `keep_m`, where p (1 - Phi(z)) is the risk; one that is less likely to be in the way
-    than the risk needs no distance, nor does one that an operator said to ignore. `age_s`: time since the list's `t_ns`.
+    than the risk needs no distance, nor does one that an operator said to ignore. `age_s`: time since the list's
+    `t_ns`.
     """
     told = _courses(obstacles, paths, age_s, settings)
     if not len(told.places):

@@ -103,13 +103,15 @@ class Request:
     """The process that answers."""
     answers: str = ""
     """Topic on which it publishes its answers; the requests are published on that of the socket's name. '': neither."""
+    keyed: bool = False
+    """It takes requests by the keys of operators only, where there are any."""
 
 
 REQUESTS: dict[str, Request] = {
     row.name: row
     for row in (
         Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar", "sonar-answers"),
-        Request("veto-requests", messages.VetoRequest, messages.VetoAnswer, "tracker"),
+        Request("veto-requests", messages.VetoRequest, messages.VetoAnswer, "tracker", keyed=True),
         Request("replay-requests", messages.ReplayRequest, messages.ReplayAnswer, "replay"),
     )
 }

@@ -50,7 +50,9 @@ def test_an_obstacle_is_ignored_until_the_veto_expires_and_others_are_not() -> N
 
 
 @pytest.mark.parametrize(
-    "later", [obstacle(7, 20.0 + AROUND_M + 0.1), obstacle(7, 20.0, radius_m=1.0 + AROUND_M + 0.1)], ids=["moved", "grown"]
+    "later",
+    [obstacle(7, 20.0 + AROUND_M + 0.1), obstacle(7, 20.0, radius_m=1.0 + AROUND_M + 0.1)],
+    ids=["moved", "grown"],
 )
 def test_what_moves_or_grows_beyond_what_was_named_is_no_longer_ignored(later: Obstacle) -> None:
     vetoes = Vetoes()
@@ -136,6 +138,7 @@ def test_a_next_tracker_goes_on_with_them() -> None:
     [
         {"do": "ignore", "id": 7, "reason": "no end"},
         {"do": "ignore", "id": 7, "for_s": 60.0},
+        {"do": "ignore", "id": 7, "reason": "two\nlines", "for_s": 60.0},
         {"do": "ignore", "id": 7, "reason": "too long", "for_s": 1e6},
         {"do": "ignore", "id": 7, "region": {"centre_ne": [0, 0], "radius_m": 5}, "reason": "both", "for_s": 1.0},
         {"do": "ignore", "reason": "neither", "for_s": 1.0},

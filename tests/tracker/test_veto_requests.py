@@ -9,7 +9,7 @@ import msgspec
 import pytest
 import zmq
 
-from ods.client import Veto, VetoError, VetoRegion, VetoRequest, Vetoes
+from ods.client import Veto, VetoError, Vetoes, VetoRegion, VetoRequest
 from ods.messages import VetoAnswer
 from ods.runtime import bus
 from ods.runtime.keys.curve import connect_by_key

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ods.base.clock import NS
 from ods.base.settings_file import load
-from ods.client import Veto, VetoRequest, Vetoes
+from ods.client import Veto, Vetoes, VetoRequest
 from ods.config import OnboardConfig
 from ods.messages import LONGEST_VETO_S
 

@@ -33,6 +33,7 @@ class Operators:
 
     def __init__(self, keys: Path | None, run_dir: Path) -> None:
         """`keys`: the folder of keys; None: there are no operators."""
+        self.counters: Counter[str] = Counter()
         self.problem = ""
         """Why nobody can ask, though there is a list."""
         self._run_dir = run_dir
@@ -41,15 +42,6 @@ class Operators:
         self._context: zmq.Context[zmq.Socket[bytes]] | None = None
         self._admission: Admission | None = None
         self._responder: Responder | None = None
-        self._refused = 0
-
-    @property
-    def counters(self) -> Counter[str]:
-        """Return what was counted so far."""
-        counted = Counter({"refused_operators": self._refused})
-        if self._responder is not None:
-            counted.update(self._responder.counters)
-        return counted
 
     def asked(self) -> list[Asked]:
         """Let in who has come, and return what operators ask. A key that was taken from the list asks in vain."""
@@ -60,13 +52,13 @@ class Operators:
         names = self._listed.names
         if self._responder is None or self._admission is None:
             return []
-        self._refused += sum(not one.name for one in self._admission.answer(names))
+        self.counters["refused_operators"] += sum(not one.name for one in self._admission.answer(names))
         found = []
         for peer, request, key in self._responder.receive_keyed():
             if key in names:
                 found.append(Asked(peer, request, names[key]))
             else:
-                self._refused += 1
+                self.counters["refused_operators"] += 1
                 self._responder.answer(peer, VetoAnswer(ok=False, reason="this key is no longer an operator's"))
         return found
 
@@ -88,6 +80,7 @@ class Operators:
                 self._context = self._context or zmq.Context(1)
                 self._admission = self._admission or Admission(self._context)
                 self._responder = Responder(self._context, self._run_dir, NAME, pair)
+                self._responder.counters = self.counters
         except (KeyFileError, BusError) as error:
             problem = str(error)
         self.problem = f"no operator can veto: {problem}" if problem else ""
