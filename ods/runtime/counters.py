@@ -316,6 +316,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("missing_lists", "lists that were made and not recorded, by gaps in `seq`"),
         CounterRow("missing_poses", "poses that were known on board and not recorded"),
         CounterRow("failed_pings", "pings that the pipeline cannot process"),
+        CounterRow("refused_orders", "operators' orders that the tracker carried out on board, and refuses here"),
         CounterRow("pipeline_restarts", "times the pipeline began anew", trouble=False),
         CounterRow("tracker_restarts", "times a tracker went on where the former one was", trouble=False),
         CounterRow("tracker_anew", "times a tracker began anew", trouble=False),
