@@ -46,7 +46,7 @@ def test_ttm_names_it_so() -> None:
 
 @pytest.mark.parametrize(("key", "field"), [("obstacles", "obstacles"), ("tracks", "tracks")])
 def test_messages_of_ros_that_cannot_say_it_are_without_it(key: str, field: str) -> None:
-    made = content.OF_LISTS[key](MAKE, UTC_NS, content.now(MOMENT, 10))  # type: ignore[index]
+    made = content.OF_LISTS[key](MAKE, UTC_NS, content.now(MOMENT, 10))
     assert len(getattr(made, field)) == 1
 
 
