@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ods.base.clock import NS
-from ods.messages import Obstacle, VetoRegion, VetoRequest
+from ods.messages import Obstacle, Veto, VetoRegion, VetoRequest
 from ods.tracker.veto.region import lies_in
 from ods.tracker.veto.vetoes import AROUND_M, MOST, MOVES, RefusedError, Vetoes, VetoState
 
@@ -30,6 +30,13 @@ def by_id(number: int, for_s: float = 60.0) -> VetoRequest:
 
 def in_region(region: VetoRegion, for_s: float = 60.0) -> VetoRequest:
     return VetoRequest(do="ignore", region=region, reason="the pier", for_s=for_s)
+
+
+def vetoed(each: Obstacle, author: str) -> list[Veto]:
+    """Return what holds once an obstacle was vetoed by its id, for a minute."""
+    vetoes = Vetoes()
+    vetoes.ignore(by_id(each.id), author, [each], 0)
+    return vetoes.held(0, lambda t_ns: t_ns)
 
 
 def ignored(vetoes: Vetoes, *present: Obstacle, at_s: float = 0.0) -> list[int]:
