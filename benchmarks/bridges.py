@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, Protocol
@@ -30,8 +30,13 @@ SETTLE_S = 3.0
 POSE = PoseAt((0.0, 0.0, 5.0), (1.0, 0.0, 0.0, 0.0), (2.0, 0.0, 0.0), (0.1, 0.1, 0.1), (0.01, 0.01, 0.01))
 MOST_SHARE, MOST_MS = 0.02, 5.0
 """What is wanted."""
-BRIDGES = {"json": "", "ttm": "", "moos": "", "ros2": "", "mavlink": "", "mavlink-3d": 'form = "3d"\nmost_m = 200.0'}
-"""And further keys."""
+BRIDGES = {
+    "json": "", "ttm": "", "moos": "", "ros2": "", "ros2-four": "", "mavlink": "",
+    "mavlink-3d": 'form = "3d"\nmost_m = 200.0',
+}  # fmt: skip
+"""And further keys; `ros2-four`: a node has subscribed to four topics."""
+FOUR = "markers", "clearance", "odometry"
+"""Beside the obstacle array."""
 ROS_DOMAIN = 99
 
 
@@ -67,11 +72,11 @@ class UdpPeer:
 
 
 class RosPeer:
-    """A subscription by DDS, on loopback, to the obstacle array."""
+    """A subscription by DDS, on loopback, to the obstacle array, and to `more` topics whose messages nobody takes."""
 
     table = f"domain = {ROS_DOMAIN}"
 
-    def __init__(self) -> None:
+    def __init__(self, more: Sequence[str] = ()) -> None:
         from cyclonedds.core import InstanceState, ReadCondition, SampleState, ViewState, WaitSet
         from cyclonedds.domain import Domain, DomainParticipant
         from cyclonedds.qos import Policy, Qos
@@ -81,16 +86,20 @@ class RosPeer:
 
         from ods.bridge.ros2.dds_types import DdsTypes
         from ods.bridge.ros2.interface import configuration
+        from ods.bridge.ros2.topics import TOPICS
         from ods.bridge.settings import Ros2Settings
-        from ods.ros2.definitions import OBSTACLE_ARRAY
         from ods.ros2.messages import Messages
 
-        kind: Any = DdsTypes(Messages().store).of(OBSTACLE_ARRAY)
-        kind.deserialize = classmethod(lambda cls, data, **_: cls(data))  # what a node in C++ takes for it is its own
+        types = DdsTypes(Messages().store)
         self._domain = Domain(ROS_DOMAIN, configuration(Ros2Settings(domain=ROS_DOMAIN)))
         participant = DomainParticipant(ROS_DOMAIN)
         qos = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10))
-        self._reader = DataReader(participant, Topic(participant, "rt/ods/obstacles", kind), qos=qos)
+        readers = []
+        for row in (row for key in ("obstacles", *more) for row in TOPICS if row.key == key):
+            kind: Any = types.of(row.kind)
+            kind.deserialize = classmethod(lambda cls, data, **_: cls(data))  # in C++ what that takes is the node's own
+            readers.append(DataReader(participant, Topic(participant, f"rt/ods/{row.name}", kind), qos=qos))
+        self._reader, *self._others = readers
         self._waiting = WaitSet(participant)
         self._condition = ReadCondition(self._reader, SampleState.NotRead | ViewState.Any | InstanceState.Alive)
         self._waiting.attach(self._condition)
@@ -105,9 +114,9 @@ class RosPeer:
 
 
 @contextmanager
-def _peer(name: str) -> Iterator[Peer]:
-    if name == "ros2":
-        yield RosPeer()
+def _peer(row: str) -> Iterator[Peer]:
+    if row.startswith("ros2"):
+        yield RosPeer(FOUR if row == "ros2-four" else ())
         return
     with socket.socket(type=socket.SOCK_DGRAM) as listening:
         listening.bind(("127.0.0.1", 0))
@@ -132,7 +141,7 @@ def main() -> None:
 def _measured(row: str, seconds: float) -> tuple[float, list[float]]:
     """Return a bridge's share of a core, and how much later each list was there than at a subscriber, ms."""
     name = row.split("-")[0]
-    with tempfile.TemporaryDirectory(prefix="ods-") as folder, _peer(name) as peer:
+    with tempfile.TemporaryDirectory(prefix="ods-") as folder, _peer(row) as peer:
         config = Path(folder) / "onboard.toml"
         text = Path("config/onboard.toml").read_text().replace("[bus]", f'[bus]\nrun_dir = "{folder}"')
         config.write_text(f"{text}\n[bridge.{name}]\n{peer.table}\nmost_hz = 100.0\n{BRIDGES[row]}\n")

@@ -18,9 +18,9 @@ import zmq
 
 from benchmarks.bridges import _list
 from ods.base import clock
-from ods.listen.key_folder import KeyFolder
 from ods.runtime import bus
-from ods.runtime.key_files import ClientKey, read_client_key
+from ods.runtime.keys.key_files import ClientKey, read_client_key
+from ods.runtime.keys.key_folder import KeyFolder
 
 LISTS_HZ, STOPPED = 20, 10
 SETTLE_S = 3.0

@@ -39,7 +39,7 @@ from ods.sim_sonar.ins.canopen_ins import SimulatedIns
 from ods.sim_sonar.ins.dbc_ins import SimulatedDbcIns
 from ods.sim_sonar.ins.slcan_hub import SlcanHub
 from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import TrackerConfig
+from ods.tracker.settings import TrackerProcessConfig
 
 CONFIG = Path(__file__).parents[1] / "config"
 FILES = {"canopen": "onboard.toml", "dbc": "onboard-sbg.toml"}
@@ -197,7 +197,7 @@ def _wait_for_tracker(run_dir: Path) -> None:
 
 def _track(config: Path, out: Connection) -> None:
     loaded = settings_file.load(config, OnboardConfig)
-    service.run_worker(TimedTracker, PROCESSES["tracker"], loaded.bus.run_dir, part_of(loaded, TrackerConfig))
+    service.run_worker(TimedTracker, PROCESSES["tracker"], loaded.bus.run_dir, part_of(loaded, TrackerProcessConfig))
     out.send(taken)
 
 

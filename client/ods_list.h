@@ -22,6 +22,7 @@ typedef struct { /* m, m/s; north east down; sigma: standard deviations */
     double velocity_ned[3], sigma_velocity[3];
     double radius_m, sigma_radius, existence;
     int64_t first_seen_utc_ns, last_seen_utc_ns;
+    int64_t ignored_by;            /* number of the operator's veto by which it may be ignored; below 0: none */
 } OdsObstacle;
 
 typedef struct {
@@ -155,6 +156,7 @@ static inline OdsState ods_state(OdsValue v) {
 
 static inline void ods_read_obstacle(OdsReader *r, OdsObstacle *o) {
     memset(o, 0, sizeof *o);
+    o->ignored_by = -1;
     for (uint32_t pairs = ods_count(r, ODS_MAP); pairs && !r->bad; pairs--) {
         OdsValue key = ods_next(r);
         if (ods_is(key, "id")) o->id = ods_whole(r);
@@ -169,6 +171,7 @@ static inline void ods_read_obstacle(OdsReader *r, OdsObstacle *o) {
         else if (ods_is(key, "existence")) o->existence = ods_real(r);
         else if (ods_is(key, "first_seen_utc_ns")) o->first_seen_utc_ns = ods_whole(r);
         else if (ods_is(key, "last_seen_utc_ns")) o->last_seen_utc_ns = ods_whole(r);
+        else if (ods_is(key, "ignored_by")) o->ignored_by = ods_whole(r);
         else ods_skip(r);
     }
 }

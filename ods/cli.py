@@ -62,6 +62,7 @@ class Command(NamedTuple):
 GROUPS = {
     "map": ("ACTION", "the map of objects at rest: list, export, merge, prune"),
     "keys": ("ACTION", "keys of clients on other computers: make, list, revoke"),
+    "veto": ("ACTION", "an operator's say: ignore, forget or restore obstacles"),
     "bridge": ("NAME", "obstacles to planners and displays of others"),
     "assess": ("WHAT", "accuracy and speed of every setting, on one chart"),
 }
@@ -74,6 +75,11 @@ COMMANDS = (
     Command("keys make", "ods.commands.keys.make", "let a client on another computer listen", ONBOARD),
     Command("keys list", "ods.commands.keys.list", "clients that may listen", ONBOARD),
     Command("keys revoke", "ods.commands.keys.revoke", "let a client listen no longer", ONBOARD),
+    Command("veto ignore", "ods.commands.veto.ignore", "ignore an obstacle, for a time", ONBOARD),
+    Command("veto region", "ods.commands.veto.region", "ignore what rests in a region, for a time", ONBOARD),
+    Command("veto forget", "ods.commands.veto.forget", "drop an obstacle; echoes of it begin a new one", ONBOARD),
+    Command("veto restore", "ods.commands.veto.restore", "end a veto before it expires", ONBOARD),
+    Command("veto list", "ods.commands.veto.list", "vetoes that hold", ONBOARD),
     Command("bench", "ods.bench.command", "whole chain against the simulated sonar and vehicle", BENCH),
     Command("watch", "ods.commands.watch", "live table of obstacles and health", ONBOARD),
     Command("doctor", "ods.doctor.command", "check configuration, devices, clock, versions", ONBOARD),

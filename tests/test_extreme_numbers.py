@@ -22,7 +22,7 @@ from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseBuffer, PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import TrackerConfig, TrackerSettings
+from ods.tracker.settings import TrackerProcessConfig, TrackerSettings
 
 EXTREMES = [0.0, -0.0, 5e-324, 1e-9, 0.1, 1.0, 6.3, 100.0, 1e4, 1e5, 1e7, 1e9, 1e19, 1e300, 1.7e308]
 numbers = st.sampled_from([sign * value for value in EXTREMES for sign in (1.0, -1.0)]) | st.floats()
@@ -155,7 +155,7 @@ class TrackerAlone:
         self.counters: Counter[str] = Counter()
         self.process, self.run_dir = PROCESSES["tracker"], folder
         alone: Any = self
-        config = TrackerConfig(
+        config = TrackerProcessConfig(
             site=SiteSettings(latitude_deg=57.0, longitude_deg=10.0), pose=PoseSettings(), tracker=TrackerSettings()
         )
         self.worker = TrackerWorker(alone, config)

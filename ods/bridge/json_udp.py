@@ -94,6 +94,7 @@ def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
         "bottom_probability": round(obstacle.bottom_probability, 3),
         "moving": round(obstacle.moving, 3),
         "multipath_of": obstacle.multipath_of,
+        "ignored": _ignored(obstacle, moment),
         "near_m": _metres(obstacle.near_m),
         "sigma_near_m": _metres(obstacle.sigma_near_m),
         "elongated": round(obstacle.elongated, 3),
@@ -104,6 +105,14 @@ def _obstacle(obstacle: Obstacle, moment: Moment) -> dict[str, Any]:
             "sigma_m": round(cpa.sigma_m, 3),
         },
     }  # fmt: skip
+
+
+def _ignored(obstacle: Obstacle, moment: Moment) -> dict[str, Any] | None:
+    """Return the operator's veto of an obstacle; None: there is none."""
+    for veto in moment.picture.vetoes:
+        if veto.number == obstacle.ignored_by:
+            return {"by": veto.author, "why": veto.reason, "until_utc_ms": veto.until_utc_ns // MS}
+    return None
 
 
 def _outline(outline: Outline) -> dict[str, Any]:

@@ -47,9 +47,14 @@ class Moment:
         """Return the time from now to the closest approach; 0: it is over."""
         return max(0.0, approach.time_s - self.age_s)
 
-    def nearest(self, most: int) -> list[Obstacle]:
-        """Return the obstacles that have not ended, nearest edge first, `most` at most."""
+    def nearest(self, most: int, *, ignored: bool = True) -> list[Obstacle]:
+        """Return the obstacles that have not ended, nearest edge first, `most` at most.
+
+        ignored: those, too, that an operator said to ignore: of a receiver that is told so, or leans to the safe side.
+        """
         present = [(self.edge_m(obstacle), obstacle) for obstacle in self.picture.obstacles if _is_there(obstacle)]
+        if not ignored:
+            present = [each for each in present if each[1].ignored_by < 0]
         finite = [each for each in present if math.isfinite(each[0])]
         return [obstacle for _, obstacle in sorted(finite, key=lambda each: each[0])[:most]]
 

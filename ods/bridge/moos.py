@@ -27,8 +27,8 @@ class MoosEncoder:
         self._settings = settings
 
     def encode(self, moment: Moment) -> Encoded:
-        """Return a datagram for each obstacle, the nearest first."""
-        nearest = moment.nearest(self._settings.most_obstacles)
+        """Return a datagram for each obstacle that is not ignored, the nearest first."""
+        nearest = moment.nearest(self._settings.most_obstacles, ignored=False)
         utc_s = moment.utc_ns / NS
         texts = (given_obstacle(obstacle, moment, self._settings) for obstacle in nearest)
         return Encoded([message("GIVEN_OBSTACLE", text, utc_s) for text in texts], moment.left_out(len(nearest)))

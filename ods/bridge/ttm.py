@@ -51,7 +51,10 @@ class TtmEncoder:
 
 
 def _target(obstacle: Obstacle, moment: Moment) -> list[str]:
-    """Return the fields from the distance to the status: the edge's distance, the centre's bearing."""
+    """Return the fields from the distance to the status: the edge's distance, the centre's bearing.
+
+    The name of one that an operator said to ignore begins with IGN.
+    """
     north, east, _ = moment.place(obstacle)
     own_north, own_east, _ = moment.vehicle()
     velocity_north, velocity_east, _ = obstacle.velocity_ned
@@ -66,7 +69,7 @@ def _target(obstacle: Obstacle, moment: Moment) -> list[str]:
         "" if cpa is None else _miles(cpa.distance_m),
         "" if cpa is None else f"{moment.approach_s(cpa) / 60.0:.2f}",
         "N",
-        f"ODS{obstacle.id}",
+        f"{'IGN' if obstacle.ignored_by >= 0 else 'ODS'}{obstacle.id}",
         "T",
     ]
 

@@ -19,7 +19,7 @@ Replay("/run/ods").step()
 from ods.client.ahead import Ahead, at
 from ods.client.lists import NoListError, Obstacles
 from ods.client.near_misses import NearMiss, near_misses
-from ods.client.requests import Replay, ReplayError, Sonar, SonarError
+from ods.client.requests import Replay, ReplayError, Sonar, SonarError, VetoError, Vetoes
 from ods.messages import (
     ClosestApproach,
     Obstacle,
@@ -30,10 +30,13 @@ from ods.messages import (
     SonarAnswer,
     SonarRequest,
     UnseenPart,
+    Veto,
+    VetoRegion,
+    VetoRequest,
 )
 
 __all__ = [
     "Ahead", "ClosestApproach", "NearMiss", "NoListError", "Obstacle", "ObstacleList", "Obstacles", "Prediction",
     "Replay", "ReplayAnswer", "ReplayError", "ReplayRequest", "Sonar", "SonarAnswer", "SonarError", "SonarRequest",
-    "UnseenPart", "at", "near_misses",
+    "UnseenPart", "Veto", "VetoError", "VetoRegion", "VetoRequest", "Vetoes", "at", "near_misses",
 ]  # fmt: skip

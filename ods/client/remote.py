@@ -17,7 +17,8 @@ from ods.base import clock
 from ods.base.errors import OdsError
 from ods.messages import Health, ObstacleList
 from ods.runtime import bus
-from ods.runtime.key_files import ClientKey, read_client_key
+from ods.runtime.keys.curve import connect_by_key
+from ods.runtime.keys.key_files import ClientKey, read_client_key
 
 SCHEME = "tcp://"
 ANEW_NS = 3 * clock.NS
@@ -25,7 +26,7 @@ ANEW_NS = 3 * clock.NS
 vehicle's clock may have begun anew."""
 DRIFT = 2e-4
 """By which two computers' clocks differ in speed, at most: so fast the quickest list is forgotten."""
-HANDSHAKE_MS, HEARTBEAT_MS, GIVE_UP_MS = 5000, 1000, 5000
+HEARTBEAT_MS, GIVE_UP_MS = 1000, 5000
 _KINDS: dict[bytes, type[ObstacleList | Health]] = {b"obstacles": ObstacleList, bus.HEALTH.encode(): Health}
 
 
@@ -120,12 +121,9 @@ def _socket_of(context: "zmq.Context[zmq.Socket[bytes]]", key: ClientKey) -> "zm
     socket.setsockopt(zmq.MAXMSGSIZE, bus.LONGEST_MESSAGE_BYTES)
     socket.setsockopt(zmq.RECONNECT_IVL, 50)
     socket.setsockopt(zmq.RECONNECT_IVL_MAX, 1000)
-    socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
     socket.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
     socket.setsockopt(zmq.HEARTBEAT_TIMEOUT, GIVE_UP_MS)
-    socket.setsockopt(zmq.CURVE_SERVERKEY, key.server.encode())
-    socket.setsockopt(zmq.CURVE_PUBLICKEY, key.own.public.encode())
-    socket.setsockopt(zmq.CURVE_SECRETKEY, key.own.secret.encode())
+    connect_by_key(socket, key)
     return socket
 
 

@@ -1,4 +1,4 @@
-"""Requests: the sonar's range, and what a live replay shall do."""
+"""Requests: the sonar's range, an operator's vetoes, and what a live replay shall do."""
 
 from pathlib import Path
 from typing import Generic, TypeVar
@@ -7,12 +7,14 @@ import msgspec
 import zmq
 
 from ods.base.errors import OdsError
-from ods.messages import ReplayAnswer, ReplayRequest, SonarAnswer, SonarRequest
+from ods.messages import ReplayAnswer, ReplayRequest, SonarAnswer, SonarRequest, Veto, VetoAnswer, VetoRequest
 from ods.runtime import bus
+from ods.runtime.keys.curve import connect_by_key
+from ods.runtime.keys.key_files import ClientKey, read_client_key
 from ods.runtime.run_dir import RunDirError, is_safe_to_hear
 
 RequestT = TypeVar("RequestT", bound=msgspec.Struct)
-AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer)
+AnswerT = TypeVar("AnswerT", SonarAnswer, ReplayAnswer, VetoAnswer)
 
 
 class SonarError(OdsError):
@@ -23,11 +25,18 @@ class ReplayError(OdsError):
     """A live replay does not do as asked; the text says why in one line."""
 
 
+class VetoError(OdsError):
+    """A veto does not hold as asked; the text says why in one line."""
+
+
 class _Asker(Generic[RequestT, AnswerT]):
     """Asks on one of the sockets for requests."""
 
-    def __init__(self, run_dir: Path, row: str, answer: type[AnswerT], timeout_s: float) -> None:
+    def __init__(
+        self, run_dir: Path, row: str, answer: type[AnswerT], timeout_s: float, key: ClientKey | None = None
+    ) -> None:
         self._run_dir, self._row, self._timeout_s = run_dir, bus.REQUESTS[row], timeout_s
+        self._silence = ": does it run?" if key is None else ": does it run, and know this key as an operator's?"
         self._decoder: msgspec.msgpack.Decoder[AnswerT] = msgspec.msgpack.Decoder(answer)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket = self._context.socket(zmq.REQ)
@@ -37,6 +46,8 @@ class _Asker(Generic[RequestT, AnswerT]):
         self._socket.setsockopt(zmq.REQ_CORRELATE, 1)
         self._socket.setsockopt(zmq.SNDTIMEO, round(timeout_s * 1000))
         self._socket.setsockopt(zmq.RCVTIMEO, round(timeout_s * 1000))
+        if key is not None:
+            connect_by_key(self._socket, key)
         self._socket.connect(bus.endpoint(run_dir, row))
 
     def ask(self, request: RequestT, error: type[OdsError]) -> AnswerT:
@@ -49,7 +60,7 @@ class _Asker(Generic[RequestT, AnswerT]):
         except RunDirError as unsafe:
             raise error(str(unsafe)) from None
         except zmq.Again:
-            why = bus.hindrance(self._run_dir, self._row.name) or ": does it run?"
+            why = bus.hindrance(self._run_dir, self._row.name) or self._silence
             raise error(f"no answer from the {process} within {self._timeout_s:g} s{why}") from None
         except msgspec.DecodeError as wrong:
             raise error(f"bad answer from the {process}: {wrong}") from None
@@ -107,6 +118,24 @@ class Replay:
     def ask(self, request: ReplayRequest) -> ReplayAnswer:
         """Send any request, wait for its answer. Raises ReplayError when it is not ok, or none comes in time."""
         return self._asker.ask(request, ReplayError)
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._asker.close()
+
+
+class Vetoes:
+    """Asks the tracker to ignore, forget or restore obstacles, by the key of an operator (`ods keys`), on board."""
+
+    def __init__(self, run_dir: str | Path, key: str | Path, timeout_s: float = 2.0) -> None:
+        """`key`: the operator's secret file. Raises KeyFileError."""
+        self._asker: _Asker[VetoRequest, VetoAnswer] = _Asker(
+            Path(run_dir), "veto-requests", VetoAnswer, timeout_s, read_client_key(Path(key))
+        )
+
+    def ask(self, request: VetoRequest) -> list[Veto]:
+        """Send a request; return the vetoes that hold. Raises VetoError when it is refused, or no answer comes."""
+        return self._asker.ask(request, VetoError).vetoes
 
     def close(self) -> None:
         """Give the socket back."""

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from ods.base import clock
 from ods.commands.heard import Heard, age_s
-from ods.messages import Clearance, Health, ObstacleList
+from ods.messages import Clearance, Health, Obstacle, ObstacleList
 from ods.runtime import bus
 from ods.runtime.caution import cautions
 from ods.runtime.processes import may_be_on_board
@@ -89,7 +89,7 @@ def _obstacles(newest: ObstacleList | None) -> Table:
         speed = (item.velocity_ned[0] ** 2 + item.velocity_ned[1] ** 2) ** 0.5
         table.add_row(
             str(item.id),
-            item.state if item.unseen_s < UNSEEN_SHOWN_S else f"{item.state}, unseen {item.unseen_s:.0f} s",
+            _state(item),
             f"{north:.1f} ±{sigma[0]:.1f}",
             f"{east:.1f} ±{sigma[1]:.1f}",
             f"{down:.1f} ±{sigma[2]:.1f}",
@@ -100,6 +100,11 @@ def _obstacles(newest: ObstacleList | None) -> Table:
             str(item.times_seen),
         )
     return table
+
+
+def _state(item: Obstacle) -> str:
+    unseen = f", unseen {item.unseen_s:.0f} s" if item.unseen_s >= UNSEEN_SHOWN_S else ""
+    return item.state + unseen + (", ignored" if item.ignored_by >= 0 else "")
 
 
 def _processes(health: dict[str, Health], now_ns: int) -> Table:

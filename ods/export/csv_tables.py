@@ -33,6 +33,7 @@ COLUMNS: dict[str, tuple[str, ...]] = {
         "cpa_time_s", "cpa_distance_m", "cpa_sigma_m", "bottom_probability", "height_above_bottom_m",
         "sigma_height_above_bottom_m", "moving", "multipath_of", "near_m", "sigma_near_m", "elongated",
         "outline_north_m", "outline_east_m", "half_length_m", "half_width_m", "azimuth_rad", "sigma_half_length_m",
+        "ignored_by",
     ),
     "poses": (
         "utc_ns", "t_ns", "seq", *(f"{a}_m" for a in NED), "qw", "qx", "qy", "qz", "v_forward_mps", "v_starboard_mps",
@@ -111,7 +112,7 @@ def _obstacle(o: Obstacle) -> tuple[Cell, ...]:
         o.id, o.state, *o.position_ned, *o.velocity_ned, o.radius_m, *o.sigma_position, *o.sigma_velocity,
         o.sigma_radius, o.covariance_ne, o.existence, o.times_seen, o.unseen_s, o.first_seen_utc_ns,
         o.last_seen_utc_ns, *nearest, o.bottom_probability, o.height_above_bottom_m, o.sigma_height_above_bottom_m,
-        o.moving, o.multipath_of, o.near_m, o.sigma_near_m, o.elongated, *outline,
+        o.moving, o.multipath_of, o.near_m, o.sigma_near_m, o.elongated, *outline, o.ignored_by,
     )  # fmt: skip
 
 

@@ -187,6 +187,7 @@ def _told(o: Obstacle) -> dict[str, object]:
         "times_seen": o.times_seen, "unseen_s": o.unseen_s,
         "closest_approach_m": o.cpa.distance_m if o.cpa else None,
         "closest_approach_in_s": o.cpa.time_s if o.cpa else None, "multipath_of": o.multipath_of,
+        "ignored_by": o.ignored_by,
     }  # fmt: skip
 
 

@@ -8,12 +8,12 @@ import zmq
 
 from ods.base.backoff import Backoff
 from ods.runtime import bus
-from ods.runtime.key_files import KeyPair
+from ods.runtime.keys.curve import serve_by_keys
+from ods.runtime.keys.key_files import KeyPair
 from ods.runtime.listen import ListenSettings
 
 CUT_S = 5.0
 HEARTBEAT_S = 1.0
-HANDSHAKE_S = 5.0
 LONGEST_COMMAND_BYTES = 1024
 """What a client may send: with CURVE a handshake needs 280, subscriptions less."""
 KERNEL_BYTES = 256 * 1024
@@ -57,12 +57,7 @@ class Door:
         socket = self._context.socket(zmq.PUB)
         socket.setsockopt(zmq.LINGER, 0)
         socket.setsockopt(zmq.IPV6, int("[" in self._settings.at))
-        socket.setsockopt(zmq.CURVE_SERVER, 1)
-        socket.setsockopt(zmq.CURVE_PUBLICKEY, self._pair.public.encode())
-        socket.setsockopt(zmq.CURVE_SECRETKEY, self._pair.secret.encode())
-        socket.setsockopt(zmq.ZAP_DOMAIN, self.domain.encode())
-        socket.setsockopt(zmq.ZAP_ENFORCE_DOMAIN, 1)
-        socket.setsockopt(zmq.HANDSHAKE_IVL, round(HANDSHAKE_S * 1000))
+        serve_by_keys(socket, self._pair, self.domain)
         socket.setsockopt(zmq.MAXMSGSIZE, LONGEST_COMMAND_BYTES)
         socket.setsockopt(zmq.RCVHWM, bus.SUBSCRIPTION_QUEUE)
         socket.setsockopt(zmq.SNDHWM, queue_of(self.topics))

@@ -7,12 +7,13 @@ import time
 
 import zmq
 
-from ods.listen.admission import Admission, Asked
 from ods.listen.door import Door
-from ods.listen.key_folder import KeyFolder
 from ods.listen.settings import ListenConfig
 from ods.listen.tap import Tap
-from ods.runtime.key_files import KeyFileError
+from ods.runtime.keys.admission import Admission, Asked
+from ods.runtime.keys.key_files import KeyFileError
+from ods.runtime.keys.key_folder import KeyFolder
+from ods.runtime.keys.key_list import KeyList
 from ods.runtime.service import Service, StartError, Worker
 
 
@@ -26,15 +27,12 @@ class ListenWorker(Worker[ListenConfig]):
         super().__init__(service, settings)
         if settings.bus.keys is None or not settings.bus.listen:
             raise StartError("bus.listen: missing: `at` and `topics` say what may be heard where")
-        self._folder = KeyFolder(settings.bus.keys)
+        folder = KeyFolder(settings.bus.keys)
         try:
-            pair = self._folder.server()
+            pair = folder.server()
         except KeyFileError as error:
             raise StartError(f"bus.keys: {error} (`ods keys make` makes keys)") from error
-        self._names: dict[str, str] = {}
-        """Of those who may listen, by public key."""
-        self._version: tuple[int, ...] | None = None
-        self._list_problem = ""
+        self._allowed = KeyList(folder)
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context(1)
         self._admission = Admission(self._context)
         self._doors = [Door(self._context, each, pair) for each in settings.bus.listen]
@@ -57,22 +55,15 @@ class ListenWorker(Worker[ListenConfig]):
             if door.step(now_s):
                 self.service.complain_once("listen_errors", door.problem)
         self._pass_on()
-        for asked in self._admission.answer(self._names):
+        for asked in self._admission.answer(self._allowed.names):
             self._note(asked)
 
     def _look_at_keys(self) -> None:
-        """Read the list anew if it has changed; hang up on who is no longer in it. Nobody is in one that is wrong."""
-        try:
-            version = self._folder.version()
-            if version == self._version:
-                return
-            allowed = self._folder.allowed()
-            self._version, self._list_problem = version, ""
-        except KeyFileError as error:
-            allowed, self._version, self._list_problem = {}, None, f"bus.keys: {error}: nobody may listen"
-        self._names = {key: name for name, key in allowed.items()}
+        """Hang up on who is no longer in the list. Nobody is in one that is wrong."""
+        if not self._allowed.follow():
+            return
         for door in self._doors:
-            if door.admitted - self._names.keys():
+            if door.admitted - self._allowed.names.keys():
                 door.hang_up()
                 self.service.counters["hang_ups"] += 1
 
@@ -95,7 +86,8 @@ class ListenWorker(Worker[ListenConfig]):
     def problems(self) -> list[str]:
         """Say what nobody can hear, and why."""
         found = [f"bus.listen[{number}].at: {door.problem}" for number, door in enumerate(self._doors) if door.problem]
-        return [*found, *([self._list_problem] if self._list_problem else [])]
+        problem = self._allowed.problem
+        return [*found, *([f"bus.keys: {problem}: nobody may listen"] if problem else [])]
 
     def stop(self) -> None:
         """Give the sockets back."""

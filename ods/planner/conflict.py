@@ -35,7 +35,8 @@ def conflict(paths: Paths, obstacles: Sequence[Obstacle], age_s: float, settings
 
     The integral over time of the squared lack of distance, m^2 s. With existence p, an obstacle is kept off by z
     standard deviations more than `keep_m`, where p (1 - Phi(z)) is the risk; one that is less likely to be in the way
-    than the risk needs no distance. `age_s`: time since the list's `t_ns`.
+    than the risk needs no distance, nor does one that an operator said to ignore. `age_s`: time since the list's
+    `t_ns`.
     """
     told = _courses(obstacles, paths, age_s, settings)
     if not len(told.places):
@@ -55,7 +56,7 @@ def _courses(obstacles: Sequence[Obstacle], paths: Paths, age_s: float, settings
     rows, sigma_m = [], []
     for each in obstacles:
         likely = each.existence * (1.0 - each.bottom_probability)
-        if each.state == "terminated" or likely <= settings.risk:
+        if each.state == "terminated" or each.ignored_by >= 0 or likely <= settings.risk:
             continue
         sigmas = max(0.0, NormalDist().inv_cdf(1.0 - settings.risk / min(likely, LIKELIEST)))
         own_m = each.radius_m + math.hypot(*each.velocity_ned[:2]) * lead_s[-1]

@@ -8,14 +8,14 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.config import OnboardConfig, part_of
-from ods.messages import Detections, ObstacleList, Ping
+from ods.messages import Detections, ObstacleList, Ping, VetoOrder
 from ods.pipeline.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError
 from ods.recording.mcap.reader import Recorded, Recording
 from ods.replay.setup import Life, pipeline_starts, recorded_map, tracker_lives
-from ods.replay.streams import DetectionsStream, HealthStream, PoseStream, message_of
+from ods.replay.streams import DetectionsStream, HealthStream, OrderStream, PoseStream, message_of
 from ods.runtime.processes import PROCESSES
 from ods.tracker.checkpoint import Mission
 from ods.tracker.ids import reserved_id
@@ -24,6 +24,7 @@ from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.utc import VehicleUtc
+from ods.tracker.veto.vetoes import RefusedError
 
 PATIENCE_NS = 2 * NS
 """A ping that the recorder heard of so much later than of its detections, or never, is missing."""
@@ -130,6 +131,7 @@ class TrackerAgain:
         self._lives: deque[Life] = deque(tracker_lives(recording, known))
         self.lists = sum(life.lists for life in self._lives)
         self._poses, self._health = PoseStream(recording), HealthStream(recording)
+        self._orders = OrderStream(recording)
         self._tracker: MissionTracker | None = None
 
     def run(self, detections: Iterator[tuple[int, Detections]]) -> Iterator[ListPair]:
@@ -147,6 +149,8 @@ class TrackerAgain:
             tracker.hear_pose(pose)
         for report in self._health.until(told.made_ns):
             tracker.hear_health(report)
+        for order in self._orders.until(told.made_ns):
+            self._follow(tracker, order)
         self.counters["missing_lists"] += max(0, told.seq - tracker.seq)
         tracker.seq = told.seq
         tracker.follow_utc(told.made_ns)
@@ -158,6 +162,13 @@ class TrackerAgain:
             return None
         answer = tracker.track(of_ping, told.made_ns)
         return None if answer is None else answer.message
+
+    def _follow(self, tracker: MissionTracker, order: VetoOrder) -> None:
+        """Let an operator's order be carried out; here it may name what is not there."""
+        try:
+            tracker.follow(order.request, order.author, order.t_ns)
+        except RefusedError:
+            self.counters["refused_orders"] += 1
 
     def _tracker_of(self, told: ObstacleList) -> MissionTracker:
         """Return the tracker that made a list: one whose lists begin anew took over from the former one."""

@@ -6,7 +6,7 @@ from typing import Generic, TypeVar
 import msgspec
 
 from ods.base.clock import NS
-from ods.messages import Detections, Health, ObstacleList, Pose
+from ods.messages import Detections, Health, ObstacleList, Pose, VetoOrder
 from ods.recording.mcap.reader import Recorded, Recording
 
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
@@ -95,6 +95,20 @@ class HealthStream:
         """Yield the reports not yielded yet that had come by then."""
         while self._reports.upcoming is not None and self._reports.upcoming[0] <= now_ns:
             yield self._reports.take()
+
+
+class OrderStream:
+    """Operators' orders that a tracker carried out, up to an instant."""
+
+    def __init__(self, recording: Recording) -> None:
+        self._orders = Stream(messages_of(recording, "veto-orders", VetoOrder))
+
+    def until(self, now_ns: int) -> Iterator[VetoOrder]:
+        """Yield those not told yet that had been carried out by then."""
+        while self._orders.upcoming is not None and self._orders.upcoming[1].t_ns <= now_ns:
+            order = self._orders.take()
+            if not order.refused:
+                yield order
 
 
 class DetectionsStream:

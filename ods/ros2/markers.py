@@ -20,7 +20,8 @@ AHEAD_S = 5.0
 """Lines reach where the obstacle will be then."""
 LINE_M = 0.2
 """Their width."""
-ORANGE = (1.0, 0.45, 0.1)
+ORANGE, GREY = (1.0, 0.45, 0.1), (0.5, 0.5, 0.5)
+"""Grey ones are those that an operator said to ignore."""
 LEVEL: Quaternion = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -37,8 +38,9 @@ def markers(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
 
 def _cylinder(make: Messages, one: "_Maker", obstacle: Obstacle) -> Any:
     across = 2.0 * obstacle.radius_m
+    colour = ORANGE if obstacle.ignored_by < 0 else GREY
     place, scale = make.place(enu.enu(obstacle.position_ned), LEVEL), make.vector((across, across, across))
-    return one.marker("obstacles", obstacle.id, ADD, CYLINDER, place, scale, obstacle.existence)
+    return one.marker("obstacles", obstacle.id, ADD, CYLINDER, place, scale, obstacle.existence, colour=colour)
 
 
 def _line(make: Messages, obstacle: Obstacle) -> list[Any]:
@@ -61,12 +63,22 @@ class _Maker:
         self._mesh = make.new("visualization_msgs/msg/MeshFile", "", nothing)
 
     def marker(
-        self, name: str, id_: int, action: int, kind: int, place: Any, scale: Any, seen: float, points: Any = ()
+        self,
+        name: str,
+        id_: int,
+        action: int,
+        kind: int,
+        place: Any,
+        scale: Any,
+        seen: float,
+        points: Any = (),
+        *,
+        colour: tuple[float, float, float] = ORANGE,
     ) -> Any:
         """Return one; `seen`: its existence."""
         return self._new(
             "visualization_msgs/msg/Marker",
             self._header, name, id_ % 2**31, kind, action, place, scale,
-            self._new("std_msgs/msg/ColorRGBA", *ORANGE, 0.3 + 0.6 * seen), self._lifetime,
+            self._new("std_msgs/msg/ColorRGBA", *colour, 0.3 + 0.6 * seen), self._lifetime,
             False, points, [], "", self._picture, [], "", "", self._mesh, False,
         )  # fmt: skip

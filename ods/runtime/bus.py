@@ -25,6 +25,8 @@ from ods import messages
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
 from ods.base.settings import Settings
+from ods.runtime.keys.curve import serve_by_keys
+from ods.runtime.keys.key_files import KeyPair
 from ods.runtime.listen import ListenSettings
 from ods.runtime.raw_bytes import RawBytes
 from ods.runtime.run_dir import FOR_GROUP, Lock, default_run_dir, identity, is_safe_to_hear, sockets_made
@@ -83,6 +85,7 @@ TOPICS: dict[str, Topic] = {
         Topic("raw", RawBytes, "sonar", 0.0, queue=HIGH_WATER_MARK),
         Topic("sonar-requests", messages.SonarRequest, "sonar", 0.0, queue=16),
         Topic("sonar-answers", messages.SonarAnswer, "sonar", 0.0, queue=16),
+        Topic("veto-orders", messages.VetoOrder, "tracker", 0.0, queue=16),
     )
 }
 """Every topic but health, which each process publishes under the name `health` on its own socket."""
@@ -100,12 +103,15 @@ class Request:
     """The process that answers."""
     answers: str = ""
     """Topic on which it publishes its answers; the requests are published on that of the socket's name. '': neither."""
+    keyed: bool = False
+    """It takes requests by the keys of operators only, where there are any."""
 
 
 REQUESTS: dict[str, Request] = {
     row.name: row
     for row in (
         Request("sonar-requests", messages.SonarRequest, messages.SonarAnswer, "sonar", "sonar-answers"),
+        Request("veto-requests", messages.VetoRequest, messages.VetoAnswer, "tracker", keyed=True),
         Request("replay-requests", messages.ReplayRequest, messages.ReplayAnswer, "replay"),
     )
 }
@@ -228,8 +234,13 @@ class Responder:
     Bad requests are answered with the reason and counted as bad_<name>.
     """
 
-    def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, name: str) -> None:
-        """Bind. The process's Publisher holds the lock that keeps a second one from stealing the path."""
+    def __init__(
+        self, context: "zmq.Context[zmq.Socket[bytes]]", run_dir: Path, name: str, pair: KeyPair | None = None
+    ) -> None:
+        """Bind. The process's Publisher holds the lock that keeps a second one from stealing the path.
+
+        With a `pair` only those come in whom the context's `Admission` lets in by their keys.
+        """
         self.counters: Counter[str] = Counter()
         self._row = REQUESTS[name]
         self._decoder: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(self._row.request)
@@ -239,18 +250,27 @@ class Responder:
         self._socket.setsockopt(zmq.RCVHWM, REQUEST_QUEUE)
         self._socket.setsockopt(zmq.SNDHWM, HIGH_WATER_MARK)
         self._socket.setsockopt(zmq.MAXMSGSIZE, READABLE_REQUEST_BYTES)
+        self._keyed = pair is not None
+        if pair is not None:
+            serve_by_keys(self._socket, pair, name)
         self._binding = _Binding(self._socket, run_dir, name)
 
     def receive(self) -> list[tuple[list[bytes], Any]]:
         """Return what has come since, at most HIGH_WATER_MARK: whom to answer, and the request."""
+        return [(peer, request) for peer, request, _ in self.receive_keyed()]
+
+    def receive_keyed(self) -> list[tuple[list[bytes], Any, str]]:
+        """Return the same, each with the public key that its sender came in by; "": without one."""
         received = []
         for _ in range(HIGH_WATER_MARK):
             try:
-                *peer, body = self._socket.recv_multipart(zmq.DONTWAIT)
+                frames = self._socket.recv_multipart(zmq.DONTWAIT, copy=False)
             except zmq.Again:
                 break
+            *peer, body = (frame.bytes for frame in frames)
+            key = str(frames[-1].get("User-Id")) if self._keyed else ""
             try:
-                received.append((peer, self._decode(body)))
+                received.append((peer, self._decode(body), key))
             except UNDECODABLE as error:
                 self.counters[f"bad_{self._row.name}"] += 1
                 self.answer(peer, self._row.answer(ok=False, reason=f"bad request: {error}"))

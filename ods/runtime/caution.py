@@ -2,7 +2,9 @@
 
 import math
 from collections.abc import Sequence
+from datetime import UTC, datetime
 
+from ods.base.clock import NS
 from ods.messages import ObstacleList, UnseenPart
 
 LOUD_BOTTOM_DB = 12.0
@@ -12,7 +14,8 @@ MARGIN_DB = 8.0
 
 
 def cautions(told: ObstacleList) -> list[str]:
-    """Return what the sonar did not show of the sector, and how loud objects must be where that is much.
+    """Return what the sonar did not show of the sector, how loud objects must be where that is much, and what an
+    operator said to ignore.
 
     It is much where the bottom's crests are loud, or the detector's levels are set high.
     """
@@ -24,6 +27,21 @@ def cautions(told: ObstacleList) -> list[str]:
         said.append(
             f"objects less than {least_db:.0f} dB over the background may be missing: loud bottom, or high levels"
         )
+    return said + ignored(told)
+
+
+def ignored(told: ObstacleList) -> list[str]:
+    """Return which obstacles of a list are ignored, by whom, why and until when: a line for each veto."""
+    ids: dict[int, list[str]] = {}
+    for each in told.obstacles:
+        if each.ignored_by >= 0:
+            ids.setdefault(each.ignored_by, []).append(str(each.id))
+    said = []
+    for veto in told.vetoes:
+        if veto.number in ids:
+            until = datetime.fromtimestamp(veto.until_utc_ns / NS, UTC)
+            whom = ", ".join(ids[veto.number])
+            said.append(f"{whom} ignored by {veto.author} until {until:%H:%M:%S} UTC: {veto.reason}")
     return said
 
 

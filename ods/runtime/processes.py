@@ -45,7 +45,7 @@ PROCESSES: dict[str, Process] = {
             "record", "everything on the bus to files",
             reads=(
                 "ping", "pose", "detections", "obstacles", "clearance", "truth", "vehicle", "set-point", "raw",
-                "sonar-requests", "sonar-answers",
+                "sonar-requests", "sonar-answers", "veto-orders",
             ),
             publishes=(),
             worker="ods.recording.service:RecordWorker", settings="ods.recording.settings:RecordConfig",
@@ -94,8 +94,8 @@ PROCESSES: dict[str, Process] = {
         ),
         Process(
             "tracker", "detections and pose to obstacles", reads=("detections", "pose"),
-            publishes=("obstacles", "clearance"),
-            worker="ods.tracker.service:TrackerWorker", settings="ods.tracker.settings:TrackerConfig",
+            publishes=("obstacles", "clearance", "veto-orders"),
+            worker="ods.tracker.service:TrackerWorker", settings="ods.tracker.settings:TrackerProcessConfig",
             watches=("sonar", "pipeline", "nav"),
         ),
         Process(

@@ -14,6 +14,7 @@ from ods.runtime.kept_file import KeptFile, KeptFileError
 from ods.runtime.kept_writer import KeptWriter
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.state import Announced, MapChanges, TrackerState
+from ods.tracker.veto.vetoes import VetoState
 
 KindT = TypeVar("KindT")
 
@@ -42,6 +43,7 @@ class Mission(msgspec.Struct, frozen=True):
     """When the first of these trackers was started,"""
     utc_ahead_ns: int
     """and how far UTC was ahead of CLOCK_MONOTONIC at last: see `VehicleUtc`."""
+    vetoes: VetoState = VetoState()
 
 
 class Checkpoint(msgspec.Struct, frozen=True):

@@ -11,7 +11,7 @@ import msgspec
 
 from ods.base import clock
 from ods.base.mounting import Mounting
-from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site
+from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
 from ods.tracker.checkpoint import Mission
@@ -35,6 +35,7 @@ from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.utc import VehicleUtc
+from ods.tracker.veto.vetoes import RefusedError, Vetoes
 
 FUTURE_NS = clock.NS
 """A ping, or a pose, stamped later than now by more than this has a wrong time."""
@@ -89,6 +90,9 @@ class MissionTracker:
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
         self._hittable = HittableFilter(self.settings)
         self._outlines = Outlines()
+        self.vetoes = Vetoes()
+        self._present: list[Obstacle] = []
+        """Of the newest list."""
         self._poses.counters = self._lister.counters = self.counters
         self._inputs = inputs
         self._utc = utc
@@ -109,6 +113,7 @@ class MissionTracker:
         """Go on where a former tracker was. Raises ValueError when that makes no sense; this one is of no use then."""
         self.tracker.restore(mission.tracker, known, first_id)
         self._lister.restore(mission.announced)
+        self.vetoes = Vetoes(mission.vetoes)
         self._inputs.first_ping_ns, self._inputs.looked_ns = mission.first_ping_ns, mission.looked_ns
         self._ping_seq = mission.ping_seq
         self._utc = VehicleUtc(mission.started_ns, mission.utc_ahead_ns, self._utc.source)
@@ -126,6 +131,7 @@ class MissionTracker:
             ping_seq=self._ping_seq,
             started_ns=self._utc.started_ns,
             utc_ahead_ns=self._utc.ahead_ns,
+            vetoes=self.vetoes.state(),
         )
 
     def hear_pose(self, pose: Pose, now_ns: int | None = None) -> None:
@@ -201,12 +207,35 @@ class MissionTracker:
         passed = [t_ns for t_ns in self._jumps_ns if t_ns <= message.t_ns]
         if passed:
             self._lister.end(self.tracker.begin_anew())
+            self.vetoes.end_all("the pose jumped")
             self._common_errors.begin_anew()
             self._inputs.begin_anew(message.t_ns, "the pose jumped")
         self._jumps_ns = self._jumps_ns[len(passed) :]
         speed = message.sound_speed or SLOWEST
         heard_ns = message.t_ns + round(2.0 * message.sector.range_max_m / speed * clock.NS)
         return any(t_ns <= heard_ns for t_ns in self._jumps_ns)
+
+    def follow(self, request: VetoRequest, author: str, now_ns: int) -> list[int]:
+        """Carry out an operator's request; return the ids of objects that do not belong in the map any more.
+
+        Raises RefusedError.
+        """
+        if request.do == "ignore":
+            self.vetoes.ignore(request, author, self._present, now_ns)
+        elif request.do == "restore":
+            self.vetoes.restore(request)
+        elif request.do == "forget" and request.id is not None:
+            forgotten = self.tracker.forget(request.id)
+            if forgotten is None:
+                raise RefusedError(f"no obstacle {request.id}")
+            self._lister.end(forgotten)
+            self._present = [each for each in self._present if each.id != request.id]
+            return [request.id]
+        return []
+
+    def vetoes_held(self, now_ns: int) -> list[Veto]:
+        """Return the vetoes that hold."""
+        return self.vetoes.held(now_ns, self._utc.at)
 
     def silent_list_due(self, now_ns: int) -> bool:
         """Tell whether a list without a ping is due, as none came."""
@@ -243,6 +272,8 @@ class MissionTracker:
         centre = None if self._vehicle is None else self._vehicle.position
         nearest = self._outlines.covering(hittable.snapshot.nearest(self.settings.planner.most_listed, centre))
         self.left_out = len(hittable.snapshot) - len(nearest)
+        obstacles = self._marked(self._obstacles(nearest, course, bottom, t_ns), shown, pose)
+        self._present = self.vetoes.marked(obstacles, now_ns)
         message = ObstacleList(
             seq=self.seq,
             ping_number=-1 if shown is None else shown.ping_number,
@@ -251,7 +282,7 @@ class MissionTracker:
             t_rx_ns=0 if shown is None else shown.t_rx_ns,
             valid=not reasons,
             reasons=reasons,
-            obstacles=self._marked(self._obstacles(nearest, course, bottom, t_ns), shown, pose),
+            obstacles=self._present,
             utc_source=self._utc.source,
             left_out=self.left_out,
             bottom_left_out=hittable.left_out,
@@ -269,6 +300,7 @@ class MissionTracker:
             head=pose_at(head_of(pose, self._mounting)),
             sector=None if shown is None else shown.sector,
             processed_ranges_m=[] if shown is None else shown.processed_ranges_m,
+            vetoes=self.vetoes_held(now_ns),
         )
         self.seq += 1
         self._listed_ns = now_ns

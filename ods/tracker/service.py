@@ -8,7 +8,7 @@ from typing import Any
 
 from ods.base import clock
 from ods.base.errors import reason_of
-from ods.messages import Detections, ObstacleList
+from ods.messages import Detections, ObstacleList, VetoAnswer, VetoOrder
 from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
@@ -18,8 +18,10 @@ from ods.tracker.ids import first_of, provisional_first_id, reserved_id
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.settings import TrackerConfig
+from ods.tracker.settings import TrackerConfig, TrackerProcessConfig
 from ods.tracker.utc import VehicleUtc
+from ods.tracker.veto.operators import Asked, Operators, in_words
+from ods.tracker.veto.vetoes import RefusedError
 from ods.tracker.warm_up import warm_up
 
 log = logging.getLogger(__name__)
@@ -29,20 +31,25 @@ MAP_WAIT_S, OVERLOADED_MAP_WAIT_S = 1.0, 20.0
 that takes longer costs its objects, and their ids, until it is there."""
 
 
-class TrackerWorker(Worker[TrackerConfig]):
+class TrackerWorker(Worker[TrackerProcessConfig]):
     """Runs the tracker over what the bus brings."""
 
-    def __init__(self, service: Service, settings: TrackerConfig) -> None:
+    def __init__(self, service: Service, settings: TrackerProcessConfig) -> None:
         super().__init__(service, settings)
         self._backlog: Backlog[Detections] = Backlog()
         origin_deg = settings.site.latitude_deg, settings.site.longitude_deg
-        self._checkpoints = Checkpoints(service.run_dir, settings, service.complain_once)
+        makes_it = TrackerConfig(
+            site=settings.site, pose=settings.pose, tracker=settings.tracker, mounting=settings.mounting
+        )
+        self._checkpoints = Checkpoints(service.run_dir, makes_it, service.complain_once)
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._least_id = 1
         self._told: set[int] = set()
         """Ids of the last list."""
         self._mission: MissionTracker
         self._clearance = ClearanceKeeper(settings.tracker.clearance)
+        self._operators = Operators(settings.bus.keys, service.run_dir)
+        self._orders = 0
 
     def start(self) -> None:
         """Go on where a tracker that was killed left off, and warm up while the map is read."""
@@ -122,8 +129,11 @@ class TrackerWorker(Worker[TrackerConfig]):
         self._map.note(self._mission.follow_utc(clock.monotonic_ns()), ())
         self._work_off()
         now_ns = clock.monotonic_ns()
+        for asked in self._operators.asked():
+            self._follow(asked, now_ns)
         if self._mission.silent_list_due(now_ns):
             self._publish(self._mission.silent_list(now_ns), None, now_ns)
+        self._note_operators()
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
@@ -134,15 +144,51 @@ class TrackerWorker(Worker[TrackerConfig]):
         map_problem = self._map.problem(clock.monotonic_ns())
         most, left_out = self.settings.tracker.planner.most_listed, self._mission.left_out
         bounded = f"{left_out} objects are not listed: {most} others are nearer" if left_out else ""
-        return [problem for problem in (map_problem, bounded) if problem] + self._mission.problems()
+        found = map_problem, bounded, self._operators.problem
+        return [problem for problem in found if problem] + self._mission.problems()
 
     def stop(self) -> None:
         """Put what rests in view into the map too: the mission ends."""
+        self._operators.close()
         next_id = self._mission.tracker.next_id
         self._map.note(self._mission.resting(clock.monotonic_ns()), ())
         self._map.close(next_id)
         with contextlib.suppress(OSError):
             self._checkpoints.write(clock.monotonic_ns(), next_id, mission=None)
+
+    def _follow(self, asked: Asked, now_ns: int) -> None:
+        """Carry out an operator's request, or refuse it; tell so on the bus and in the log."""
+        request, refused = asked.request, ""
+        try:
+            self._map.note((), self._mission.follow(request, asked.author, now_ns))
+        except RefusedError as error:
+            refused = str(error)
+            self.service.counters["vetoes_refused"] += 1
+        if request.do != "list":
+            order = VetoOrder(
+                seq=self._orders,
+                t_ns=now_ns,
+                utc_ns=clock.utc_ns(now_ns),
+                author=asked.author,
+                request=request,
+                refused=refused,
+            )
+            self._orders += 1
+            self.service.counters["veto_orders"] += 1
+            self.service.publish("veto-orders", order)
+            log.warning("%s", in_words(order))
+            self._leave(now_ns)  # or a next tracker would not know
+        vetoes = self._mission.vetoes_held(now_ns)
+        self._operators.answer(asked, VetoAnswer(ok=not refused, reason=refused, vetoes=vetoes))
+
+    def _note_operators(self) -> None:
+        """Take over what the operators' socket counts, and tell which vetoes are over."""
+        for name, count in self._operators.counters.items():
+            self.service.counters[name] = count
+        ended, self._mission.vetoes.ended = self._mission.vetoes.ended, []
+        for line in ended:
+            self.service.counters["vetoes_over"] += 1
+            log.warning("%s", line)
 
     def _work_off(self) -> None:
         scans, skipped = self._backlog.take()

@@ -10,6 +10,7 @@ from ods.base.geodesy import SiteSettings
 from ods.base.mounting import MountingSettings
 from ods.base.plugins import PluginGroup
 from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings, slider
+from ods.runtime.bus import BusSettings
 from ods.runtime.pose_buffer import PoseSettings
 
 REST = 0.5
@@ -205,10 +206,17 @@ class TrackerSettings(Settings, frozen=True):
 
 
 class TrackerConfig(Settings, frozen=True):
-    """The part of the configuration that the tracker process reads."""
+    """The part of the configuration that makes a tracker what it is."""
 
     site: SiteSettings
     pose: PoseSettings
     tracker: TrackerSettings
     mounting: MountingSettings = MountingSettings()
     """`[sonar.mounting]`."""
+
+
+class TrackerProcessConfig(TrackerConfig, frozen=True):
+    """The part of the configuration that the tracker process reads."""
+
+    bus: BusSettings = msgspec.field(default_factory=BusSettings)
+    """For the keys of operators."""

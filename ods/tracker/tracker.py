@@ -121,6 +121,20 @@ class Tracker:
         self._scans = 0
         return dropped
 
+    def forget(self, wanted: int) -> Snapshot | None:
+        """Drop a confirmed object, and from the map, too; return it as it was, None: there is none with this id.
+
+        Echoes of it begin a new one.
+        """
+        known = self.snapshot()
+        found = known.take(known.id == wanted)
+        if not len(found):
+            return None
+        history = self._tracks.history
+        self._tracks.keep((history.id != wanted) | (history.state == lifecycle.TENTATIVE))
+        self._manager.asleep.forget([wanted])
+        return found
+
     def snapshot(self, within: tuple[Floats, float] | None = None) -> Snapshot:
         """Return all confirmed objects at the newest scan.
 

@@ -135,3 +135,9 @@ def test_without_a_pose_nothing_is_taken_for_far_away() -> None:
     alone = msgspec.structs.replace(seen_from(RESTING), pose=None)
     (miss,) = near_misses(alone, 5.0)
     assert (miss.obstacle, miss.time_s) == (RESTING, 0.0)
+
+
+def test_what_an_operator_said_to_ignore_is_no_near_miss() -> None:
+    near = msgspec.structs.replace(RESTING, position_ned=(3.0, 0.0, 9.0))
+    assert [each.obstacle.id for each in near_misses(seen_from(near), 5.0)] == [near.id]
+    assert near_misses(seen_from(msgspec.structs.replace(near, ignored_by=0)), 5.0) == []

@@ -10,12 +10,12 @@ import msgspec
 import zmq
 
 from ods.base import clock
-from ods.listen.key_folder import KeyFolder
 from ods.listen.service import ListenWorker
 from ods.listen.settings import ListenConfig
 from ods.messages import Clearance, ObstacleList
 from ods.runtime import bus
-from ods.runtime.key_files import ClientKey, read_client_key
+from ods.runtime.keys.key_files import ClientKey, read_client_key
+from ods.runtime.keys.key_folder import KeyFolder
 from ods.runtime.listen import ListenSettings
 from ods.runtime.processes import PROCESSES
 from ods.runtime.service import Service

@@ -11,9 +11,9 @@ from ods.cli import main
 from ods.client import Obstacles
 from ods.client.remote import RemoteError
 from ods.config import OnboardConfig
-from ods.listen.key_folder import KeyFolder
 from ods.runtime import supervisor
-from ods.runtime.key_files import KeyFileError, read_client_key, read_pair
+from ods.runtime.keys.key_files import KeyFileError, read_client_key, read_pair
+from ods.runtime.keys.key_folder import KeyFolder
 
 ONBOARD = Path(__file__).parents[2] / "config" / "onboard.toml"
 LISTEN = 'listen = [{at = "tcp://127.0.0.1:5600", topics = ["obstacles"]}]'

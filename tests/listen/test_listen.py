@@ -15,7 +15,7 @@ from zmq.utils.monitor import recv_monitor_message
 
 from ods.client import Obstacles
 from ods.listen import door
-from ods.runtime.key_files import ClientKey, KeyPair, read_client_key
+from ods.runtime.keys.key_files import ClientKey, KeyPair, read_client_key
 from tests.listen.played import PATIENCE_S, Socket, Vehicle, drained, free_port, vehicle
 
 ROOT = Path(__file__).parents[2]

@@ -113,3 +113,8 @@ def test_what_no_path_comes_near_costs_nothing_and_changes_nothing() -> None:
         share = np.clip((15.0 - paths.t_s) / 10.0, 0.0, 1.0)
         room = np.hypot(*offset.T).T - 1.0 - 3.0 - Z * share * math.hypot(sigma, 0.1)
         assert ((room < 0.0).any(axis=1) == (conflict(paths, [each], 0.0, SETTINGS) > 0.0)).all()
+
+
+def test_what_an_operator_said_to_ignore_needs_no_distance() -> None:
+    assert bad(obstacle(4.0, 0.0)) > 0.0
+    assert bad(obstacle(4.0, 0.0, ignored_by=0)) == 0.0

@@ -27,15 +27,17 @@ import msgspec
 
 from ods.base.geodesy import SiteSettings
 from ods.runtime import service
+from ods.runtime.bus import BusSettings
 from ods.runtime.pose_buffer import PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import TrackerConfig, TrackerSettings
+from ods.tracker.settings import TrackerProcessConfig, TrackerSettings
 
 folder, tracker = Path(sys.argv[1]), json.loads(sys.argv[2])
 site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
 tracker = msgspec.convert(tracker, TrackerSettings, dec_hook=lambda kind, path: folder / path)
-config = TrackerConfig(site=site, pose=PoseSettings(), tracker=tracker)
+bus = BusSettings(run_dir=folder, keys=folder / "keys")
+config = TrackerProcessConfig(site=site, pose=PoseSettings(), tracker=tracker, bus=bus)
 service.run_worker(TrackerWorker, PROCESSES["tracker"], folder, config)
 """
 SETTINGS = {"map": {"path": "map.sqlite"}, "planner": {"period_s": 0.1}}

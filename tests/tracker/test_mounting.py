@@ -31,7 +31,7 @@ from ods.sim_sonar.sonar.model import load_sonar
 from ods.tracker.measurement.model import position_measurement
 from ods.tracker.measurement.scan import echo_table_of, echoes_of, vehicle_at
 from ods.tracker.service import TrackerWorker
-from ods.tracker.settings import TrackerConfig, TrackerSettings
+from ods.tracker.settings import TrackerProcessConfig, TrackerSettings
 
 SEABAT = load_sonar(Path(__file__).parents[2] / "config/sonars/seabat6012.toml")
 AT_ORIGIN = MountingSettings()
@@ -71,7 +71,7 @@ class Desk:
             overload=str,
         )
         site = SiteSettings(latitude_deg=57.0, longitude_deg=10.0)
-        config = TrackerConfig(site=site, pose=PoseSettings(), tracker=TrackerSettings(), mounting=mounting)
+        config = TrackerProcessConfig(site=site, pose=PoseSettings(), tracker=TrackerSettings(), mounting=mounting)
         self.worker = TrackerWorker(cast(Service, service), config)
         self.worker.start()
 

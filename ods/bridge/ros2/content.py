@@ -24,6 +24,12 @@ def now(moment: Moment, most: int) -> ObstacleList:
     return msgspec.structs.replace(moment.picture, obstacles=there, pose=pose)
 
 
+def heeded(picture: ObstacleList) -> ObstacleList:
+    """Return the list without what an operator said to ignore, for messages that cannot say so."""
+    kept = [each for each in picture.obstacles if each.ignored_by < 0]
+    return picture if len(kept) == len(picture.obstacles) else msgspec.structs.replace(picture, obstacles=kept)
+
+
 def odometry(make: Messages, stamp_ns: int, picture: ObstacleList) -> Any:
     """Return the vehicle's pose and velocity. Turn rates are not known: 0, with the variance of an unknown one."""
     pose = picture.pose
@@ -69,9 +75,9 @@ def _head(make: Messages, stamp_ns: int, pose: PoseAt, head: PoseAt) -> Any:
 
 
 OF_LISTS: dict[str, Callable[[Messages, int, ObstacleList], Any]] = {
-    "obstacles": lambda make, stamp_ns, picture: make.obstacles(stamp_ns, picture),
+    "obstacles": lambda make, stamp_ns, picture: make.obstacles(stamp_ns, heeded(picture)),
     "markers": markers,
-    "tracks": tracks,
+    "tracks": lambda make, stamp_ns, picture: tracks(make, stamp_ns, heeded(picture)),
     "odometry": odometry,
     "tf": transforms,
 }

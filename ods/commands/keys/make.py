@@ -1,4 +1,4 @@
-"""`ods keys make`: a client may listen."""
+"""`ods keys make`: a client may listen, or an operator may veto obstacles."""
 
 from argparse import ArgumentParser, Namespace
 from pathlib import Path
@@ -6,12 +6,16 @@ from pathlib import Path
 from ods.base.errors import reason_of
 from ods.base.in_file import text_of
 from ods.commands.keys.folder import folder_of
-from ods.runtime.key_files import KeyFileError
+from ods.runtime.keys.key_files import KeyFileError
+from ods.runtime.keys.key_folder import CLIENTS, OPERATORS
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Whose key."""
     parser.add_argument("name", metavar="NAME", help="of the client: letters, digits and ._-")
+    parser.add_argument(
+        "--operator", action="store_true", help="the key of an operator, who may veto obstacles: `ods veto`"
+    )
     parser.add_argument(
         "--public", type=Path, metavar="FILE", help="with its public key, where it made its pair itself"
     )
@@ -19,13 +23,14 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 def run(args: Namespace) -> None:
     """Make a pair, or take a public key; allow it. Raises OdsError."""
-    folder = folder_of(args.config)
+    folder = folder_of(args.config, OPERATORS if args.operator else CLIENTS)
+    may = "veto" if args.operator else "listen"
     if args.public is not None:
         folder.allow(args.name, _key_in(args.public))
-        print(f"{args.name} may listen; the public key of this vehicle: {folder.server().public}")
+        print(f"{args.name} may {may}; the public key of this vehicle: {folder.server().public}")
         return
     secret = folder.make(args.name)
-    print(f"{args.name} may listen with {secret}: move it to the client's computer, and leave no copy")
+    print(f"{args.name} may {may} with {secret}: move it to where it is used, and leave no copy")
 
 
 def _key_in(path: Path) -> str:

@@ -1,16 +1,21 @@
-"""`ods keys revoke`: a client may listen no longer."""
+"""`ods keys revoke`: a client may listen no longer, or an operator veto."""
 
 from argparse import ArgumentParser, Namespace
 
 from ods.commands.keys.folder import folder_of
+from ods.runtime.keys.key_folder import CLIENTS, OPERATORS
 
 
 def add_arguments(parser: ArgumentParser) -> None:
     """Whose key."""
     parser.add_argument("name", metavar="NAME", help="of the client, as `ods keys list` has it")
+    parser.add_argument("--operator", action="store_true", help="of an operator")
 
 
 def run(args: Namespace) -> None:
     """Take it from the list. Raises OdsError."""
-    folder_of(args.config).revoke(args.name)
-    print(f"{args.name} may listen no longer: where it does, `ods listen` hangs up at once")
+    folder_of(args.config, OPERATORS if args.operator else CLIENTS).revoke(args.name)
+    if args.operator:
+        print(f"{args.name} may veto no longer; what was vetoed stays so until it expires: `ods veto list`")
+    else:
+        print(f"{args.name} may listen no longer: where it does, `ods listen` hangs up at once")

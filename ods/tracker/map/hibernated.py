@@ -93,7 +93,9 @@ class HibernatedObjects:
         return changed
 
     def forget(self, ids: list[int]) -> None:
-        """Objects that were awake are gone."""
+        """Objects are gone, those that sleep too."""
+        if not self._objects.keys().isdisjoint(ids):
+            self.wake(ids)
         for i in ids:
             if self._awake.pop(i, None) is not None:
                 self._changed.pop(i, None)

@@ -80,7 +80,7 @@ def _object(obstacle: Obstacle, marked: int | None, name: str) -> list[Shape]:
     is_marked = obstacle.id == marked
     at = flat(obstacle.position_ned)
     speed = math.hypot(*obstacle.velocity_ned[:2])
-    label = f"{name}: r {obstacle.radius_m:.1f} m, {speed:.1f} m/s"
+    label = f"{name}: r {obstacle.radius_m:.1f} m, {speed:.1f} m/s" + (", ignored" if obstacle.ignored_by >= 0 else "")
     shapes: list[Shape] = [
         ellipse_of(at, obstacle.sigma_position[0], obstacle.sigma_position[1], obstacle.covariance_ne),
         Circle(at, round(obstacle.radius_m, 3), obstacle.state, label, str(obstacle.id), marked=is_marked),

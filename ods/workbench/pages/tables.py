@@ -37,7 +37,7 @@ def numbers(item: Obstacle, name: str = "") -> dict[str, object]:
     return {
         "id": item.id,
         "name": name or track_name(item.id),
-        "state": item.state.replace("_", "-"),
+        "state": item.state.replace("_", "-") + (", ignored" if item.ignored_by >= 0 else ""),
         **place(item.position_ned, item.sigma_position),
         "speed": f"{math.hypot(*item.velocity_ned[:2]):.2f}",
         "radius": f"{item.radius_m:.1f} ± {item.sigma_radius:.1f}",

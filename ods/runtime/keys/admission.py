@@ -26,7 +26,7 @@ class Asked(NamedTuple):
 
 
 class Admission:
-    """Answers for all doors of a context; made before them."""
+    """Answers for all doors of a context; made before them. A message's `User-Id` is then the sender's public key."""
 
     def __init__(self, context: "zmq.Context[zmq.Socket[bytes]]") -> None:
         self.socket = context.socket(zmq.ROUTER)
@@ -44,7 +44,7 @@ class Admission:
             peer, empty, _, request, domain, address, _, mechanism, *credentials = parts
             key = z85.encode(credentials[0]).decode() if mechanism == b"CURVE" and credentials else ""
             name = names.get(key, "")
-            status = [b"200", b"OK", name.encode()] if name else [b"400", b"no such key", b""]
+            status = [b"200", b"OK", key.encode()] if name else [b"400", b"no such key", b""]
             self.socket.send_multipart([peer, empty, VERSION, request, *status, b""])
             asked.append(Asked(domain.decode(), address.decode(), key, name))
 

@@ -1,7 +1,8 @@
-"""The folder of keys: the vehicle's own pair, the list of clients that are allowed, and secrets yet to be handed over.
+"""The folder of keys: the vehicle's own pair, lists of those who are allowed, and secrets yet to be handed over.
 
-`server.secret` is the vehicle's; `allowed` has a line for each client, its name and its public key; `NAME.secret` is
-what a client needs, until somebody moves it to the client's computer.
+`server.secret` is the vehicle's; `allowed` has a line for each client that may listen, its name and its public key,
+`operators` for each who may veto obstacles; `NAME.secret` is what one of them needs, until somebody moves it to where
+it is used.
 """
 
 import contextlib
@@ -14,19 +15,25 @@ from pathlib import Path
 import zmq
 
 from ods.base.errors import reason_of
-from ods.runtime.key_files import SECRET_MODE, KeyFileError, KeyPair, is_key, read_pair, text_of_own
+from ods.runtime.keys.key_files import SECRET_MODE, KeyFileError, KeyPair, is_key, read_pair, text_of_own
 
 SERVER = "server"
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
-HEAD = "# Clients that may listen: name and public key. `ods keys` writes this file.\n"
+CLIENTS, OPERATORS = "allowed", "operators"
+HEADS = {
+    CLIENTS: "# Clients that may listen: name and public key. `ods keys` writes this file.\n",
+    OPERATORS: "# Operators who may veto obstacles: name and public key. `ods keys` writes this file.\n",
+}
 
 
 class KeyFolder:
-    """Where keys are. Every method raises KeyFileError."""
+    """Where keys are, and one list of them. Every method raises KeyFileError."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, who: str = CLIENTS) -> None:
+        """`who`: CLIENTS or OPERATORS."""
         self.path = path
-        self._allowed = path / "allowed"
+        self._who = who
+        self._allowed = path / who
 
     def secret_of(self, name: str) -> Path:
         """Return the file of a secret."""
@@ -37,7 +44,7 @@ class KeyFolder:
         return read_pair(self.secret_of(SERVER))
 
     def allowed(self) -> dict[str, str]:
-        """Return the public keys of those who may listen, by name; nobody may where there is no list."""
+        """Return the public keys of the list by name; it is empty where there is none."""
         return {} if self.version() is None else _parsed(self._allowed, text_of_own(self._allowed, 0o022))
 
     def version(self) -> tuple[int, ...] | None:
@@ -118,9 +125,9 @@ class KeyFolder:
         _write_new(path, "\n".join(lines) + "\n")
 
     def _write_allowed(self, allowed: dict[str, str]) -> None:
-        part = self.path / f"allowed.{os.getpid()}.part"
+        part = self.path / f"{self._who}.{os.getpid()}.part"
         part.unlink(missing_ok=True)
-        _write_new(part, HEAD + "".join(f"{name} {key}\n" for name, key in allowed.items()))
+        _write_new(part, HEADS[self._who] + "".join(f"{name} {key}\n" for name, key in allowed.items()))
         part.replace(self._allowed)
 
 

@@ -1,0 +1,1 @@
+"""The actions of `ods veto`, one file each."""

@@ -1,0 +1,1 @@
+"""Operators' vetoes: which obstacles may be ignored, and who may say so."""
