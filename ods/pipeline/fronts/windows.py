@@ -1,8 +1,11 @@
 """The recorded samples around where an echo sets in, as levels: what is judged of it."""
 
+import math
+from functools import cached_property
+
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats, Floats32
+from ods.base.arrays import AnyArray, Floats, Floats32, Ints
 from ods.compiled import native
 from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
@@ -14,15 +17,21 @@ BEAMS, CELLS = 9, 48
 """Size of a window,"""
 BEFORE = 20
 """of whose cells so many lie before the place where the echo is said to set in."""
-BEAM_STEP_RAD = np.radians((1.0, 2.0))
-"""Beams this far apart are like those that bodies were learnt from."""
+APART_RAD, FARTHEST_APART = math.radians(1.5), 4.0 / 3.0
+"""From one beam of a window to the next; 2/3 to so many times that, as beams of the fan are left out between them."""
 
 
 def can_be_judged(fan: Fan) -> bool:
-    """Tell whether beams and columns of an image are such as bodies were learnt from."""
-    step = np.diff(fan.bearing_rad)
-    beams = step.size >= BEAMS and np.all((step > BEAM_STEP_RAD[0]) & (step < BEAM_STEP_RAD[1]))
-    return bool(beams) and fan.dr_m <= LONGEST_CELL * CELL_M
+    """Tell whether beams and columns of an image can make windows like those that bodies were learnt from."""
+    gap = np.diff(fan.bearing_rad)
+    if not gap.size or gap.min() <= 0.0 or gap.max() > FARTHEST_APART * APART_RAD:
+        return False
+    return gap.size >= BEAMS * _strides(fan.bearing_rad).max() and fan.dr_m <= LONGEST_CELL * CELL_M
+
+
+def _strides(bearing_rad: Floats) -> Ints:
+    """Return how many beams on, around each, the next one of a window is: (beams,)."""
+    return np.maximum(np.rint(APART_RAD / np.gradient(bearing_rad)), 1.0).astype(np.int64)
 
 
 class Windows:
@@ -38,6 +47,10 @@ class Windows:
         self._begin_m = band.fan.range0_m - (0.5 * layout.stride + band.first) * dr_m
         self._bearing_rad = band.fan.bearing_rad
 
+    @cached_property
+    def _strides(self) -> Ints:
+        return _strides(self._bearing_rad)
+
     def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats32:
         """Return the levels around echoes, dB over their mean: (echoes, BEAMS, CELLS) float32.
 
@@ -46,7 +59,7 @@ class Windows:
         """
         places = np.column_stack((bearing_rad, (near_m - self._begin_m) / self._dr_m))
         found = np.empty((len(places), BEAMS, CELLS * self.stride), samples.dtype)
-        native.cut_windows(samples, self._bearing_rad, places, BEFORE * self.stride, found)
+        native.cut_windows(samples, self._bearing_rad, self._strides, places, BEFORE * self.stride, found)
         windows = np.empty((len(places), BEAMS, CELLS), np.float32)
         cells = Decimation(0, self.stride, 0, CELLS)
         to_amplitude(found.reshape(-1, CELLS * self.stride), cells, scale, windows.reshape(-1, CELLS))
