@@ -1,6 +1,5 @@
 """The recorded samples around where an echo sets in, as levels: what is judged of it."""
 
-import math
 from functools import cached_property
 
 import numpy as np
@@ -17,21 +16,24 @@ BEAMS, CELLS = 9, 48
 """Size of a window,"""
 BEFORE = 20
 """of whose cells so many lie before the place where the echo is said to set in."""
-APART_RAD, FARTHEST_APART = math.radians(1.5), 4.0 / 3.0
-"""From one beam of a window to the next; 2/3 to so many times that, as beams of the fan are left out between them."""
+APART_RAD = np.radians((2.0 / 3.0, 2.0))
+"""From one beam of a window to the next, which is the width of a beam: in between, beams of the fan are left out."""
 
 
 def can_be_judged(fan: Fan) -> bool:
-    """Tell whether beams and columns of an image can make windows like those that bodies were learnt from."""
+    """Tell whether beams and columns of an image make windows like those that bodies were learnt from."""
     gap = np.diff(fan.bearing_rad)
-    if not gap.size or gap.min() <= 0.0 or gap.max() > FARTHEST_APART * APART_RAD:
+    if gap.size < BEAMS or gap.min() <= 0.0 or fan.dr_m > LONGEST_CELL * CELL_M:
         return False
-    return gap.size >= BEAMS * _strides(fan.bearing_rad).max() and fan.dr_m <= LONGEST_CELL * CELL_M
+    strides = _beam_strides(fan)
+    apart = strides * np.gradient(fan.bearing_rad)
+    least, most = APART_RAD
+    return bool(gap.size >= BEAMS * strides.max() and apart.min() > least and apart.max() < most)
 
 
-def _strides(bearing_rad: Floats) -> Ints:
-    """Return how many beams on, around each, the next one of a window is: (beams,)."""
-    return np.maximum(np.rint(APART_RAD / np.gradient(bearing_rad)), 1.0).astype(np.int64)
+def _beam_strides(fan: Fan) -> Ints:
+    """Return how many beams on from each the next one of a window is, (beams,): about the width of a beam."""
+    return np.maximum(np.rint(fan.beam_width_rad / np.gradient(fan.bearing_rad)), 1.0).astype(np.int64)
 
 
 class Windows:
@@ -45,11 +47,11 @@ class Windows:
         """Samples of a cell."""
         self._dr_m = dr_m
         self._begin_m = band.fan.range0_m - (0.5 * layout.stride + band.first) * dr_m
-        self._bearing_rad = band.fan.bearing_rad
+        self._fan = band.fan
 
     @cached_property
-    def _strides(self) -> Ints:
-        return _strides(self._bearing_rad)
+    def _beam_strides(self) -> Ints:
+        return _beam_strides(self._fan)
 
     def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats32:
         """Return the levels around echoes, dB over their mean: (echoes, BEAMS, CELLS) float32.
@@ -59,7 +61,7 @@ class Windows:
         """
         places = np.column_stack((bearing_rad, (near_m - self._begin_m) / self._dr_m))
         found = np.empty((len(places), BEAMS, CELLS * self.stride), samples.dtype)
-        native.cut_windows(samples, self._bearing_rad, self._strides, places, BEFORE * self.stride, found)
+        native.cut_windows(samples, self._fan.bearing_rad, self._beam_strides, places, BEFORE * self.stride, found)
         windows = np.empty((len(places), BEAMS, CELLS), np.float32)
         cells = Decimation(0, self.stride, 0, CELLS)
         to_amplitude(found.reshape(-1, CELLS * self.stride), cells, scale, windows.reshape(-1, CELLS))
