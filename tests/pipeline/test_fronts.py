@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -163,11 +164,44 @@ def test_what_sets_in_as_a_body_does_is_told_and_a_crest_is_not() -> None:
     assert share_of(crest, 18.0, LEAST_FRONT) < 0.4
 
 
-def test_only_sonars_like_the_one_it_was_learnt_from_are_judged() -> None:
+def test_of_fine_beams_a_window_has_those_a_beam_width_apart() -> None:
+    """Beams of 1.5 degrees every 0.25 make the windows of every sixth of them."""
+    fine = replace(fan_of(360, math.radians(0.25)), beam_width_rad=np.full(360, STEP_RAD))
+    coarse = Fan(fine.bearing_rad[::6].copy(), np.full(60, STEP_RAD), SAMPLES, DR_M, DR_M)
+    image = speckled(np.ones((360, SAMPLES)), 4)
+    echoes = fine.bearing_rad[[120, 180]], np.array([20.0, 30.0])
+    of_fine, of_coarse = (
+        layout_of(fan).of(*echoes, samples, AMPLITUDE) for fan, samples in [(fine, image), (coarse, image[::6])]
+    )
+    np.testing.assert_array_equal(of_fine, of_coarse)
+
+
+def fine_fan(beams: int, width_deg: float) -> Fan:
+    """Return a fan of beams 0.25 degrees apart."""
+    return replace(fan_of(beams, math.radians(0.25)), beam_width_rad=np.full(beams, math.radians(width_deg)))
+
+
+def test_sonars_are_judged_by_the_width_of_their_beams_whatever_their_number() -> None:
     assert can_be_judged(fan_of(dr_m=0.1))
     assert not can_be_judged(fan_of(dr_m=0.2))
-    assert not can_be_judged(fan_of(beams=512, step_rad=math.radians(0.25)))
-    assert not can_be_judged(fan_of(beams=BEAMS - 1))
+    assert not can_be_judged(fan_of(beams=BEAMS))
+    assert not can_be_judged(fan_of(beams=1))
+    assert can_be_judged(fine_fan(512, 1.0))
+    assert can_be_judged(fine_fan(512, 1.5))
+    assert not can_be_judged(fine_fan(512, 0.5))
+    assert not can_be_judged(fine_fan(512, 3.0))
+    assert not can_be_judged(fine_fan(4 * BEAMS, 1.0))
+
+
+def test_windows_follow_beams_that_lie_wider_apart_at_the_edges_of_a_fan() -> None:
+    """As those of the Oculus do: of each, those about as far apart as it is wide."""
+    bearing = np.arcsin(np.linspace(-0.9, 0.9, 512))
+    fan = Fan(bearing, np.full(512, math.radians(1.0)), SAMPLES, DR_M, DR_M)
+    assert can_be_judged(fan)
+    ramp = np.repeat(np.exp(bearing)[:, None], SAMPLES, axis=1).astype(np.float32)
+    windows = layout_of(fan).of(bearing[[60, 256]], np.array([30.0, 30.0]), ramp, AMPLITUDE)
+    apart_db = np.diff(windows[:, :, 0], axis=1)
+    np.testing.assert_allclose(apart_db, 20.0 * math.log10(math.e) * math.radians(1.0), rtol=0.35)
 
 
 def test_no_echo_is_no_work() -> None:

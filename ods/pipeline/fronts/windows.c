@@ -39,22 +39,23 @@ static void copy_around(const char *row, int64_t samples, int64_t bytes, int64_t
 }
 
 /* Fills out with the recorded samples around places (bearing, sample), `before` of them before it, and in as many beams
-   around it as there are rows. */
-KERNEL(cut_windows, "rows u1|u2|f4[beams,:] samples, f8[beams] bearing_rad, f8[places,2] places, int before, "
-                    "out u1|u2|f4[places,rows,:] out")
+   around it as there are rows, each `strides` of the nearest beam from the one before. */
+KERNEL(cut_windows, "rows u1|u2|f4[beams,:] samples, f8[beams] bearing_rad, i8[beams] strides, f8[places,2] places, "
+                    "int before, out u1|u2|f4[places,rows,:] out")
 {
     const Samples samples = SAMPLES(0);
-    const int64_t beams = SIZE(0, 0), rows = SIZE(4, 1), count = SIZE(4, 2), bytes = sample_bytes(samples.type);
-    if (TYPE(4) != samples.type || beams == 0 || samples.samples == 0)
+    const int64_t beams = SIZE(0, 0), rows = SIZE(5, 1), count = SIZE(5, 2), bytes = sample_bytes(samples.type);
+    if (TYPE(5) != samples.type || beams == 0 || samples.samples == 0)
         return;
-    for (int64_t k = 0; k < SIZE(2, 0); k++) {
-        const double *place = ARRAY(const double, 2) + 2 * k;
+    for (int64_t k = 0; k < SIZE(3, 0); k++) {
+        const double *place = ARRAY(const double, 3) + 2 * k;
         const double inside = larger(smaller(place[1], (double)(samples.samples + count)), (double)-count);
-        const int64_t first = (int64_t)inside - INT(3);
-        const int64_t beam = nearest_beam(ARRAY(const double, 1), beams, place[0]) - rows / 2;
+        const int64_t first = (int64_t)inside - INT(4);
+        const int64_t beam = nearest_beam(ARRAY(const double, 1), beams, place[0]);
+        const int64_t stride = ARRAY(const int64_t, 2)[beam];
         for (int64_t i = 0; i < rows; i++)
-            copy_around(samples.data + clipped(beam + i, beams) * samples.row_bytes, samples.samples, bytes, first,
-                        count, ARRAY(char, 4) + (k * rows + i) * count * bytes);
+            copy_around(samples.data + clipped(beam + (i - rows / 2) * stride, beams) * samples.row_bytes, samples.samples, bytes, first,
+                        count, ARRAY(char, 5) + (k * rows + i) * count * bytes);
     }
 }
 

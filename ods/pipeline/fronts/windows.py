@@ -1,8 +1,10 @@
 """The recorded samples around where an echo sets in, as levels: what is judged of it."""
 
+from functools import cached_property
+
 import numpy as np
 
-from ods.base.arrays import AnyArray, Floats, Floats32
+from ods.base.arrays import AnyArray, Floats, Floats32, Ints
 from ods.compiled import native
 from ods.pipeline.image.amplitude import Decimation, SampleScale, to_amplitude
 from ods.pipeline.image.fan import Fan
@@ -14,15 +16,24 @@ BEAMS, CELLS = 9, 48
 """Size of a window,"""
 BEFORE = 20
 """of whose cells so many lie before the place where the echo is said to set in."""
-BEAM_STEP_RAD = np.radians((1.0, 2.0))
-"""Beams this far apart are like those that bodies were learnt from."""
+APART_RAD = np.radians((2.0 / 3.0, 2.0))
+"""From one beam of a window to the next, which is the width of a beam: in between, beams of the fan are left out."""
 
 
 def can_be_judged(fan: Fan) -> bool:
-    """Tell whether beams and columns of an image are such as bodies were learnt from."""
-    step = np.diff(fan.bearing_rad)
-    beams = step.size >= BEAMS and np.all((step > BEAM_STEP_RAD[0]) & (step < BEAM_STEP_RAD[1]))
-    return bool(beams) and fan.dr_m <= LONGEST_CELL * CELL_M
+    """Tell whether beams and columns of an image make windows like those that bodies were learnt from."""
+    gap = np.diff(fan.bearing_rad)
+    if gap.size < BEAMS or gap.min() <= 0.0 or fan.dr_m > LONGEST_CELL * CELL_M:
+        return False
+    strides = _beam_strides(fan)
+    apart = strides * np.gradient(fan.bearing_rad)
+    least, most = APART_RAD
+    return bool(gap.size >= BEAMS * strides.max() and apart.min() > least and apart.max() < most)
+
+
+def _beam_strides(fan: Fan) -> Ints:
+    """Return how many beams on from each the next one of a window is, (beams,): about the width of a beam."""
+    return np.maximum(np.rint(fan.beam_width_rad / np.gradient(fan.bearing_rad)), 1.0).astype(np.int64)
 
 
 class Windows:
@@ -36,7 +47,11 @@ class Windows:
         """Samples of a cell."""
         self._dr_m = dr_m
         self._begin_m = band.fan.range0_m - (0.5 * layout.stride + band.first) * dr_m
-        self._bearing_rad = band.fan.bearing_rad
+        self._fan = band.fan
+
+    @cached_property
+    def _beam_strides(self) -> Ints:
+        return _beam_strides(self._fan)
 
     def of(self, bearing_rad: Floats, near_m: Floats, samples: AnyArray, scale: SampleScale) -> Floats32:
         """Return the levels around echoes, dB over their mean: (echoes, BEAMS, CELLS) float32.
@@ -46,7 +61,7 @@ class Windows:
         """
         places = np.column_stack((bearing_rad, (near_m - self._begin_m) / self._dr_m))
         found = np.empty((len(places), BEAMS, CELLS * self.stride), samples.dtype)
-        native.cut_windows(samples, self._bearing_rad, places, BEFORE * self.stride, found)
+        native.cut_windows(samples, self._fan.bearing_rad, self._beam_strides, places, BEFORE * self.stride, found)
         windows = np.empty((len(places), BEAMS, CELLS), np.float32)
         cells = Decimation(0, self.stride, 0, CELLS)
         to_amplitude(found.reshape(-1, CELLS * self.stride), cells, scale, windows.reshape(-1, CELLS))

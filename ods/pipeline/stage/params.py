@@ -204,8 +204,8 @@ class TwoLevelParams(GroupParams, frozen=True):
     sea-bed. With `follow` or more there are none."""
     fronts: bool = True
     """Over a rough sea-bed a network judges the leading edge of each echo, and weak detections are all echoes that
-    reach the levels of speckle and may have an object's leading edge, whatever `faint` is. For sonars with beams that
-    the network was trained on."""
+    reach the levels of speckle and may have an object's leading edge, whatever `faint` is. For sonars with beams 0.67
+    to 2 degrees wide."""
 
     def __post_init__(self) -> None:
         if self.low > self.high:
