@@ -14,7 +14,8 @@ import numpy as np
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.image.regions import Regions, Runs
+from ods.pipeline.detect.rise import NO_RISE, Rise
+from ods.pipeline.image.regions import Regions
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -25,15 +26,6 @@ _REGION = 4
 _LEARNT_IMAGES = 8
 
 
-class RaisedBy(NamedTuple):
-    """How levels rise with the background's crests."""
-
-    factors: Floats
-    """(rows, columns) of each region of the image; (1, 1): of the whole image."""
-    exponent: float
-    """They are raised to that power."""
-
-
 class CrestMeter:
     """Measures images of one size; has their work space."""
 
@@ -42,7 +34,6 @@ class CrestMeter:
         self._tile = beams, samples
         self._region = _REGION * beams, _REGION * samples
         self._regions = -(-shape[0] // self._region[0]), -(-shape[1] // self._region[1])
-        self._scaled = np.empty(shape, np.float32)
         self.of_speckle = np.zeros(2)
         """The two quantiles of images without echoes, which `learn` fills."""
 
@@ -57,37 +48,19 @@ class CrestMeter:
         all_found = np.concatenate(found)
         self.of_speckle[:] = all_found.mean(axis=0) if len(all_found) else 0.0
 
-    def factors(self, image: Image, measured: tuple[float, float], level: float) -> Floats:
-        """Return how many times as high as `level` the background of image (beams, samples) reaches: (rows, columns).
+    def rise(self, image: Image, measured: tuple[float, float], level: float) -> Rise:
+        """Return how far levels of image (beams, samples) have to rise, of powers 1, as the background's crests do.
 
         measured: background and noise, in multiples of which `level` is over it. So many times `level` is reached in a
-        region as seldom as `level` is by speckle; 1 where crests are no higher than those of speckle.
+        place as seldom as `level` is by speckle; the factor is 1 where crests are no higher than those of speckle.
         """
         background, noise = measured
         middle, upper = self.of_speckle.tolist()
         if not upper > middle or noise <= 0.0:
-            return np.ones((1, 1))
+            return NO_RISE
         factors = np.empty(self._regions)
         native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
-        return factors
-
-    def levelled(self, image: Image, background: float, factors: Floats) -> Image:
-        """Return image (beams, samples) with what lies over the background divided by its region's factor.
-
-        The same array is returned where all are 1.
-        """
-        if (factors == 1.0).all():
-            return image
-        shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
-        return self._scaled
-
-    def reaching(self, image: Image, regions: Regions, levels: tuple[float, float], raised: RaisedBy) -> Mask:
-        """Tell (total,) which regions of image (beams, samples) reach the level of their place somewhere.
-
-        levels: background and level, of which what is between them is raised.
-        """
-        region = self._region if raised.factors.size > 1 else image.shape
-        return reaching(image, regions.runs, regions.total, levels, raised, region)
+        return Rise(background, factors, 1.0, 1.0, *self._region)
 
 
 def crest_quantiles(
@@ -102,18 +75,8 @@ def crest_quantiles(
     return quantiles
 
 
-def shrink(image: Image, background: float, factors: Image, region: tuple[int, int], out: Image) -> None:
-    """Fill out with background + (image - background) * the factor (rows, columns) of the region."""
-    native.shrink(image, background, factors, region, out)
-
-
-def reaching(
-    image: Image, runs: Runs, total: int, levels: tuple[float, float], raised: RaisedBy, region: tuple[int, int]
-) -> Mask:
-    """Tell (total,) which regions of runs have a cell above the level of its region of the image.
-
-    As `CrestMeter.reaching` says.
-    """
-    found = np.empty(total, np.bool_)
-    native.reaching(image, runs, levels, raised, region, found)
+def reaching(image: Image, regions: Regions, high: float, rise: Rise) -> Mask:
+    """Tell (total,) which regions of image (beams, samples) have a cell above the high level of its place."""
+    found = np.empty(regions.total, np.bool_)
+    native.reaching(image, regions.runs, high, rise, found)
     return found

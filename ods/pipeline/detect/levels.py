@@ -2,15 +2,15 @@
 
 from collections.abc import Iterable
 
-from ods.base.arrays import Image, Mask
-from ods.pipeline.detect.crests import CrestMeter, RaisedBy
+from ods.base.arrays import Image
+from ods.pipeline.detect.crests import CrestMeter, reaching
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
 from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Regions, chosen_runs
+from ods.pipeline.image.regions import Regions
 from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector
@@ -53,7 +53,7 @@ def level_detector(
     crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
-    raised = 0.0 if fronts and faint < follow else faint
+    low_power = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = meter.background_and_noise(image)
@@ -70,25 +70,17 @@ def level_detector(
 
     def following(image: Image, recorded: Recorded, wanted: DetectionLevels, noise: float) -> Regions:
         """Return the regions where levels follow the crests."""
-        _, above, background = wanted
-        factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
-        judged = crests.levelled(image, background, factors**raised) if raised else image
-        regions = group.regions(judged, recorded, wanted)
-        ordered = sorted(factors.ravel().tolist())
+        _, above, background, _ = wanted
+        rise = crests.rise(image, (background, max(noise, _LEAST_NOISE * background)), high)
+        ordered = sorted(rise.factors.ravel().tolist())
+        rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
+        found_by = rise._replace(low_power=low_power, high_power=low_power if rough else faint)
+        regions = group.regions(image, recorded, wanted._replace(rise=found_by))
         heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
-        if raised >= follow:
+        if faint >= follow:
             return regions._replace(heard_from=heard_from)
-
-        def reach(exponent: float) -> Mask:
-            return crests.reaching(judged, regions, (background, above), RaisedBy(factors, exponent))
-
-        runs, total = regions.runs, regions.total
-        weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
-        if fronts and not rough and weak.any():
-            kept = reach(faint)
-            runs, total = chosen_runs(runs, kept)
-            weak = weak[kept]
-        return Regions(runs, total, background, regions.judged, weak, heard_from, fronts and rough)
+        weak = ~reaching(image, regions, above, rise._replace(high_power=follow))
+        return regions._replace(faint=weak, heard_from=heard_from, fronts=rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind
