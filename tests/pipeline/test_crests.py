@@ -10,7 +10,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.detect.crests import CrestMeter, crest_quantiles, reaching
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
 from ods.pipeline.detect.rise import Rise, levelled
-from ods.pipeline.image.regions import RUN, Regions
+from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle
 
@@ -29,7 +29,7 @@ def learnt() -> CrestMeter:
 
 
 def levelled_by(meter: CrestMeter, image: Image, noise: tuple[float, float], follow: float) -> Image:
-    return levelled(image, meter.rise(image, noise, 5.5)._replace(low_power=follow))
+    return levelled(image, Rise(noise[0], meter.factors(image, noise, 5.5), follow, follow, *meter.region))
 
 
 def measured(image: Image) -> tuple[float, float]:
@@ -134,7 +134,7 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
     rise = Rise(0.0, np.array([[81.0, 4.0], [9.0, 16.0]]), 0.0, 0.5, 4, 4)  # of quarters; a level has to be exceeded
-    assert reaching(image, Regions(runs, 3, 1.0), 1.0, rise).tolist() == [True, False, True]
+    assert reaching(image, runs, 3, 1.0, rise).tolist() == [True, False, True]
 
 
 def bed_and_ball(seed: int) -> Ping:

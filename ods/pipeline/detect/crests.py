@@ -14,8 +14,8 @@ import numpy as np
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.detect.rise import NO_RISE, Rise
-from ods.pipeline.image.regions import Regions
+from ods.pipeline.detect.rise import Rise
+from ods.pipeline.image.regions import Runs
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -32,8 +32,9 @@ class CrestMeter:
     def __init__(self, shape: tuple[int, int]) -> None:
         beams, samples = (max(-(-n // most), least) for n, most, least in zip(shape, _GRID, _LEAST_TILE, strict=True))
         self._tile = beams, samples
-        self._region = _REGION * beams, _REGION * samples
-        self._regions = -(-shape[0] // self._region[0]), -(-shape[1] // self._region[1])
+        self.region = _REGION * beams, _REGION * samples
+        """Its beams and samples; the last row and column may have fewer."""
+        self._regions = -(-shape[0] // self.region[0]), -(-shape[1] // self.region[1])
         self.of_speckle = np.zeros(2)
         """The two quantiles of images without echoes, which `learn` fills."""
 
@@ -48,19 +49,19 @@ class CrestMeter:
         all_found = np.concatenate(found)
         self.of_speckle[:] = all_found.mean(axis=0) if len(all_found) else 0.0
 
-    def rise(self, image: Image, measured: tuple[float, float], level: float) -> Rise:
-        """Return how far levels of image (beams, samples) have to rise, of powers 1, as the background's crests do.
+    def factors(self, image: Image, measured: tuple[float, float], level: float) -> Floats:
+        """Return how many times as high as `level` the background of image (beams, samples) reaches: (rows, columns).
 
         measured: background and noise, in multiples of which `level` is over it. So many times `level` is reached in a
-        place as seldom as `level` is by speckle; the factor is 1 where crests are no higher than those of speckle.
+        region as seldom as `level` is by speckle; 1 where crests are no higher than those of speckle.
         """
         background, noise = measured
         middle, upper = self.of_speckle.tolist()
         if not upper > middle or noise <= 0.0:
-            return NO_RISE
+            return np.ones((1, 1))
         factors = np.empty(self._regions)
         native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
-        return Rise(background, factors, 1.0, 1.0, *self._region)
+        return factors
 
 
 def crest_quantiles(
@@ -75,8 +76,8 @@ def crest_quantiles(
     return quantiles
 
 
-def reaching(image: Image, regions: Regions, high: float, rise: Rise) -> Mask:
+def reaching(image: Image, runs: Runs, total: int, high: float, rise: Rise) -> Mask:
     """Tell (total,) which regions of image (beams, samples) have a cell above the high level of its place."""
-    found = np.empty(regions.total, np.bool_)
-    native.reaching(image, regions.runs, high, rise, found)
+    found = np.empty(total, np.bool_)
+    native.reaching(image, runs, high, rise, found)
     return found

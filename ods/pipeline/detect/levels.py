@@ -6,6 +6,7 @@ from ods.base.arrays import Image
 from ods.pipeline.detect.crests import CrestMeter, reaching
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.rise import Rise
 from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
@@ -63,24 +64,24 @@ def level_detector(
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        wanted = DetectionLevels(below, above, background)
         if follow:
-            return following(image, recorded, wanted, noise)
-        return group.regions(image, recorded, wanted)._replace(heard_from=above / background)
+            return following(image, recorded, (below, above, background), noise)
+        found = group.regions(image, recorded, DetectionLevels(below, above, background))
+        return found._replace(heard_from=above / background)
 
-    def following(image: Image, recorded: Recorded, wanted: DetectionLevels, noise: float) -> Regions:
-        """Return the regions where levels follow the crests."""
-        _, above, background, _ = wanted
-        rise = crests.rise(image, (background, max(noise, _LEAST_NOISE * background)), high)
-        ordered = sorted(rise.factors.ravel().tolist())
+    def following(image: Image, recorded: Recorded, wanted: tuple[float, float, float], noise: float) -> Regions:
+        """Return the regions where levels follow the crests; wanted: the low and the high one, and the background."""
+        below, above, background = wanted
+        factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
+        ordered = sorted(factors.ravel().tolist())
         rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
-        found_by = rise._replace(low_power=low_power, high_power=low_power if rough else faint)
-        regions = group.regions(image, recorded, wanted._replace(rise=found_by))
+        rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
+        runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
         heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
-        if faint >= follow:
-            return regions._replace(heard_from=heard_from)
-        weak = ~reaching(image, regions, above, rise._replace(high_power=follow))
-        return regions._replace(faint=weak, heard_from=heard_from, fronts=rough)
+        weak = None
+        if faint < follow:
+            weak = ~reaching(image, runs, total, above, Rise(background, factors, 0.0, follow, *crests.region))
+        return Regions(runs, total, background, judged, weak, heard_from, rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind
