@@ -41,7 +41,7 @@ static inline Levels risen(const Rise *rise, double level, double power, int64_t
     float *levels = SCRATCH(float, rise->rows * samples), least = INFINITY;
     for (int64_t i = 0; i < rise->rows; i++)
         for (int64_t k = 0; k < rise->columns; k++) {
-            const double factor = pow(rise->factors[i * rise->columns + k], power);
+            const double factor = power == 0.0 ? 1.0 : pow(rise->factors[i * rise->columns + k], power);
             const float here = (float)(level + (level - rise->background) * (factor - 1.0));
             const int64_t begin = k * rise->place_samples;
             const int64_t end = k + 1 < rise->columns ? smaller_i(begin + rise->place_samples, samples) : samples;
