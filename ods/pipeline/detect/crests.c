@@ -19,7 +19,6 @@
 /* Regions of speckle itself differ by so much: 19 of 20 by less. */
 #define BY_CHANCE 1.12
 
-typedef int32_t Bits __attribute__((vector_size(32))); /* of Lanes */
 typedef uint16_t Count; /* of tiles */
 
 /* Fills out with the highest cell of some beams at each sample, at least 0. */
@@ -34,13 +33,6 @@ static void highest_of_beams(const float *image, int64_t beams, int64_t samples,
     }
 }
 
-/* Returns which is higher, lane by lane. */
-static inline Lanes higher(Lanes a, Lanes b)
-{
-    const Bits above = a > b;
-    return (Lanes)((above & (Bits)a) | (~above & (Bits)b));
-}
-
 /* Returns the highest of some cells, which are 0 at least. */
 static float highest_of(const float *cells, int64_t count)
 {
@@ -49,10 +41,7 @@ static float highest_of(const float *cells, int64_t count)
         Lanes lanes = load(cells + count - LANES);
         for (int64_t j = 0; j + LANES < count; j += LANES)
             lanes = higher(load(cells + j), lanes);
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){4, 5, 6, 7, 0, 1, 2, 3}));
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){2, 3, 0, 1, 6, 7, 4, 5}));
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){1, 0, 3, 2, 5, 4, 7, 6}));
-        highest = larger_f(lanes[0], highest);
+        highest = larger_f(highest_lane(lanes), highest);
     } else
         for (int64_t j = 0; j < count; j++)
             highest = larger_f(cells[j], highest);
