@@ -15,8 +15,8 @@ from scipy.special import gammainc, gammaincc, gammainccinv, gammaincinv, polyga
 from scipy.stats import gamma
 
 from ods.base.arrays import Floats, Image, Mask
-from ods.pipeline.detect.crests import shrink
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.rise import Rise, levelled
 
 Measured = tuple[float, float]
 """Background and noise of an image."""
@@ -36,7 +36,6 @@ class Law(ABC):
         tile = [max(-(-n // most), least) for n, most, least in zip(shape, GRID, LEAST_TILE, strict=True)]
         self._starts = [np.arange(0, n, size) for n, size in zip(shape, tile, strict=True)]
         self._region = REGION * tile[0], REGION * tile[1]
-        self._scaled = np.empty(shape, np.float32)
         self._speckle = np.empty(0)
         self._noise = 0.0
 
@@ -55,8 +54,7 @@ class Law(ABC):
         sums = self._around(self._by_tile(self.functions(image, measured)), self._free(image, background))
         factor = self.level(sums, measured, level) / level
         factor[~(factor >= BY_CHANCE)] = 1.0  # nan, too
-        shrink(image, background, (1.0 / factor).astype(np.float32), self._region, self._scaled)
-        return self._scaled
+        return levelled(image, Rise(background, factor, 1.0, 1.0, *self._region))
 
     @abstractmethod
     def functions(self, image: Image, measured: Measured) -> Floats:

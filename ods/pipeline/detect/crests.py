@@ -7,7 +7,6 @@ against those of speckle that went through the same stages they tell what a leve
 
 from collections.abc import Iterable
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 

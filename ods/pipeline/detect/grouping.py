@@ -18,7 +18,7 @@ from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 
 class DetectionLevels(NamedTuple):
-    """Levels of one image: cells above `low` are an echo when one of them is above `high`; how they rise with places."""
+    """Levels of one image: cells above `low` are an echo when one of them is above `high`; both rise as `rise` says."""
 
     low: float
     high: float
