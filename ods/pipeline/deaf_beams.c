@@ -1,13 +1,14 @@
 /* Beams that say nothing of the water: saturated ones, and such as hear a source that sounds without end. See
    deaf_beams.py. */
 
+#include "ods/pipeline/filter/lanes.h"
 #include "ods/pipeline/image/no_data.h"
 #include "ods/pipeline/image/samples.h"
 
 /* Parts of the range, */
 #define RINGS 16
 /* samples in a row that are looked at of each, */
-#define LOOKED_AT 8
+#define LOOKED_AT LANES
 /* and rings of which nothing is required, as bodies and their shadows may be there. */
 #define LEFT_OUT 2
 /* A beam is saturated where one of these samples is at full scale in three quarters of its rings, until it is in fewer
@@ -37,7 +38,6 @@
 #define HALVINGS 11
 /* Beams whose samples are fetched before their turn. */
 #define AHEAD 2
-#define LANES 8
 
 enum { HEARS = 0, SATURATED = 2, DROWNED = 4 };
 
@@ -69,24 +69,35 @@ static float db_of(float amplitude)
     return 6.0206f * (exponent + (-0.33582878f * x.value + 2.0f) * x.value - 0.65871759f);
 }
 
+/* Returns the samples of a beam from `begin` on. */
+static inline Lanes lanes_of(Samples frame, int64_t beam, int64_t begin)
+{
+    typedef uint8_t Bytes __attribute__((vector_size(LANES), aligned(1), may_alias));
+    typedef uint16_t Words __attribute__((vector_size(2 * LANES), aligned(2), may_alias));
+    const char *from = frame.data + beam * frame.row_bytes + begin * sample_bytes(frame.type);
+    switch (frame.type) {
+    case 'B':
+        return __builtin_convertvector(__builtin_convertvector(*(const Bytes *)from, Bits), Lanes);
+    case 'H':
+        return __builtin_convertvector(__builtin_convertvector(*(const Words *)from, Bits), Lanes);
+    default:
+        return load((const float *)from);
+    }
+}
+
 /* Fills total and count with the sum of the samples that are looked at of a part and hold data, and how many they are;
    returns the highest. */
 static float look(Samples frame, Missing missing, int64_t beam, int64_t begin, float *total, float *count)
 {
-    float values[LOOKED_AT], highest = 0.0f;
+    Lanes lanes = lanes_of(frame, beam, begin);
     int32_t held = LOOKED_AT;
-    load_samples(frame, beam, begin, 1, LOOKED_AT, values);
     for (int64_t k = 0; k < LOOKED_AT && missing.marks != NULL; k++)
         if (is_missing(missing, beam, begin + k)) {
-            values[k] = 0.0f;
+            lanes[k] = 0.0f;
             held--;
         }
-    *total = 0.0f, *count = (float)held;
-    for (int64_t k = 0; k < LOOKED_AT; k++) {
-        *total += values[k];
-        highest = larger_f(values[k], highest);
-    }
-    return highest;
+    *total = sum_of_lanes(lanes), *count = (float)held;
+    return highest_lane(lanes);
 }
 
 /* Turns sums of samples into levels, dB; NaN where too few hold data or there is no level. */

@@ -155,7 +155,7 @@ class PreparedChain:
             raise blamed(self._last.label, error) from error
         if self._watch and regions.judged:
             judged, low, high = regions.judged
-            self._watch(StageImage(self._last.name, judged.copy(), self._layout.fan, (low, high)))
+            self._watch(StageImage(self._last.name, judged().copy(), self._layout.fan, (low, high)))
         return regions
 
     def _culprit(self, recorded: Recorded, frame: Frame, gaps: Mask, ping: PingContext) -> StageError:

@@ -7,7 +7,9 @@ import pytest
 from ods.base.arrays import Image
 from ods.messages import Detections, Ping
 from ods.pipeline.chain import Chain
-from ods.pipeline.detect.crests import CrestMeter, RaisedBy, crest_quantiles, reaching, shrink
+from ods.pipeline.detect.crests import CrestMeter, crest_quantiles, reaching
+from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.rise import Rise, levelled
 from ods.pipeline.image.regions import RUN
 from ods.pipeline.settings import DEFAULT_STAGES, PipelineSettings
 from tests.pipeline.pings import make_ping, speckle
@@ -26,8 +28,8 @@ def learnt() -> CrestMeter:
     return meter
 
 
-def levelled(meter: CrestMeter, image: Image, noise: tuple[float, float], follow: float) -> Image:
-    return meter.levelled(image, noise[0], meter.factors(image, noise, 5.5) ** follow)
+def levelled_by(meter: CrestMeter, image: Image, noise: tuple[float, float], follow: float) -> Image:
+    return levelled(image, Rise(noise[0], meter.factors(image, noise, 5.5), follow, follow, *meter.region))
 
 
 def measured(image: Image) -> tuple[float, float]:
@@ -57,7 +59,7 @@ def test_speckle_is_left_alone_and_follow_zero_is_too() -> None:
     changed = 0.0
     for seed in range(20, 30):
         image = rayleigh(seed)
-        out = levelled(meter, image, measured(image), 1.0)
+        out = levelled_by(meter, image, measured(image), 1.0)
         changed += float((out != image).mean()) / 10
     assert changed < 0.15
 
@@ -67,30 +69,43 @@ def test_a_region_of_high_crests_is_brought_to_those_of_speckle() -> None:
     texture = np.sqrt(np.random.default_rng(1).gamma(1.0, 1.0, (SHAPE[0], 256))).astype(np.float32)
     image[:, 256:] *= texture
     noise = measured(image)
-    out = levelled(meter, image, noise, 1.0).copy()
+    out = levelled_by(meter, image, noise, 1.0).copy()
     level = noise[0] + 4.0 * noise[1]
     before, after = (image[:, 320:] > level).sum(), (out[:, 320:] > level).sum()
     assert after < before / 4
     np.testing.assert_array_equal(out[:, :128], image[:, :128])
-    half = levelled(meter, image, noise, 0.5)
+    half = levelled_by(meter, image, noise, 0.5)
     assert after < (half[:, 320:] > level).sum() < before
 
 
-def test_shrinking_keeps_the_background_and_scales_what_is_over_it() -> None:
-    image, out = rayleigh(5), np.empty(SHAPE, np.float32)
-    factors = np.random.default_rng(2).uniform(0.4, 1.0, (4, 8)).astype(np.float32)
+def test_what_is_levelled_keeps_the_background_and_divides_what_is_over_it() -> None:
+    image = rayleigh(5)
+    factors = np.random.default_rng(2).uniform(1.0, 2.5, (4, 8))
     factors[1, 2] = 1.0
-    shrink(image, 1.2, factors, (16, 64), out)
-    each = np.repeat(np.repeat(factors, 16, 0), 64, 1)
-    np.testing.assert_allclose(out, 1.2 + (image - 1.2) * each, rtol=1e-5, atol=1e-6)
+    out = levelled(image, Rise(1.2, factors, 0.5, 1.0, 16, 64))
+    each = np.sqrt(np.repeat(np.repeat(factors, 16, 0), 64, 1))
+    np.testing.assert_allclose(out, 1.2 + (image - 1.2) / each, rtol=1e-5, atol=1e-6)
     np.testing.assert_array_equal(out[16:32, 128:192], image[16:32, 128:192])
+
+
+@pytest.mark.parametrize("power", [0.0, 0.3, 1.0])
+def test_regions_over_levels_that_rise_are_those_of_the_levelled_image(power: float) -> None:
+    image = rayleigh(6)
+    factors = np.random.default_rng(3).uniform(1.0, 1.5, (4, 7))  # the last places are wider
+    rise = Rise(1.2, factors, power, power, 16, 70)
+    rule = GrowingRule(1.9, 2.5, 1, 2, image.size)
+    visited = np.zeros(SHAPE, np.bool_)
+    risen, count = find_regions(image, rule._replace(rise=rise), room_for_runs(SHAPE), visited)
+    plain, of_plain = find_regions(levelled(image, rise), rule, room_for_runs(SHAPE), visited)
+    assert count == of_plain > 50
+    assert risen.tolist() == plain.tolist()
 
 
 def test_few_tiles_change_nothing() -> None:
     meter = CrestMeter((8, 64))
     images = [np.random.default_rng(k).rayleigh(1.0, (8, 64)).astype(np.float32) for k in range(8)]
     meter.learn(images)
-    assert levelled(meter, images[0], measured(images[0]), 1.0) is images[0]
+    assert levelled_by(meter, images[0], measured(images[0]), 1.0) is images[0]
 
 
 @pytest.mark.parametrize("follow", [0.75, 1.0])
@@ -118,8 +133,8 @@ def test_regions_reach_the_level_of_the_place_that_their_cells_are_in() -> None:
     image = np.zeros((8, 8), np.float32)
     image[1, 2:6], image[6, 1], image[6, 6] = (1.0, 1.0, 1.0, 3.0), 3.0, 5.0
     runs = np.array([(1, 2, 6, 1), (6, 1, 2, 2), (6, 6, 7, 3)], RUN)
-    raised = RaisedBy(np.array([[81.0, 4.0], [9.0, 16.0]]), 0.5)  # of quarters; a level has to be exceeded
-    assert reaching(image, runs, 3, (0.0, 1.0), raised, (4, 4)).tolist() == [True, False, True]
+    rise = Rise(0.0, np.array([[81.0, 4.0], [9.0, 16.0]]), 0.0, 0.5, 4, 4)  # of quarters; a level has to be exceeded
+    assert reaching(image, runs, 3, 1.0, rise).tolist() == [True, False, True]
 
 
 def bed_and_ball(seed: int) -> Ping:

@@ -1,6 +1,7 @@
 /* How high the background's crests reach, region by region: maxima of the tiles of an image, and their quantiles. */
 
 #include "ods/pipeline/detect/inside.h"
+#include "ods/pipeline/detect/rise.h"
 #include "ods/pipeline/filter/lanes.h"
 
 /* Histograms of maxima: their bins, in multiples of the noise. */
@@ -18,7 +19,6 @@
 /* Regions of speckle itself differ by so much: 19 of 20 by less. */
 #define BY_CHANCE 1.12
 
-typedef int32_t Bits __attribute__((vector_size(32))); /* of Lanes */
 typedef uint16_t Count; /* of tiles */
 
 /* Fills out with the highest cell of some beams at each sample, at least 0. */
@@ -33,13 +33,6 @@ static void highest_of_beams(const float *image, int64_t beams, int64_t samples,
     }
 }
 
-/* Returns which is higher, lane by lane. */
-static inline Lanes higher(Lanes a, Lanes b)
-{
-    const Bits above = a > b;
-    return (Lanes)((above & (Bits)a) | (~above & (Bits)b));
-}
-
 /* Returns the highest of some cells, which are 0 at least. */
 static float highest_of(const float *cells, int64_t count)
 {
@@ -48,10 +41,7 @@ static float highest_of(const float *cells, int64_t count)
         Lanes lanes = load(cells + count - LANES);
         for (int64_t j = 0; j + LANES < count; j += LANES)
             lanes = higher(load(cells + j), lanes);
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){4, 5, 6, 7, 0, 1, 2, 3}));
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){2, 3, 0, 1, 6, 7, 4, 5}));
-        lanes = higher(lanes, __builtin_shuffle(lanes, (Bits){1, 0, 3, 2, 5, 4, 7, 6}));
-        highest = larger_f(lanes[0], highest);
+        highest = larger_f(highest_lane(lanes), highest);
     } else
         for (int64_t j = 0; j < count; j++)
             highest = larger_f(cells[j], highest);
@@ -190,54 +180,21 @@ KERNEL(crest_factors, CRESTS ", float level, float middle, float upper, out f8[r
     }
 }
 
-/* Returns which of `count` places, `size` beams or samples each, holds one. */
-static int64_t place_of(int64_t index, int64_t size, int64_t count)
+/* Tells which regions of runs have a cell above the high level of its place in the image. */
+KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float high, " RISE ", out b1[regions] found")
 {
-    return smaller_i(index / larger_i(size, 1), count - 1);
-}
-
-/* Fills out with background + (image - background) * the factor of the place, of so many beams and samples. */
-KERNEL(shrink, "f4[beams,samples] image, float background, f4[rows,columns] factors, int place_beams, "
-               "int place_samples, out f4[beams,samples] out")
-{
-    const int64_t samples = SIZE(0, 1), rows = SIZE(2, 0), columns = SIZE(2, 1);
-    const float background = (float)FLOAT(1);
-    float *restrict along = SCRATCH(float, samples);
-    int64_t row = -1;
-    for (int64_t b = 0; b < SIZE(0, 0) && rows * columns > 0; b++) {
-        const float *restrict cells = ARRAY(const float, 0) + b * samples;
-        float *restrict out = ARRAY(float, 5) + b * samples;
-        if (row != place_of(b, INT(3), rows)) {
-            row = place_of(b, INT(3), rows);
-            for (int64_t j = 0; j < samples; j++)
-                along[j] = ARRAY(const float, 2)[row * columns + place_of(j, INT(4), columns)];
-        }
-        for (int64_t j = 0; j < samples; j++) {
-            const float shrunk = background + (cells[j] - background) * along[j];
-            out[j] = along[j] == 1.0f ? cells[j] : shrunk;
-        }
-    }
-}
-
-/* Tells which regions of runs have a cell above the level of its place in the image, of so many beams and samples:
-   the background and a power of its factor times how far `high` is over it. */
-KERNEL(reaching, "f4[beams,samples] image, r16[runs] runs, float background, float high, f8[rows,columns] factors, "
-                 "float exponent, int place_beams, int place_samples, out b1[regions] found")
-{
-    const int64_t samples = SIZE(0, 1), rows = SIZE(4, 0), columns = SIZE(4, 1), regions = SIZE(8, 0);
-    const double background = FLOAT(2), high = FLOAT(3), *factors = ARRAY(const double, 4);
-    const Run *runs = ARRAY(const Run, 1);
-    bool *found = ARRAY(bool, 8);
-    float *levels = SCRATCH(float, rows * columns);
-    for (int64_t k = 0; k < rows * columns; k++) /* exactly `high` for 1 */
-        levels[k] = (float)(high + (high - background) * (pow(factors[k], FLOAT(5)) - 1.0));
+    const int64_t samples = SIZE(0, 1), regions = SIZE(3 + RISE_ARGUMENTS, 0);
+    const Rise rise = rise_at(arguments + 3);
+    const Levels high = risen(&rise, FLOAT(2), rise.high_power, samples);
+    bool *found = ARRAY(bool, 3 + RISE_ARGUMENTS);
     memset(found, 0, (size_t)regions);
-    for (int64_t i = 0; i < SIZE(1, 0) && rows * columns > 0; i++) {
-        if (!lies_inside(runs[i], SIZE(0, 0), samples, regions) || found[runs[i].region - 1])
+    for (int64_t i = 0; i < SIZE(1, 0); i++) {
+        const Run run = ARRAY(const Run, 1)[i];
+        if (!lies_inside(run, SIZE(0, 0), samples, regions))
             continue;
-        const float *cells = ARRAY(const float, 0) + runs[i].beam * samples;
-        const float *along = levels + place_of(runs[i].beam, INT(6), rows) * columns;
-        for (int64_t j = runs[i].first; j < runs[i].stop; j++)
-            found[runs[i].region - 1] |= cells[j] > along[place_of(j, INT(7), columns)];
+        const float *cells = ARRAY(const float, 0) + run.beam * samples;
+        const float *levels = levels_along(&rise, high, run.beam, samples);
+        for (int64_t j = run.first; j < run.stop && !found[run.region - 1]; j++)
+            found[run.region - 1] = cells[j] > levels[j];
     }
 }

@@ -7,14 +7,14 @@ against those of speckle that went through the same stages they tell what a leve
 
 from collections.abc import Iterable
 from itertools import islice
-from typing import NamedTuple
 
 import numpy as np
 
 from ods.base.arrays import Floats, Image, Mask
 from ods.compiled import native
 from ods.pipeline.detect.noise import NoiseMeter
-from ods.pipeline.image.regions import Regions, Runs
+from ods.pipeline.detect.rise import Rise
+from ods.pipeline.image.regions import Runs
 
 _GRID = (16, 32)
 """Tiles across the beams and along the range, at most, and"""
@@ -25,24 +25,15 @@ _REGION = 4
 _LEARNT_IMAGES = 8
 
 
-class RaisedBy(NamedTuple):
-    """How levels rise with the background's crests."""
-
-    factors: Floats
-    """(rows, columns) of each region of the image; (1, 1): of the whole image."""
-    exponent: float
-    """They are raised to that power."""
-
-
 class CrestMeter:
     """Measures images of one size; has their work space."""
 
     def __init__(self, shape: tuple[int, int]) -> None:
         beams, samples = (max(-(-n // most), least) for n, most, least in zip(shape, _GRID, _LEAST_TILE, strict=True))
         self._tile = beams, samples
-        self._region = _REGION * beams, _REGION * samples
-        self._regions = -(-shape[0] // self._region[0]), -(-shape[1] // self._region[1])
-        self._scaled = np.empty(shape, np.float32)
+        self.region = _REGION * beams, _REGION * samples
+        """Its beams and samples; the last row and column may have fewer."""
+        self._regions = -(-shape[0] // self.region[0]), -(-shape[1] // self.region[1])
         self.of_speckle = np.zeros(2)
         """The two quantiles of images without echoes, which `learn` fills."""
 
@@ -71,24 +62,6 @@ class CrestMeter:
         native.crest_factors(image, self._tile, background, noise, level, middle, upper, factors)
         return factors
 
-    def levelled(self, image: Image, background: float, factors: Floats) -> Image:
-        """Return image (beams, samples) with what lies over the background divided by its region's factor.
-
-        The same array is returned where all are 1.
-        """
-        if (factors == 1.0).all():
-            return image
-        shrink(image, background, (1.0 / factors).astype(np.float32), self._region, self._scaled)
-        return self._scaled
-
-    def reaching(self, image: Image, regions: Regions, levels: tuple[float, float], raised: RaisedBy) -> Mask:
-        """Tell (total,) which regions of image (beams, samples) reach the level of their place somewhere.
-
-        levels: background and level, of which what is between them is raised.
-        """
-        region = self._region if raised.factors.size > 1 else image.shape
-        return reaching(image, regions.runs, regions.total, levels, raised, region)
-
 
 def crest_quantiles(
     image: Image, tile: tuple[int, int], background: float, noise: float, regions: tuple[int, int]
@@ -102,18 +75,8 @@ def crest_quantiles(
     return quantiles
 
 
-def shrink(image: Image, background: float, factors: Image, region: tuple[int, int], out: Image) -> None:
-    """Fill out with background + (image - background) * the factor (rows, columns) of the region."""
-    native.shrink(image, background, factors, region, out)
-
-
-def reaching(
-    image: Image, runs: Runs, total: int, levels: tuple[float, float], raised: RaisedBy, region: tuple[int, int]
-) -> Mask:
-    """Tell (total,) which regions of runs have a cell above the level of its region of the image.
-
-    As `CrestMeter.reaching` says.
-    """
+def reaching(image: Image, runs: Runs, total: int, high: float, rise: Rise) -> Mask:
+    """Tell (total,) which regions of image (beams, samples) have a cell above the high level of its place."""
     found = np.empty(total, np.bool_)
-    native.reaching(image, runs, levels, raised, region, found)
+    native.reaching(image, runs, high, rise, found)
     return found

@@ -8,14 +8,15 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
+from ods.pipeline.detect.rise import Rise
 from ods.pipeline.image.regions import Regions
 
 
-def strong_at_border(image: Image, regions: Regions, high: float, raised: float) -> Mask:
+def strong_at_border(image: Image, regions: Regions, high: float, raised: float, rise: Rise) -> Mask:
     """Tell (total,) which regions have a cell above `high` that is not in the border, or one above `raised`.
 
-    image: (beams, samples).
+    image: (beams, samples). Both levels rise as the low one does.
     """
     strong = np.empty(regions.total, np.bool_)
-    native.strong_at_border(image, regions.runs, high, raised, strong)
+    native.strong_at_border(image, regions.runs, high, raised, rise, strong)
     return strong

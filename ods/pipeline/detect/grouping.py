@@ -8,6 +8,7 @@ import numpy as np
 from ods.base.arrays import Image, Mask
 from ods.pipeline.detect.edge_of_image import strong_at_border
 from ods.pipeline.detect.region_growing import GrowingRule, find_regions, room_for_runs
+from ods.pipeline.detect.rise import NO_RISE, Rise, levelled
 from ods.pipeline.detect.split import split_regions
 from ods.pipeline.detect.strongest import level_of_strongest, strong_as_recorded
 from ods.pipeline.image.fan import Fan
@@ -17,11 +18,12 @@ from ods.pipeline.stage.params import GroupParams, NotANumberError
 
 
 class DetectionLevels(NamedTuple):
-    """Levels of one image: cells above `low` are an echo when one of them is above `high`."""
+    """Levels of one image: cells above `low` are an echo when one of them is above `high`; both rise as `rise` says."""
 
     low: float
     high: float
     background: float
+    rise: Rise = NO_RISE
 
 
 class Grouping:
@@ -42,26 +44,26 @@ class Grouping:
 
     def regions(self, image: Image, recorded: Recorded, levels: DetectionLevels) -> Regions:
         """Return the regions of image (beams, samples) between the levels. Raises NotANumberError."""
-        params, (low, high, background) = self._params, levels
+        params, (low, high, background, rise) = self._params, levels
         corner, largest = int(params.connectivity == 8), params.max_cells or image.size
-        rule = GrowingRule(low, high, corner, params.min_cells, largest)
+        rule = GrowingRule(low, high, corner, params.min_cells, largest, rise)
         runs, count = find_regions(image, rule, self._runs, self._visited)
         if params.split_db > 0.0 and count:
-            runs, count = split_regions(image, runs, params.split_db, low, params.min_cells, self._fan)
+            runs, count = split_regions(levelled(image, rise), runs, params.split_db, low, params.min_cells, self._fan)
         if self._wanted is not None and count:
             runs, count = of_size(runs, self._wanted)
         if count and (params.border > 1.0 or params.strongest < 1.0):
             strong = self._strong(image, recorded, Regions(runs, count, background), levels)
             runs, count = chosen_runs(runs, strong)
-        return Regions(runs, count, background, Judged(image, low, high))
+        return Regions(runs, count, background, Judged(lambda: levelled(image, rise), low, high))
 
     def _strong(self, image: Image, recorded: Recorded, regions: Regions, levels: DetectionLevels) -> Mask:
         """Tell (total,) which regions are as strong as has to be at the border, and as recorded."""
-        params, (_, high, background) = self._params, levels
+        params, (_, high, background, rise) = self._params, levels
         strong = np.ones(regions.total, np.bool_)
         if params.border > 1.0:
             raised = background + params.border * (high - background)
-            strong &= strong_at_border(image, regions, high, raised)
+            strong &= strong_at_border(image, regions, high, raised, rise)
         if params.strongest < 1.0:
             strong &= strong_as_recorded(recorded, regions, level_of_strongest(recorded, params.strongest))
         return strong

@@ -2,15 +2,16 @@
 
 from collections.abc import Iterable
 
-from ods.base.arrays import Image, Mask
-from ods.pipeline.detect.crests import CrestMeter, RaisedBy
+from ods.base.arrays import Image
+from ods.pipeline.detect.crests import CrestMeter, reaching
 from ods.pipeline.detect.grouping import DetectionLevels, Grouping
 from ods.pipeline.detect.noise import NoiseMeter
+from ods.pipeline.detect.rise import Rise
 from ods.pipeline.detect.tail import TailMeter
 from ods.pipeline.fronts.windows import can_be_judged
 from ods.pipeline.image.fan import Fan
 from ods.pipeline.image.recorded import Recorded
-from ods.pipeline.image.regions import Regions, chosen_runs
+from ods.pipeline.image.regions import Regions
 from ods.pipeline.stage.params import OneLevelParams, TwoLevelParams
 from ods.pipeline.stage.registry import detect_stage
 from ods.pipeline.stage.step import PreparedDetector
@@ -53,7 +54,7 @@ def level_detector(
     crests, tail = CrestMeter(fan.shape), TailMeter(params.rate)
     group = Grouping(params, fan)
     follow = params.follow if params.levels == "noise" else 0.0
-    raised = 0.0 if fronts and faint < follow else faint
+    low_power = 0.0 if fronts and faint < follow else faint
 
     def find(image: Image, recorded: Recorded) -> Regions:
         background, noise = meter.background_and_noise(image)
@@ -63,32 +64,24 @@ def level_detector(
         if params.levels == "false_alarm":
             above = max(tail.level(image, background, noise), background * (1.0 + _LEAST_NOISE))
             below = above if low == high else min(below, above)
-        wanted = DetectionLevels(below, above, background)
         if follow:
-            return following(image, recorded, wanted, noise)
-        return group.regions(image, recorded, wanted)._replace(heard_from=above / background)
+            return following(image, recorded, (below, above, background), noise)
+        found = group.regions(image, recorded, DetectionLevels(below, above, background))
+        return found._replace(heard_from=above / background)
 
-    def following(image: Image, recorded: Recorded, wanted: DetectionLevels, noise: float) -> Regions:
-        """Return the regions where levels follow the crests."""
-        _, above, background = wanted
+    def following(image: Image, recorded: Recorded, wanted: tuple[float, float, float], noise: float) -> Regions:
+        """Return the regions where levels follow the crests; wanted: the low and the high one, and the background."""
+        below, above, background = wanted
         factors = crests.factors(image, (background, max(noise, _LEAST_NOISE * background)), high)
-        judged = crests.levelled(image, background, factors**raised) if raised else image
-        regions = group.regions(judged, recorded, wanted)
         ordered = sorted(factors.ravel().tolist())
+        rough = fronts and ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
+        rise = Rise(background, factors, low_power, low_power if rough else faint, *crests.region)
+        runs, total, _, judged, *_ = group.regions(image, recorded, DetectionLevels(below, above, background, rise))
         heard_from = 1.0 + (above / background - 1.0) * _middle(ordered) ** faint
-        if raised >= follow:
-            return regions._replace(heard_from=heard_from)
-
-        def reach(exponent: float) -> Mask:
-            return crests.reaching(judged, regions, (background, above), RaisedBy(factors, exponent))
-
-        runs, total = regions.runs, regions.total
-        weak, rough = ~reach(follow - raised), ordered[_ROUGH_QUARTER * len(ordered) // 4] > _ROUGH
-        if fronts and not rough and weak.any():
-            kept = reach(faint)
-            runs, total = chosen_runs(runs, kept)
-            weak = weak[kept]
-        return Regions(runs, total, background, regions.judged, weak, heard_from, fronts and rough)
+        weak = None
+        if faint < follow:
+            weak = ~reaching(image, runs, total, above, Rise(background, factors, 0.0, follow, *crests.region))
+        return Regions(runs, total, background, judged, weak, heard_from, rough)
 
     def learn_one_look(kinds: Iterable[Iterable[Image]]) -> None:
         crests.learn(next(iter(kinds)))  # which is the first kind

@@ -1,5 +1,6 @@
 /* Connected regions by growing runs of cells from the cells above the high level. */
 
+#include "ods/pipeline/detect/rise.h"
 #include "ods/pipeline/image/regions.h"
 
 /* Instead of a number: the image has cells that are no finite numbers. */
@@ -17,7 +18,8 @@
 typedef struct {
     const float *image; /* (beams, samples) */
     int64_t beams, samples;
-    float low, high;
+    Rise rise;
+    Levels low, high;
     int64_t corner; /* 1 when cells that touch by a corner are connected, 0 when they have to share a side */
     int64_t smallest, largest; /* cells of a region */
     bool *visited; /* (beams, samples) cells that are in a run */
@@ -43,28 +45,37 @@ static inline void fetch(const Growth *growth, int64_t beam, int64_t column)
     __builtin_prefetch(growth->visited + cell, 1);
 }
 
-/* Returns the first cell of a beam from `from` on that is above `high`, or NaN; where there is none, one behind the
-   last. */
+static inline const float *along(const Growth *growth, Levels levels, int64_t beam)
+{
+    return levels_along(&growth->rise, levels, beam, growth->samples);
+}
+
+/* Returns the first cell of a beam from `from` on that is above the high level, or NaN; where there is none, one behind
+   the last. */
 static int64_t next_high(const Growth *growth, int64_t beam, int64_t from)
 {
-    const float *row = growth->image + beam * growth->samples;
-    for (; from + BLOCK <= growth->samples && all_up_to(row + from, BLOCK, growth->high); from += BLOCK)
-        fetch(growth, beam + AHEAD, from);
-    while (from + FEW_CELLS <= growth->samples && all_up_to(row + from, FEW_CELLS, growth->high))
-        from += FEW_CELLS;
-    while (from < growth->samples && row[from] <= growth->high)
-        from++;
+    const float *row = growth->image + beam * growth->samples, *high = along(growth, growth->high, beam);
+    const float least = growth->high.least;
+    while (from < growth->samples) {
+        for (; from + BLOCK <= growth->samples && all_up_to(row + from, BLOCK, least); from += BLOCK)
+            fetch(growth, beam + AHEAD, from);
+        while (from + FEW_CELLS <= growth->samples && all_up_to(row + from, FEW_CELLS, least))
+            from += FEW_CELLS;
+        for (const int64_t stop = smaller_i(from + FEW_CELLS, growth->samples); from < stop; from++)
+            if (!(row[from] <= high[from]))
+                return from;
+    }
     return from;
 }
 
-/* Adds the run of cells above `low` around one cell, as of region 0, and marks its cells. */
+/* Adds the run of cells above the low level around one cell, as of region 0, and marks its cells. */
 static void take_run(Growth *growth, int64_t beam, int64_t column)
 {
-    const float *row = growth->image + beam * growth->samples;
+    const float *row = growth->image + beam * growth->samples, *low = along(growth, growth->low, beam);
     int64_t first = column, stop = column + 1;
-    while (first > 0 && row[first - 1] > growth->low)
+    while (first > 0 && row[first - 1] > low[first - 1])
         first--;
-    while (stop < growth->samples && row[stop] > growth->low)
+    while (stop < growth->samples && row[stop] > low[stop])
         stop++;
     memset(growth->visited + beam * growth->samples + first, true, (size_t)(stop - first));
     growth->runs[growth->count++] = (Run){(int32_t)beam, (int32_t)first, (int32_t)stop, 0};
@@ -73,11 +84,11 @@ static void take_run(Growth *growth, int64_t beam, int64_t column)
 /* Adds the runs in one beam that are connected with a run of the next one. */
 static void take_neighbours(Growth *growth, int64_t beam, Run run)
 {
-    const float *row = growth->image + beam * growth->samples;
+    const float *row = growth->image + beam * growth->samples, *low = along(growth, growth->low, beam);
     const bool *visited = growth->visited + beam * growth->samples;
     const int64_t stop = smaller_i(run.stop + growth->corner, growth->samples);
     for (int64_t j = larger_i(run.first - growth->corner, 0); j < stop && growth->count < growth->room; j++)
-        if (row[j] > growth->low && !visited[j])
+        if (row[j] > low[j] && !visited[j])
             take_run(growth, beam, j);
 }
 
@@ -128,7 +139,7 @@ static int64_t take_region(Growth *growth, int64_t beam, int64_t column, int64_t
     return last + 1;
 }
 
-/* Grows the regions of the cells of a beam above `high`, and numbers them from `number` + 1 on; returns the last number,
+/* Grows the regions of the cells of a beam above the high level, and numbers them from `number` + 1 on; returns the last number,
    NOT_A_NUMBER where a cell is no finite number. */
 static int64_t grow_beam(Growth *growth, int64_t beam, int64_t number)
 {
@@ -161,16 +172,19 @@ static int64_t settle(Growth *growth)
 }
 
 /* Fills runs with those of all regions, sorted, and returns how many; NOT_A_NUMBER where a cell is no finite number.
-   A region is grown, run by run, from a cell above `high`; so the time goes with what is found, not with the many cells
-   of speckle above `low`. */
-KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int corner, int smallest, int largest, "
-                         "out r16[room] runs, out b1[beams,samples] visited")
+   A region is grown, run by run, from a cell above the high level; so the time goes with what is found, not with the
+   many cells of speckle above the low one. */
+KERNEL_INT(find_regions, "f4[beams,samples] image, float low, float high, int corner, int smallest, int largest, " RISE
+                         ", out r16[room] runs, out b1[beams,samples] visited")
 {
-    const int64_t samples = SIZE(0, 1);
-    const float low = (float)FLOAT(1), high = (float)FLOAT(2);
-    Growth growth = {.image = ARRAY(const float, 0), .beams = SIZE(0, 0), .samples = samples,
-                     .low = smaller_f(low, high), .high = high, .corner = INT(3) != 0, .smallest = INT(4),
-                     .largest = INT(5), .visited = ARRAY(bool, 7), .runs = ARRAY(Run, 6), .room = SIZE(6, 0)};
+    const int64_t beams = SIZE(0, 0), samples = SIZE(0, 1);
+    const Rise rise = rise_at(arguments + 6);
+    Growth growth = {.image = ARRAY(const float, 0), .beams = beams, .samples = samples, .rise = rise,
+                     .low = risen(&rise, smaller(FLOAT(1), FLOAT(2)), rise.low_power, samples),
+                     .high = risen(&rise, FLOAT(2), rise.high_power, samples),
+                     .corner = INT(3) != 0, .smallest = INT(4), .largest = INT(5)};
+    arguments += 6 + RISE_ARGUMENTS;
+    growth.runs = ARRAY(Run, 0), growth.room = SIZE(0, 0), growth.visited = ARRAY(bool, 1);
     int64_t number = 0;
     for (int64_t b = 0; b < growth.beams && number >= 0; b++)
         number = grow_beam(&growth, b, number);

@@ -6,6 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Image, Mask
 from ods.compiled import native
+from ods.pipeline.detect.rise import NO_RISE, Rise
 from ods.pipeline.image.regions import RUN, Runs
 from ods.pipeline.stage.params import NotANumberError
 
@@ -22,6 +23,8 @@ class GrowingRule(NamedTuple):
     smallest: int
     largest: int
     """Cells of a region."""
+    rise: Rise = NO_RISE
+    """Of both levels."""
 
 
 def room_for_runs(shape: tuple[int, int]) -> Runs:

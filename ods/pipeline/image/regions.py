@@ -1,5 +1,6 @@
 """Connected regions of an image, as runs of cells along the beams: what a detect stage hands on."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -17,8 +18,8 @@ Runs = NDArray[np.void]
 class Judged(NamedTuple):
     """What a detector compared with its levels."""
 
-    image: Image
-    """(beams, samples): the image that it got, or what it made of it; the next call reuses it."""
+    image: Callable[[], Image]
+    """Returns (beams, samples), the image that it got, or what it made of it; good until its next one."""
     low: float
     high: float
 
