@@ -166,7 +166,7 @@ client: $(VENV)/.ready
 
 # on board, as root: docs/installation.md
 PREFIX := /opt/ods
-INSTALL = @PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) WHEEL=$(WHEEL) deploy/install.sh
+INSTALL = @env -u PYTHONDONTWRITEBYTECODE -u PYTHONPYCACHEPREFIX PREFIX=$(PREFIX) PYTHON=$(PYTHON) CONFIG=$(CONFIG) WHEEL=$(WHEEL) deploy/install.sh
 
 install:
 	$(INSTALL)
