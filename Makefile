@@ -11,7 +11,7 @@ BIN := $(VENV)/bin
 CONFIG := config/onboard.toml
 VCAN = tests/vcan --ignore=tests/vcan/test_integrator.py
 
-.PHONY: bench bench-rough bench-avoid bench-vcan test test-quick test-chain coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
+.PHONY: bench bench-rough bench-avoid bench-vcan test coverage test-vcan test-missions test-systemd peers test-peers lint npm chromium hooks docs site benchmark soak kernels sanitize findings wheel client install install-program uninstall clean
 
 bench: kernels
 	$(BIN)/ods bench --config config/bench.toml
@@ -35,6 +35,7 @@ test: $(VENV)/.ready
 	$(MAKE) -j 2 lint test-quick
 	$(MAKE) -j 2 test-chain test-vcan
 
+.PHONY: test-quick test-chain
 test-quick: $(VENV)/.ready
 	$(MAKE) kernels
 	$(QUICK)
