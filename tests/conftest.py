@@ -1,5 +1,6 @@
-"""For all tests: kernels as `ods compile` left them, hypothesis the same in CI as here, unknown counters refused."""
+"""For all tests: hypothesis the same in CI as here, unknown counters refused, garbage collected in what is new."""
 
+import gc
 import os
 from collections.abc import Iterator
 from typing import Any
@@ -15,6 +16,12 @@ os.environ[counters.REFUSE] = "1"  # for the processes that tests start, too
 
 settings.register_profile("ods", deadline=None, derandomize=True)  # no deadline: first calls may compile
 settings.load_profile("ods")
+
+
+def pytest_collection_finish() -> None:
+    """Keep what was imported out of later garbage collections: NiceGUI's simulated browser calls for two a page."""
+    gc.collect()
+    gc.freeze()
 
 
 @pytest.fixture

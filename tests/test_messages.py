@@ -41,6 +41,6 @@ def test_absurd_values_do_not_pass_the_wire(changes: dict[str, object]) -> None:
         ping(**changes)
 
 
-@pytest.mark.parametrize("name", list(reference.pages()))
-def test_generated_docs_are_current(name: str) -> None:
-    assert (DOCS / name).read_text() == reference.pages()[name], "run `make docs`"
+def test_generated_docs_are_current() -> None:
+    for name, text in reference.pages().items():
+        assert (DOCS / name).read_text() == text, f"{name}: run `make docs`"

@@ -21,7 +21,7 @@ from tests.missions.test_detections import laws_of
 
 CHART = """
 seed = 5
-missions = 2
+missions = 1
 [world]
 length_m = 50.0
 width_m = 40.0
@@ -46,18 +46,19 @@ def test_all_variants_are_flown_at_all_speeds_and_not_twice(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr("ods.missions.chart.run.fitted", known_laws)
+    monkeypatch.setattr("ods.missions.chart.cost.PINGS", 20)
     file, out = tmp_path / "chart.toml", tmp_path / "out"
     file.write_text(CHART)
     command = ["missions", str(file), "--chart", "--out", str(out)]
     assert main(command) == 0
     rows = list(csv.DictReader((out / "chart.csv").read_text().splitlines()))
     assert [(row["name"], row["speed_m_s"], row["missions"]) for row in rows] == [
-        (name, speed, "2") for name in ("built-in", "range 30 m") for speed in ("2.0", "3.0")
+        (name, speed, "1") for name in ("built-in", "range 30 m") for speed in ("2.0", "3.0")
     ]
     assert float(rows[2]["pings_a_second"]) > 2.5 * float(rows[0]["pings_a_second"])
     assert float(rows[0]["ms"]) > 1.0
     assert (out / "chart.png").stat().st_size > 10_000
-    assert json.loads((out / "chart.json").read_text())[0]["collision"]["of"] == 2
+    assert json.loads((out / "chart.json").read_text())[0]["collision"]["of"] == 1
     assert "built-in" in capsys.readouterr().out
     journals = {path: path.read_bytes() for path in out.rglob("missions.jsonl")}
     assert len(journals) == 4

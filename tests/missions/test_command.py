@@ -54,12 +54,12 @@ def test_two_processes_make_the_same_bytes(campaign: Path) -> None:
     assert results(campaign, "one") == results(campaign, "two", "--workers", "2")
 
 
-@pytest.mark.parametrize("cut", [-1, -30, -400, 20])
-def test_a_stopped_campaign_goes_on_to_the_same_bytes(campaign: Path, cut: int) -> None:
+def test_a_stopped_campaign_goes_on_to_the_same_bytes(campaign: Path) -> None:
     whole = results(campaign, "out")
     journal = campaign.parent / "out" / "missions.jsonl"
-    journal.write_bytes(whole[0][:cut])
-    assert results(campaign, "out") == whole
+    for cut in (-1, -30, -400, 20):
+        journal.write_bytes(whole[0][:cut])
+        assert results(campaign, "out") == whole, cut
 
 
 def test_what_is_done_is_not_flown_again(campaign: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -11,29 +11,34 @@ from ods.runtime import counters
 from ods.runtime.counters import COUNTERS
 from ods.runtime.processes import PROCESSES
 from ods.runtime.service import Service
-from tests.runtime.counted_names import all_counted, counted_in
+from tests.runtime.counted_names import Counted, all_counted, counted_in
 
 SOURCES = Path(ods.__file__).parent
 TABLE = Path(counters.__file__)
-COUNTED = all_counted(SOURCES, without=[TABLE])
 NOT_COUNTED = {"ods/sonar_link/oculus/framer.py: no_sync"}
 """The framer asks only where a sync word stands."""
 NAMES = {name for rows in COUNTERS.values() for name in rows}
 
 
-def test_every_name_that_is_counted_has_a_row() -> None:
-    unknown = {f"{module}: {name}" for module, counted in COUNTED.items() for name in counted.names - NAMES}
+@pytest.fixture(scope="module")
+def everywhere() -> dict[str, Counted]:
+    """Return what each module counts."""
+    return all_counted(SOURCES, without=[TABLE])
+
+
+def test_every_name_that_is_counted_has_a_row(everywhere: dict[str, Counted]) -> None:
+    unknown = {f"{module}: {name}" for module, counted in everywhere.items() for name in counted.names - NAMES}
     assert unknown <= NOT_COUNTED, f"counted without a row in {TABLE.name}"
 
 
-def test_every_text_with_a_gap_that_is_counted_has_rows() -> None:
-    for module, counted in COUNTED.items():
+def test_every_text_with_a_gap_that_is_counted_has_rows(everywhere: dict[str, Counted]) -> None:
+    for module, counted in everywhere.items():
         for pattern in counted.patterns:
             assert any(counted.matches(name) for name in NAMES), f"{module}: {pattern}"
 
 
-def test_every_row_is_counted_somewhere() -> None:
-    idle = {name for name in NAMES if not any(counted.matches(name) for counted in COUNTED.values())}
+def test_every_row_is_counted_somewhere(everywhere: dict[str, Counted]) -> None:
+    idle = {name for name in NAMES if not any(counted.matches(name) for counted in everywhere.values())}
     assert not idle, f"rows of {TABLE.name} that nobody counts"
 
 

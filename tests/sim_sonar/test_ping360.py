@@ -90,8 +90,8 @@ def pings_of(port: str, count: int) -> tuple[list[Ping], "Counter[str]"]:
 
 def test_our_link_makes_it_sweep_and_takes_its_beams(sonar: tuple[Sonar, str]) -> None:
     made, port = sonar
-    pings, counters = pings_of(port, 20)
-    assert len(pings) == 20
+    pings, counters = pings_of(port, 16)
+    assert len(pings) == 16
     assert made.end.controls == (OWN.transmission, OWN.sweep)
     assert not counters.keys() & {"garbage_bytes", "bad_checksum", "bad_ping", "control_lost", "port_losses"}
     assert counters["control_acknowledged"] == 1
@@ -111,7 +111,7 @@ def test_the_doctor_makes_it_sweep_and_says_how_fast(sonar: tuple[Sonar, str]) -
     line = msgspec.structs.replace(shipped.sonar, port=port, ping360=OWN)
     with tempfile.TemporaryDirectory(prefix="ods-") as folder:
         settings = msgspec.structs.replace(shipped, sonar=line, bus=BusSettings(run_dir=Path(folder)))
-        found = list(sonar_port.listen(settings, 4.0))
+        found = list(sonar_port.listen(settings, 3.2))
     assert found[0].level == "good"
     assert "beams at" in found[0].text
     assert re.search(r"a sweep in 1\.[0-9] s", found[0].text)
@@ -122,7 +122,7 @@ def test_the_doctor_makes_it_sweep_and_says_how_fast(sonar: tuple[Sonar, str]) -
 def test_an_object_is_heard_where_it_is(sonar: tuple[Sonar, str]) -> None:
     """The near sphere's face is 3.5 m away, right ahead; the vehicle hovers."""
     _, port = sonar
-    pings, _ = pings_of(port, 12)
+    pings, _ = pings_of(port, 8)
     rows: dict[int, list[Any]] = {}
     for ping in pings:
         for bearing, row in zip(ping.bearing_rad, frame_of(ping), strict=True):

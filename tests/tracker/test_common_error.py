@@ -54,7 +54,8 @@ class World(NamedTuple):
         """Return the vehicle's, (2,), from the origin at 10 s on, by Simpson's rule."""
         times = np.linspace(10.0, t_s, 101)
         weights = np.array([1.0, *[4.0, 2.0] * 49, 4.0, 1.0]) * (t_s - 10.0) / 300.0
-        return np.asarray(weights @ np.array([self.course(each) for each in times.tolist()]))
+        headings = self.weave * np.sin(times / 3.0)
+        return np.asarray(self.speed * np.array([np.cos(headings), np.sin(headings)]) @ weights)
 
     def pings(self, wrong: Wrong, seconds: float, seed: int = 1) -> "list[tuple[Snapshot, Scan, Motion]]":
         """Return what each ping shows by the pose as it is reported."""

@@ -9,7 +9,6 @@ from tests.planner.played import PlayedPlanner, played_planner
 from tests.planner.test_service import (  # noqa: F401  # run here with this module's `wired`
     test_it_is_silent_until_it_knows_where_it_is_and_on_can_once_it_has_arrived,
     test_set_points_follow_lists_on_both_buses,
-    test_without_a_valid_list_it_goes_slowly_then_climbs_and_says_why,
 )
 
 

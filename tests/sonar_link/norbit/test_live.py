@@ -122,7 +122,7 @@ class Process:
             "bus": {"run_dir": str(folder)},
             "site": {"latitude_deg": 57.0, "longitude_deg": 9.9},
             "sonar": {
-                "protocol": "norbit", "port": f"tcp://127.0.0.1:{ports[0]}", "silence_s": 2.0, "reopen_max_s": 0.2,
+                "protocol": "norbit", "port": f"tcp://127.0.0.1:{ports[0]}", "silence_s": 1.0, "reopen_max_s": 0.2,
                 "norbit": {"command_port": ports[1]},
             },
             "nav": {
