@@ -93,6 +93,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.SetBookmark: lambda a, _: f"bookmark {a.text}" if a.text else "remove bookmark",
     do.SetScene: _set_scene,
     do.AddObject: lambda a, _: f"add {a.shape}",
+    do.CopyObject: lambda a, before: f"copy {_object(before, a.at)}",
     do.RemoveObject: lambda a, before: f"remove {_object(before, a.at)}",
     do.AddWaypoint: lambda a, _: f"way-point of {a.of} at {a.t_s:g} s",
     do.RemoveWaypoint: lambda a, _: f"remove way-point of {a.of}",

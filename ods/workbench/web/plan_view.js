@@ -54,7 +54,7 @@ export default {
     setLayer(name, text) {
       this.shown[name] = JSON.parse(text);
       this.keepDragging();
-      if (this.follows && !this.touched && this.view && !this.showsAll()) this.view = null;
+      if (this.follows && !this.touched && !this.pressed && this.view && !this.showsAll()) this.view = null;
       this.draw();
     },
     // What is dragged stays under the pointer, though the page sends it anew.
@@ -188,8 +188,13 @@ export default {
         const [north, east] = this.toPlace(x, y);
         this.$emit("pick", { id: pressed.handle?.id ?? this.idAt(x, y), north, east });
       }
+      if (pressed.far && !pressed.handle && !pressed.ruled) this.look();
       this.pressed = null;
       this.draw();
+    },
+    // Tells the page what the middle of the plan is, once it was moved.
+    look() {
+      this.$emit("look", { north: this.view.north, east: this.view.east });
     },
     leave() {
       this.pointer = null;
@@ -206,6 +211,8 @@ export default {
       const [nowNorth, nowEast] = this.toPlace(x, y);
       this.view.north += north - nowNorth;
       this.view.east += east - nowEast;
+      clearTimeout(this.looks);
+      this.looks = setTimeout(() => this.look(), 150);
       this.draw();
     },
     // -- the ruler --
