@@ -139,7 +139,7 @@ def test_a_threshold_is_dragged_in_the_histogram(page: webdriver.Chrome) -> None
     settled(page)
     x, value, db_per_pixel = level_in(page, histogram)
     drag(page, histogram, (x, 60), (50, 0))
-    until(lambda: re.match(r"detect\.two_level high 5\.5 → ", done(page)))
+    until(lambda: re.match(r"detect\.two_level: high level 5\.5 → ", done(page)))
     settled(page)
     assert level_in(page, histogram)[1] == pytest.approx(value + 50 * db_per_pixel, abs=4 * db_per_pixel)
 

@@ -54,7 +54,7 @@ def test_what_is_there_is_right(window: webdriver.Chrome) -> None:
 
 
 def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) -> None:
-    label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high']") if each.is_displayed())
+    label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high level']") if each.is_displayed())
     row = label.find_element(By.XPATH, "./ancestor::*[descendant::input][1]")
     field = row.find_element(By.CSS_SELECTOR, "input")
     field.send_keys(Keys.CONTROL + "a")

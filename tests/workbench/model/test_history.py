@@ -96,7 +96,7 @@ def test_a_slider_that_is_dragged_is_one_step_with_both_ends_in_its_name() -> No
     history = History.of(START)
     for high in (6.0, 6.5, 7.0):
         history = history.after(do.SetSetting(f"pipeline.stage[{LAST}].high", high))
-    assert [step.name for step in history.steps] == ["start", "detect.two_level high 5.5 → 7"]
+    assert [step.name for step in history.steps] == ["start", "detect.two_level: high level 5.5 → 7"]
     assert history.undone().state == START
 
 

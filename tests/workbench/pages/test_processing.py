@@ -135,7 +135,7 @@ async def test_numbers_that_follow_are_shown_as_they_run_and_stay_when_one_is_se
     assert chain[1] == STAGES[1] | {"taps": 5, "cutoff": pytest.approx(0.2)}
     assert chain[2] == STAGES[2] | {"min_cells": 3}
     assert session.state.tuning.config.pipeline.attention.subsample == 2
-    assert session.history.undoes == "detect.two_level min_cells 2 → 3"
+    assert session.history.undoes == "detect.two_level: fewest cells 2 → 3"
     await until(lambda: widget(user, "columns").text == "")
     session.undo()
     session.undo()
