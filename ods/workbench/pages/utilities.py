@@ -20,7 +20,7 @@ from ods.workbench.model.macro import macro_of
 from ods.workbench.model.state import State
 from ods.workbench.pages import sending, shared_link
 from ods.workbench.pages.echogram import echogram_of
-from ods.workbench.pages.observer import rerun_of
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 

@@ -19,7 +19,7 @@ from ods.workbench.engine.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing, processing_work
-from ods.workbench.pages.observer import rerun_of
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.curve_view import CurveView
 from ods.workbench.web.fan_view import FanView

@@ -106,6 +106,17 @@ function meet(one, other) {
   return one[0] < other[2] && one[2] > other[0] && one[1] < other[3] && one[3] > other[1];
 }
 
+// Where the entries of a legend stand below a chart of that width: [[role, label, x, row], ...].
+export function legendRows(context, entries, width) {
+  let [x, row] = [0, 0];
+  return entries.map(([role, label]) => {
+    const wide = 28 + context.measureText(label).width + 16;
+    if (x && x + wide > width) [x, row] = [0, row + 1];
+    x += wide;
+    return [role, label, x - wide, row];
+  });
+}
+
 // Lines of a legend: [[role, label], ...] at a place.
 export function legend(context, entries, x, y, perLine = 18) {
   context.textAlign = "left";
