@@ -14,16 +14,17 @@ _CSS = f"""
 """
 _NARROW = """
 @container (max-width: {px}px) {{
-  .tool-fold-{px} {{
+  .tool-bar .tool-fold-{px} {{
     display: none; position: absolute; top: 100%; right: 0; z-index: 20; padding: 8px 12px;
     flex-direction: column; align-items: start; border-radius: 4px; box-shadow: 0 2px 8px rgba(0, 0, 0, 0.5);
     background: #ffffff;
   }}
-  .body--dark .tool-fold-{px} {{ background: #1d2630; }}
-  .tool-fold-{px}.open {{ display: flex; }}
-  .tool-fold-button-{px} {{ display: inline-flex; }}
+  .body--dark .tool-bar .tool-fold-{px} {{ background: #1d2630; }}
+  .tool-bar .tool-fold-{px}.open {{ display: flex; }}
+  .tool-bar .tool-fold-button-{px} {{ display: inline-flex; }}
 }}
 """
+"""Rules that win wherever the page puts them."""
 _TOGGLE = "(event) => event.currentTarget.nextElementSibling.classList.toggle('open')"
 
 

@@ -20,6 +20,7 @@ PLAN = "const view = [...document.querySelectorAll('div')].find((item) => item.p
 HANDLES = PLAN + "return view.handles().map((each) => [each.id, ...each.at.map((m) => Math.round(100 * m) / 100)])"
 SAVE = "return [...document.querySelectorAll('button')].find((each) => each.innerText.includes('Save ...'))?.id"
 DIALOG = "return document.querySelector('.q-dialog')?.innerText ?? ''"
+COVERED = "return [...document.querySelectorAll('.tool-fold')].filter((each) => each.clientHeight > 60)"
 AT = PLAN + "return view.toCanvas(arguments[0])"
 
 
@@ -130,3 +131,4 @@ def test_the_menu_fits_its_window(window: webdriver.Chrome, size: tuple[int, int
     assert window.execute_script(SIDEWAYS) == []
     bars = [item for item in window.find_elements(By.CSS_SELECTOR, ".tool-bar") if item.is_displayed()]
     assert all(bar.size["height"] < 60 for bar in bars)
+    assert window.execute_script(COVERED) == []
