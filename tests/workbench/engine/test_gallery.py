@@ -16,6 +16,7 @@ from ods.workbench.engine.scene_view import built
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
+from tests.workbench.engine.test_own_process import keeping
 
 DATA = Path(__file__).parents[2] / "data"
 BASE = State()
@@ -66,13 +67,13 @@ def test_what_was_made_is_kept_until_version_or_configuration_change(
 ) -> None:
     assert kept(SHORT, BASE, tmp_path) is None
     shares: list[float] = []
-    result = made(SHORT, BASE, tmp_path, lambda share: not shares.append(share))
+    result = made(SHORT, BASE, tmp_path, keeping(shares))
     assert result is not None
     assert shares[-1] == 1.0
     assert result.facts.startswith("14 pings")
     assert [Image.open(file).width for file in result.pictures] == [1100]
     assert kept(SHORT, BASE, tmp_path) == result
-    assert made(SHORT, BASE, tmp_path, lambda share: not shares.append(share)) == result
+    assert made(SHORT, BASE, tmp_path, keeping(shares)) == result
     assert shares.count(1.0) == 1
     tuned = apply(BASE, do.SetSetting("tracker.observer", "independent"))
     assert kept(SHORT, tuned, tmp_path) is None
@@ -94,7 +95,7 @@ def test_a_cache_that_was_spoilt_is_made_again(tmp_path: Path) -> None:
 
 def test_making_can_be_given_up(tmp_path: Path) -> None:
     shares: list[float] = []
-    assert made(SHORT, BASE, tmp_path, lambda share: bool(shares.append(share)) or len(shares) < 3) is None
+    assert made(SHORT, BASE, tmp_path, keeping(shares, most=3)) is None
     assert kept(SHORT, BASE, tmp_path) is None
 
 

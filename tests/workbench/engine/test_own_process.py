@@ -8,6 +8,16 @@ from ods.base.errors import OdsError
 from ods.workbench.engine.own_process import GoesOn, in_own_process, whole
 
 
+def keeping(shares: list[float], most: int = 1_000_000) -> GoesOn:
+    """Return what keeps the shares that are told, and gives up after so many."""
+
+    def tell(share: float) -> bool:
+        shares.append(share)
+        return len(shares) < most
+
+    return tell
+
+
 def steps(tell: GoesOn, count: int) -> tuple[int, int]:
     """Return where it ran, and how many steps were done."""
     for done in range(1, count + 1):
@@ -26,12 +36,7 @@ def dies(_: GoesOn) -> None:
 
 def test_it_runs_elsewhere_tells_how_far_it_is_and_can_be_given_up() -> None:
     shares: list[float] = []
-
-    def tell(share: float) -> bool:
-        shares.append(share)
-        return len(shares) < 3
-
-    process, done = in_own_process(steps, tell, 10)
+    process, done = in_own_process(steps, keeping(shares, most=3), 10)
     assert process != os.getpid()
     assert done == 3
     assert shares == pytest.approx([0.1, 0.2, 0.3])

@@ -24,6 +24,7 @@ from ods.workbench.engine.scene_curves import beam_pattern, reflection, vertical
 from ods.workbench.engine.scene_plan import plan_of, strip_of
 from ods.workbench.engine.scene_view import Asked, SceneError, ScenePictures, built
 from ods.workbench.model.paths import with_value
+from tests.workbench.engine.test_own_process import keeping
 
 SONAR = find_sonar("seabat6012")
 FIGURE_11 = find_scene("figure11_imperfect").file
@@ -160,7 +161,7 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
     record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, 3.0)
     shares: list[float] = []
-    made = rehearse(Scene(SHORT), SONAR, MissionSettings(), lambda share: not shares.append(share))
+    made = rehearse(Scene(SHORT), SONAR, MissionSettings(), keeping(shares))
     assert made is not None
     assert made.objects == objects
     assert objects
