@@ -175,10 +175,7 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
 
 def test_a_rehearsal_can_be_given_up() -> None:
     shares: list[float] = []
-    assert (
-        rehearse(Scene(SHORT), SONAR, MissionSettings(), lambda share: bool(shares.append(share)) or len(shares) < 2)
-        is None
-    )
+    assert rehearse(Scene(SHORT), SONAR, MissionSettings(), keeping(shares, most=2)) is None
     assert len(shares) == 2
 
 

@@ -47,6 +47,7 @@ ACTIONS: tuple[do.Action, ...] = (
     do.SetBookmark(3, ""),
     do.SetScene("objects[0].radius_m", 2.0),
     do.AddObject("plane", (30.0, 5.0, 5.0)),
+    do.CopyObject(0, (0.0, 5.0, 0.0)),
     do.RemoveObject(0),
     do.AddWaypoint("objects[0]", 10.0, (25.0, 3.0, 5.0)),
     do.RemoveWaypoint("objects[0]", 0),

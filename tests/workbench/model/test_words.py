@@ -2,6 +2,7 @@
 
 import pytest
 
+from ods.base.settings import Settings
 from ods.pipeline import built_in  # noqa: F401  it registers the stages
 from ods.pipeline.stage.registry import find_stage, stage_names
 from ods.tracker.settings import TrackerSettings
@@ -19,7 +20,7 @@ def test_a_name_is_words_and_a_unit() -> None:
 
 
 def test_every_setting_that_is_shown_has_words_and_a_sentence() -> None:
-    kinds = [TrackerSettings, *(find_stage(name).params for name in stage_names())]
+    kinds: list[type[Settings]] = [TrackerSettings, *(find_stage(name).params for name in stage_names())]
     for control in (each for kind in kinds for each in controls_of(kind)):
         assert "_" not in control.name, control.path
         assert sentence(control.meaning).strip(), control.path
