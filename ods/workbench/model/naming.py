@@ -14,6 +14,7 @@ from ods.workbench.model.words import called
 LONGEST_VALUE = 24
 AXES = ("north", "east", "down")
 AXIS = re.compile(r"(\w+_ned)\[([0-2])\]")
+WAYPOINT = re.compile(r"waypoints\[(\d+)\]")
 OBJECT = re.compile(r"objects\[(\d+)\]")
 
 
@@ -49,6 +50,7 @@ def _part(before: State, of: str) -> str:
     scene = before.scene
     if found and scene is not None and int(found[1]) < len(scene.objects):
         of = of.replace(found[0], scene.objects[int(found[1])].name, 1)
+    of = WAYPOINT.sub(lambda place: f"way-point {int(place[1]) + 1}", of)
     return of.replace("_", " ").replace(".", ", ")
 
 

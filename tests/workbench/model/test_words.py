@@ -37,3 +37,9 @@ def test_every_setting_that_is_shown_has_words_and_a_sentence() -> None:
 )
 def test_the_history_is_in_words(action: do.Action, name: str) -> None:
     assert History.of(START).after(action).undoes == name
+
+
+def test_a_way_point_is_called_by_its_number() -> None:
+    history = History.of(START).after(do.AddWaypoint("vehicle", 10.0, (5.0, 0.0, 5.0)))
+    name = history.after(do.SetScene("vehicle.waypoints[1].t_s", 12.0)).undoes
+    assert name == "vehicle, way-point 2: t 10 → 12 s"
