@@ -24,7 +24,7 @@ from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 DETECTS = "detect."
-FOLLOWING = "window, taps, cutoff and min_cells"
+FOLLOWING = "window, filter length, cut-off and fewest cells"
 OF_THE_IMAGE = ("smallest_object_m", "min_range_m", "beam_width_deg", "vertical_half_deg")
 """Settings of the pipeline that belong to no stage."""
 
@@ -127,7 +127,7 @@ class StageList:
         if self._dr_m is None or not follows(state.tuning):
             return ""
         count = columns(state.tuning, self._dr_m).subsample
-        return f"columns of {count} sample{'s' * (count > 1)}; {FOLLOWING} follow from smallest_object_m"
+        return f"columns of {count} sample{'s' * (count > 1)}; {FOLLOWING} follow from the smallest object"
 
     def _build(self, state: State) -> None:
         self._list.clear()
