@@ -1,6 +1,7 @@
 """The whole workbench in a real browser: every menu opens, a link shows what it says, and nothing leaves the host."""
 
 import importlib.util
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
@@ -51,8 +52,8 @@ def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: 
         assert "#" not in window.current_url
         for menu in (menu for menu in MENUS if importlib.util.find_spec(menu.module)):
             # waited for each time: a page that was slow to come is drawn again when it is there
-            until(lambda name=menu.name: opens(window, name))
-            until(lambda name=menu.name: window.execute_script(BUILT, name))
+            until(partial(opens, window, menu.name))
+            until(partial(window.execute_script, BUILT, menu.name))
             assert "cannot be shown" not in window.find_element(By.TAG_NAME, "body").text, menu.name
         hosts = {urlsplit(address).hostname for address in requested(window) if address.startswith(("http", "ws"))}
         assert hosts == {"127.0.0.1"}
