@@ -21,7 +21,7 @@ import psutil
 from nicegui import ui
 from selenium import webdriver
 
-from benchmarks import workbench_gallery, workbench_recording, workbench_sliders
+from benchmarks import workbench_beside, workbench_gallery, workbench_recording, workbench_sliders
 from ods.workbench.session import Session
 from ods.workbench.web import server
 from ods.workbench.web.fan_view import FanView
@@ -71,6 +71,7 @@ def main() -> None:
         "--gallery", action=argparse.BooleanOptionalAction, default=True, help="its exhibits, each opened twice"
     )
     parser.add_argument("--folder", type=Path, action="append", default=[], help="with recordings for the gallery")
+    parser.add_argument("--beside", type=int, default=100, help="moves of a slider beside a movie; 0: none")
     args = parser.parse_args()
     if args.serve is not None:
         _serve(args.serve)
@@ -83,6 +84,8 @@ def main() -> None:
         workbench_sliders.tell(args.moves)
     if args.recording:
         workbench_recording.tell()
+    if args.beside:
+        workbench_beside.tell(args.beside)
     if args.gallery:
         workbench_gallery.tell(args.folder)
 

@@ -6,19 +6,16 @@ Part of `python -m benchmarks.workbench`.
 import random
 import tempfile
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
-import msgspec
-import numpy as np
-
 from benchmarks import workbench_scrub
+from benchmarks.workbench_beside import SAMPLES, recording
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.study import POSES_BEFORE
 from ods.workbench.model.state import DataReference
-from tests.recording.mcap_samples import Sample, mission, write_segment
 
-PINGS, BEAMS, SAMPLES = 4200, 60, 2000
+PINGS, BEAMS = 4200, 60
 """Ten minutes at 7 images/s."""
 LOOKED_AT = 200
 
@@ -26,7 +23,7 @@ LOOKED_AT = 200
 def tell() -> None:
     """Print the table."""
     with tempfile.TemporaryDirectory() as name:
-        whole = write_segment(Path(name) / "whole.mcap", _messages())
+        whole = recording(Path(name) / "whole.mcap", BEAMS, PINGS)
         torn = Path(name) / "torn.mcap"
         torn.write_bytes(whole.read_bytes()[: whole.stat().st_size * 9 // 10])
         megabytes = whole.stat().st_size / 1e6
@@ -41,18 +38,6 @@ def tell() -> None:
             taken = [_ms_each(data, order) for order in (range(LOOKED_AT), places)]
             print(f"| {path.stem} | {' | '.join(f'{ms:.1f}' for ms in (*opened, *taken))} |", flush=True)
         workbench_scrub.tell(whole)
-
-
-def _messages() -> Iterable[Sample]:
-    noise = np.random.default_rng(1)
-    images = [noise.integers(0, 256, BEAMS * SAMPLES, np.uint8).tobytes() for _ in range(16)]
-    bearing = np.radians(np.linspace(-59.0, 59.0, BEAMS)).tolist()
-    shape = {"beams": BEAMS, "samples": SAMPLES, "bearing_rad": bearing, "dr_m": 0.025}
-    for topic, log_ns, message in mission(PINGS, samples=4):
-        if topic == "ping":
-            number = getattr(message, "seq", 0)
-            message = msgspec.structs.replace(message, data=images[number % len(images)], **shape)
-        yield topic, log_ns, message
 
 
 def _ms_each(data: Data, places: Sequence[int]) -> float:

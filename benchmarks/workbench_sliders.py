@@ -63,14 +63,22 @@ def moved(sonar: str, moves: int) -> Moved:
         words = [SCENE, "--sonar", sonar, "--pings", "5", "--out", str(pings)]
         subprocess.run([sys.executable, "-P", "-m", "ods", "simulate", *words], check=True, capture_output=True)
         with _page(pings, Path(name) / "profile") as (window, server):
-            slider = _slider_that_shows(window)
+            slider = slider_that_shows(window)
             memory = []
-            for number in range(moves):
-                _move(window, slider, Keys.ARROW_RIGHT if number // 5 % 2 else Keys.ARROW_LEFT)
-                if number in (moves // 10, moves - 1):
-                    memory.append(float(server.memory_info().rss / 1e6))
-            taken: list[float] = window.execute_script("return window.moves")
-            return Moved(taken[1:], moves, (memory[0], memory[-1]))
+            taken = []
+            for part in (moves // 10, moves - moves // 10):
+                taken += slide(window, slider, part)
+                memory.append(float(server.memory_info().rss / 1e6))
+            return Moved(taken, moves, (memory[0], memory[-1]))
+
+
+def slide(window: webdriver.Chrome, slider: WebElement, moves: int) -> list[float]:
+    """Move a slider to and fro; return the ms from key to picture of those moves that showed one."""
+    window.execute_script("window.moves = []")
+    for number in range(moves):
+        _move(window, slider, Keys.ARROW_RIGHT if number // 5 % 2 else Keys.ARROW_LEFT)
+    taken: list[float] = window.execute_script("return window.moves")
+    return taken
 
 
 def tell(moves: int) -> None:
@@ -94,7 +102,8 @@ def _page(pings: Path, profile: Path) -> Iterator[tuple[webdriver.Chrome, psutil
         yield window, psutil.Process(server.process.pid)
 
 
-def _slider_that_shows(window: webdriver.Chrome) -> WebElement:
+def slider_that_shows(window: webdriver.Chrome) -> WebElement:
+    """Return the first slider that changes the image."""
     found = window.find_elements("css selector", ".q-slider [tabindex]")
     sliders = [slider for slider in found if slider.is_displayed()]
     window.execute_script(WATCH)

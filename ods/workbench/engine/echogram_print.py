@@ -15,7 +15,7 @@ from ods.plots.style import ACCENT, BAD, GOOD, MARK, OTHER, WARN, drawn_in, outl
 from ods.workbench.engine.echogram import Echogram, title_of
 from ods.workbench.engine.echogram_layers import TRUTH, Layers, Span, Way
 from ods.workbench.engine.folders import write_whole
-from ods.workbench.engine.printing import ONE_AT_A_TIME, PICTURES, config_hash, place_to_write
+from ods.workbench.engine.printing import PICTURES, config_hash, place_to_write
 from ods.workbench.model.state import State
 
 COLUMNS, CELLS = 1000, 600
@@ -29,7 +29,7 @@ def print_echogram(
     """Draw it into a file, with the colours and layers of the state; the file's ending tells the format. Raises
     OdsError."""
     place = place_to_write(file, PICTURES, folders)
-    with ONE_AT_A_TIME, drawn_in(style):
+    with drawn_in(style):
         figure = _figure(echogram, layers, state)
         caption = f"{name}: {echogram.pings} pings; configuration {config_hash(state.tuning)}"
         figure.text(0.01, 0.005, caption, fontsize=8, ha="left", va="bottom")

@@ -27,13 +27,27 @@ def save_preset(name: str, state: State, folders: Sequence[Path]) -> Path:
         file.parent.mkdir(exist_ok=True)
     except OSError as error:
         raise OdsError(f"{file}: {reason_of(error)}") from error
-    write_whole(file, f"{shared_text(state)}\n".encode())
+    write(file, state)
     return file
+
+
+def file_name(name: str) -> str:
+    """Return what the file of a preset is called."""
+    return f"{name}{SUFFIX}"
+
+
+def write(file: Path, state: State) -> None:
+    """Write a state as a file. Raises OdsError."""
+    write_whole(file, f"{shared_text(state)}\n".encode())
 
 
 def load_preset(name: str, trusted: State, folders: Sequence[Path]) -> State:
     """Return a state that was kept; files of code are those of `trusted`. Raises OdsError."""
-    file = _file(name, folders)
+    return state_in(_file(name, folders), trusted)
+
+
+def state_in(file: Path, trusted: State) -> State:
+    """Return the state of such a file; files of code are those of `trusted`. Raises OdsError."""
     try:
         text = content_of(file).decode("ascii", "replace")
     except OSError as error:
@@ -47,4 +61,4 @@ def _file(name: str, folders: Sequence[Path]) -> Path:
         raise OdsError(f"preset {told!r}: a name has 1 to {LONGEST} letters, digits, blanks, and . , + - _")
     if not folders:
         raise OdsError("presets: the workbench has no folder to keep them in; --folder gives one")
-    return folders[0] / FOLDER / f"{name}{SUFFIX}"
+    return folders[0] / FOLDER / file_name(name)

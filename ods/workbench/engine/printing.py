@@ -2,8 +2,7 @@
 
 import hashlib
 import json
-import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 
@@ -13,14 +12,15 @@ from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source
 from ods.pipeline.offline import detect_pings
-from ods.workbench.engine.data import Data
+from ods.workbench.engine.data import Data, open_data
+from ods.workbench.engine.echogram import Echogram
+from ods.workbench.engine.echogram_layers import Layers
 from ods.workbench.engine.folders import writable, write_whole
+from ods.workbench.engine.own_process import GoesOn
 from ods.workbench.model.short_tables import short_tables
-from ods.workbench.model.state import Tuning
+from ods.workbench.model.state import State, Tuning
 
 PICTURES, MOVIES = (".png", ".svg", ".pdf"), (".webp", ".gif")
-ONE_AT_A_TIME = threading.Lock()
-"""Matplotlib's style is the process's."""
 
 
 def config_hash(tuning: Tuning) -> str:
@@ -43,7 +43,7 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
     from ods.plots.fan import ping_figure
     from ods.plots.style import drawn_in
 
-    with ONE_AT_A_TIME, drawn_in(style):
+    with drawn_in(style):
         figure = ping_figure(ping, found)
         count = len(found.detections)
         caption = f"{name}, ping {ping.ping_number}: {count} detections; configuration {config_hash(tuning)}"
@@ -54,9 +54,7 @@ def print_ping(ping: Ping, tuning: Tuning, file: Path, folders: Sequence[Path], 
     return place
 
 
-def record_movie(
-    data: Data, tuning: Tuning, file: Path, folders: Sequence[Path], *, tell: Callable[[float], bool], style: str
-) -> Path:
+def record_movie(data: Data, tuning: Tuning, file: Path, folders: Sequence[Path], *, tell: GoesOn, style: str) -> Path:
     """Write a run over all pings as a movie: images beside the plan. Raises OdsError, StageError.
 
     tell: is told the share that is done; when it returns false, what has been drawn until then is written.
@@ -67,7 +65,7 @@ def record_movie(
 
     source = Source(data.pings, data.poses_in_time, data.truths, data.losses, data.frame)
     settings, count = tuning.mission(), len(source.pings)
-    with ONE_AT_A_TIME, drawn_in(style):
+    with drawn_in(style):
         wanted = Wanted(out=None, json=False, geojson=None, plot=None, movie=place)
         outputs = Outputs(wanted, source, count, Mounting(settings.mounting))
         for done, step in enumerate(Mission(settings).steps(source.pings, source.poses), 1):
@@ -76,6 +74,31 @@ def record_movie(
                 break
         outputs.write()
     return place
+
+
+def ping_of(_: GoesOn, state: State, read: Sequence[Path], file: Path, *, style: str) -> Path:
+    """Print the ping that a state shows; read: folders of its data. `file` may lie anywhere. Raises OdsError."""
+    data = open_data(state.data, state.scene, read)
+    ping = data.pings[min(state.ping, len(data.pings) - 1)]
+    return print_ping(ping, state.tuning, file, [file.parent], name=called(state), style=style)
+
+
+def movie_of(tell: GoesOn, state: State, read: Sequence[Path], file: Path, *, style: str) -> Path:
+    """Record the movie of a state's mission; read: folders of its data. `file` may lie anywhere. Raises OdsError."""
+    data = open_data(state.data, state.scene, read)
+    return record_movie(data, state.tuning, file, [file.parent], tell=tell, style=style)
+
+
+def echogram_of(_: GoesOn, echogram: Echogram, layers: Layers, state: State, file: Path, *, style: str) -> Path:
+    """Print an echogram. `file` may lie anywhere. Raises OdsError."""
+    from ods.workbench.engine.echogram_print import print_echogram  # Matplotlib: not in the page's process
+
+    return print_echogram(echogram, layers, state, file, [file.parent], name=called(state), style=style)
+
+
+def called(state: State) -> str:
+    """Return what a print calls the data."""
+    return Path(state.data.path).name or state.data.kind
 
 
 def place_to_write(file: Path, endings: tuple[str, ...], folders: Sequence[Path]) -> Path:

@@ -1,7 +1,6 @@
 """A mission before it is run: its scene simulated, what pipeline and tracker make of it, and how well they do."""
 
 import time
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +10,12 @@ from ods.offline.mission import Mission, MissionSettings
 from ods.offline.run_record import RunRecord
 from ods.offline.score import ObjectScore, position_rms_m, score_objects
 from ods.offline.source import simulated
+from ods.sim_sonar.by_name import find_sonar
+from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.workbench.engine.scene_view import SceneError
+from ods.workbench.engine.own_process import GoesOn, whole
+from ods.workbench.engine.scene_view import SceneError, built
 
 SETTLE_S = 3.0
 """From the first sight of an object until it counts as missed, as on the bench."""
@@ -65,14 +67,8 @@ class Rehearsal(NamedTuple):
         return [self.record.truths[number] for number in sorted(self.record.truths)]
 
 
-def rehearse(
-    scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: Callable[[float], None],
-    ends: Callable[[], bool] = lambda: False,
-) -> Rehearsal | None:  # fmt: skip
-    """Rehearse a whole scene; None: `ends` told to give up. Raises OdsError.
-
-    tell: gets the share that is done, 0 to 1, after each ping.
-    """
+def rehearse(scene: Scene, sonar: SonarModel, settings: MissionSettings, tell: GoesOn = whole) -> Rehearsal | None:
+    """Rehearse a whole scene; None: `tell`, which is called after each ping, told to give up. Raises OdsError."""
     began = time.monotonic()
     try:
         source = simulated(scene, sonar)
@@ -81,13 +77,12 @@ def rehearse(
     record, costs, mission = RunRecord(), list[tuple[float, float]](), Mission(settings)
     detections = 0
     for done, step in enumerate(mission.steps(source.pings, source.poses), 1):
-        if ends():
-            return None
         record.lists.append((step.list.made_ns, step.list))
         record.image = step.ping, step.detections
         detections += len(step.detections.detections)
         costs.append((step.chain_ms, step.tracker_ms))
-        tell(done / len(source.pings))
+        if not tell(done / len(source.pings)):
+            return None
     record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, SETTLE_S)
     chain_ms, tracker_ms = np.median(np.array(costs).reshape(-1, 2), axis=0).tolist() if costs else (0.0, 0.0)
@@ -95,3 +90,8 @@ def rehearse(
         record, objects, len(false_ids), position_rms_m(objects), detections, chain_ms, tracker_ms,
         time.monotonic() - began,
     )  # fmt: skip
+
+
+def rehearse_file(tell: GoesOn, file: SceneFile, sonar: str, settings: MissionSettings) -> Rehearsal | None:
+    """Rehearse a scene as its file has it, seen by a sonar of that name. Raises OdsError."""
+    return rehearse(built(file), find_sonar(sonar), settings, tell)

@@ -80,6 +80,11 @@ class Rerun:
             self._newest.ask(wish)
             self._listeners.tell()
 
+    @property
+    def data(self) -> Data | None:
+        """That were tracked last; None: none were opened."""
+        return None if self._kept is None else self._kept.data
+
     def listen(self, changed: Callable[[], None]) -> Callable[[], None]:
         """Call `changed`, in the thread, whenever there is something new here; what is returned ends that."""
         return self._listeners.add(changed)

@@ -1,7 +1,7 @@
 """Scenes saved as files, after their difference has been shown; the sonars that come with ODS."""
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,8 @@ from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.folders import writable, write_whole
 from ods.workbench.model.difference import changed_text, differences
 from ods.workbench.model.scene_text import scene_text
+
+MOST_NAMES = 1000
 
 
 def shipped_sonars() -> list[str]:
@@ -41,6 +43,18 @@ def saving(scene: SceneFile, path: str, folders: Iterable[Path]) -> SavedScene:
         raise OdsError(f"{file}: {reason_of(error) if isinstance(error, OSError) else error}") from error
     lines = difflib.unified_diff(old.splitlines(), text.splitlines(), str(file), "to be saved", lineterm="")
     return SavedScene(file, text, "\n".join(lines))
+
+
+def proposed(opened: str, folders: Sequence[Path]) -> Path:
+    """Return where to save: in the file that was opened, if it lies under the folders and did not come with ODS; else a
+    name that is free in the first folder. opened: empty where the scene is new."""
+    file = Path(opened or "scene.toml")
+    folder = folders[0] if folders else Path()
+    own = any(file.resolve().is_relative_to(each.resolve()) for each in folders)
+    if opened and own and not file.resolve().is_relative_to(SHIPPED.resolve()):
+        return file
+    names = (file.name, *(f"{file.stem}-{number}{file.suffix}" for number in range(2, MOST_NAMES)))
+    return next((place for name in names if not (place := folder / name).exists()), folder / file.name)
 
 
 def save(saved: SavedScene) -> None:

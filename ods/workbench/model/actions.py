@@ -128,6 +128,14 @@ class AddObject(Action, frozen=True, tag="add_object"):
     position_ned: Place
 
 
+class CopyObject(Action, frozen=True, tag="copy_object"):
+    """Put another object like one into the scene, moved with its whole path; at the end of the list."""
+
+    at: int
+    moved_ned: Place
+    """m."""
+
+
 class RemoveObject(Action, frozen=True, tag="remove_object"):
     """Take an object out."""
 
@@ -152,7 +160,7 @@ class RemoveWaypoint(Action, frozen=True, tag="remove_waypoint"):
 
 Step = (
     SetSetting | AddStage | RemoveStage | MoveStage | BypassStage | WriteNumbers | SetTuning | SetState | KeepAsB
-    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | RemoveObject | AddWaypoint
-    | RemoveWaypoint
+    | SwapAB | DropB | OpenData | ShowPing | SetView | SetBookmark | SetScene | AddObject | CopyObject | RemoveObject
+    | AddWaypoint | RemoveWaypoint
 )  # fmt: skip
 """Any action; messages and macros are decoded as this."""

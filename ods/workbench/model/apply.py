@@ -95,6 +95,7 @@ _DOING: dict[type[do.Action], Callable[[State, Any], State]] = {
     do.AddObject: lambda state, a: _with_scene(
         state, lambda scene: scene_edits.with_object(scene, a.shape, a.position_ned)
     ),
+    do.CopyObject: lambda state, a: _with_scene(state, lambda scene: scene_edits.with_copy(scene, a.at, a.moved_ned)),
     do.RemoveObject: lambda state, a: _with_scene(state, lambda scene: scene_edits.without_object(scene, a.at)),
     do.AddWaypoint: lambda state, a: _with_scene(
         state, lambda scene: scene_edits.with_waypoint(scene, a.of, a.t_s, a.position_ned)

@@ -1,5 +1,6 @@
 """What an action is called in the history."""
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -8,12 +9,17 @@ from ods.workbench.model import actions as do
 from ods.workbench.model.apply import STAGE
 from ods.workbench.model.paths import PathError, value_at
 from ods.workbench.model.state import State
+from ods.workbench.model.words import called
 
 LONGEST_VALUE = 24
+AXES = ("north", "east", "down")
+AXIS = re.compile(r"(\w+_ned)\[([0-2])\]")
+WAYPOINT = re.compile(r"waypoints\[(\d+)\]")
+OBJECT = re.compile(r"objects\[(\d+)\]")
 
 
 def name_of(action: do.Action, before: State) -> str:
-    """Return the name of an action on a state: "filter.fir taps 9 → 15"."""
+    """Return the name of an action on a state: "filter.fir: filter length 9 → 15"."""
     return _NAMES[type(action)](action, before)
 
 
@@ -22,12 +28,35 @@ def _set(action: do.SetSetting, before: State) -> str:
     place, _, name = action.path.removeprefix(STAGE).partition("].")
     if action.path.startswith(STAGE) and place.isdecimal() and int(place) < len(chain):
         stage = chain[int(place)]
-        return f"{stage['use']} {name} {_change(stage.get(name), action.value)}"
-    return f"{action.path} {_change(_value(before.tuning.config, action.path), action.value)}"
+        return f"{stage['use']}: {_changed(name, stage.get(name), action.value)}"
+    of, _, name = action.path.rpartition(".")
+    change = _changed(name, _value(before.tuning.config, action.path), action.value)
+    return f"{' '.join(called(part).name for part in of.split('.'))}: {change}" if of else change
 
 
 def _set_scene(action: do.SetScene, before: State) -> str:
-    return f"scene {action.path} {_change(_value(before.scene, action.path), action.value)}"
+    of, _, last = action.path.rpartition(".")
+    axis = AXIS.fullmatch(last)
+    name = f"{called(axis[1]).name} {AXES[int(axis[2])]}" if axis else called(last).name
+    change = _change(_value(before.scene, action.path), action.value)
+    unit = called(axis[1] if axis else last).unit
+    part = _part(before, of)
+    return " ".join(filter(None, (f"{part}:" if part else "scene:", name, change, unit)))
+
+
+def _part(before: State, of: str) -> str:
+    """Return what a part of the scene is called: an object by its name."""
+    found = OBJECT.match(of)
+    scene = before.scene
+    if found and scene is not None and int(found[1]) < len(scene.objects):
+        of = of.replace(found[0], scene.objects[int(found[1])].name, 1)
+    of = WAYPOINT.sub(lambda place: f"way-point {int(place[1]) + 1}", of)
+    return of.replace("_", " ").replace(".", ", ")
+
+
+def _changed(field: str, old: Any, new: Any) -> str:
+    name, unit = called(field)
+    return " ".join(filter(None, (name, _change(old, new), unit)))
 
 
 def _value(settings: Settings | None, path: str) -> Any:
@@ -93,6 +122,7 @@ _NAMES: dict[type[do.Action], Callable[[Any, State], str]] = {
     do.SetBookmark: lambda a, _: f"bookmark {a.text}" if a.text else "remove bookmark",
     do.SetScene: _set_scene,
     do.AddObject: lambda a, _: f"add {a.shape}",
+    do.CopyObject: lambda a, before: f"copy {_object(before, a.at)}",
     do.RemoveObject: lambda a, before: f"remove {_object(before, a.at)}",
     do.AddWaypoint: lambda a, _: f"way-point of {a.of} at {a.t_s:g} s",
     do.RemoveWaypoint: lambda a, _: f"remove way-point of {a.of}",

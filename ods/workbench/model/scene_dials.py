@@ -94,6 +94,8 @@ def _path(moving: MovingPath, of: str) -> list[Control]:
     if moving.waypoints:
         return []
     return [
+        _dial("north", f"{of}.position_ned[0]", -100.0, 100.0, 0.1, "m"),
+        _dial("east", f"{of}.position_ned[1]", -100.0, 100.0, 0.1, "m"),
         _dial("depth", f"{of}.position_ned[2]", 0.0, 100.0, 0.1, "m"),
         *_triple("velocity", f"{of}.velocity_ned", -3.0, 3.0, "m/s"),
     ]

@@ -15,18 +15,54 @@ SHAPES: dict[str, dict[str, Any]] = {
 """What a new object of each shape is like."""
 
 
+NEW: dict[str, Any] = {
+    "seed": 1,
+    "duration_s": 60.0,
+    "vehicle": {"position_ned": [0.0, 0.0, 10.0], "velocity_ned": [0.5, 0.0, 0.0]},
+    "sea_bed": {"depth_m": 20.0},
+    "image": {"gain": 20000.0, "noise_counts": 30.0},
+}
+"""A scene to begin with: nothing in it, 10 m over the sea-bed."""
+
+
 def with_object(scene: SceneFile, shape: str, position_ned: Place) -> SceneFile:
     """Put an object at a place, at rest, under a name of its own. Raises PathError."""
-    names = {item.name for item in scene.objects}
-    name = next(name for number in range(1, len(names) + 2) if (name := f"{shape} {number}") not in names)
+    name = _free_name(scene, shape, 1)
     new = {"shape": shape, "name": name, "position_ned": list(position_ned), **SHAPES[shape]}
     return with_tables(scene, "objects", lambda objects: [*objects, new])
 
 
-def without_object(scene: SceneFile, at: int) -> SceneFile:
-    """Take an object out. Raises PathError."""
+def with_copy(scene: SceneFile, at: int, moved_ned: Place) -> SceneFile:
+    """Put an object like another into the scene, elsewhere, under a name of its own. Raises PathError."""
+    _check_object(scene, at)
+    name = _free_name(scene, scene.objects[at].name, 2)
+
+    def moved(place: list[float]) -> list[float]:
+        return [round(value + by, 3) for value, by in zip(place, moved_ned, strict=True)]
+
+    def change(objects: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        new = objects[at] | {"name": name}
+        if new["position_ned"] is not None:
+            new["position_ned"] = moved(new["position_ned"])
+        new["waypoints"] = [point | {"position_ned": moved(point["position_ned"])} for point in new["waypoints"]]
+        return [*objects, new]
+
+    return with_tables(scene, "objects", change)
+
+
+def _free_name(scene: SceneFile, of: str, first: int) -> str:
+    names = {item.name for item in scene.objects}
+    return next(name for number in range(first, len(names) + 3) if (name := f"{of} {number}") not in names)
+
+
+def _check_object(scene: SceneFile, at: int) -> None:
     if not 0 <= at < len(scene.objects):
         raise PathError(f"objects[{at}]: no such object")
+
+
+def without_object(scene: SceneFile, at: int) -> SceneFile:
+    """Take an object out. Raises PathError."""
+    _check_object(scene, at)
     return with_tables(scene, "objects", lambda objects: objects[:at] + objects[at + 1 :])
 
 

@@ -37,8 +37,23 @@ def handles_of(scene: SceneFile, t_s: float) -> list[Handle]:
     return found
 
 
-def dragged(scene: SceneFile, path: str, to: Spot, t_s: float) -> SetScene:
-    """Return the action that brings the handle of `path` to a place at scene time `t_s`. Raises PathError."""
+def snapped(value: float, step: float) -> float:
+    """Return the nearest multiple of a step; without one (0) the value to a millimetre."""
+    return round(round(value / step) * step if step else value, 3)
+
+
+def dragged(scene: SceneFile, path: str, to: Spot, t_s: float, step_m: float = 0.0) -> SetScene:
+    """Return the action that brings the handle of `path` to a place at scene time `t_s`. Raises PathError.
+
+    step_m: places and sizes are multiples of it, directions are rounded.
+    """
+    action = _dragged(scene, path, (snapped(to[0], step_m), snapped(to[1], step_m)), t_s)
+    if isinstance(action.value, float):
+        return SetScene(path, max(step_m, SHORTEST_M, snapped(action.value, step_m)))
+    return action
+
+
+def _dragged(scene: SceneFile, path: str, to: Spot, t_s: float) -> SetScene:
     of, _, what = path.partition(".")
     moving = _moving(scene, of)
     if what == "position_ned":
@@ -112,7 +127,7 @@ def _shift(moving: MovingPath, to: Spot, t_s: float) -> Spot:
 
 
 def _moved(place: list[float], shift: Spot) -> list[float]:
-    return [place[0] + shift[0], place[1] + shift[1], place[2]]
+    return [round(place[0] + shift[0], 3), round(place[1] + shift[1], 3), place[2]]
 
 
 def _level(direction: Triple) -> tuple[Spot, float]:
@@ -133,7 +148,7 @@ def _turned(direction: list[float], towards: Spot) -> list[float]:
     level, distance = math.hypot(*direction[:2]), math.hypot(*towards)
     if distance < 1e-6:
         return direction
-    return [level * towards[0] / distance, level * towards[1] / distance, direction[2]]
+    return [round(level * towards[0] / distance, 4), round(level * towards[1] / distance, 4), direction[2]]
 
 
 def _length(item: dict[str, list[float]], away: Spot) -> float:

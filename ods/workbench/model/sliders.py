@@ -13,6 +13,7 @@ from msgspec import inspect
 
 from ods.base.field_docs import field_docs
 from ods.base.settings import Settings, Slider
+from ods.workbench.model.words import called
 
 LOG_POSITIONS = 120
 LINEAR_POSITIONS = 200
@@ -93,8 +94,14 @@ class Control(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Return what it is called."""
-        return self.label or self.path.rpartition(".")[2]
+        """Return what it is called, in words."""
+        return self.label or called(self.path.rpartition(".")[2]).name
+
+    @property
+    def unit(self) -> str:
+        """Return its unit; empty: none."""
+        own = self.by.unit if isinstance(self.by, Number) else ""
+        return own or called(self.path.rpartition(".")[2]).unit
 
 
 def controls_of(

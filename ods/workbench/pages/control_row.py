@@ -6,9 +6,8 @@ from typing import Any
 from nicegui import ui
 
 from ods.workbench.model.sliders import Choice, Control, Number, Switch, text_of, value_of
+from ods.workbench.model.words import sentence
 
-MAY_BREAK = "\u200b"
-"""A blank without width: a long name goes on in the next line there."""
 Changed = Callable[[Any], object]
 
 
@@ -21,12 +20,10 @@ class ControlRow:
         self._slider: ui.slider | None = None
         self._field: Any
         with ui.row().classes("w-full items-center no-wrap gap-2 h-8") as self.element:
-            unit = control.by.unit if isinstance(control.by, Number) else ""
-            name = control.name.replace("_", f"_{MAY_BREAK}")
-            label = ui.label(name).classes("text-sm leading-none w-28 shrink-0")
-            label.tooltip(f"{control.path}: {control.meaning}" if control.meaning else control.path)
+            label = ui.label(control.name).classes("text-sm leading-none w-28 shrink-0")
+            label.tooltip(f"{sentence(control.meaning)} ({control.path})" if control.meaning else control.path)
             self._build()
-            ui.label(unit).classes("text-xs opacity-70 w-14 shrink-0 truncate")
+            ui.label(control.unit).classes("text-xs opacity-70 w-14 shrink-0 truncate")
         self.show(value)
 
     @property

@@ -1,5 +1,6 @@
 """The frame of the page: header with undo and redo, the menus as tabs, and the keys that do the same everywhere."""
 
+import contextlib
 import importlib
 import importlib.util
 import logging
@@ -8,7 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
-from nicegui import ui
+from nicegui import run, ui
 from nicegui.elements.button import Button
 from nicegui.events import KeyEventArguments
 
@@ -63,6 +64,8 @@ TEXT_COLOURS = {
 """Of what failed, is well or needs care; 4.5:1 at least against page and cards (WCAG 2.2, 1.4.3)."""
 NARROW = "@media (max-width: 1200px) { header .q-tab { padding: 0 8px; } }"
 """All tabs are seen in a window of 1024 pixels."""
+ANSWER_FIRST_S = 0.03
+"""After a menu's place is sent to the browser, until it is built: that keeps the server's loop."""
 LONGEST_NAME = 44
 """Characters of the name of data or a step in the header; the list of steps has all of it."""
 
@@ -179,7 +182,7 @@ class _Menus:
 
     def build_panels(self) -> None:
         """Build the place for the menus, and the first of them."""
-        self._place = ui.column().classes("w-full gap-0 p-2")
+        self._place = ui.column().classes("w-full gap-0 p-2").props("id=menus")
         if not self.shown:
             with self._place:
                 ui.label("There are no menus.")
@@ -200,15 +203,33 @@ class _Menus:
             panel.set_visibility(other == name)
 
     def _built(self, menu: Menu) -> ui.column:
+        """Build the first menu; of one that is opened later the place, at once, and the rest once that is shown."""
         with self._place, ui.column().classes("w-full gap-2") as panel:
-            try:
-                importlib.import_module(menu.module).build(self._session)
-            except Exception as error:  # one menu that fails does not take the others away
-                log.error("%s: %s", menu.name, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
+            if not self._panels:
+                self._fill(menu, panel)
+                return panel
+            with ui.row().classes("items-center p-4"):
+                ui.spinner()
+                ui.label(f"opening {menu.name} ...")
+
+            async def fill() -> None:
+                with contextlib.suppress(Exception):  # it is told when it is built
+                    await run.io_bound(importlib.import_module, menu.module)
                 panel.clear()
                 with panel:
-                    ui.label(f"{menu.name} cannot be shown: {one_line(error)}").classes("text-negative p-4")
+                    self._fill(menu, panel)
+
+            ui.timer(ANSWER_FIRST_S, fill, once=True)
         return panel
+
+    def _fill(self, menu: Menu, panel: ui.column) -> None:
+        try:
+            importlib.import_module(menu.module).build(self._session)
+        except Exception as error:  # one menu that fails does not take the others away
+            log.error("%s: %s", menu.name, one_line(error), exc_info=log.isEnabledFor(logging.DEBUG))
+            panel.clear()
+            with panel:
+                ui.label(f"{menu.name} cannot be shown: {one_line(error)}").classes("text-negative p-4")
 
 
 class _Keys:

@@ -1,9 +1,8 @@
 """Menu "Observer": the mission tracked again as settings move; plan, courses over time, lives, objects at rest."""
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 from nicegui import ui
+from nicegui.events import KeyEventArguments
 
 from ods.offline.score import position_rms_m
 from ods.workbench.engine.rerun import Progress, Rerun, wanted
@@ -12,7 +11,9 @@ from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer_plan, observer_times
 from ods.workbench.pages.observer_settings import settings_panel
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.pages.tables import NUMBERS, Columns, numbers, place, table
+from ods.workbench.pages.timeline import Timeline
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.plan_view import Pick, PlanView
@@ -32,17 +33,8 @@ TRACKED = ("file", "scene")
 COMPUTING = "computing ..."
 TABLE_S = 0.25
 """The table of a ping follows plan and diagrams, which cost the browser less."""
-HEIGHT = "max(100vh - 330px, 33rem)"
+HEIGHT = "max(100vh - 370px, 33rem)"
 """At least what 12 strips and the courses below them need."""
-
-_reruns: "WeakKeyDictionary[Session, Rerun]" = WeakKeyDictionary()
-
-
-def rerun_of(session: Session) -> Rerun:
-    """Return the one of a session: what it has outlives the page."""
-    if session not in _reruns:
-        _reruns[session] = Rerun(session.folders)
-    return _reruns[session]
 
 
 def build(session: Session) -> None:
@@ -86,6 +78,8 @@ class _Observer:
         self._plan.on_pick(self._picked)
         self._times.on_mark(self._mark)
         self._times.on_time(self._go_to)
+        self._timeline = Timeline(self._session, lambda: True, lambda _: None)
+        ui.keyboard(self._pressed, ignore=["input", "select", "textarea", "button"])
         with ui.row().classes("w-full gap-2 items-start"):
             self._now = table("Tracks at this ping", NUMBERS, self._mark)
             self._rest = table("At rest: what the map has after the mission", AT_REST, self._mark)
@@ -104,6 +98,10 @@ class _Observer:
         if came:
             self._ask()
             self._draw_moment()
+
+    def _pressed(self, event: KeyEventArguments) -> None:
+        if event.action.keydown and self._shown:
+            self._timeline.press(event)
 
     def _ask(self) -> None:
         if self._shown and self._session.state.data.kind in TRACKED:
@@ -193,6 +191,8 @@ class _Observer:
         self._plan.show("moment", observer_plan.moment(result, state.ping, None if course is None else course.id))
         self._plan.set_title(f"Plan at {result.t_s[state.ping]:.1f} s, ping {state.ping}")
         self._times.set_cursor(float(result.t_s[state.ping]))
+        if self._rerun.data is not None:
+            self._timeline.show(self._rerun.data, state.ping)
         if not self._table_waits:
             self._table_waits = True
             in_loop(self._plan, self._list_objects, TABLE_S)

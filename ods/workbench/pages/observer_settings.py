@@ -23,7 +23,7 @@ ALONE = frozenset({"plugins", "map.path", "map.position_sigma_m", "map.minimum_t
 """Of the vehicle's computer only: they change nothing of a mission that is tracked again."""
 TITLES = {
     "": "Approach", "motion": "Motion", "echo": "Echoes", "life": "Lives", "planner": "To the planner",
-    "bottom": "Bottom", "surface": "Surface",
+    "bottom": "Bottom", "surface": "Surface", "clearance": "Clearance",
 }  # fmt: skip
 UNFOLDED = frozenset({"", "life"})
 

@@ -5,7 +5,6 @@ from typing import get_args, get_type_hints
 
 import numpy as np
 from nicegui import ui
-from nicegui.elements.button import Button
 from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
@@ -13,6 +12,7 @@ from ods.workbench.engine.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, View
+from ods.workbench.pages.folding import folds, tool_bar
 from ods.workbench.pages.processing_charts import CostBars, Histogram, Profile
 from ods.workbench.pages.processing_pictures import BESIDE, MAIN, OTHER, compares, counts_of, frames_of, title_of
 from ods.workbench.pages.processing_stages import StageList
@@ -32,6 +32,7 @@ KEYS = (
 PALETTES = get_args(get_type_hints(View)["palette"])
 PICTURES = "processing-pictures"
 """Id of their row, which goes full screen."""
+SHOWN = "what pictures show: attention, truth, colours"
 HEIGHT = "42vh"
 """Of a picture with charts below it."""
 WINDOW = "calc(100vh - 7rem)"
@@ -82,30 +83,34 @@ class _Page:
 
     # -- building --
     def _build_tools(self) -> None:
-        with ui.row().classes("w-full items-center gap-2"):
+        with tool_bar():
             self._after = ui.select({}, label="picture", on_change=lambda event: self._view("shown_stage", event.value))
-            self._after.props("dense options-dense").classes("w-[8.25rem]").mark("shown stage")
+            self._after.props("dense options-dense").classes("w-[7.5rem]").mark("shown stage")
             self._beside = ui.select({}, label="beside it", on_change=lambda event: self._show_beside(event.value))
-            self._beside.props("dense options-dense").classes("w-[8.25rem]").mark("compared stage")
+            self._beside.props("dense options-dense").classes("w-[7.5rem]").mark("compared stage")
             ui.toggle(["fan", "polar"], on_change=lambda event: self._view("presentation", event.value)).props(
                 "dense no-caps"
             ).bind_value_from(self, "presentation").tooltip("P: the other one")
-            self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
-            self._attention.props("dense").tooltip("dims the ranges that this ping skips")
-            self._truth = ui.checkbox("truth", on_change=lambda event: self._view("truth", event.value))
-            self._truth.props("dense").mark("truth")
-            self._truth.tooltip("where it is known: ✓ right, ✕ false, ? an object that was missed")
-            ui.label("colours, dB").classes("text-xs opacity-80 ml-2")
-            self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
-            self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
+            with folds("visibility", SHOWN, 1100):
+                self._build_shown()
             self._build_size()
             ui.space()
             self._build_comparison()
 
-    def _build_size(self) -> None:
+    def _build_shown(self) -> None:
+        self._attention = ui.checkbox("attention", on_change=lambda event: self._view("attention", event.value))
+        self._attention.props("dense").tooltip("dims the ranges that this ping skips")
+        self._truth = ui.checkbox("truth", on_change=lambda event: self._view("truth", event.value))
+        self._truth.props("dense").mark("truth")
+        self._truth.tooltip("where it is known: ✓ right, ✕ false, ? an object that was missed")
+        ui.label("colours, dB").classes("text-xs opacity-80")
+        self._scale = ui.range(min=-40, max=80, step=1, value={"min": -5, "max": 30}, on_change=self._set_scale)
+        self._scale.props("dense label").classes("w-28").tooltip("colour scale, dB over the image's median")
         ui.select(list(PALETTES), on_change=lambda event: self._view("palette", event.value)).props(
             "dense options-dense borderless"
         ).bind_value_from(self, "palette").tooltip("colours of all images").mark("palette")
+
+    def _build_size(self) -> None:
         self._large = ui.button(icon="open_in_full", on_click=self._toggle_large).props("dense flat")
         self._large.tooltip("pictures fill the window (F)").mark("large")
         whole = ui.button(icon="fullscreen").props("dense flat").tooltip("full screen").mark("full screen")
@@ -122,14 +127,13 @@ class _Page:
     def _build_comparison(self) -> None:
         button = "dense flat no-caps"
         ui.button("keep as B", on_click=lambda: self._session.do(do.KeepAsB())).props(button).mark("keep as B")
-        self._swap: Button = (
+        with folds("compare", "B: swap, drop, how it is compared", 900) as self._with_b:
             ui.button("swap", on_click=lambda: self._session.do(do.SwapAB())).props(button).mark("swap")
-        )
-        self._drop = ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
-        self._comparison = ui.toggle(
-            ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
-        )
-        self._comparison.props("dense no-caps").mark("comparison")
+            ui.button("drop B", on_click=lambda: self._session.do(do.DropB())).props(button).mark("drop B")
+            self._comparison = ui.toggle(
+                ["split", "blink", "difference"], on_change=lambda event: self._view("comparison", event.value)
+            )
+            self._comparison.props("dense no-caps").mark("comparison")
 
     def _build_pictures(self) -> None:
         self._complaint = ui.label().classes("text-negative text-sm").mark("trouble")
@@ -307,8 +311,7 @@ class _Page:
         self._large.set_icon("close_fullscreen" if view.large else "open_in_full")
         self._scale.set_value({"min": view.lowest_db, "max": view.highest_db})
         self._comparison.set_value(view.comparison)
-        for widget in (self._swap, self._drop, self._comparison):
-            widget.set_visibility(state.other is not None)
+        self._with_b.set_visibility(state.other is not None)
         self._second.set_visibility(compares(state) or view.compared_stage is not None)
         self._blinks.active = state.other is not None and view.comparison == "blink"
         if not self._blinks.active and self._main.view != MAIN:

@@ -18,12 +18,13 @@ from ods.workbench.model.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State
+from ods.workbench.pages.add_stage import add_menu
 from ods.workbench.pages.control_row import ControlRow
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 
 DETECTS = "detect."
-FOLLOWING = "window, taps, cutoff and min_cells"
+FOLLOWING = "window, filter length, cut-off and fewest cells"
 OF_THE_IMAGE = ("smallest_object_m", "min_range_m", "beam_width_deg", "vertical_half_deg")
 """Settings of the pipeline that belong to no stage."""
 
@@ -44,10 +45,7 @@ class StageList:
         with ui.row().classes("w-full items-center no-wrap"):
             ui.label("Chain").classes("text-base font-medium")
             ui.space()
-            with ui.button("add stage", icon="add").props("dense flat no-caps").mark("add stage"), ui.menu():
-                for name in known_stages(session.state.tuning.config.pipeline):
-                    item = ui.menu_item(name, partial(self._add, name)).mark(f"add {name}")
-                    item.classes("font-mono text-sm min-h-0 py-1")
+            add_menu(known_stages(session.state.tuning.config.pipeline), self._add)
         self._complaint = ui.label().classes("text-negative text-sm w-full sticky top-0 z-10 backdrop-blur-md")
         self._complaint.mark("complaint")
         self._columns = ui.label().classes("text-xs opacity-70 w-full").mark("columns")
@@ -129,7 +127,7 @@ class StageList:
         if self._dr_m is None or not follows(state.tuning):
             return ""
         count = columns(state.tuning, self._dr_m).subsample
-        return f"columns of {count} sample{'s' * (count > 1)}; {FOLLOWING} follow from smallest_object_m"
+        return f"columns of {count} sample{'s' * (count > 1)}; {FOLLOWING} follow from the smallest object"
 
     def _build(self, state: State) -> None:
         self._list.clear()

@@ -1,11 +1,11 @@
 """The dialog that saves a scene, once its difference to the file that is there was shown."""
 
-from pathlib import Path
-
+import msgspec
 from nicegui import ui
 
 from ods.base.errors import OdsError, one_line
-from ods.workbench.engine.scene_file import SavedScene, save, saving
+from ods.workbench.engine.scene_file import SavedScene, proposed, save, saving
+from ods.workbench.model.actions import OpenData
 from ods.workbench.session import Session
 
 
@@ -26,10 +26,8 @@ class SaveDialog:
 
     def open(self) -> None:
         """Ask."""
-        folders, data = self._session.folders, self._session.state.data
-        opened = Path(data.path) if data.kind == "scene" and data.path else Path("scene.toml")
-        inside = any(opened.resolve().is_relative_to(folder.resolve()) for folder in folders)
-        self._name.set_value(str(opened if inside or not folders else folders[0] / opened.name))
+        data = self._session.state.data
+        self._name.set_value(str(proposed(data.path if data.kind == "scene" else "", self._session.folders)))
         self._prepare()
         self._dialog.open()
 
@@ -52,3 +50,10 @@ class SaveDialog:
             save(self._prepared)
             ui.notify(f"saved {self._prepared.path}", type="positive")
             self._dialog.close()
+            self._follow(str(self._prepared.path))
+
+    def _follow(self, path: str) -> None:
+        """The scene is that file's from now on: it is what is saved next, and what is opened again."""
+        data = self._session.state.data
+        if data.kind == "scene" and data.path != path:
+            self._session.do(OpenData(msgspec.structs.replace(data, path=path)))

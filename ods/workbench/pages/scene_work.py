@@ -8,7 +8,8 @@ from nicegui import run, ui
 
 from ods.sim_sonar.by_name import find_sonar
 from ods.simulate.speed import QUICK, TABLE_1, parts_of
-from ods.workbench.engine.rehearsal import Rehearsal, rehearse
+from ods.workbench.engine.own_process import in_own_process
+from ods.workbench.engine.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.engine.scene_view import SceneError, built
 from ods.workbench.pages import scene_charts as charts
 from ods.workbench.session import Session
@@ -103,14 +104,14 @@ class _Rehearsal:
         if state.scene is None:
             raise SceneError("scene: none is open")
 
-        def tell(share: float) -> None:
+        def tell(share: float) -> bool:
             nonlocal last
             if share - last >= PROGRESS_STEP or share == 1.0:
                 last = share
                 in_loop(self._bar, lambda: self._bar.set_value(share))
+            return not self._ends.is_set()
 
-        scene, sonar = built(state.scene), find_sonar(state.data.sonar)
-        return rehearse(scene, sonar, state.tuning.mission(), tell, self._ends.is_set)
+        return in_own_process(rehearse_file, tell, state.scene, state.data.sonar, state.tuning.mission())
 
     def _running(self, on: bool) -> None:
         self._button.set_enabled(not on)

@@ -3,25 +3,24 @@
 import math
 from pathlib import Path
 
-import msgspec
 from nicegui import ui
 
 from ods.base.errors import one_line
-from ods.workbench.engine.files import opening, shipped_scenes
 from ods.workbench.engine.newest import Newest
 from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_file import shipped_sonars
 from ods.workbench.engine.scene_view import Asked, Pictured, ScenePictures, pings_of
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_handles import Handle, dragged, handles_of, place_at
-from ods.workbench.model.state import DataReference, State
+from ods.workbench.model.scene_handles import Handle, dragged, handles_of
+from ods.workbench.model.state import State
 from ods.workbench.pages.scene_charts import show as show_chart
+from ods.workbench.pages.scene_opening import open_bar
 from ods.workbench.pages.scene_panels import try_to
-from ods.workbench.pages.scene_saving import SaveDialog
 from ods.workbench.pages.scene_shapes import handle_shapes, plan_shapes, rehearsed_shapes
 from ods.workbench.pages.scene_side import VEHICLE, Side, profile_chart, strip_chart
+from ods.workbench.pages.scene_tools import PLAN, PlanTools
 from ods.workbench.session import Session
-from ods.workbench.web.fan_view import FanView, Spot
+from ods.workbench.web.fan_view import FanView
+from ods.workbench.web.fan_view import Spot as FanSpot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
 from ods.workbench.web.plan_view import Drag, Pick, PlanView
@@ -65,41 +64,13 @@ class _Menu:
         self._place.clear()
         self._simulator = None
         with self._place:
-            _open_bar(self._session)
+            open_bar(self._session)
             if self._session.state.scene is not None:
                 self._simulator = _Simulator(self._session, self._visible)
 
     def _changed(self, before: State, after: State) -> None:
         if (before.data, before.scene is None) != (after.data, after.scene is None):
             self._fill()
-
-
-def _open_bar(session: Session) -> None:
-    """Build what opens a scene; with one open also what saves it and adds to it."""
-    scenes, state = {each.name: each.path for each in shipped_scenes()}, session.state
-
-    def open_scene(name: str) -> None:
-        opened = opening(scenes[name], session.folders)
-        data = msgspec.structs.replace(opened.data, sonar=session.state.data.sonar)
-        session.do(do.OpenData(data, opened.scene))
-
-    with ui.row().classes("items-center gap-2"):
-        select = ui.select(list(scenes), label="open a scene of ODS").props("dense options-dense").classes("w-48")
-        select.mark("open scene").on_value_change(lambda event: open_scene(event.value))
-        if state.scene is None:
-            ui.label("No scene is open: choose one, or start the workbench with a SCENE.toml.").classes("text-sm")
-            return
-        sonar = ui.select(sorted({*shipped_sonars(), state.data.sonar}), value=state.data.sonar, label="sonar")
-        sonar.props("dense options-dense").classes("w-44").mark("sonar")
-        sonar.on_value_change(lambda event: _seen_by(session, event.value))
-        dialog = SaveDialog(session)
-        ui.button("Save ...", icon="save", on_click=dialog.open).props("flat dense no-caps").mark("save scene")
-
-
-def _seen_by(session: Session, sonar: str) -> None:
-    data = session.state.data
-    path = data.path if data.kind == "scene" else ""
-    session.do(do.OpenData(DataReference(kind="scene", path=path, sonar=sonar)))
 
 
 class _Simulator:
@@ -126,16 +97,12 @@ class _Simulator:
         self._draw_handles(session.state)
 
     def _build_plan(self) -> None:
-        with ui.row().classes("items-center gap-1"):
-            for shape, icon in (("sphere", "circle"), ("cylinder", "panorama_fish_eye"), ("plane", "crop_landscape")):
-                add = ui.button(f"+ {shape}", on_click=lambda shape=shape: self._add(shape)).props("flat dense no-caps")
-                add.props(f"icon={icon}").mark(f"add {shape}")
-            ui.button("+ way-point", icon="add_location", on_click=self._add_waypoint).props("flat dense no-caps").mark(
-                "add way-point"
-            ).tooltip("to the selected path, where it is at this time")
-        self._plan = PlanView(title="plan, m: click selects, handles drag", height="56vh")
+        tools = ui.element().classes("w-full")
+        self._plan = PlanView(title=PLAN, height="56vh", follows=True)
         self._plan.on_drag(self._drag)
         self._plan.on_pick(self._pick)
+        with tools:
+            self._tools = PlanTools(self._session, self._plan, lambda: self._selected, self._select)
         self._strip = ui.echart({}).classes("w-full").style("height: 22vh")
 
     def _build_image(self) -> None:
@@ -189,6 +156,7 @@ class _Simulator:
         self._time.set_value(min(self._session.state.ping, last))
         self._clock.set_text(f"ping {shown.ping.ping_number} of {last}, {shown.t_s:.1f} s")
         self._plan.show("scene", plan_shapes(shown.plan, self._selected))
+        self._tools.moment = shown
         self._draw_handles(self._session.state)
         self._draw_profile(shown)
         show_chart(self._strip, strip_chart(shown, self._selected))
@@ -225,10 +193,10 @@ class _Simulator:
 
     def _pick(self, pick: Pick) -> None:
         scene = self._session.state.scene
-        if scene is not None:
+        if scene is not None and not self._tools.put(pick.place):
             self._select(_nearest(handles_of(scene, self._t_s), pick.place) or self._selected)
 
-    def _pin(self, spot: Spot) -> None:
+    def _pin(self, spot: FanSpot) -> None:
         self._session.do(do.SetView("pinned_beam", spot.beam))
 
     def _drag(self, drag: Drag) -> None:
@@ -237,29 +205,7 @@ class _Simulator:
             return
         if (part := drag.id.partition(".")[0]) != self._selected:
             self._select(part)
-        try_to(self._session, dragged(scene, drag.id, drag.place, self._t_s))
-
-    def _add(self, shape: do.ShapeName) -> None:
-        """Put an object half-way into the fan, as deep as the sonar."""
-        if self._shown is None or self._session.state.scene is None:
-            return
-        north, east, heading = self._shown.plan.vehicle
-        reach, down = 0.4 * self._shown.sonar.range_max_m, float(self._shown.head.position_ned[2])
-        place = (
-            round(north + reach * math.cos(heading), 2),
-            round(east + reach * math.sin(heading), 2),
-            round(down, 2),
-        )
-        try_to(self._session, do.AddObject(shape, place))
-        self._select(f"objects[{len(self._session.state.scene.objects) - 1}]")
-
-    def _add_waypoint(self) -> None:
-        scene = self._session.state.scene
-        if scene is None:
-            return
-        if self._selected in _parts(self._session.state):
-            t_s = round(self._t_s, 2)
-            try_to(self._session, do.AddWaypoint(self._selected, t_s, place_at(scene, self._selected, t_s)))
+        try_to(self._session, dragged(scene, drag.id, drag.place, self._t_s, self._tools.step_m))
 
 
 def _limits(state: State) -> tuple[float, float]:

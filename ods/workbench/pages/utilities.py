@@ -10,17 +10,17 @@ from nicegui.events import UploadEventArguments
 from ods.base.errors import OdsError
 from ods.workbench.engine import files, presets, printing
 from ods.workbench.engine.config_file import saving, write_config
-from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.echogram_layers import Layers, layers_of
-from ods.workbench.engine.folders import new_beside, readable, writable
+from ods.workbench.engine.folders import new_beside, readable
 from ods.workbench.engine.macro_run import write_macro
+from ods.workbench.engine.own_process import in_own_process, whole
 from ods.workbench.engine.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
 from ods.workbench.model.state import State
-from ods.workbench.pages import shared_link
+from ods.workbench.pages import sending, shared_link
 from ods.workbench.pages.echogram import echogram_of
-from ods.workbench.pages.observer import rerun_of
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 
@@ -78,16 +78,15 @@ def _save(session: Session) -> None:
         count = len(would.changes)
         note.set_text(f"{'1 setting differs' if count == 1 else f'{count} settings differ'} from {session.loaded.path}")
 
-    def save() -> None:
-        would = saving(session.loaded, session.state.tuning)
-        ui.notify(f"written: {write_config(would.text, Path(name.value), session.folders)}", type="positive")
+    def save(place: Path) -> None:
+        write_config(saving(session.loaded, session.state.tuning).text, place, [place.parent])
 
     def load() -> None:
         session.load(readable(name.value, session.folders))
         show()
 
     with ui.row():
-        ui.button("Save", on_click=save).props("dense no-caps").mark("save")
+        sending.buttons(session, "Save", lambda: name.value or "", save)
         ui.button("Load", on_click=load).props("dense no-caps outline").mark("load")
     follow(session, shown, show)
     show()
@@ -113,8 +112,13 @@ def _presets(session: Session) -> None:
         chosen.set_options(presets.preset_names(session.folders))
         ui.notify(f"kept: {file}", type="positive")
 
+    async def send() -> None:
+        await sending.send(presets.file_name(name.value or "preset"), lambda place: presets.write(place, session.state))
+
     chosen.on_value_change(lambda event: load(event.value))
-    ui.button("Keep", on_click=keep).props("dense no-caps").mark("keep preset")
+    with ui.row():
+        ui.button("Keep", on_click=keep).props("dense no-caps").mark("keep preset")
+        sending.download("keep", send)
 
 
 def _share(session: Session) -> None:
@@ -143,32 +147,23 @@ def _print(session: Session) -> None:
         style = ui.select(["light", "dark"], value="light", label="style")
     what.on_value_change(lambda: name.set_value(_new_file(session, f"{what.value}.png")))
 
-    async def draw() -> None:
+    def draw(place: Path) -> None:
         state = session.state
-        called = Path(state.data.path).name or state.data.kind
         if what.value == "echogram":
-            file = await run.io_bound(partial(_draw_echogram, session, state, Path(name.value), called, style.value))
-            ui.notify(f"written: {file}", type="positive")
-            return
-        data = await _opened(session)
-        ping = data.pings[min(state.ping, len(data.pings) - 1)]
-        file = await run.io_bound(partial(
-            printing.print_ping, ping, state.tuning, Path(name.value), session.folders, name=called, style=style.value
-        ))  # fmt: skip
-        ui.notify(f"written: {file}", type="positive")
+            _draw_echogram(session, state, place, style.value)
+        else:
+            in_own_process(printing.ping_of, whole, state, session.folders, place, style=style.value)
 
-    ui.button("Print", on_click=draw).props("dense no-caps").mark("print")
+    sending.buttons(session, "Print", lambda: name.value or "", draw)
 
 
-def _draw_echogram(session: Session, state: State, file: Path, name: str, style: str) -> Path:
+def _draw_echogram(session: Session, state: State, place: Path, style: str) -> None:
     """Draw the echogram with the detections and tracks that are known by now."""
-    from ods.workbench.engine.echogram_print import print_echogram  # matplotlib: only where one prints
-
     tracked, echogram = rerun_of(session), echogram_of(session).whole(state)
     layers = Layers()
     if tracked.result is not None and tracked.result_of == wanted(state):
         layers = layers_of(tracked.result, echogram, state.view.echogram_beam)
-    return print_echogram(echogram, layers, state, file, session.folders, name=name, style=style)
+    in_own_process(printing.echogram_of, whole, echogram, layers, state, place, style=style)
 
 
 def _movie(session: Session) -> None:
@@ -181,26 +176,13 @@ def _movie(session: Session) -> None:
         in_loop(bar, lambda: bar.set_value(share))
         return not stops
 
-    async def record() -> None:
+    def record(place: Path) -> None:
         stops.clear()
-        state = session.state
-        data = await _opened(session)
-        file = await run.io_bound(partial(
-            printing.record_movie, data, state.tuning, Path(name.value), session.folders, tell=tell, style="dark"
-        ))  # fmt: skip
-        ui.notify(f"written: {file}", type="positive")
+        in_own_process(printing.movie_of, tell, session.state, session.folders, place, style="dark")
 
     with ui.row():
-        ui.button("Record", on_click=record).props("dense no-caps").mark("record movie")
-        ui.button("Stop", on_click=lambda: stops.append(True)).props("dense no-caps outline")
-
-
-async def _opened(session: Session) -> Data:
-    state = session.state
-    data = await run.io_bound(open_data, state.data, state.scene, session.folders)
-    if data is None:
-        raise OdsError("the workbench is ending")
-    return data
+        sending.buttons(session, "Record", lambda: name.value or "", record)
+        ui.button("Stop", on_click=lambda: stops.append(True)).props("dense no-caps outline").mark("stop movie")
 
 
 def _new_file(session: Session, name: str) -> str:
@@ -217,12 +199,9 @@ def _macro(session: Session) -> None:
         lines = macro_of(session.history).script.splitlines()
         script.set_content("\n".join(line if len(line) < 120 else f"{line[:117]}..." for line in lines[6:]))
 
-    def write() -> None:
-        place = writable(folder.value, session.folders)
-        write_macro(session.history, session.loaded, place)
-        ui.notify(f"written: {place}", type="positive")
-
-    ui.button("Write", on_click=write).props("dense no-caps").mark("write macro")
+    sending.buttons(
+        session, "Write", lambda: folder.value or "", lambda place: write_macro(session.history, session.loaded, place)
+    )
     follow(session, script, show)
     show()
 

@@ -1,6 +1,6 @@
 // An echogram on two canvases: levels of range against ping, the highest of what shares a pixel; over them axes, echoes,
 // tracks and true objects, and above them strips that say where images and lists were not to be trusted.
-import { gridInk, halo, ink, legend, legendOf, prepare, styleOf, ticks, watch } from "ods-charts";
+import { gridInk, halo, ink, legend, legendOf, prepare, styleOf, ticks, watch, withPicture } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
 import { drawScale, pack, paletteOf } from "ods-charts/palettes.js";
 
@@ -36,6 +36,7 @@ export default {
   mounted() {
     this.$el.echogramView = this;
     this.unwatch = watch(this.$el, () => this.redraw());
+    withPicture(this.$el, () => this.now.title);
     const hear = {
       pointermove: (event) => this.move(event),
       pointerdown: (event) => this.press(event),

@@ -1,5 +1,5 @@
 // A sonar image on two canvases: cells by a look-up table (pixel -> cell), and over them axes, circles and pointer.
-import { ink, prepare, watch } from "ods-charts";
+import { ink, prepare, watch, withPicture } from "ods-charts";
 import { joinLink, leaveLink, request } from "ods-charts/frames.js";
 import { drawScale, niceStep, pack, paletteOf } from "ods-charts/palettes.js";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
@@ -193,6 +193,7 @@ export default {
     this.$el.fanView = this;
     this.unwatch = watch(this.$el, () => this.redraw());
     this.unruled = withRuler(this.$el, () => measure(null));
+    withPicture(this.$el, () => `${this.title} ${this.frame?.caption ?? ""}`);
     const over = this.$refs.over;
     over.addEventListener("pointermove", (event) => this.moved(event));
     over.addEventListener("pointerdown", (event) => this.pressed(event));

@@ -1,5 +1,5 @@
 // A plan in metres, north up: shapes in layers, that the page replaces one by one. Handles can be dragged.
-import { CANVAS, gridInk, halo, ink, Labels, legend, legendOf, onCanvas, paper, prepare, styleOf, ticks } from "ods-charts";
+import { CANVAS, gridInk, halo, ink, Labels, legend, legendOf, legendRows, onCanvas, paper, prepare, styleOf, ticks } from "ods-charts";
 import { drawRuler, measures, withRuler } from "ods-charts/ruler.js";
 
 const MARGIN = { left: 58, right: 12, top: 26, bottom: 40 };
@@ -18,6 +18,7 @@ export default {
     this.view = null; // {north, east, scale}: middle, pixels a metre
     this.pressed = this.pointer = null;
     this.measured = null; // [from, to]: places
+    this.legendHeight = 0; // below the axis
   },
   mounted() {
     this.$el.planView = this;
@@ -54,7 +55,7 @@ export default {
     setLayer(name, text) {
       this.shown[name] = JSON.parse(text);
       this.keepDragging();
-      if (this.follows && !this.touched && this.view && !this.showsAll()) this.view = null;
+      if (this.follows && !this.touched && !this.pressed && this.view && !this.showsAll()) this.view = null;
       this.draw();
     },
     // What is dragged stays under the pointer, though the page sends it anew.
@@ -78,7 +79,7 @@ export default {
       return this.all().filter((shape) => shape.kind === "handle");
     },
     box() {
-      return this.inside(MARGIN);
+      return this.inside({ ...MARGIN, bottom: MARGIN.bottom + this.legendHeight });
     },
     // What is to be seen when all of it is: [lowest north, highest, lowest east, highest]; null: nothing is there.
     extent() {
@@ -188,8 +189,13 @@ export default {
         const [north, east] = this.toPlace(x, y);
         this.$emit("pick", { id: pressed.handle?.id ?? this.idAt(x, y), north, east });
       }
+      if (pressed.far && !pressed.handle && !pressed.ruled) this.look();
       this.pressed = null;
       this.draw();
+    },
+    // Tells the page what the middle of the plan is, once it was moved.
+    look() {
+      this.$emit("look", { north: this.view.north, east: this.view.east });
     },
     leave() {
       this.pointer = null;
@@ -206,6 +212,8 @@ export default {
       const [nowNorth, nowEast] = this.toPlace(x, y);
       this.view.north += north - nowNorth;
       this.view.east += east - nowEast;
+      clearTimeout(this.looks);
+      this.looks = setTimeout(() => this.look(), 150);
       this.draw();
     },
     // -- the ruler --
@@ -228,7 +236,11 @@ export default {
       const prepared = this.$refs.canvas && prepare(this.$refs.canvas);
       if (!prepared) return;
       const { context, width, height } = prepared;
-      this.view ??= this.all().length ? this.whole() : null;
+      const shapes = this.all();
+      const roles = [...new Set(shapes.filter((shape) => shape.kind !== "handle").map((shape) => shape.role))];
+      const entries = legendRows(context, roles.map((role) => [role, legendOf(role)]), width - MARGIN.left - MARGIN.right);
+      this.legendHeight = entries.length ? 18 * (entries[entries.length - 1][3] + 1) : 0;
+      this.view ??= shapes.length ? this.whole() : null;
       context.textBaseline = "middle";
       context.textAlign = "left";
       context.fillStyle = ink();
@@ -242,15 +254,13 @@ export default {
       context.clip();
       context.globalAlpha = this.now.busy ? 0.4 : 1;
       const labels = new Labels(context, box);
-      const shapes = this.all();
-      const roles = [...new Set(shapes.filter((shape) => shape.kind !== "handle").map((shape) => shape.role))];
-      labels.taken.push([box.x, box.y, box.x + 170, box.y + 8 + 18 * roles.length]);
       for (const shape of shapes) this.drawShape(context, shape);
       for (const shape of shapes) if (shape.label) this.writeLabel(labels, shape);
       context.globalAlpha = 1;
-      legend(context, roles.map((role) => [role, legendOf(role)]), box.x + 10, box.y + 14);
       if (this.measured) drawRuler(context, this.measured.map((place) => this.toCanvas(place)), this.reading(), box);
       context.restore();
+      for (const [role, label, x, row] of entries)
+        legend(context, [[role, label]], box.x + x, box.y + box.height + MARGIN.bottom + 6 + 18 * row);
       this.drawPointer(context, width, height);
     },
     drawAxes(context, box) {

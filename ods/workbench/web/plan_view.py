@@ -146,6 +146,10 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
         """Call `told` as a handle is dragged, some times a second, and when it is let go."""
         self.on("drag", lambda event: told(_drag(event)))
 
+    def on_look(self, told: Callable[[Place], None]) -> None:
+        """Call `told` with the middle of what is shown, once it was panned or zoomed."""
+        self.on("look", lambda event: told((float(event.args["north"]), float(event.args["east"]))))
+
     def _set(self, name: str, value: object) -> None:
         """Tell the script of one property; NiceGUI would send all of them."""
         if self._props.get(name) != value:

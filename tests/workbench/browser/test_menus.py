@@ -1,11 +1,13 @@
 """The whole workbench in a real browser: every menu opens, a link shows what it says, and nothing leaves the host."""
 
 import importlib.util
-import time
+from functools import partial
 from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException
 from selenium.webdriver.common.by import By
 
 from ods.workbench.model.actions import SetSetting
@@ -13,7 +15,7 @@ from ods.workbench.model.apply import apply
 from ods.workbench.model.share import shared_text
 from ods.workbench.pages.frame import MENUS, SERVER_GONE
 from ods.workbench.start import first_state
-from tests.workbench.browser.waiting import until, wait_for
+from tests.workbench.browser.waiting import open_menu, until, wait_for
 from tests.workbench.chromium import chromium, programs, requested
 from tests.workbench.serving import serving
 from tests.workbench.test_command import arguments, loaded_by
@@ -24,7 +26,20 @@ POPUP = """
 const popup = document.getElementById("popup");
 return popup.getAttribute("aria-hidden") === "false" ? getComputedStyle(popup, "::after").content : "";
 """
+BUILT = """
+const shown = [...document.getElementById("menus").children].filter((item) => item.clientHeight);
+return shown.length === 1 && !shown[0].innerText.includes(`opening ${arguments[0]}`);
+"""
 SCENE = Path(__file__).parents[3] / "config" / "scenes" / "figure11.toml"
+
+
+def opens(window: webdriver.Chrome, menu: str) -> bool:
+    """Tell whether a click reached the tab."""
+    try:
+        open_menu(window, menu)
+    except (StopIteration, StaleElementReferenceException):
+        return False
+    return True
 
 
 def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: Path) -> None:
@@ -36,10 +51,9 @@ def test_every_menu_opens_a_link_is_shown_and_nothing_leaves_the_host(tmp_path: 
         wait_for(window, "what was shared")  # the undo button says what it would undo
         assert "#" not in window.current_url
         for menu in (menu for menu in MENUS if importlib.util.find_spec(menu.module)):
-            # found anew each time: a page that was slow to come is drawn again when it is there
-            tabs = {tab.text: tab for tab in window.find_elements(By.CSS_SELECTOR, ".q-tab")}
-            next(tab for text, tab in tabs.items() if menu.name in text).click()
-            time.sleep(1.0)
+            # waited for each time: a page that was slow to come is drawn again when it is there
+            until(partial(opens, window, menu.name))
+            until(partial(window.execute_script, BUILT, menu.name))
             assert "cannot be shown" not in window.find_element(By.TAG_NAME, "body").text, menu.name
         hosts = {urlsplit(address).hostname for address in requested(window) if address.startswith(("http", "ws"))}
         assert hosts == {"127.0.0.1"}

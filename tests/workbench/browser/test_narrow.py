@@ -1,17 +1,12 @@
 """A small screen in a real browser, 1024 pixels wide: nothing is cut off sideways, no text lies on another."""
 
-from collections.abc import Iterator
-
 import pytest
 from selenium import webdriver
 
 from tests.workbench.browser.waiting import open_menu, until, wait_for
-from tests.workbench.chromium import chromium, programs
-from tests.workbench.serving import PROJECT, serving
 
 pytestmark = pytest.mark.slow
 
-SCENE = PROJECT / "config" / "scenes" / "figure11.toml"
 SIDEWAYS = """
 const wider = (item) => item.scrollWidth > item.clientWidth + 1 && getComputedStyle(item).overflowX !== "visible";
 const shown = [...document.querySelectorAll("html, .q-panel, .q-tabs__content")].filter((item) => item.clientWidth);
@@ -49,13 +44,9 @@ import("ods-charts").then(({ Labels }) => {
 """
 
 
-@pytest.fixture(scope="module")
-def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
-    programs()
-    with serving(str(SCENE)) as server, chromium(tmp_path_factory.mktemp("profile")) as window:
-        window.set_window_size(1024, 800)
-        window.get(server.link)
-        yield window
+@pytest.fixture(scope="module", autouse=True)
+def small(window: webdriver.Chrome) -> None:
+    window.set_window_size(1024, 800)
 
 
 def test_the_simulators_sliders_and_tabs_are_whole(window: webdriver.Chrome) -> None:

@@ -1,20 +1,17 @@
 """The picture fills the window in a real browser: folded columns, full screen, a narrow fan on its side, colours."""
 
-from collections.abc import Iterator
-
 import pytest
 from selenium import webdriver
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 
-from tests.workbench.browser.waiting import open_menu, press, until, wait_for
-from tests.workbench.chromium import chromium, programs
-from tests.workbench.serving import PROJECT, serving
+from tests.workbench.browser.test_narrow import SIDEWAYS
+from tests.workbench.browser.waiting import open_menu, press, unfold, until, wait_for
 
 pytestmark = pytest.mark.slow
 
-SCENE = PROJECT / "config" / "scenes" / "figure11.toml"
 VIEW = "const view = [...document.querySelectorAll('div')].find((item) => item.fanView && item.clientWidth).fanView;"
+VIEWS = "return [...document.querySelectorAll('div')].filter((item) => item.fanView && item.clientWidth)"
 SHARE = f"{VIEW} return view.$el.clientWidth * view.$el.clientHeight / (innerWidth * innerHeight);"
 TOOLS = "return document.getElementById('processing-pictures').parentElement.firstElementChild.clientHeight"
 BOTTOM = "return document.documentElement.scrollHeight - innerHeight"
@@ -28,16 +25,11 @@ return [seen.toCanvas(0, 0), seen.toCanvas(10, 0), seen.toCanvas(10, half), back
 """
 
 
-@pytest.fixture(scope="module")
-def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
-    programs()
-    with serving(str(SCENE)) as server, chromium(tmp_path_factory.mktemp("profile")) as window:
-        window.set_window_size(1440, 900)
-        window.get(server.link)
-        open_menu(window, "Image processing")
-        wait_for(window, "keep as B")
-        until(lambda: window.execute_script(f"{VIEW} return view.frame !== null"))
-        yield window
+@pytest.fixture(scope="module", autouse=True)
+def opened(window: webdriver.Chrome) -> None:
+    open_menu(window, "Image processing")
+    wait_for(window, "keep as B")
+    until(lambda: window.execute_script(f"{VIEW} return view.frame !== null"))
 
 
 @pytest.mark.parametrize("size", [(1440, 900), (1024, 700)])
@@ -72,7 +64,21 @@ def test_a_narrow_fan_lies_on_its_side_with_starboard_below(window: webdriver.Ch
     assert starboard[0] > ahead[0]
 
 
+@pytest.mark.parametrize("size", [(1440, 900), (1024, 700)])
+def test_the_tools_are_one_row_with_two_chains_as_well(window: webdriver.Chrome, size: tuple[int, int]) -> None:
+    window.set_window_size(*size)
+    press(window, "keep as B")
+    until(lambda: len(window.execute_script(VIEWS)) == 2)
+    assert window.execute_script(TOOLS) < 60
+    assert window.execute_script(SIDEWAYS) == []
+    if size[0] < 1200:
+        unfold(window, "compare")
+    press(window, "drop B")
+    until(lambda: len(window.execute_script(VIEWS)) == 1)
+
+
 def test_colours_are_chosen_on_the_page(window: webdriver.Chrome) -> None:
+    unfold(window)
     assert window.execute_script(f"{VIEW} return view.palette") == "viridis"
     next(item for item in window.find_elements(By.CSS_SELECTOR, ".q-select") if "viridis" in item.text).click()
     until(lambda: [item for item in window.find_elements(By.CSS_SELECTOR, ".q-item") if item.text == "cividis"])

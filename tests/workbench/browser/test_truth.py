@@ -1,7 +1,6 @@
 """Right, false and missed in a real browser: counted beside the sliders, and drawn with signs of their own."""
 
 import re
-from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -10,13 +9,10 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 from tests.workbench.browser.test_narrow import SIDEWAYS
-from tests.workbench.browser.waiting import TEXT, open_menu, until, wait_for
-from tests.workbench.chromium import chromium, programs
-from tests.workbench.serving import PROJECT, serving
+from tests.workbench.browser.waiting import TEXT, open_menu, unfold, until, wait_for
 
 pytestmark = pytest.mark.slow
 
-SCENE = PROJECT / "config" / "scenes" / "figure11.toml"
 VIEW = "const view = [...document.querySelectorAll('div')].find((item) => item.fanView?.isShown())?.fanView;"
 SIGNS = (
     VIEW
@@ -33,15 +29,10 @@ return said.sort();
 )
 
 
-@pytest.fixture(scope="module")
-def window(tmp_path_factory: pytest.TempPathFactory) -> Iterator[webdriver.Chrome]:
-    programs()
-    with serving(str(SCENE)) as server, chromium(tmp_path_factory.mktemp("profile")) as window:
-        window.get(server.link)
-        wait_for(window, "Image processing")
-        open_menu(window, "Image processing")
-        wait_for(window, "against the truth: ")
-        yield window
+@pytest.fixture(scope="module", autouse=True)
+def opened(window: webdriver.Chrome) -> None:
+    open_menu(window, "Image processing")
+    wait_for(window, "against the truth: ")
 
 
 def kinds(window: webdriver.Chrome) -> list[Any]:
@@ -63,7 +54,7 @@ def test_what_is_there_is_right(window: webdriver.Chrome) -> None:
 
 
 def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) -> None:
-    label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high']") if each.is_displayed())
+    label = next(each for each in window.find_elements(By.XPATH, "//*[text()='high level']") if each.is_displayed())
     row = label.find_element(By.XPATH, "./ancestor::*[descendant::input][1]")
     field = row.find_element(By.CSS_SELECTOR, "input")
     field.send_keys(Keys.CONTROL + "a")
@@ -76,6 +67,7 @@ def test_a_level_that_is_raised_misses_them_at_once(window: webdriver.Chrome) ->
 def test_without_truth_they_are_only_detections(window: webdriver.Chrome) -> None:
     window.find_element(By.CSS_SELECTOR, "body").send_keys(Keys.CONTROL + "z")
     until(lambda: counts(window).get("right") == 3)
+    unfold(window)
     box = next(item for item in window.find_elements(By.CSS_SELECTOR, ".q-checkbox") if item.text == "truth")
     box.click()
     until(lambda: set(kinds(window)) == {"detection"})

@@ -38,3 +38,11 @@ def press(window: webdriver.Chrome, label: str) -> None:
     """Click at the button of that name that is seen."""
     buttons = window.find_elements(By.CSS_SELECTOR, "button, .q-btn, .q-item")
     next(button for button in buttons if button.is_displayed() and button.text.strip().endswith(label)).click()
+
+
+def unfold(window: webdriver.Chrome, icon: str = "visibility") -> None:
+    """Show the tools behind a button of a tool bar, where it is too narrow for them."""
+    buttons = window.find_elements(By.CSS_SELECTOR, ".tool-fold-button")
+    for button in buttons:
+        if button.is_displayed() and button.text.strip() == icon:
+            button.click()

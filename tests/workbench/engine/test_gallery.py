@@ -16,14 +16,11 @@ from ods.workbench.engine.scene_view import built
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.state import State
+from tests.workbench.engine.test_own_process import keeping
 
 DATA = Path(__file__).parents[2] / "data"
 BASE = State()
 SHORT = Exhibit("short", "Short", ("a", "b", "c"), msgspec.structs.replace(find_scene("figure11").file, duration_s=2.0))
-
-
-def silent(_: float) -> None:
-    pass
 
 
 def test_simulated_exhibits_are_always_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -70,13 +67,13 @@ def test_what_was_made_is_kept_until_version_or_configuration_change(
 ) -> None:
     assert kept(SHORT, BASE, tmp_path) is None
     shares: list[float] = []
-    result = made(SHORT, BASE, tmp_path, shares.append)
+    result = made(SHORT, BASE, tmp_path, keeping(shares))
     assert result is not None
     assert shares[-1] == 1.0
     assert result.facts.startswith("14 pings")
     assert [Image.open(file).width for file in result.pictures] == [1100]
     assert kept(SHORT, BASE, tmp_path) == result
-    assert made(SHORT, BASE, tmp_path, shares.append) == result
+    assert made(SHORT, BASE, tmp_path, keeping(shares)) == result
     assert shares.count(1.0) == 1
     tuned = apply(BASE, do.SetSetting("tracker.observer", "independent"))
     assert kept(SHORT, tuned, tmp_path) is None
@@ -86,19 +83,19 @@ def test_what_was_made_is_kept_until_version_or_configuration_change(
 
 def test_a_cache_that_was_spoilt_is_made_again(tmp_path: Path) -> None:
     exhibit = {each.key: each for each in exhibits([])}["oculus"]
-    result = made(exhibit, BASE, tmp_path, silent)
+    result = made(exhibit, BASE, tmp_path)
     assert result is not None
     assert result.facts.startswith("3 pings of 256 x ")
     result.pictures[0].unlink()
     assert kept(exhibit, BASE, tmp_path) is None
-    assert made(exhibit, BASE, tmp_path, silent) == result
+    assert made(exhibit, BASE, tmp_path) == result
     next(tmp_path.glob("oculus-*.json")).write_text("{")
     assert kept(exhibit, BASE, tmp_path) is None
 
 
 def test_making_can_be_given_up(tmp_path: Path) -> None:
     shares: list[float] = []
-    assert made(SHORT, BASE, tmp_path, shares.append, lambda: len(shares) > 2) is None
+    assert made(SHORT, BASE, tmp_path, keeping(shares, most=3)) is None
     assert kept(SHORT, BASE, tmp_path) is None
 
 

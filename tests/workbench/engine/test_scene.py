@@ -24,6 +24,7 @@ from ods.workbench.engine.scene_curves import beam_pattern, reflection, vertical
 from ods.workbench.engine.scene_plan import plan_of, strip_of
 from ods.workbench.engine.scene_view import Asked, SceneError, ScenePictures, built
 from ods.workbench.model.paths import with_value
+from tests.workbench.engine.test_own_process import keeping
 
 SONAR = find_sonar("seabat6012")
 FIGURE_11 = find_scene("figure11_imperfect").file
@@ -160,7 +161,7 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
     record.truths = dict(source.truths)
     objects, false_ids = score_objects(record, 3.0)
     shares: list[float] = []
-    made = rehearse(Scene(SHORT), SONAR, MissionSettings(), shares.append)
+    made = rehearse(Scene(SHORT), SONAR, MissionSettings(), keeping(shares))
     assert made is not None
     assert made.objects == objects
     assert objects
@@ -174,14 +175,14 @@ def test_a_rehearsal_is_what_track_makes_of_the_scene(tmp_path: Path) -> None:
 
 def test_a_rehearsal_can_be_given_up() -> None:
     shares: list[float] = []
-    assert rehearse(Scene(SHORT), SONAR, MissionSettings(), shares.append, lambda: len(shares) == 2) is None
+    assert rehearse(Scene(SHORT), SONAR, MissionSettings(), keeping(shares, most=2)) is None
     assert len(shares) == 2
 
 
 def test_levels_that_do_not_fit_the_sonar_are_told_of_a_rehearsal_too() -> None:
     file = with_value(SHORT, "image.beam_gain_db", [1.0, 2.0])
     with pytest.raises(SceneError, match="beam_gain_db"):
-        rehearse(built(file), SONAR, MissionSettings(), lambda _: None)
+        rehearse(built(file), SONAR, MissionSettings())
 
 
 def test_circles_of_the_truth_lie_where_the_objects_are() -> None:

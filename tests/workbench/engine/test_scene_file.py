@@ -6,9 +6,10 @@ import pytest
 
 from ods.base.errors import OdsError
 from ods.base.settings_file import load
+from ods.base.shipped import shipped_file
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.files import opening, shipped_scenes
-from ods.workbench.engine.scene_file import save, saving, shipped_sonars
+from ods.workbench.engine.scene_file import proposed, save, saving, shipped_sonars
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
 from ods.workbench.model.paths import with_value
@@ -73,3 +74,13 @@ def test_a_folder_that_is_not_there_is_one_line(tmp_path: Path) -> None:
 
 def test_the_sonars_that_come_with_ods_are_told() -> None:
     assert {"seabat6012", "seabat6012_3plane", "oculus_m750d", "multibeam512"} <= set(shipped_sonars())
+
+
+def test_a_file_that_came_with_ods_is_never_proposed(tmp_path: Path) -> None:
+    shipped = shipped_file("scenes/figure11.toml")
+    folders = [tmp_path, shipped.resolve().parents[2]]  # as from a source tree
+    assert proposed(str(shipped), folders) == tmp_path / "figure11.toml"
+    (tmp_path / "figure11.toml").write_text("")
+    assert proposed(str(shipped), folders) == tmp_path / "figure11-2.toml"
+    assert proposed(str(tmp_path / "figure11.toml"), folders) == tmp_path / "figure11.toml"
+    assert proposed("", folders) == tmp_path / "scene.toml"

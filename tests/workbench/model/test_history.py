@@ -47,6 +47,7 @@ ACTIONS: tuple[do.Action, ...] = (
     do.SetBookmark(3, ""),
     do.SetScene("objects[0].radius_m", 2.0),
     do.AddObject("plane", (30.0, 5.0, 5.0)),
+    do.CopyObject(0, (0.0, 5.0, 0.0)),
     do.RemoveObject(0),
     do.AddWaypoint("objects[0]", 10.0, (25.0, 3.0, 5.0)),
     do.RemoveWaypoint("objects[0]", 0),
@@ -96,7 +97,7 @@ def test_a_slider_that_is_dragged_is_one_step_with_both_ends_in_its_name() -> No
     history = History.of(START)
     for high in (6.0, 6.5, 7.0):
         history = history.after(do.SetSetting(f"pipeline.stage[{LAST}].high", high))
-    assert [step.name for step in history.steps] == ["start", "detect.two_level high 5.5 → 7"]
+    assert [step.name for step in history.steps] == ["start", "detect.two_level: high level 5.5 → 7"]
     assert history.undone().state == START
 
 

@@ -82,6 +82,6 @@ def test_both_are_steps_of_the_history() -> None:
     assert [step.name for step in history.steps] == [
         "start",
         "numbers of samples 0.05 m apart",
-        "filter.fir taps 5 → 7",
+        "filter.fir: filter length 5 → 7",
     ]
     assert history.undone().undone().state == state_of()

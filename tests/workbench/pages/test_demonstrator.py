@@ -10,7 +10,7 @@ from ods.workbench.engine.gallery_results import made
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages import demonstrator
 from ods.workbench.session import Session
-from tests.workbench.engine.test_gallery import SHORT, silent
+from tests.workbench.engine.test_gallery import SHORT
 from tests.workbench.pages.visiting import until, visiting
 
 
@@ -34,7 +34,7 @@ async def test_pictures_come_as_they_are_made_and_what_is_missing_is_said(folder
 
 async def test_what_was_made_before_shows_at_once_and_opens(folder: Path) -> None:
     session = Session()
-    made(SHORT, State(tuning=Tuning(session.loaded.config)), folder, silent)
+    made(SHORT, State(tuning=Tuning(session.loaded.config)), folder)
     async with visiting(session, demonstrator.build) as user:
         (facts,) = user.find(kind=ui.label, marker="short").elements
         assert facts.text.startswith("14 pings")

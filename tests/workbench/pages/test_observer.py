@@ -14,6 +14,7 @@ from ods.workbench.model.actions import OpenData, SetSetting, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer
 from ods.workbench.pages.observer_settings import groups
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.plan_view import PlanView
 from ods.workbench.web.time_view import TimeView
@@ -26,7 +27,7 @@ pytestmark = pytest.mark.slow
 def session() -> Iterator[Session]:
     made = Session(START)
     yield made
-    observer.rerun_of(made).close()
+    rerun_of(made).close()
 
 
 @pytest_asyncio.fixture
@@ -71,12 +72,12 @@ async def test_a_mission_is_tracked_shown_and_followed(user: User, session: Sess
 
 async def test_another_observer_tracks_again(user: User, session: Session) -> None:
     await until(lambda: "mean GOSPA" in status(user))
-    first = observer.rerun_of(session).result
+    first = rerun_of(session).result
     session.do(SetSetting("tracker.life.confirm_echoes", 7))
-    await until(lambda: observer.rerun_of(session).result is not first)
+    await until(lambda: rerun_of(session).result is not first)
     await until(lambda: "mean GOSPA" in status(user))
     session.undo()
-    await until(lambda: observer.rerun_of(session).progress is None)
+    await until(lambda: rerun_of(session).progress is None)
 
 
 async def test_what_was_tracked_before_is_dimmed_where_data_cannot_be(user: User, session: Session) -> None:
@@ -103,7 +104,7 @@ async def test_without_data_it_says_what_is_needed() -> None:
     async with user_simulation(lambda: observer.build(session)) as user:
         await user.open("/")
         await user.should_see("No data are open")
-    observer.rerun_of(session).close()
+    rerun_of(session).close()
 
 
 async def test_every_setting_of_the_tracker_has_a_row_that_sets_it(user: User, session: Session) -> None:
@@ -131,3 +132,11 @@ async def test_what_cannot_be_set_stays_as_it_was(user: User, session: Session) 
     user.find(marker="value life.drop_existence").trigger("change")
     await until(lambda: field.value == 0.4)
     assert session.state.tuning.config.tracker.life.drop_existence == 0.4
+
+
+async def test_the_mission_is_played_where_it_is_observed(user: User, session: Session) -> None:
+    await until(lambda: "mean GOSPA" in status(user))
+    await user.should_see("ping 0 of")
+    user.find(marker="play").click()
+    await until(lambda: session.state.ping >= 2)
+    user.find(marker="play").click()

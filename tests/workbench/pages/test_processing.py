@@ -19,7 +19,7 @@ from ods.workbench.engine.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing, processing_work
-from ods.workbench.pages.observer import rerun_of
+from ods.workbench.pages.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.curve_view import CurveView
 from ods.workbench.web.fan_view import FanView
@@ -135,7 +135,7 @@ async def test_numbers_that_follow_are_shown_as_they_run_and_stay_when_one_is_se
     assert chain[1] == STAGES[1] | {"taps": 5, "cutoff": pytest.approx(0.2)}
     assert chain[2] == STAGES[2] | {"min_cells": 3}
     assert session.state.tuning.config.pipeline.attention.subsample == 2
-    assert session.history.undoes == "detect.two_level min_cells 2 → 3"
+    assert session.history.undoes == "detect.two_level: fewest cells 2 → 3"
     await until(lambda: widget(user, "columns").text == "")
     session.undo()
     session.undo()

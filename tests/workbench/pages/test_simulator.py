@@ -155,6 +155,8 @@ async def test_objects_come_and_go(session: Session) -> None:
     async with visiting(session, simulator.build) as user:
         await until(lambda: layer(user, "scene"))
         user.find(marker="add plane").click()
+        user.find(kind=PlanView).trigger("pick", {"id": None, "north": 40.04, "east": -7.38})
+        await until(lambda: scene(session).objects[3].position_ned == (40.0, -7.4, 20.0))
         await until(lambda: [each for each in layer(user, "scene") if each.get("label") == "plane 1"])
         assert one(user, "part").value == "objects[3]"
         user.find(marker="remove object").click()
@@ -213,7 +215,7 @@ async def test_saving_shows_the_difference_first(session: Session, tmp_path: Pat
     async with visiting(session, simulator.build) as user:
         user.find(marker="save scene").click()
         name = one(user, "scene file")
-        assert name.value == str(tmp_path / "figure11.toml")
+        assert name.value == str(tmp_path / "figure11.toml")  # not the one that came with ODS
         (code,) = user.find(kind=ui.code).elements
         assert "+duration_s = 4.0" in code.content
         assert not (tmp_path / "figure11.toml").exists()
@@ -225,3 +227,4 @@ async def test_saving_shows_the_difference_first(session: Session, tmp_path: Pat
         user.find(marker="write scene").click()
         await until(lambda: (tmp_path / "own.toml").exists())
         assert "duration_s = 4.0" in (tmp_path / "own.toml").read_text()
+        assert session.state.data.path == str(tmp_path / "own.toml")

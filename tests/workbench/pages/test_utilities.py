@@ -114,7 +114,7 @@ async def test_a_ping_is_printed_and_a_macro_written(tmp_path: Path) -> None:
     async with visiting(session, _build) as user:
         user.find(marker="print").click()
         await until(lambda: (tmp_path / "ping.png").exists())
-        user.find(marker="write macro").click()
+        user.find(marker="write").click()
         await until(lambda: (tmp_path / "macro" / "commands.sh").exists())
     assert "ods track scene.toml" in (tmp_path / "macro" / "commands.sh").read_text()
 

@@ -106,6 +106,17 @@ function meet(one, other) {
   return one[0] < other[2] && one[2] > other[0] && one[1] < other[3] && one[3] > other[1];
 }
 
+// Where the entries of a legend stand below a chart of that width: [[role, label, x, row], ...].
+export function legendRows(context, entries, width) {
+  let [x, row] = [0, 0];
+  return entries.map(([role, label]) => {
+    const wide = 28 + context.measureText(label).width + 16;
+    if (x && x + wide > width) [x, row] = [0, row + 1];
+    x += wide;
+    return [role, label, x - wide, row];
+  });
+}
+
 // Lines of a legend: [[role, label], ...] at a place.
 export function legend(context, entries, x, y, perLine = 18) {
   context.textAlign = "left";
@@ -146,10 +157,44 @@ export function watch(element, changed) {
   };
 }
 
+// Puts a button into the corner of a view that sends its canvases as one picture to the browser's downloads; `title` tells
+// what it is called.
+export function withPicture(element, title) {
+  const button = document.createElement("button");
+  button.innerHTML = '<i class="material-icons">photo_camera</i>';
+  button.title = button.ariaLabel = "download this view as a picture";
+  Object.assign(button.style, {
+    position: "absolute", bottom: "2px", right: "6px", padding: "1px", border: "0", background: "none",
+    color: "inherit", fontSize: "16px", height: "18px", lineHeight: "1", cursor: "pointer", opacity: 0.5,
+  });
+  button.addEventListener("click", () => {
+    const name = `${title()}`.replace(/[^\w.]+/g, "-").replace(/^-|-$/g, "") || "view";
+    Object.assign(document.createElement("a"), { download: `${name}.png`, href: pictureOf(element).toDataURL() }).click();
+    button.blur();
+  });
+  element.appendChild(button);
+}
+
+function pictureOf(element) {
+  const ratio = window.devicePixelRatio || 1;
+  const [width, height] = [element.clientWidth * ratio, element.clientHeight * ratio];
+  const whole = Object.assign(document.createElement("canvas"), { width, height });
+  const context = whole.getContext("2d");
+  context.fillStyle = paper();
+  context.fillRect(0, 0, width, height);
+  context.imageSmoothingEnabled = false;
+  for (const canvas of element.querySelectorAll("canvas")) {
+    const place = [canvas.offsetLeft, canvas.offsetTop, canvas.clientWidth, canvas.clientHeight];
+    if (canvas.width && canvas.height) context.drawImage(canvas, ...place.map((pixels) => pixels * ratio));
+  }
+  return whole;
+}
+
 // A component that draws on one canvas: mix this in, have `draw()`, and say what the canvas listens to in `heard`.
 export const onCanvas = {
   mounted() {
     this.unwatch = watch(this.$el, () => this.draw());
+    withPicture(this.$el, () => this.now.title ?? this.$options.name ?? "");
     for (const [name, hear] of Object.entries(this.heard()))
       this.$refs.canvas.addEventListener(name, hear, { passive: name !== "wheel" });
     this.draw();
