@@ -9,11 +9,11 @@ import numpy as np
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
-from ods.messages import ObstacleList
 from ods.missions.detections.laws import Laws
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
 from ods.missions.watch import STEPS, Heard, Told, watch_of
+from ods.missions.failing.witness import Warning, Witness
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
@@ -23,9 +23,6 @@ from ods.sim_sonar.steered import Steered, VehicleState, at_start
 
 NEARLY = 2.0
 """An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
-
-LISTED_M = 1.0
-"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
 
 
 class Referee:
@@ -37,6 +34,9 @@ class Referee:
         self.path_m = self.not_valid_s = 0.0
         self.evasions = self.groundless = 0
         self._evading = self._grounded = False
+        self._witness = Witness(world)
+        self._nearest: tuple[float, int] | None = None
+        """When it came nearest, s, and to which obstacle."""
         self.first_listed_m: dict[int, float] = {}
         """By the obstacles' numbers: how far the edge was when it was listed first, m."""
 
@@ -44,18 +44,20 @@ class Referee:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
+        if len(clear) and clear.min() - self._radius_m < self.clearance_m:
+            which = int(clear.argmin())
+            self.clearance_m, self._nearest = float(clear[which]) - self._radius_m, (now.t_s, which)
 
-    def hear(self, told: ObstacleList, now: VehicleState) -> None:
-        """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
-        if not told.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
-            return
-        listed = np.array([each.position_ned[:2] for each in told.obstacles])
-        places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
-        off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
+    def hear(self, heard: Heard, sent: VehicleState, now: VehicleState) -> None:
+        """Take what the planner is told of a ping: which obstacles are listed first, seen from where it is now."""
+        listed = self._witness.hear(heard.list, heard.clearance, sent, now.t_s)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        for which in np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist():
+        for which in np.flatnonzero(listed).tolist():
             self.first_listed_m.setdefault(which, float(clear[which]))
+
+    def said(self) -> tuple[bool, Warning]:
+        """Return what was said of the obstacle that the vehicle came nearest to, see `Witness.before`."""
+        return (False, "") if self._nearest is None else self._witness.before(*self._nearest)
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -103,7 +105,7 @@ class Flight:
         self._period_s = sonar.ping_period_s
         self._true = Told(self.world, sonar.range_max_m)
         try:
-            self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws)
+            self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws, campaign.errors)
         except ValueError as error:
             raise OdsError(f"world: {error}") from error
         self.heard: Heard | None = None
@@ -148,7 +150,7 @@ class Flight:
         self.heard = self.watch.look(ping, sent)
         if self.heard is not None:
             self.planner.hear(*self.heard)
-            self.referee.hear(self.heard.list, self.vehicle.way[-1])
+            self.referee.hear(self.heard, sent, self.vehicle.way[-1])
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
@@ -164,6 +166,7 @@ class Flight:
     def _outcome(self) -> Outcome:
         seen, campaign = self.referee, self._campaign
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
+        listed, warning = seen.said()
         return Outcome(
             mission=self._number,
             arm=self._arm,
@@ -177,4 +180,6 @@ class Flight:
             listed=len(seen.first_listed_m),
             first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
             not_valid_s=round(seen.not_valid_s, 3),
+            nearest_listed=listed,
+            warning=warning,
         )

@@ -3,35 +3,67 @@
 import time
 from argparse import Namespace
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
+from pathlib import Path
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.settings_file import load
+from ods.base.settings_file import load_variants
 from ods.missions import report
 from ods.missions.detections.fit import fit_to_file
+from ods.missions.failing import table
 from ods.missions.fly import depends_on, fly, tasks_of
-from ods.missions.journal import Journal
-from ods.missions.outcome import Flown
+from ods.missions.journal import Journal, file_name
+from ods.missions.outcome import Flown, Outcome
 from ods.missions.settings import Campaign
 from ods.missions.workers import Task, flown_of
 
 
 def run(args: Namespace) -> None:
     """Fly all missions that are not done yet and tell what came of all; or fit. Raises OdsError."""
-    campaign = load(args.campaign, Campaign)
-    console, began = Console(highlight=False), time.perf_counter()
+    variants = load_variants(args.campaign, Campaign)
+    campaign = next(iter(variants.values()))
+    console = Console(highlight=False)
+    if len(variants) > 1 and (args.fit is not None or args.chart):
+        raise OdsError(f"{args.campaign}: variant: goes without --fit and --chart")
     if args.fit is not None:
         fit_to_file(campaign, args.fit, console)
-        return
-    if args.chart:
+    elif args.chart:
         from ods.missions.chart.run import draw_campaign  # Matplotlib is an extra, which only pictures need
 
         draw_campaign(campaign, args.out, args.workers, args.style, console)
-        return
+    elif "" in variants:
+        _fly_one(campaign, args, console)
+    else:
+        _fly_variants(variants, args, console)
+
+
+def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Console) -> None:
+    """Fly all variants, each in a folder of its own, and tell what came of them in one table."""
+    for name, campaign in variants.items():
+        if not {"ods", "truth"} <= set(campaign.arms):
+            raise OdsError(f"{args.campaign}: variant {name}: arms: variants are compared by ods and truth")
+    rows = []
+    for name, campaign in variants.items():
+        folder = args.out / file_name(name)
+        with closing(Journal(folder, depends_on(campaign))) as journal:
+            left = tasks_of(campaign)[len(journal.done) :]
+            for flown in shown(flown_of(left, fly, args.workers), left, name):
+                journal.add(flown.outcome)
+            _write(folder, journal.done, report.result_of(campaign, journal.done))
+        rows.append(table.row_of(name, journal.done))
+        try:
+            table.write(rows, args.out / "variants.csv")
+        except OSError as error:
+            raise OdsError(f"{args.out}: {reason_of(error)}") from error
+    console.print(table.table_of(rows))
+
+
+def _fly_one(campaign: Campaign, args: Namespace, console: Console) -> None:
+    began = time.perf_counter()
     with closing(Journal(args.out, depends_on(campaign))) as journal:
         left = tasks_of(campaign)[len(journal.done) :]
         costs: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
@@ -39,10 +71,7 @@ def run(args: Namespace) -> None:
             journal.add(flown.outcome)
             costs[flown.outcome.arm].append((flown.outcome.time_s, flown.cpu_s))
         result = report.result_of(campaign, journal.done)
-        try:
-            report.write(args.out, journal.done, result)
-        except OSError as error:
-            raise OdsError(f"{args.out}: {reason_of(error)}") from error
+        _write(args.out, journal.done, result)
     console.print(report.table_of(result))
     for line in report.lines_of(result):
         console.print(line, soft_wrap=True)
@@ -52,6 +81,13 @@ def run(args: Namespace) -> None:
     for arm, cost in costs.items():
         mission_s, cpu_s = map(sum, zip(*cost, strict=True))
         console.print(f"  {report.ARMS[arm]}: {mission_s / cpu_s:.1f}")
+
+
+def _write(folder: Path, outcomes: Sequence[Outcome], result: report.Result) -> None:
+    try:
+        report.write(folder, outcomes, result)
+    except OSError as error:
+        raise OdsError(f"{folder}: {reason_of(error)}") from error
 
 
 def shown(flown: Iterator[Flown], tasks: Sequence[Task], name: str) -> Iterator[Flown]:
