@@ -50,8 +50,8 @@ def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Co
     for name, campaign in variants.items():
         folder = args.out / file_name(name)
         with closing(Journal(folder, depends_on(campaign))) as journal:
-            left = tasks_of(campaign)[len(journal.done) :]
-            for flown in shown(flown_of(left, fly, args.workers), left, name):
+            left = _left(campaign, journal)
+            for flown in shown(_flown(left, args), left, name):
                 journal.add(flown.outcome)
             _write(folder, journal.done, report.result_of(campaign, journal.done))
         rows.append(table.row_of(name, journal.done))
@@ -65,9 +65,9 @@ def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Co
 def _fly_one(campaign: Campaign, args: Namespace, console: Console) -> None:
     began = time.perf_counter()
     with closing(Journal(args.out, depends_on(campaign))) as journal:
-        left = tasks_of(campaign)[len(journal.done) :]
+        left = _left(campaign, journal)
         costs: defaultdict[str, list[tuple[float, float]]] = defaultdict(list)
-        for flown in shown(flown_of(left, fly, args.workers), left, args.campaign.name):
+        for flown in shown(_flown(left, args), left, args.campaign.name):
             journal.add(flown.outcome)
             costs[flown.outcome.arm].append((flown.outcome.time_s, flown.cpu_s))
         result = report.result_of(campaign, journal.done)
@@ -81,6 +81,23 @@ def _fly_one(campaign: Campaign, args: Namespace, console: Console) -> None:
     for arm, cost in costs.items():
         mission_s, cpu_s = map(sum, zip(*cost, strict=True))
         console.print(f"  {report.ARMS[arm]}: {mission_s / cpu_s:.1f}")
+
+
+def _flown(tasks: Sequence[Task], args: Namespace) -> Iterator[Flown]:
+    if args.cluster is None:
+        return flown_of(tasks, fly, args.workers)
+    try:
+        from ods.missions.cluster import flown_on_cluster  # of an extra
+    except ModuleNotFoundError as error:
+        raise OdsError(f"--cluster: needs {error.name}: pip install 'ods[cluster]'") from error
+    return flown_on_cluster(tasks, fly, args.cluster, args.tls)
+
+
+def _left(campaign: Campaign, journal: Journal) -> list[Task]:
+    tasks = tasks_of(campaign)
+    if len(journal.done) > len(tasks):
+        raise OdsError(f"missions: {len(journal.done) // len(campaign.arms)} are flown there already, more than asked")
+    return tasks[len(journal.done) :]
 
 
 def _write(folder: Path, outcomes: Sequence[Outcome], result: report.Result) -> None:

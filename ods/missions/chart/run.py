@@ -124,4 +124,3 @@ def table_of(points: list[Point]) -> Table:
         cells = [f"{100 * r.share:.0f} ({100 * r.low:.0f} to {100 * r.high:.0f})" for r in (p.collision for p in own)]
         table.add_row(name, f"{median(each.ms for each in own):.1f}", *cells)
     return table
-

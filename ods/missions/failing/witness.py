@@ -39,9 +39,7 @@ class Witness:
     def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> Mask:
         """Take what the planner is told at `t_s` of the ping `sent` from there; return (n,) what is listed."""
         listed = self._listed(told, sent)
-        self._said.append(
-            _Said(t_s, told.valid, bool(told.caution), listed, self._called_empty(told, clearance, sent))
-        )
+        self._said.append(_Said(t_s, told.valid, bool(told.caution), listed, self._called_empty(told, clearance, sent)))
         return listed
 
     def before(self, t_s: float, which: int) -> tuple[bool, Warning]:
