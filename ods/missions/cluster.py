@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-from distributed import Client, Future, KilledWorker
+from distributed import Client, KilledWorker
 from distributed.security import Security
 
 from ods.base.errors import OdsError, one_line
@@ -82,7 +82,7 @@ def digest_of(campaign: Campaign) -> str:
 
 
 def _of_client(client: Client, tasks: Sequence[Task], fly: Any, address: str) -> Iterator[Flown]:
-    waiting: list[tuple[Task, Future]] = []
+    waiting: list[tuple[Task, Any]] = []
     given = 0
     while given < len(tasks) or waiting:
         most = AHEAD * max(1, sum(client.nthreads().values()))

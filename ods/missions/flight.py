@@ -10,10 +10,10 @@ import numpy as np
 from ods.base.clock import NS
 from ods.base.errors import OdsError
 from ods.missions.detections.laws import Laws
+from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
 from ods.missions.watch import STEPS, Heard, Told, watch_of
-from ods.missions.failing.witness import Warning, Witness
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
@@ -55,7 +55,7 @@ class Referee:
         for which in np.flatnonzero(listed).tolist():
             self.first_listed_m.setdefault(which, float(clear[which]))
 
-    def said(self) -> tuple[bool, Warning]:
+    def said(self) -> tuple[bool, Warned]:
         """Return what was said of the obstacle that the vehicle came nearest to, see `Witness.before`."""
         return (False, "") if self._nearest is None else self._witness.before(*self._nearest)
 

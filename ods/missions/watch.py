@@ -15,8 +15,8 @@ from ods.missions.detections.draw import Drawing, Placed
 from ods.missions.detections.laws import Laws
 from ods.missions.detections.sights import fan_of, sights_of
 from ods.missions.failing.errors import ErrorSettings
-from ods.missions.settings import Arm
 from ods.missions.failing.faint import scene_of
+from ods.missions.settings import Arm
 from ods.missions.world import World
 from ods.offline.mission import Detecting, Found, MissionSettings, Tracking
 from ods.offline.poses import SIGMA_ATTITUDE_RAD, SIGMA_POSITION_M

@@ -17,6 +17,8 @@ def flown(arm: str, mission: int, ending: Ending = "success", **more: float) -> 
         evasions_of_nothing=1,
         listed=1,
         first_listed_m=40.0,
+        nearest_listed=True,
+        warning="",
         **values,
     )
 

@@ -22,4 +22,5 @@ def dead_ends(settings: WorldSettings, rng: np.random.Generator) -> Floats:
     arc = across * np.stack([np.cos(angles), np.sin(angles)], axis=1)
     north = settings.length_m * np.arange(1, settings.dead_ends + 1) / (settings.dead_ends + 1)
     east = ASIDE * across * rng.uniform(-1.0, 1.0, settings.dead_ends)
-    return np.concatenate([arc + (n, e) for n, e in zip(north.tolist(), east.tolist(), strict=True)])
+    middles = np.stack([north, east], axis=1)
+    return np.asarray((middles[:, None] + arc).reshape(-1, 2))

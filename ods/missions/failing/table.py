@@ -12,8 +12,10 @@ from ods.base.out_file import written_whole
 from ods.missions.outcome import Outcome
 from ods.missions.statistics import Rate, paired, rate_of
 
-HEADERS = ("variant", "missions", "collisions: no avoidance", "the ODS list", "the truth as list", "only ODS / truth",
-           "p", "near misses, ODS", "listed", "not listed, warned", "silent", "seen first at, m", "no valid list")  # fmt: skip
+HEADERS = (
+    "variant", "missions", "collisions: no avoidance", "the ODS list", "the truth as list", "only ODS / only truth",
+    "p", "near misses, ODS", "listed", "not listed, warned", "silent", "listed first at, m", "no valid list",
+)  # fmt: skip
 
 
 class Row(NamedTuple):

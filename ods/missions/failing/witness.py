@@ -16,15 +16,15 @@ BEFORE_S = 5.0
 LISTED_M = 1.0
 """A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
 
-Warning = Literal["", "not valid", "caution", "unknown water"]
+Warned = Literal["", "not valid", "caution", "unknown water"]
 
 
 class _Said(NamedTuple):
     t_s: float
     valid: bool
     caution: bool
-    listed: Mask
-    """(n,) of each obstacle: it is in the list,"""
+    covered: Mask
+    """(n,) of each obstacle: a circle of the list lies over it,"""
     empty: Mask
     """and: the water where it begins was called empty."""
 
@@ -37,25 +37,29 @@ class Witness:
         self._said: list[_Said] = []
 
     def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> Mask:
-        """Take what the planner is told at `t_s` of the ping `sent` from there; return (n,) what is listed."""
-        listed = self._listed(told, sent)
-        self._said.append(_Said(t_s, told.valid, bool(told.caution), listed, self._called_empty(told, clearance, sent)))
+        """Take what the planner is told at `t_s` of the ping `sent` from there.
+
+        Return (n,) which obstacles are listed in their places, not as parts of something greater.
+        """
+        listed, covered = self._listed(told, sent)
+        empty = self._called_empty(told, clearance, sent)
+        self._said.append(_Said(t_s, told.valid, bool(told.caution), covered, empty))
         return listed
 
-    def before(self, t_s: float, which: int) -> tuple[bool, Warning]:
+    def before(self, t_s: float, which: int) -> tuple[bool, Warned]:
         """Return whether an obstacle was listed in the last BEFORE_S before `t_s`, and what warned of the list then."""
         said = [each for each in self._said if t_s - BEFORE_S <= each.t_s <= t_s]
-        listed = any(each.listed[which] for each in said)
+        listed = any(each.covered[which] for each in said)
         if not said or not all(each.valid for each in said):
             return listed, "not valid"
         if any(each.caution for each in said):
             return listed, "caution"
         return listed, "" if any(each.empty[which] for each in said) else "unknown water"
 
-    def _listed(self, told: ObstacleList, sent: VehicleState) -> Mask:
+    def _listed(self, told: ObstacleList, sent: VehicleState) -> tuple[Mask, Mask]:
         radius = self._world.radius_m
         if not told.obstacles:
-            return np.zeros(len(radius), np.bool_)
+            return np.zeros(len(radius), np.bool_), np.zeros(len(radius), np.bool_)
         listed = np.array([each.position_ned[:2] for each in told.obstacles])
         if told.pose is not None:
             turn = sent.heading_rad - _heading(told.pose.attitude)
@@ -63,7 +67,8 @@ class Witness:
             ahead = listed - told.pose.position_ned[:2]
             listed = ahead @ np.array([[cos, sin], [-sin, cos]]) + (sent.north_m, sent.east_m)
         off = np.hypot(*(self._world.places(sent.t_s)[:, None] - listed).transpose(2, 0, 1))
-        return np.asarray((off < radius[:, None] + LISTED_M).any(axis=1))
+        over = np.array([max(each.radius_m, LISTED_M) for each in told.obstacles])
+        return (off < radius[:, None] + LISTED_M).any(axis=1), (off < radius[:, None] + over).any(axis=1)
 
     def _called_empty(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState) -> Mask:
         north, east = (self._world.places(sent.t_s) - (sent.north_m, sent.east_m)).T

@@ -102,7 +102,7 @@ def _amplitude(normal: Floats, looks: float, texture: float | None = None) -> Fl
 def _textured(looks: float, texture: float) -> tuple[Floats, Floats]:
     """Return normal quantiles and the logarithms of K distributed intensities, mean 1, that they belong to.
 
-    Source: E. Jakeman and P. N. Pusey, A model for non-Rayleigh sea echo, 1976: speckle whose mean is Gamma distributed.
+    Source: E. Jakeman and P. N. Pusey, A model for non-Rayleigh sea echo, 1976: the mean is Gamma distributed.
     """
     mean, weight = roots_genlaguerre(LAGUERRE_NODES, texture - 1.0)
     mean, weight = mean / texture, weight / weight.sum()
