@@ -6,7 +6,6 @@ over TLS, where both sides show certificates, or on this machine only.
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from functools import partial
 from ipaddress import ip_address
 from pathlib import Path
 from typing import Any
@@ -40,7 +39,7 @@ def flown_on_cluster(tasks: Sequence[Task], fly: Fly, address: str, tls: Path | 
     except (OSError, TimeoutError, ValueError) as error:
         raise OdsError(f"--cluster: {address}: no scheduler that takes us: {one_line(error)}") from error
     with client:
-        yield from _of_client(client, tasks, partial(fly_alike, fly, digest_of(tasks[0].campaign)), address)
+        yield from _of_client(client, tasks, fly, address)
 
 
 def security_of(address: str, tls: Path | None) -> Security | None:
@@ -81,13 +80,18 @@ def digest_of(campaign: Campaign) -> str:
     return hashlib.sha256(msgspec.json.encode(depends_on(campaign), enc_hook=str)).hexdigest()
 
 
-def _of_client(client: Client, tasks: Sequence[Task], fly: Any, address: str) -> Iterator[Flown]:
+def _of_client(client: Client, tasks: Sequence[Task], fly: Fly, address: str) -> Iterator[Flown]:
     waiting: list[tuple[Task, Any]] = []
+    digests: dict[int, str] = {}
     given = 0
     while given < len(tasks) or waiting:
         most = AHEAD * max(1, sum(client.nthreads().values()))
         while given < len(tasks) and len(waiting) < most:
-            waiting.append((tasks[given], client.submit(fly, tasks[given], pure=False)))
+            task = tasks[given]
+            if id(task.campaign) not in digests:
+                digests[id(task.campaign)] = digest_of(task.campaign)
+            digest = digests[id(task.campaign)]
+            waiting.append((task, client.submit(fly_alike, fly, digest, task, pure=False)))
             given += 1
         task, future = waiting.pop(0)
         try:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.messages import ObstacleList
 from ods.missions.detections.laws import Laws
 from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
@@ -24,6 +25,9 @@ from ods.sim_sonar.steered import Steered, VehicleState, at_start
 NEARLY = 2.0
 """An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
 
+LISTED_M = 1.0
+"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
+
 
 class Referee:
     """Sees the truth: how near the vehicle came, and whether evasions had a reason."""
@@ -34,7 +38,7 @@ class Referee:
         self.path_m = self.not_valid_s = 0.0
         self.evasions = self.groundless = 0
         self._evading = self._grounded = False
-        self._witness = Witness(world)
+        self.witness = Witness(world)
         self._nearest: tuple[float, int] | None = None
         """When it came nearest, s, and to which obstacle."""
         self.first_listed_m: dict[int, float] = {}
@@ -44,20 +48,24 @@ class Referee:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        if len(clear) and clear.min() - self._radius_m < self.clearance_m:
-            which = int(clear.argmin())
-            self.clearance_m, self._nearest = float(clear[which]) - self._radius_m, (now.t_s, which)
+        if clear.min(initial=math.inf) - self._radius_m < self.clearance_m:
+            self._nearest = now.t_s, int(clear.argmin())
+        self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
 
-    def hear(self, heard: Heard, sent: VehicleState, now: VehicleState) -> None:
-        """Take what the planner is told of a ping: which obstacles are listed first, seen from where it is now."""
-        listed = self._witness.hear(heard.list, heard.clearance, sent, now.t_s)
+    def hear(self, told: ObstacleList, now: VehicleState) -> None:
+        """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
+        if not told.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
+            return
+        listed = np.array([each.position_ned[:2] for each in told.obstacles])
+        places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
+        off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
-        for which in np.flatnonzero(listed).tolist():
+        for which in np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist():
             self.first_listed_m.setdefault(which, float(clear[which]))
 
     def said(self) -> tuple[bool, Warned]:
         """Return what was said of the obstacle that the vehicle came nearest to, see `Witness.before`."""
-        return (False, "") if self._nearest is None else self._witness.before(*self._nearest)
+        return (False, "") if self._nearest is None else self.witness.before(*self._nearest)
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -150,7 +158,8 @@ class Flight:
         self.heard = self.watch.look(ping, sent)
         if self.heard is not None:
             self.planner.hear(*self.heard)
-            self.referee.hear(self.heard, sent, self.vehicle.way[-1])
+            self.referee.hear(self.heard.list, self.vehicle.way[-1])
+            self.referee.witness.hear(*self.heard, sent, self.vehicle.way[-1].t_s)
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)

@@ -4,7 +4,7 @@ import time
 from argparse import Namespace
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 from rich.console import Console
@@ -46,19 +46,24 @@ def _fly_variants(variants: Mapping[str, Campaign], args: Namespace, console: Co
     for name, campaign in variants.items():
         if not {"ods", "truth"} <= set(campaign.arms):
             raise OdsError(f"{args.campaign}: variant {name}: arms: variants are compared by ods and truth")
+    with ExitStack() as open_files:
+        journals = {
+            name: open_files.enter_context(closing(Journal(args.out / file_name(name), depends_on(campaign))))
+            for name, campaign in variants.items()
+        }
+        left = [(task, name) for name, campaign in variants.items() for task in _left(campaign, journals[name])]
+        left.sort(key=lambda each: each[0].number)  # stopped at any time, all have gone through as many worlds
+        tasks = [task for task, _ in left]
+        for flown, (_, name) in zip(shown(_flown(tasks, args), tasks, args.campaign.name), left, strict=True):
+            journals[name].add(flown.outcome)
     rows = []
     for name, campaign in variants.items():
-        folder = args.out / file_name(name)
-        with closing(Journal(folder, depends_on(campaign))) as journal:
-            left = _left(campaign, journal)
-            for flown in shown(_flown(left, args), left, name):
-                journal.add(flown.outcome)
-            _write(folder, journal.done, report.result_of(campaign, journal.done))
-        rows.append(table.row_of(name, journal.done))
-        try:
-            table.write(rows, args.out / "variants.csv")
-        except OSError as error:
-            raise OdsError(f"{args.out}: {reason_of(error)}") from error
+        _write(args.out / file_name(name), journals[name].done, report.result_of(campaign, journals[name].done))
+        rows.append(table.row_of(name, journals[name].done))
+    try:
+        table.write(rows, args.out / "variants.csv")
+    except OSError as error:
+        raise OdsError(f"{args.out}: {reason_of(error)}") from error
     console.print(table.table_of(rows))
 
 

@@ -13,8 +13,8 @@ from ods.sim_sonar.steered import VehicleState
 
 BEFORE_S = 5.0
 """So long before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
-LISTED_M = 1.0
-"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
+LEAST_M = 1.0
+"""A listed circle reaches at least so far."""
 
 Warned = Literal["", "not valid", "caution", "unknown water"]
 
@@ -36,15 +36,10 @@ class Witness:
         self._world = world
         self._said: list[_Said] = []
 
-    def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> Mask:
-        """Take what the planner is told at `t_s` of the ping `sent` from there.
-
-        Return (n,) which obstacles are listed in their places, not as parts of something greater.
-        """
-        listed, covered = self._listed(told, sent)
-        empty = self._called_empty(told, clearance, sent)
+    def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
+        """Take what the planner is told at `t_s` of the ping `sent` from there."""
+        covered, empty = self._covered(told, sent), self._called_empty(told, clearance, sent)
         self._said.append(_Said(t_s, told.valid, bool(told.caution), covered, empty))
-        return listed
 
     def before(self, t_s: float, which: int) -> tuple[bool, Warned]:
         """Return whether an obstacle was listed in the last BEFORE_S before `t_s`, and what warned of the list then."""
@@ -56,10 +51,10 @@ class Witness:
             return listed, "caution"
         return listed, "" if any(each.empty[which] for each in said) else "unknown water"
 
-    def _listed(self, told: ObstacleList, sent: VehicleState) -> tuple[Mask, Mask]:
+    def _covered(self, told: ObstacleList, sent: VehicleState) -> Mask:
         radius = self._world.radius_m
         if not told.obstacles:
-            return np.zeros(len(radius), np.bool_), np.zeros(len(radius), np.bool_)
+            return np.zeros(len(radius), np.bool_)
         listed = np.array([each.position_ned[:2] for each in told.obstacles])
         if told.pose is not None:
             turn = sent.heading_rad - _heading(told.pose.attitude)
@@ -67,8 +62,8 @@ class Witness:
             ahead = listed - told.pose.position_ned[:2]
             listed = ahead @ np.array([[cos, sin], [-sin, cos]]) + (sent.north_m, sent.east_m)
         off = np.hypot(*(self._world.places(sent.t_s)[:, None] - listed).transpose(2, 0, 1))
-        over = np.array([max(each.radius_m, LISTED_M) for each in told.obstacles])
-        return (off < radius[:, None] + LISTED_M).any(axis=1), (off < radius[:, None] + over).any(axis=1)
+        over = np.array([max(each.radius_m, LEAST_M) for each in told.obstacles])
+        return np.asarray((off < radius[:, None] + over).any(axis=1))
 
     def _called_empty(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState) -> Mask:
         north, east = (self._world.places(sent.t_s) - (sent.north_m, sent.east_m)).T
