@@ -123,7 +123,7 @@ class Flight:
         """Return what came of it. Raises OdsError."""
         for _ in self.pings():
             pass
-        return self._outcome()
+        return self.outcome()
 
     def pings(self) -> Iterator[VehicleState]:
         """Go on ping by ping to the end; yield where each was sent from. Raises OdsError."""
@@ -172,7 +172,8 @@ class Flight:
         true = self._true.look(ping, sent).list.obstacles
         return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 
-    def _outcome(self) -> Outcome:
+    def outcome(self) -> Outcome:
+        """Return what came of it, once it is over."""
         seen, campaign = self.referee, self._campaign
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
         listed, warning = seen.said()

@@ -1,9 +1,11 @@
 """What a campaign's variants did: one row each, on the terminal and as variants.csv."""
 
 import csv
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from io import StringIO
 from pathlib import Path
+from statistics import fmean, median
 from typing import NamedTuple
 
 from rich.table import Table
@@ -14,7 +16,8 @@ from ods.missions.statistics import Rate, paired, rate_of
 
 HEADERS = (
     "variant", "missions", "collisions: no avoidance", "the ODS list", "the truth as list", "only ODS / only truth",
-    "p", "near misses, ODS", "listed", "not listed, warned", "silent", "listed first at, m", "no valid list",
+    "p", "near misses, ODS", "listed", "not listed, warned", "silent", "least clearance, ODS / truth, m",
+    "way, ODS / truth, m", "listed first at, m", "no valid list",
 )  # fmt: skip
 
 
@@ -38,6 +41,10 @@ class Row(NamedTuple):
     """it was not, but the list said that it is not to be relied on there,"""
     silent: int
     """or it did not say so."""
+    clearance_m: dict[str, float]
+    """Median least clearance, by arm,"""
+    path_m: dict[str, float]
+    """and mean way."""
     first_listed_m: float | None
     """Mean distance at which obstacles are listed first."""
     not_valid_share: float
@@ -61,7 +68,9 @@ def row_of(name: str, outcomes: Sequence[Outcome]) -> Row:
         sum(each.nearest_listed for each in bad),
         sum(not each.nearest_listed and bool(each.warning) for each in bad),
         sum(not each.nearest_listed and not each.warning for each in bad),
-        sum(seen) / len(seen) if seen else None,
+        {arm: median(_clearances(outcomes, arm)) for arm in arms},
+        {arm: fmean(each.path_m for each in outcomes if each.arm == arm) for arm in arms},
+        fmean(seen) if seen else None,
         sum(each.not_valid_s for each in own) / sum(each.time_s for each in own),
     )
 
@@ -70,12 +79,18 @@ def _collisions(outcomes: Sequence[Outcome]) -> Rate:
     return rate_of(sum(each.ending == "collision" for each in outcomes), len(outcomes))
 
 
+def _clearances(outcomes: Sequence[Outcome], arm: str) -> list[float]:
+    own = (each.clearance_m for each in outcomes if each.arm == arm)
+    return [each for each in own if each is not None] or [math.nan]
+
+
 def cells_of(row: Row) -> list[str]:
     """Return a row as text, under HEADERS."""
     rates = [_rate(row.collisions[arm]) if arm in row.collisions else "-" for arm in ("none", "ods", "truth")]
     seen = "-" if row.first_listed_m is None else f"{row.first_listed_m:.1f}"
     return [row.name, str(row.missions), *rates, f"{row.only_ods} / {row.only_truth}", f"{row.p:.2g}",
-            str(row.near_misses.count), str(row.listed), str(row.warned), str(row.silent), seen,
+            str(row.near_misses.count), str(row.listed), str(row.warned), str(row.silent),
+            _both(row.clearance_m), _both(row.path_m), seen,
             f"{row.not_valid_share:.1%}"]  # fmt: skip
 
 
@@ -95,6 +110,10 @@ def write(rows: Sequence[Row], path: Path) -> None:
     writer.writerows(map(cells_of, rows))
     with written_whole(path) as part:
         part.write_text(text.getvalue(), encoding="utf-8")
+
+
+def _both(values: Mapping[str, float]) -> str:
+    return f"{values['ods']:.1f} / {values['truth']:.1f}"
 
 
 def _rate(rate: Rate) -> str:
