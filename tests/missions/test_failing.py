@@ -213,8 +213,8 @@ def first_list(
 def outcome(number: int, arm: str, clearance_m: float, *, listed: bool = True, warning: str = "") -> Outcome:
     ending: Ending = "collision" if clearance_m < 0.0 else "success"
     return Outcome(
-        mission=number, arm=arm, ending=ending, near_miss=0.0 <= clearance_m < 1.0, clearance_m=clearance_m, path_m=70.0,
-        time_s=40.0, evasions=0, evasions_of_nothing=0, listed=1, first_listed_m=30.0, not_valid_s=4.0,
+        mission=number, arm=arm, ending=ending, near_miss=0.0 <= clearance_m < 1.0, clearance_m=clearance_m,
+        path_m=70.0, time_s=40.0, evasions=0, evasions_of_nothing=0, listed=1, first_listed_m=30.0, not_valid_s=4.0,
         nearest_listed=listed, warning=warning,
     )  # fmt: skip
 
@@ -228,7 +228,7 @@ def test_a_row_splits_what_went_wrong_into_listed_warned_and_silent() -> None:
     ]
     row = row_of("faint", [*own, *(outcome(number, "truth", 3.0) for number in range(4))])
     assert (row.listed, row.warned, row.silent) == (1, 1, 1)
-    assert (row.collisions["ods"].count, row.near_misses.count, row.only_ods, row.only_truth) == (2, 1, 2, 0)
+    assert (row.collisions["ods"].count, row.near_misses, row.only_ods, row.only_truth) == (2, 1, 2, 0)
     assert row.clearance_m == {"ods": pytest.approx(0.2), "truth": 3.0}
     assert row.not_valid_share == pytest.approx(0.1)
     assert len(cells_of(row)) == len(HEADERS)

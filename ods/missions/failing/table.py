@@ -16,8 +16,8 @@ from ods.missions.statistics import Rate, paired, rate_of
 
 HEADERS = (
     "variant", "missions", "collisions: no avoidance", "the ODS list", "the truth as list", "only ODS / only truth",
-    "p", "near misses, ODS", "listed", "not listed, warned", "silent", "least clearance, ODS / truth, m",
-    "way, ODS / truth, m", "listed first at, m", "no valid list",
+    "p", "time-outs, ODS", "near misses, ODS", "listed", "not listed, warned", "silent", "least clearance, ODS / truth, m",
+    "time, ODS / truth, s", "listed first at, m", "no valid list",
 )  # fmt: skip
 
 
@@ -34,7 +34,9 @@ class Row(NamedTuple):
     """the other way round,"""
     p: float
     """and McNemar's exact test of it."""
-    near_misses: Rate
+    time_outs: int
+    """Of the arm `ods`: goals not reached in time,"""
+    near_misses: int
     listed: int
     """Of the collisions and near misses of the arm `ods`: the obstacle was listed,"""
     warned: int
@@ -43,8 +45,8 @@ class Row(NamedTuple):
     """or it did not say so."""
     clearance_m: dict[str, float]
     """Median least clearance, by arm,"""
-    path_m: dict[str, float]
-    """and mean way."""
+    time_s: dict[str, float]
+    """and median time."""
     first_listed_m: float | None
     """Mean distance at which obstacles are listed first."""
     not_valid_share: float
@@ -64,12 +66,13 @@ def row_of(name: str, outcomes: Sequence[Outcome]) -> Row:
         pair.only_first_collides,
         pair.only_second_collides,
         pair.p,
-        rate_of(sum(each.near_miss for each in own), len(own)),
+        sum(each.ending == "time-out" for each in own),
+        sum(each.near_miss for each in own),
         sum(each.nearest_listed for each in bad),
         sum(not each.nearest_listed and bool(each.warning) for each in bad),
         sum(not each.nearest_listed and not each.warning for each in bad),
         {arm: median(_clearances(outcomes, arm)) for arm in arms},
-        {arm: fmean(each.path_m for each in outcomes if each.arm == arm) for arm in arms},
+        {arm: median(each.time_s for each in outcomes if each.arm == arm) for arm in arms},
         fmean(seen) if seen else None,
         sum(each.not_valid_s for each in own) / sum(each.time_s for each in own),
     )
@@ -89,8 +92,8 @@ def cells_of(row: Row) -> list[str]:
     rates = [_rate(row.collisions[arm]) if arm in row.collisions else "-" for arm in ("none", "ods", "truth")]
     seen = "-" if row.first_listed_m is None else f"{row.first_listed_m:.1f}"
     return [row.name, str(row.missions), *rates, f"{row.only_ods} / {row.only_truth}", f"{row.p:.2g}",
-            str(row.near_misses.count), str(row.listed), str(row.warned), str(row.silent),
-            _both(row.clearance_m), _both(row.path_m), seen,
+            str(row.time_outs), str(row.near_misses), str(row.listed), str(row.warned), str(row.silent),
+            _both(row.clearance_m), _both(row.time_s), seen,
             f"{row.not_valid_share:.1%}"]  # fmt: skip
 
 
