@@ -16,8 +16,8 @@ from ods.missions.statistics import Rate, paired, rate_of
 
 HEADERS = (
     "variant", "missions", "collisions: no avoidance", "the ODS list", "the truth as list", "only ODS / only truth",
-    "p", "time-outs, ODS", "near misses, ODS", "listed", "not listed, warned", "silent", "least clearance, ODS / truth, m",
-    "time, ODS / truth, s", "listed first at, m", "no valid list",
+    "p", "time-outs, ODS", "near misses, ODS", "listed", "not listed, warned", "silent",
+    "least clearance, ODS / truth, m", "time, ODS / truth, s", "listed first at, m", "no valid list",
 )  # fmt: skip
 
 
