@@ -60,6 +60,37 @@ def load_table(path: Path, name: str, kind: type[SettingsT], whole: type[Setting
     return table
 
 
+def load_variants(path: Path, kind: type[SettingsT]) -> dict[str, SettingsT]:
+    """Read a TOML file and its variants: by each one's name the file with what its table `[[variant]]` sets instead.
+
+    Without variants it is the file itself, its name "". Raises ConfigError.
+    """
+    data = _read(path)
+    tables = data.pop("variant", [])
+    if not isinstance(tables, list) or not all(isinstance(table, dict) for table in tables):
+        raise ConfigError(f"{path}: variant: expected tables, [[variant]]")
+    base = _convert(path, data, kind)
+    varied: dict[str, SettingsT] = {}
+    for place, table in enumerate(tables):
+        name = table.pop("name", None)
+        if not isinstance(name, str) or not name or name in varied:
+            raise ConfigError(f"{path}: variant[{place}].name: each needs one of its own")
+        try:
+            varied[name] = _convert(path, _merged(data, table), kind)
+        except ConfigError as error:
+            raise ConfigError(f"{path}: variant[{place}] ({name}): {str(error).removeprefix(f'{path}: ')}") from error
+    return varied or {"": base}
+
+
+def _merged(data: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
+    """Return tables with some keys set to others; tables in both are merged, all else is replaced."""
+    both = dict(data)
+    for key, value in over.items():
+        old = both.get(key)
+        both[key] = _merged(old, value) if isinstance(old, dict) and isinstance(value, dict) else value
+    return both
+
+
 def _read(path: Path) -> dict[str, Any]:
     try:
         data = parsed_toml(content_of(path))

@@ -21,7 +21,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--chart", action="store_true",
                         help="with --out: collisions against time a ping, variant by variant")  # fmt: skip
     add_style(parser)
-    parser.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
+    who = parser.add_mutually_exclusive_group()
+    who.add_argument("--workers", type=positive_int, default=1, metavar="N", help="processes (default: 1)")
+    who.add_argument("--cluster", metavar="ADDRESS", help="the workers of this Dask scheduler instead: tls://HOST:PORT")
+    parser.add_argument("--tls", type=Path, metavar="FOLDER", help="for --cluster: ca.pem, cert.pem and key.pem")
 
 
 def run(args: Namespace) -> None:
@@ -29,6 +32,8 @@ def run(args: Namespace) -> None:
     refuse_missing(args.campaign)
     if args.chart and args.out is None:
         raise OdsError("--chart: needs --out, where it goes")
+    if args.tls is not None and args.cluster is None:
+        raise OdsError("--tls: goes with --cluster")
     if args.fit is not None:
         refuse_unwritable(args.fit, read=[args.campaign])
     from ods.missions.run import run as work  # takes seconds: after what may be wrong

@@ -12,6 +12,7 @@ from ods.base.errors import OdsError
 from ods.messages import ObstacleList, Vector3
 from ods.missions.all_knowing.led import Led, led_through
 from ods.missions.detections.laws import Laws
+from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
 from ods.missions.watch import STEPS, Heard, Told, watch_of
@@ -38,6 +39,9 @@ class Referee:
         self.path_m = self.not_valid_s = 0.0
         self.evasions = self.groundless = 0
         self._evading = self._grounded = False
+        self.witness = Witness(world)
+        self._nearest: tuple[float, int] | None = None
+        """When it came nearest, s, and to which obstacle."""
         self.first_listed_m: dict[int, float] = {}
         """By the obstacles' numbers: how far the edge was when it was listed first, m."""
         self.time_to_collision_s = math.inf
@@ -46,6 +50,8 @@ class Referee:
         """Take a step of the vehicle."""
         self.path_m += math.hypot(now.north_m - was.north_m, now.east_m - was.east_m, now.down_m - was.down_m)
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
+        if clear.min(initial=math.inf) - self._radius_m < self.clearance_m:
+            self._nearest = now.t_s, int(clear.argmin())
         self.clearance_m = min(self.clearance_m, float(clear.min(initial=math.inf)) - self._radius_m)
         if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
             self.time_to_collision_s = 0.0
@@ -63,6 +69,10 @@ class Referee:
             until_s = self._world.until_contact_s(now, self._radius_m)
             self.time_to_collision_s = min(self.time_to_collision_s, *until_s[list(new)].tolist())
             self.first_listed_m.update((which, float(clear[which])) for which in sorted(new))
+
+    def said(self) -> tuple[bool, Warned]:
+        """Return what was said of the obstacle that the vehicle came nearest to, see `Witness.before`."""
+        return (False, "") if self._nearest is None else self.witness.before(*self._nearest)
 
     def judge(self, set_point: SetPoint, grounded: bool, dt_s: float) -> None:
         """Take what the planner did; `grounded`: there is a true reason to leave the course."""
@@ -110,7 +120,7 @@ class Flight:
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
         self._true = Told(self.world, sonar.range_max_m)
         try:
-            self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws)
+            self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws, campaign.errors)
         except ValueError as error:
             raise OdsError(f"world: {error}") from error
         self.heard: Heard | None = None
@@ -128,7 +138,7 @@ class Flight:
         """Return what came of it. Raises OdsError."""
         for _ in self.pings():
             pass
-        return self._outcome()
+        return self.outcome()
 
     def pings(self) -> Iterator[VehicleState]:
         """Go on ping by ping to the end; yield where each was sent from. Raises OdsError."""
@@ -164,6 +174,7 @@ class Flight:
         if self.heard is not None:
             self.planner.hear(*self.heard)
             self.referee.hear(self.heard.list, self.vehicle.way[-1])
+            self.referee.witness.hear(*self.heard, sent, self.vehicle.way[-1].t_s)
         now_ns = round(self.vehicle.way[-1].t_s * NS)
         set_point = self.planner.steer(now_ns)
         self.vehicle.obey(set_point.heading_rad, set_point.speed_m_s, set_point.down_m)
@@ -177,10 +188,12 @@ class Flight:
         true = self._true.look(ping, sent).list.obstacles
         return bool(conflict(self.planner.direct(now_ns), true, now_ns / NS - sent.t_s, self._wide)[0] > 0.0)
 
-    def _outcome(self) -> Outcome:
+    def outcome(self) -> Outcome:
+        """Return what came of it, once it is over."""
         seen, campaign = self.referee, self._campaign
         listens, warned_s = self._arm in ("ods", "truth"), seen.time_to_collision_s
         clearance = round(seen.clearance_m, 3) if math.isfinite(seen.clearance_m) else None
+        listed, warning = seen.said()
         return Outcome(
             mission=self._number,
             arm=self._arm,
@@ -195,4 +208,6 @@ class Flight:
             first_listed_m=round(fmean(seen.first_listed_m.values()), 3) if seen.first_listed_m else None,
             time_to_collision_s=round(warned_s, 3) if listens and math.isfinite(warned_s) else None,
             not_valid_s=round(seen.not_valid_s, 3),
+            nearest_listed=listed,
+            warning=warning,
         )

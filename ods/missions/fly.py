@@ -3,6 +3,8 @@
 import time
 from statistics import median
 
+from msgspec.structs import replace
+
 from ods import __version__
 from ods.missions.detections.laws import sonar_fingerprint
 from ods.missions.outcome import Flown
@@ -29,11 +31,11 @@ def fly(task: Task) -> Flown:
 
 
 def depends_on(campaign: Campaign) -> dict[str, object]:
-    """Return all that the results of a campaign depend on. Raises OdsError."""
+    """Return all that the results of a campaign depend on; more missions go on from fewer. Raises OdsError."""
     setup = setup_of(campaign)
     return {
         "ods": __version__,
-        "campaign": campaign,
+        "campaign": replace(campaign, missions=1),
         "onboard": setup.onboard,
         "sonar": sonar_fingerprint(setup.sonar),
         **({} if setup.laws is None else {"detections": setup.laws}),

@@ -1,6 +1,7 @@
 """The results of a campaign as they come: one JSON line a mission and arm, in order, so that a stopped one goes on."""
 
 import os
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
@@ -64,3 +65,8 @@ class Journal:
 def _outcomes(lines: bytes) -> Iterator[Outcome]:
     decoder = msgspec.json.Decoder(Outcome)
     return map(decoder.decode, lines.splitlines())
+
+
+def file_name(name: str) -> str:
+    """Return a folder's name for a variant's."""
+    return re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-.") or "variant"

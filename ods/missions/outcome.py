@@ -48,3 +48,7 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     no such, or there is no list."""
     not_valid_s: float
     """Time during which the planner had no list to rely on."""
+    nearest_listed: bool
+    """The obstacle that it came nearest to was listed in the last 5 s before."""
+    warning: str
+    """Then: the list was not valid, told a caution, or the water there was never called empty; else nothing."""

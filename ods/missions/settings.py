@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.settings import Fraction, NonNegative, NonNegativeInt, Positive, Settings
+from ods.missions.failing.errors import ErrorSettings
 from ods.pipeline.settings import PipelineSettings
 from ods.planner.settings import SteeringSettings
 from ods.sim_sonar.echo.settings import Surface
@@ -44,6 +45,12 @@ class WorldSettings(Settings, frozen=True):
     """No obstacle begins nearer to the start, m,"""
     free_goal_m: NonNegative = 15.0
     """or to the goal, m."""
+    dead_ends: Annotated[int, msgspec.Meta(ge=0, le=20)] = 0
+    """Half circles of obstacles without a gap across the way, open towards the start, evenly from start to goal,"""
+    dead_end_m: Metres = 12.0
+    """and their radius, m."""
+    heard_within_m: Positive | None = None
+    """Obstacles echo only where the vehicle is nearer to their edges, m; none: as far as the sonar hears them."""
     surface: Surface = Surface(cd=0.1, cs=0.05, sigma_deg=15.0)
     """How obstacles reflect."""
     sea_bed: SeaBed | None = None
@@ -115,6 +122,7 @@ class Campaign(Settings, frozen=True):
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
     """A mission may take so many times what the straight way would at cruise speed."""
     world: WorldSettings = WorldSettings()
+    errors: ErrorSettings = ErrorSettings()
     vehicle: VehicleSettings = VehicleSettings()
     planner: SteeringSettings = SteeringSettings()
     chart: ChartSettings = ChartSettings()
@@ -126,3 +134,7 @@ class Campaign(Settings, frozen=True):
             raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")
         if self.fidelity == "detections" and self.detections is None:
             raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')
+        if self.fidelity == "detections" and self.errors != ErrorSettings():
+            raise ValueError('errors: go with fidelity = "images"; laws have none of them')
+        if self.fidelity == "detections" and self.world.heard_within_m is not None:
+            raise ValueError('world.heard_within_m: goes with fidelity = "images"')

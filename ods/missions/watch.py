@@ -14,6 +14,8 @@ from ods.messages import Clearance, Obstacle, ObstacleList, Ping, Pose, PoseAt
 from ods.missions.detections.draw import Drawing, Placed
 from ods.missions.detections.laws import Laws
 from ods.missions.detections.sights import fan_of, sights_of
+from ods.missions.failing.errors import ErrorSettings
+from ods.missions.failing.faint import scene_of
 from ods.missions.settings import Arm
 from ods.missions.world import World
 from ods.offline.mission import Detecting, Found, MissionSettings, Tracking
@@ -21,6 +23,7 @@ from ods.offline.poses import SIGMA_ATTITUDE_RAD, SIGMA_POSITION_M
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.place import over_bottom
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
+from ods.sim_sonar.receiver.blindness import BLINDNESS
 from ods.sim_sonar.scene.timeline import Scene
 from ods.sim_sonar.shots import START_UTC_NS
 from ods.sim_sonar.sonar.model import SonarModel
@@ -33,6 +36,7 @@ STEPS = 4
 """Of the vehicle, from ping to ping."""
 POSE_STEPS = 2
 """Steps of the vehicle from pose to pose."""
+NO_ERRORS = ErrorSettings()
 
 
 class Heard(NamedTuple):
@@ -89,8 +93,16 @@ class Finding(Protocol):
 class InImages:
     """The pipeline, as on board, on simulated images."""
 
-    def __init__(self, scene: Scene, poses: Iterator[Pose], sonar: SonarModel, settings: MissionSettings) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        poses: Iterator[Pose],
+        sonar: SonarModel,
+        settings: MissionSettings,
+        errors: ErrorSettings = NO_ERRORS,
+    ) -> None:
         """Raises ValueError where sonar and world do not fit, PluginError, StageError."""
+        self._errors = errors
         self._images = ImageSimulator(sonar, scene)
         self._next: tuple[int, float] = (0, 0.0)
         self._image_s = 0.0
@@ -108,7 +120,8 @@ class InImages:
             number, t_s = self._next
             t_ns = round(t_s * NS)
             began = time.thread_time()
-            ping = self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns)
+            self._images.blindness = [BLINDNESS[kind] for kind in self._errors.faults_at(t_s)]
+            ping = self._errors.ping(self._images.ping(t_s, number, t_ns, START_UTC_NS + t_ns))
             self._image_s += time.thread_time() - began
             yield ping
 
@@ -144,20 +157,26 @@ class OnBoard:
     """The tracker and the clearance, as on board, on what is found."""
 
     def __init__(
-        self, world: World, vehicle: Steered, sonar: SonarModel, settings: MissionSettings, laws: Laws | None = None
+        self,
+        world: World,
+        vehicle: Steered,
+        sonar: SonarModel,
+        settings: MissionSettings,
+        laws: Laws | None = None,
+        errors: ErrorSettings = NO_ERRORS,
     ) -> None:
-        """`laws`: to draw detections by; none: they are found in images.
+        """`laws`: to draw detections by; none: they are found in images; `errors`: what is not known on board.
 
         Raises ValueError where sonar and world do not fit, PluginError, StageError.
         """
-        self._vehicle = vehicle
-        self._scene = Scene(world.scene(1.0), vehicle=vehicle)
+        self._vehicle, self._errors = vehicle, errors
+        self._scene = scene_of(world, vehicle, errors.mounting or settings.mounting)
         self._noise = np.random.default_rng(np.random.SeedSequence(world.seed, spawn_key=(1,)))
         self._tracking = Tracking(settings)
         self._keeper = ClearanceKeeper(settings.tracker.clearance)
         poses = self._poses()
         self._finding: Finding = (
-            InImages(self._scene, poses, sonar, settings)
+            InImages(self._scene, poses, sonar, settings, errors)
             if laws is None
             else ByLaws(world, vehicle, poses, sonar, laws)
         )
@@ -185,7 +204,7 @@ class OnBoard:
             over = over_bottom(self._scene, np.array(state.place))
             if over is not None:
                 over = max(0.0, over + USUAL_SIGMAS.over_bottom * self._noise.standard_normal())
-            yield Pose(
+            pose = Pose(
                 number,
                 t_ns,
                 START_UTC_NS + t_ns,
@@ -197,6 +216,7 @@ class OnBoard:
                 altitude_m=over,
                 sigma_altitude_m=USUAL_SIGMAS.over_bottom,
             )
+            yield self._errors.pose(pose)
 
 
 def watch_of(
@@ -206,10 +226,11 @@ def watch_of(
     sonar: SonarModel,
     settings: MissionSettings,
     laws: Laws | None = None,
+    errors: ErrorSettings = NO_ERRORS,
 ) -> Watch:
     """Return how an arm looks at the world. Raises ValueError, PluginError, StageError."""
     if arm == "ods":
-        return OnBoard(world, vehicle, sonar, settings, laws)
+        return OnBoard(world, vehicle, sonar, settings, laws, errors)
     return Told(world, sonar.range_max_m, blind=arm != "truth")
 
 

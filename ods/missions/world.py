@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
+from ods.missions.failing.dead_ends import POST_M, dead_ends
 from ods.missions.settings import WorldSettings
 from ods.sim_sonar.scene.settings import Cylinder, SceneFile, VehiclePath
 from ods.sim_sonar.steered import VehicleState
@@ -95,5 +96,11 @@ def make_world(settings: WorldSettings, seed: int, number: int) -> World:
     goal = np.array([settings.length_m, 0.0])
     free = np.hypot(*start.T) - radius >= settings.free_start_m
     free &= np.hypot(*(start - goal).T) - radius >= settings.free_goal_m
+    start, velocity, radius = start[free], velocity[free], radius[free]
+    if settings.dead_ends:
+        walls = dead_ends(settings, rng)
+        start = np.concatenate([start, walls])
+        velocity = np.concatenate([velocity, np.zeros_like(walls)])
+        radius = np.concatenate([radius, np.full(len(walls), POST_M)])
     current = (flow * math.cos(toward), flow * math.sin(toward))
-    return World(settings, start[free], velocity[free], radius[free], current, image_seed)
+    return World(settings, start, velocity, radius, current, image_seed)

@@ -18,6 +18,8 @@ def flown(arm: str, mission: int, ending: Ending = "success", **more: float) -> 
         listed=1,
         first_listed_m=40.0,
         time_to_collision_s=20.0 + mission,
+        nearest_listed=True,
+        warning="",
         **values,
     )
 

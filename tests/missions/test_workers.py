@@ -16,6 +16,7 @@ def outcome(number: int) -> Outcome:
     return Outcome(
         mission=number, arm="none", ending="success", near_miss=False, clearance_m=None, path_m=1.0, time_s=1.0,
         evasions=0, evasions_of_nothing=0, listed=0, first_listed_m=None, time_to_collision_s=None, not_valid_s=0.0,
+        nearest_listed=False, warning="",
     )  # fmt: skip
 
 

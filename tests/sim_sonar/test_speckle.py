@@ -14,7 +14,13 @@ from ods.base.arrays import Floats
 from ods.sim_sonar.pose import Transmission, VehiclePose
 from ods.sim_sonar.receiver.settings import ImageLevels
 from ods.sim_sonar.receiver.signal_chain import Receiver
-from ods.sim_sonar.receiver.speckle_law import beam_overlap_correlation, taps
+from ods.sim_sonar.receiver.speckle_law import (
+    TABLE_NODES,
+    TABLE_REACH,
+    beam_overlap_correlation,
+    speckle_amplitudes,
+    taps,
+)
 from ods.sim_sonar.sonar.model import SonarModel, load_sonar, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile
 
@@ -251,3 +257,13 @@ def test_same_bytes_in_another_process() -> None:
     ]
     assert told[0] == told[1]
     assert len(told[0].strip()) == len(hashlib.sha256().hexdigest())
+
+
+@pytest.mark.parametrize(("looks", "texture"), [(1.0, 1.0), (1.0, 0.3), (2.8, 4.0)])
+def test_with_a_texture_intensity_is_k_distributed(looks: float, texture: float) -> None:
+    """Moments of a product of two Gamma distributed numbers of mean 1: E I^2 = (1 + 1/looks) (1 + 1/texture)."""
+    normal = np.linspace(-TABLE_REACH, TABLE_REACH, TABLE_NODES)
+    weight = np.exp(-0.5 * normal**2) / np.exp(-0.5 * normal**2).sum()
+    intensity = speckle_amplitudes(looks, texture).astype(np.float64) ** 2
+    assert intensity @ weight == pytest.approx(1.0, rel=0.01)
+    assert intensity**2 @ weight == pytest.approx((1.0 + 1.0 / looks) * (1.0 + 1.0 / texture), rel=0.03)

@@ -1,7 +1,6 @@
 """Fits, flies and draws all variants of a campaign at all speeds."""
 
 import csv
-import re
 from collections.abc import Iterator
 from contextlib import closing
 from io import StringIO
@@ -21,7 +20,7 @@ from ods.missions.chart.point import Point
 from ods.missions.detections.fit import fitted
 from ods.missions.detections.laws import save_laws
 from ods.missions.fly import depends_on, fly, tasks_of
-from ods.missions.journal import Journal
+from ods.missions.journal import Journal, file_name
 from ods.missions.outcome import Outcome
 from ods.missions.settings import Campaign, ChartSettings, Variant
 from ods.missions.setup import sonar_of
@@ -54,7 +53,7 @@ def points_of(campaign: Campaign, out: Path, workers: int) -> Iterator[Point]:
     """Yield what came of each variant at each speed. Raises OdsError."""
     for variant in campaign.chart.variant:
         own = varied(campaign, variant)
-        folder = out / _file_name(variant.name)
+        folder = out / file_name(variant.name)
         laws_file = folder / "laws.json"
         if not laws_file.exists():
             folder.mkdir(parents=True, exist_ok=True)
@@ -125,7 +124,3 @@ def table_of(points: list[Point]) -> Table:
         cells = [f"{100 * r.share:.0f} ({100 * r.low:.0f} to {100 * r.high:.0f})" for r in (p.collision for p in own)]
         table.add_row(name, f"{median(each.ms for each in own):.1f}", *cells)
     return table
-
-
-def _file_name(name: str) -> str:
-    return re.sub(r"[^a-zA-Z0-9.]+", "-", name).strip("-.") or "variant"

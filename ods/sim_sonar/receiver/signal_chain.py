@@ -72,7 +72,8 @@ class Receiver:
         """Prepare tables: a second or less. `power_db` raises the echoes, `gain_db` echoes and noise."""
         self._sonar, self._levels, self._seed = sonar, levels, seed
         self._normal = normal_table()
-        self._amplitude, self._frozen = speckle_amplitudes(levels.looks), frozen_correlation(levels.looks)
+        law = levels.looks, levels.texture
+        self._amplitude, self._frozen = speckle_amplitudes(*law), frozen_correlation(*law)
         self._noise_keys = make_keys(seed, NOISE_STREAM, sonar.beams, sonar.samples)
         self._ranges = gain.sample_ranges(sonar)
         self._echo = _power(gain.echo_gain_db(self._ranges, levels.tvg) + power_db, levels.gain)
@@ -82,10 +83,10 @@ class Receiver:
         self._field = SpeckleField(
             sonar,
             seed,
-            normal_correlation(levels.range_correlation, levels.looks),
-            beam_overlap_correlation(sonar, levels.looks)
+            normal_correlation(levels.range_correlation, *law),
+            beam_overlap_correlation(sonar, *law)
             if levels.beam_correlation is None
-            else normal_correlation(levels.beam_correlation, levels.looks),
+            else normal_correlation(levels.beam_correlation, *law),
             levels.coherence_s,
         )
 

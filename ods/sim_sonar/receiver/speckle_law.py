@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 from numpy.polynomial.hermite_e import hermegauss, hermeval
 from scipy.optimize import brentq
-from scipy.special import factorial, gammainccinv, gammaincinv, ndtr
+from scipy.special import factorial, gammainc, gammaincc, gammainccinv, gammaincinv, ndtr, ndtri, roots_genlaguerre
 
 from ods.base.arrays import Floats, Image
 from ods.sim_sonar.sonar.model import SonarModel
@@ -17,27 +18,29 @@ TABLE_REACH = 6.0
 TABLE_NODES = 4097
 TERMS = 24
 """Terms of the Hermite series."""
+LAGUERRE_NODES = 64
 FAINT = 1e-3
 """Correlation below which no filter is worth it."""
 
 
-def speckle_amplitudes(looks: float) -> Image:
+def speckle_amplitudes(looks: float, texture: float | None = None) -> Image:
     """Return sqrt(g) for normal quantiles even in +-TABLE_REACH, where g is Gamma distributed: mean 1, shape `looks`.
 
-    looks = 1 is fully developed speckle: Rayleigh amplitude, exponential intensity.
+    looks = 1 is fully developed speckle: Rayleigh amplitude, exponential intensity. With a texture, itself Gamma
+    distributed with that shape, g is K distributed.
     """
-    return _amplitude(np.linspace(-TABLE_REACH, TABLE_REACH, TABLE_NODES), looks).astype(np.float32)
+    return _amplitude(np.linspace(-TABLE_REACH, TABLE_REACH, TABLE_NODES), looks, texture).astype(np.float32)
 
 
-def normal_correlation(amplitude_correlation: float, looks: float) -> float:
+def normal_correlation(amplitude_correlation: float, looks: float, texture: float | None = None) -> float:
     """Return the correlation of normal numbers whose speckle amplitudes are correlated as asked, 0 to 1.
 
     Source: the Hermite series of a function f of normal numbers, cov f(x) f(y) = sum of c_n^2 rho^n / n! for n > 0.
     """
-    return _solve(amplitude_correlation, lambda normal: _amplitude(normal, looks))
+    return _solve(amplitude_correlation, lambda normal: _amplitude(normal, looks, texture))
 
 
-def frozen_correlation(looks: float) -> Image:
+def frozen_correlation(looks: float, texture: float | None = None) -> Image:
     """Return what makes normal numbers of echo and noise together as correlated from ping to ping as they should be.
 
     Echo and noise add up as fields do: where the echo, the share f of the power, stays and the noise is fresh, fields
@@ -46,13 +49,13 @@ def frozen_correlation(looks: float) -> Image:
     4e-4.
     """
     share, normal = np.linspace(0.0, 1.0, 401), np.linspace(0.0, 1.0, 16001)
-    intensity = _correlation_of(lambda x: _amplitude(x, looks) ** 2, normal)
+    intensity = _correlation_of(lambda x: _amplitude(x, looks, texture) ** 2, normal)
     excess = np.interp(share**2, intensity, normal) - share**2
     terms = (share**2 * (1.0 - share))[:, None] * share[:, None] ** np.arange(3)
     return np.asarray(np.linalg.lstsq(terms, excess, rcond=None)[0], np.float32)
 
 
-def beam_overlap_correlation(sonar: SonarModel, looks: float) -> float:
+def beam_overlap_correlation(sonar: SonarModel, looks: float, texture: float | None = None) -> float:
     """Return the correlation of normal numbers between neighbouring beams of `sonar`.
 
     Scatterers all around make the fields of two beams correlated as their patterns overlap, and intensities as the
@@ -64,7 +67,7 @@ def beam_overlap_correlation(sonar: SonarModel, looks: float) -> float:
     field = np.sqrt(np.diff(sonar.horizontal_cumulative) * NODES_PER_WIDTH)
     offset = np.arange(len(field)) / NODES_PER_WIDTH
     shared = float(field @ np.interp(offset - step, offset, field, left=0.0)) / float(field @ field)
-    return _solve(shared**2, lambda normal: _amplitude(normal, looks) ** 2)
+    return _solve(shared**2, lambda normal: _amplitude(normal, looks, texture) ** 2)
 
 
 def taps(correlation: float) -> Floats:
@@ -88,9 +91,27 @@ def _neighbours(values: Floats) -> float:
     return float(values[1:] @ values[:-1])
 
 
-def _amplitude(normal: Floats, looks: float) -> Floats:
+def _amplitude(normal: Floats, looks: float, texture: float | None = None) -> Floats:
+    if texture is not None:
+        return np.asarray(np.exp(0.5 * np.interp(normal, *_textured(looks, texture))))
     lower, upper = gammaincinv(looks, ndtr(normal)), gammainccinv(looks, ndtr(-normal))
     return np.sqrt(np.where(normal < 0.0, lower, upper) / looks)
+
+
+@lru_cache(maxsize=4)
+def _textured(looks: float, texture: float) -> tuple[Floats, Floats]:
+    """Return normal quantiles and the logarithms of K distributed intensities, mean 1, that they belong to.
+
+    Source: E. Jakeman and P. N. Pusey, A model for non-Rayleigh sea echo, 1976: the mean is Gamma distributed.
+    """
+    mean, weight = roots_genlaguerre(LAGUERRE_NODES, texture - 1.0)
+    mean, weight = mean / texture, weight / weight.sum()
+    intensity = np.geomspace(1e-18, 1e4, TABLE_NODES)
+    ratio = looks * intensity[:, None] / mean
+    below, above = gammainc(looks, ratio) @ weight, gammaincc(looks, ratio) @ weight
+    normal = np.where(below < 0.5, ndtri(below), -ndtri(above))
+    real = np.isfinite(normal)
+    return normal[real], np.log(intensity[real])
 
 
 def _solve(wanted: float, function: Callable[[Floats], Floats]) -> float:

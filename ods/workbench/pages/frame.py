@@ -40,6 +40,7 @@ MENUS = (
     Menu("Assess", "ods.workbench.pages.assess", "insights"),
     Menu("Live", "ods.workbench.pages.live", "sensors"),
     Menu("Echogram", "ods.workbench.pages.echogram", "stacked_line_chart"),
+    Menu("Missions", "ods.workbench.pages.missions", "route"),
 )
 """Loaded when first opened; one whose module is not there is not shown."""
 KEYS = (
@@ -47,7 +48,7 @@ KEYS = (
     ("Ctrl Y, Ctrl Shift Z", "redo"),
     ("P", "fan or beams beside each other"),
     ("D", "dark or light"),
-    ("1 ... 8", "menus"),
+    ("1 ... 9", "menus"),
     ("?", "these keys"),
     ("wheel, drag, double click", "in an image: zoom, pan, the whole image again"),
     ("click", "in an image: pin its beam"),

@@ -1,0 +1,83 @@
+"""What lists and clearance said of the obstacle that the vehicle came nearest to, just before."""
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from ods.base.arrays import Floats, Mask
+from ods.base.quaternion import Quaternion
+from ods.messages import Clearance, ObstacleList
+from ods.missions.world import World
+from ods.sim_sonar.steered import VehicleState
+
+BEFORE_S = 5.0
+"""So long before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
+LEAST_M = 1.0
+"""A listed circle reaches at least so far."""
+
+Warned = Literal["", "not valid", "caution", "unknown water"]
+
+
+class _Said(NamedTuple):
+    t_s: float
+    valid: bool
+    caution: bool
+    covered: Mask
+    """(n,) of each obstacle: a circle of the list lies over it,"""
+    empty: Mask
+    """and: the water where it begins was called empty."""
+
+
+class Witness:
+    """Remembers what was said of each obstacle. Places told are taken as seen from the vehicle, wherever it is told."""
+
+    def __init__(self, world: World) -> None:
+        self._world = world
+        self._said: list[_Said] = []
+
+    def hear(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState, t_s: float) -> None:
+        """Take what the planner is told at `t_s` of the ping `sent` from there."""
+        covered, empty = self._covered(told, sent), self._called_empty(told, clearance, sent)
+        self._said.append(_Said(t_s, told.valid, bool(told.caution), covered, empty))
+
+    def before(self, t_s: float, which: int) -> tuple[bool, Warned]:
+        """Return whether an obstacle was listed in the last BEFORE_S before `t_s`, and what warned of the list then."""
+        said = [each for each in self._said if t_s - BEFORE_S <= each.t_s <= t_s]
+        listed = any(each.covered[which] for each in said)
+        if not said or not all(each.valid for each in said):
+            return listed, "not valid"
+        if any(each.caution for each in said):
+            return listed, "caution"
+        return listed, "" if any(each.empty[which] for each in said) else "unknown water"
+
+    def _covered(self, told: ObstacleList, sent: VehicleState) -> Mask:
+        radius = self._world.radius_m
+        if not told.obstacles:
+            return np.zeros(len(radius), np.bool_)
+        listed = np.array([each.position_ned[:2] for each in told.obstacles])
+        if told.pose is not None:
+            turn = sent.heading_rad - _heading(told.pose.attitude)
+            cos, sin = math.cos(turn), math.sin(turn)
+            ahead = listed - told.pose.position_ned[:2]
+            listed = ahead @ np.array([[cos, sin], [-sin, cos]]) + (sent.north_m, sent.east_m)
+        off = np.hypot(*(self._world.places(sent.t_s)[:, None] - listed).transpose(2, 0, 1))
+        over = np.array([max(each.radius_m, LEAST_M) for each in told.obstacles])
+        return np.asarray((off < radius[:, None] + over).any(axis=1))
+
+    def _called_empty(self, told: ObstacleList, clearance: Clearance | None, sent: VehicleState) -> Mask:
+        north, east = (self._world.places(sent.t_s) - (sent.north_m, sent.east_m)).T
+        if clearance is None or not clearance.valid:
+            return np.zeros(len(north), np.bool_)
+        turn = 0.0 if told.pose is None else _heading(told.pose.attitude) - sent.heading_rad
+        sectors = len(clearance.clear_to_m)
+        sector = np.floor(sectors * (np.arctan2(east, north) + turn) / (2.0 * math.pi)).astype(int) % sectors
+        edge: Floats = np.hypot(north, east) - self._world.radius_m
+        return np.asarray(
+            (np.array(clearance.clear_from_m)[sector] <= edge) & (edge < np.array(clearance.clear_to_m)[sector])
+        )
+
+
+def _heading(attitude: Quaternion) -> float:
+    w, x, y, z = attitude
+    return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))

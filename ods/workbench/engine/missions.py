@@ -1,0 +1,117 @@
+"""Missions of a campaign, the worst first, and one of them flown again with the planner in the loop."""
+
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+import msgspec
+
+from ods.base.errors import OdsError, reason_of
+from ods.base.in_file import MOST_BYTES, content_of
+from ods.base.settings_file import load_variants
+from ods.missions.journal import NAME
+from ods.missions.outcome import Outcome
+from ods.missions.settings import Arm, Campaign
+from ods.missions.setup import flight_of, setup_of
+
+MOST_SHOWN = 20
+ARM: Arm = "ods"
+"""Of the missions that are shown: the one that hears the list."""
+
+Place = tuple[float, float]
+
+
+class Choice(NamedTuple):
+    """A mission that can be flown."""
+
+    campaign: Campaign
+    name: str
+    """Of its variant, or of its folder."""
+    number: int
+    outcome: Outcome | None
+    """What came of it; none: it has not been flown."""
+
+
+class Voyage(NamedTuple):
+    """What came of a mission, as places north, east, m."""
+
+    outcome: Outcome
+    way: list[Place]
+    goal: Place
+    obstacles: list[tuple[Place, float]]
+    """Place and radius of each obstacle at the end."""
+    paths: list[tuple[Place, Place]]
+    """From where to where those went that move."""
+    listed: list[tuple[Place, float]]
+    """Place and radius of each object of the last list."""
+
+
+class _Head(msgspec.Struct):
+    campaign: Campaign
+
+
+def choices_of(path: Path) -> list[Choice]:
+    """Return the missions of a campaign's file, or the worst of a folder of results. Raises OdsError."""
+    if path.is_dir():
+        files = sorted([*path.glob(NAME), *path.glob(f"*/{NAME}")])
+        if not files:
+            raise OdsError(f"{path}: no {NAME} in it: ods missions CAMPAIGN.toml --out {path}")
+        found = [choice for file in files for choice in _of_journal(file)]
+        return sorted(found, key=_badness)[:MOST_SHOWN]
+    variants = load_variants(path, Campaign)
+    return [
+        Choice(campaign, name or path.stem, number, None)
+        for number in range(max(each.missions for each in variants.values()))
+        for name, campaign in variants.items()
+        if number < campaign.missions
+    ][:MOST_SHOWN]
+
+
+def _of_journal(file: Path) -> Iterator[Choice]:
+    try:
+        head, *lines = content_of(file, MOST_BYTES).splitlines()
+        campaign = msgspec.json.decode(head, type=_Head, dec_hook=_path_of).campaign
+        outcomes = [msgspec.json.decode(line, type=Outcome) for line in lines]
+    except OSError as error:
+        raise OdsError(f"{file}: {reason_of(error)}") from error
+    except (ValueError, msgspec.MsgspecError) as error:
+        raise OdsError(f"{file}: of another version of ODS, or no results of missions: {error}") from error
+    return (Choice(campaign, file.parent.name, each.mission, each) for each in outcomes if each.arm == ARM)
+
+
+def _path_of(kind: type, value: object) -> object:
+    if kind is Path:
+        return Path(str(value))
+    raise NotImplementedError
+
+
+def _badness(choice: Choice) -> tuple[int, float]:
+    outcome = choice.outcome
+    assert outcome is not None
+    order = {"collision": 0, "time-out": 2, "success": 1}
+    return order[outcome.ending], math.inf if outcome.clearance_m is None else outcome.clearance_m
+
+
+def fly(choice: Choice, tell: Callable[[float], None], ends: Callable[[], bool]) -> Voyage | None:
+    """Fly a mission with the list of pipeline and tracker; None: `ends` told to give up. Raises OdsError.
+
+    tell: gets the share of the straight way that is done, 0 to 1.
+    """
+    campaign = choice.campaign
+    flight = flight_of(campaign, choice.number, ARM, setup_of(campaign))
+    for state in flight.pings():
+        if ends():
+            return None
+        tell(min(1.0, max(0.0, state.north_m / campaign.world.length_m)))
+    world, now = flight.world, flight.vehicle.way[-1].t_s
+    start, end = world.places(0.0).tolist(), world.places(now).tolist()
+    told = [] if flight.heard is None else flight.heard.list.obstacles
+    return Voyage(
+        flight.outcome(),
+        [(state.north_m, state.east_m) for state in flight.vehicle.way[::4]],
+        (campaign.world.length_m, 0.0),
+        [((n, e), r) for (n, e), r in zip(end, world.radius_m.tolist(), strict=True)],
+        [((a, b), (c, d)) for (a, b), (c, d) in zip(start, end, strict=True) if (a, b) != (c, d)],
+        [(each.position_ned[:2], each.radius_m) for each in told],
+    )
