@@ -101,7 +101,7 @@ class Collector:
                 self.record.image = ping, detections
 
     def ready(self, process: str) -> bool:
-        """Tell whether `process` has reported that it is ready."""
+        """Return whether `process` has reported that it is ready."""
         reports = self.record.health[process]
         return bool(reports) and reports[-1].ready
 

@@ -34,7 +34,7 @@ class MachineLoad(msgspec.Struct, frozen=True):
     """Mean number of processes that ran or waited for a processor, the bench's own included."""
     processors: int = 1
     pressure: float = 0.0
-    """Share of the time in which some process waited for a processor (/proc/pressure/cpu); 0 where it is not told."""
+    """Share of the time in which some process waited for a processor (/proc/pressure/cpu); 0 where not reported."""
     wake_p95_ms: float = 0.0
     """How late a process that slept was woken."""
     slowdown_p75: float = 1.0
@@ -42,7 +42,7 @@ class MachineLoad(msgspec.Struct, frozen=True):
 
     @property
     def busy(self) -> bool:
-        """Tell whether times measured meanwhile say as much of the computer as of the program."""
+        """Return whether times measured meanwhile say as much of the computer as of the program."""
         return self.wake_p95_ms > BUSY_WAKE_MS or self.slowdown_p75 > BUSY_SLOWDOWN or self.pressure > BUSY_PRESSURE
 
     def __str__(self) -> str:

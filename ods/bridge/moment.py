@@ -65,7 +65,7 @@ class Moment:
 
 
 def is_finite(pose: PoseAt) -> bool:
-    """Tell whether a pose is one: places are counted from it."""
+    """Return whether a pose is one: places are counted from it."""
     return math.isfinite(sum((*pose.position_ned, *pose.attitude, *pose.velocity_ned)))
 
 

@@ -33,7 +33,7 @@ def near_misses(picture: ObstacleList, within_m: float, horizon_s: float = 60.0,
     May: by `sigmas` standard deviations of place and radius at each time. All are in the horizontal plane, as depths
     are hardly seen. Where the vehicle's pose is not known, any obstacle may be as near as can be, at once.
     What an operator said to ignore is left out (`Obstacle.ignored_by`).
-    The list tells nothing of what it cannot vouch for: see `valid`.
+    The list shows nothing of what it cannot vouch for: see `valid`.
     """
     present = [each for each in picture.obstacles if each.state != "terminated" and each.ignored_by < 0]
     vehicle = picture.pose

@@ -38,7 +38,7 @@ class Door:
         self._socket: zmq.Socket[bytes] | None = None
 
     def step(self, now_s: float) -> bool:
-        """Bind if that is due; tell whether it failed."""
+        """Bind if that is due; return whether it failed."""
         if self._socket is not None or now_s < self._due_s:
             return False
         socket = self._made()
@@ -68,7 +68,7 @@ class Door:
         return socket
 
     def publish(self, topic: bytes, body: bytes) -> bool:
-        """Send to all who are connected; tell whether the door is open. Who does not keep up misses it."""
+        """Send to all who are connected; return whether the door is open. Who does not keep up misses it."""
         if self._socket is None:
             return False
         self._socket.send(topic, bus.FIRST_PART)

@@ -162,7 +162,7 @@ class Flight:
         return math.ceil(patience_s / self._period_s)
 
     def step(self, ping: int) -> bool:
-        """Go on by one ping; tell whether the goal is reached.
+        """Go on by one ping; return whether the goal is reached.
 
         While its echoes come the vehicle goes by what the planner made of those before.
         """

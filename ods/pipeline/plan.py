@@ -99,7 +99,7 @@ def make_plan(ping: Ping, settings: PipelineSettings, *, over_pings: bool = Fals
 
 
 def are_alike(one: Plan, other: Plan, *, over_pings: bool = False) -> bool:
-    """Tell whether stages prepared for one plan will do for the other: only ranges differ, by `ALIKE` or less.
+    """Return whether stages prepared for one plan will do for the other: only ranges differ, by `ALIKE` or less.
 
     So they do where a sonar takes them from a sound speed that it measures anew for each ping. over_pings: the stages
     compare pings, so what lies at a column must not move.

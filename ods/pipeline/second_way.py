@@ -2,7 +2,7 @@
 
 Such an echo stands in its body's direction, fainter, and behind all bodies by the same difference of range, which stays
 while the vehicle moves. A difference that most loud bodies of most pings show is one; that of a single body may be
-another body, and is not told. A body counts where its echo by that way is strong enough to be heard. What is known
+another body, and is not reported. A body counts where its echo by that way is strong enough to be heard. What is known
 of a way stays while no body can show it, and then one body is enough.
 """
 

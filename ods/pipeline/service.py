@@ -85,7 +85,7 @@ class PipelineWorker(Worker[PipelineConfig]):
 
     def _keep_time(self, spent_ns: int) -> None:
         anew, self._prepared_anew = self._prepared_anew, self._processor.chain.prepared_anew
-        if anew or not self._prepared_anew:  # the first ping of a geometry tells nothing of those that follow
+        if anew or not self._prepared_anew:  # the first ping of a geometry shows nothing of those that follow
             self._backlog.worked(spent_ns)
         counters = self.service.counters
         counters["process_mean_us"] = round(self._backlog.work_ns / 1000)

@@ -78,7 +78,7 @@ class PipelineSettings(Settings, frozen=True):
             raise ValueError("smallest_object_m: the stages are not the default ones, or have windows of their own")
 
     def _may_be_a_plug_ins(self, stage: str) -> bool:
-        """Tell whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
+        """Return whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""
         if STAGES.may_add(self.plugins):
             return True
         from ods.pipeline.stage.registry import stage_names  # slow, and of use only where somebody has registered one

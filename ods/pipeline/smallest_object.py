@@ -53,7 +53,7 @@ def columns_of(object_m: float, dr_m: float, subsample: int = 0) -> Columns:
 
 
 def leaves_numbers(stages: Sequence[dict[str, Any]], among: Sequence[dict[str, Any]]) -> bool:
-    """Tell whether a chain is made of the stages `among`, FILTER and DETECTOR too, and says none of DECIDED itself."""
+    """Return whether a chain is made of stages `among`, FILTER and DETECTOR too, and says none of DECIDED itself."""
     used = {stage["use"] for stage in stages}
     named = {key for stage in stages for key in stage}
     return {FILTER, DETECTOR} <= used <= {stage["use"] for stage in among} and not named & set(DECIDED)

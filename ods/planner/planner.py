@@ -176,7 +176,7 @@ class Planner:
         return max(self.settings.certain_s, away / self.settings.slow_m_s)
 
     def _passed(self, now: Motion) -> bool:
-        """Go on to the next way-point where one is reached; tell whether the last one is."""
+        """Go on to the next way-point where one is reached; return whether the last one is."""
         north, east = (np.array(self._ahead[0][:2]) - now.place).tolist()
         if math.hypot(north, east) > self.settings.reached_m:
             return False

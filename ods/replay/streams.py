@@ -104,7 +104,7 @@ class OrderStream:
         self._orders = Stream(messages_of(recording, "veto-orders", VetoOrder))
 
     def until(self, now_ns: int) -> Iterator[VetoOrder]:
-        """Yield those not told yet that had been carried out by then."""
+        """Yield those not reported yet that had been carried out by then."""
         while self._orders.upcoming is not None and self._orders.upcoming[1].t_ns <= now_ns:
             order = self._orders.take()
             if not order.refused:

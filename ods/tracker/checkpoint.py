@@ -137,7 +137,7 @@ class Checkpoints:
         self._writer.write(self._file, self._encoder.encode(checkpoint))
 
     def base_due(self, changes: MapChanges) -> bool:
-        """Tell whether the changes are too many for each checkpoint to carry."""
+        """Return whether the changes are too many for each checkpoint to carry."""
         return len(changes.put) + len(changes.remove) > max(MOST_CHANGES, self._base_size // SHARE)
 
     def write_base(self, objects: list[MapObject]) -> None:

@@ -133,7 +133,7 @@ class TrackManager:
 
 
 def _events(before: Ints, states: Ints, inside: Mask) -> list[bool]:
-    """Tell whether any object is lost out of view, is confirmed, and ends or rests once confirmed."""
+    """Return whether any object is lost out of view, is confirmed, and ends or rests once confirmed."""
     events = np.empty(3, np.bool_)
     native.management_events(before, states, inside, events)
     found: list[bool] = events.tolist()

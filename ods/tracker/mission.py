@@ -41,7 +41,7 @@ FUTURE_NS = clock.NS
 """A ping, or a pose, stamped later than now by more than this has a wrong time."""
 
 SLOWEST = 1400.0
-"""Sound speed, m/s, where it is not told."""
+"""Sound speed, m/s, where it is not reported."""
 
 Complain = Callable[[str, str], None]
 """Takes a counter's name and a line: what is lost is counted, and said once."""
@@ -200,7 +200,7 @@ class MissionTracker:
         return Told(self._list(now_ns, message, pose, snapshot), outcome.hibernated, gone)
 
     def _jumps_within(self, message: Detections) -> bool:
-        """Tell whether the pose jumped while the ping's echoes came in; begin anew if it did before.
+        """Return whether the pose jumped while the ping's echoes came in; begin anew if it did before.
 
         What was tracked before a jump would be ghosts after it, beside the same objects at their new places.
         """
@@ -238,7 +238,7 @@ class MissionTracker:
         return self.vetoes.held(now_ns, self._utc.at)
 
     def silent_list_due(self, now_ns: int) -> bool:
-        """Tell whether a list without a ping is due, as none came."""
+        """Return whether a list without a ping is due, as none came."""
         period_ns = self.settings.planner.period_s * clock.NS
         return self._inputs.silent(now_ns) and now_ns - self._listed_ns >= period_ns
 

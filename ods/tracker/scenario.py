@@ -85,7 +85,7 @@ class TrackedScenario:
 
 
 def is_scenario(path: Path) -> bool:
-    """Tell whether a file is a scenario, by the names of its arrays: no recording of pings has echoes."""
+    """Return whether a file is a scenario, by the names of its arrays: no recording of pings has echoes."""
     try:
         if not path.is_file():  # to open a pipe would wait for ever
             return False

@@ -215,7 +215,7 @@ def outcome(number: int, arm: str, clearance_m: float, *, listed: bool = True, w
     return Outcome(
         mission=number, arm=arm, ending=ending, near_miss=0.0 <= clearance_m < 1.0, clearance_m=clearance_m,
         path_m=70.0, time_s=40.0, evasions=0, evasions_of_nothing=0, listed=1, first_listed_m=30.0, not_valid_s=4.0,
-        nearest_listed=listed, warning=warning,
+        time_to_collision_s=None, nearest_listed=listed, warning=warning,
     )  # fmt: skip
 
 

@@ -67,11 +67,11 @@ class DdsSender:
             self._look_ns = now_ns + round(self._backoff.failed() * clock.NS)
 
     def is_heard(self, key: str) -> bool:
-        """Tell whether a node has subscribed to a topic, or nothing can be sent, which `send` then says."""
+        """Return whether a node has subscribed to a topic, or nothing can be sent, which `send` then says."""
         return key not in self._writers or bool(self._writers[key][0].get_matched_subscriptions())
 
     def send(self, key: str, cdr: bytes) -> bool:
-        """Write a message of a topic; tell whether it was written."""
+        """Write a message of a topic; return whether it was written."""
         if key not in self._writers:
             self._complain("unsent_messages", self._away or "DDS has not started")
             return False

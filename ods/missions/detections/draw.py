@@ -18,7 +18,7 @@ LARGEST_LOG = 12.0
 """Of logarithms before they are raised: beyond is no number of an echo."""
 SMALLEST_M = 0.01
 NOT_TOLD = 1e-6
-"""A front so unlikely is one that is not told."""
+"""A front so unlikely is one that is not reported."""
 
 
 class Placed(NamedTuple):

@@ -1,4 +1,4 @@
-"""What is wrong with sonar and INS of a campaign, and is not told to pipeline and tracker."""
+"""What is wrong with sonar and INS of a campaign, and is not reported to pipeline and tracker."""
 
 import math
 from typing import Annotated
@@ -36,7 +36,7 @@ class ErrorSettings(Settings, frozen=True):
                 raise ValueError(f"fault[{place}].kind: {fault.kind} is none in the image: {', '.join(BLINDNESS)}")
 
     def ping(self, ping: Ping) -> Ping:
-        """Return a ping as the sonar tells it."""
+        """Return a ping as the sonar reports it."""
         if self.range_scale == 1.0:
             return ping
         scale = self.range_scale
@@ -45,7 +45,7 @@ class ErrorSettings(Settings, frozen=True):
         )
 
     def pose(self, pose: Pose) -> Pose:
-        """Return a pose as the INS tells it."""
+        """Return a pose as the INS reports it."""
         if self.drift_m_s == (0.0, 0.0) and self.yaw_drift_deg_s == 0.0:
             return pose
         t_s, (north, east, down) = pose.t_ns / NS, pose.position_ned

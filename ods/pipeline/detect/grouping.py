@@ -70,7 +70,7 @@ class Grouping:
 
 
 def _size_test(params: GroupParams, fan: Fan) -> Callable[[Runs], bool] | None:
-    """Return what tells whether a region is as large as wanted; None when any is."""
+    """Return the test of whether a region is as large as wanted; None when any is."""
     if not params.min_extent_m and not params.max_extent_m:
         return None
 

@@ -12,7 +12,7 @@ LEAST_FRONT = 0.12
 """Of `Detection.front`, for faint echoes. The tracker looks at many images: one that is taken for the bottom now and
 then costs less than a body that is never heard."""
 LEAST_TOLD = 1e-6
-"""No front is told to be less likely a body's: 0 is that it is not told."""
+"""No front is told to be less likely a body's: 0 is that it is not reported."""
 
 
 class Fronts:

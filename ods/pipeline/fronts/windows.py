@@ -21,7 +21,7 @@ APART_RAD = np.radians((2.0 / 3.0, 2.0))
 
 
 def can_be_judged(fan: Fan) -> bool:
-    """Tell whether beams and columns of an image make windows like those that bodies were learnt from."""
+    """Return whether beams and columns of an image make windows like those that bodies were learnt from."""
     gap = np.diff(fan.bearing_rad)
     if gap.size < BEAMS or gap.min() <= 0.0 or fan.dr_m > LONGEST_CELL * CELL_M:
         return False

@@ -38,7 +38,7 @@ class Regions(NamedTuple):
     faint: Mask | None = None
     """(total,) those that are too weak for the false-alarm rate wanted; None: none is."""
     heard_from: float = 0.0
-    """So high over the background an echo counts by its level alone in the middle of the image; 0: not told."""
+    """So high over the background an echo counts by its level alone in the middle of the image; 0: not reported."""
     fronts: bool = False
     """Where some are faint, all are judged by how they set in; of the faint ones only those are echoes that do so as a
     body does."""

@@ -95,7 +95,7 @@ class Measured(NamedTuple):
 def measure_echoes(image: Image, regions: Regions, recorded: Recorded, fan: Fan) -> EchoTable:
     """Return the echoes of the regions that were found in image (beams, samples), which lies as `fan` tells.
 
-    `front` is not told yet. Raises NotANumberError.
+    `front` is not reported yet. Raises NotANumberError.
     """
     return measure(image, regions, recorded, fan).echoes
 

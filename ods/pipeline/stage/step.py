@@ -23,7 +23,7 @@ class PingContext(NamedTuple):
     """None where it is not known: the vehicle then counts as standing still."""
 
     def follows(self, former: "PingContext", longest_gap_s: float) -> bool:
-        """Tell whether the former ping is neither later nor too old to say anything about this one."""
+        """Return whether the former ping is neither later nor too old to say anything about this one."""
         return 0 <= self.t_ns - former.t_ns <= longest_gap_s * 1e9
 
 

@@ -16,7 +16,7 @@ class KeyList:
         self._version: tuple[int, ...] | None = None
 
     def follow(self) -> bool:
-        """Read the list anew if it has changed; tell whether it has, or cannot be used."""
+        """Read the list anew if it has changed; return whether it has, or cannot be used."""
         try:
             version = self._folder.version()
             if version == self._version and not self.problem:

@@ -43,7 +43,7 @@ class Mission:
         return (t_ns - self.start_ns) / clock.NS
 
     def faulty(self, kind: str, t_ns: int) -> bool:
-        """Tell whether a fault of this kind is on."""
+        """Return whether a fault of this kind is on."""
         seconds = self.seconds(t_ns)
         return any(f.kind == kind and f.at_s <= seconds < f.at_s + f.for_s for f in self._faults)
 

@@ -31,7 +31,7 @@ class MulticastLine:
             self._socket = None
 
     def write(self, records: list[bytes], _patience_s: float) -> bool:
-        """Send datagrams; tell whether all of them went out."""
+        """Send datagrams; return whether all of them went out."""
         for record in records:
             try:
                 if self._socket is None:

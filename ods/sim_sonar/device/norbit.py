@@ -166,7 +166,7 @@ class NorbitEnd:
 
 
 def _can(name: str, values: Values) -> bool:
-    """Tell whether these are values of the command, within its limits."""
+    """Return whether these are values of the command, within its limits."""
     if len(values) != len(DEFAULTS[name]) or not all(map(math.isfinite, values)):
         return False
     if name == "set_resolution":

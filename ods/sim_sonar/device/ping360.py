@@ -65,7 +65,7 @@ class ScannedImages(ImageSimulator):
         return np.asarray(np.rint(np.minimum(counts, 255.0)), np.uint8)
 
     def truth(self, t_s: float, ping_number: int = 0) -> list[TruthObject]:
-        """Return the bounded objects, in the sector or not; levels are not told."""
+        """Return the bounded objects, in the sector or not; levels are not reported."""
         del ping_number
         objects, pose = self.scene.objects_at(t_s), self.scene.head_at(t_s)
         inside = within_fan(self._sector, objects.position_ned, objects.radius_m, pose)
@@ -192,6 +192,6 @@ def _refusal(kind: int, words: bytes) -> bytes:
 
 
 def _can(transmission: Transmission, sweep: Sweep) -> bool:
-    """Tell whether it can do so."""
+    """Return whether it can do so."""
     numbers = all(low <= getattr(transmission, name) <= high for name, (low, high) in LIMITS.items())
     return numbers and max(sweep.start, sweep.stop) < TURN and 1 <= sweep.steps <= 10 and sweep.delay_ms <= 100

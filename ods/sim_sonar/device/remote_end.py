@@ -36,7 +36,7 @@ class Line(Protocol):
         """Make it vanish."""
 
     def write(self, records: list[bytes], patience_s: float) -> bool:
-        """Send records; tell whether all of them went out in time."""
+        """Send records; return whether all of them went out in time."""
 
     def read(self) -> bytes:
         """Return the bytes of records that have come."""
@@ -46,7 +46,7 @@ class RemoteEnd:
     """The settings that the sonar has been asked for, and the records that a client of the network wants."""
 
     def __init__(self, sonar: SonarModel, line: Line) -> None:
-        """The sonar's file tells the longest range, which is that after switching on."""
+        """The sonar's file reports the longest range, which is that after switching on."""
         self._line = line
         self._ranges_m = LEAST_RANGE_M, sonar.range0_m + (sonar.samples - 1) * sonar.dr_m
         self.controls = Controls(self._ranges_m[1], NOMINAL_POWER_DB, NOMINAL_GAIN_DB)

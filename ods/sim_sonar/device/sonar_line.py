@@ -36,7 +36,7 @@ def port_of(sim: SimSettings, run_dir: Path) -> str:
 
 
 def has_numbers(sim: SimSettings) -> bool:
-    """Tell whether the sonar numbers its pings."""
+    """Return whether the sonar numbers its pings."""
     return sim.sonar_line not in ("ping360", "ping360_udp")
 
 

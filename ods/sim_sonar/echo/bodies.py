@@ -52,7 +52,7 @@ def hit(body: Body, x: float, y: float, z: float) -> tuple[float, float]:
 
 
 def contains(body: Body, point: Floats) -> bool:
-    """Tell whether a sphere or cylinder surrounds `point` (3,); planes surround nothing."""
+    """Return whether a sphere or cylinder surrounds `point` (3,); planes surround nothing."""
     local = np.abs(body["axes"] @ (point - body["centre"]))
     radius, _, half_length = body["half"]
     if body["kind"] == PLANE:

@@ -22,7 +22,7 @@ def planner_can_of(wanted: Literal["auto", "vcan0", "slcan"], run_dir: Path) -> 
 
 
 def has_vcan() -> bool:
-    """Tell whether vcan0 is there and a CAN socket opens on it."""
+    """Return whether vcan0 is there and a CAN socket opens on it."""
     try:
         with socket.socket(socket.AF_CAN, socket.SOCK_RAW, socket.CAN_RAW) as sock:
             sock.bind((VCAN,))

@@ -1,4 +1,4 @@
-"""The standard deviations that a simulated INS tells."""
+"""The standard deviations that a simulated INS reports."""
 
 from typing import NamedTuple
 

@@ -31,7 +31,7 @@ SETTLE_MS = 2
 
 
 def is_frame(line: bytes) -> bool:
-    """Tell whether an slcan line, without its carriage return, is a well-formed classical CAN frame."""
+    """Return whether an slcan line, without its carriage return, is a well-formed classical CAN frame."""
     match = FRAME_HEAD.fullmatch(line)
     return match is not None and len(match[2]) == (2 * int(match[1]) if line[:1] in b"tT" else 0)
 
@@ -192,7 +192,7 @@ class SlcanHub:
                 self.counters["dropped"] += len(frames)
 
     def _is_traffic(self, port: _Port, line: bytes) -> bool:
-        """Tell whether a line is a frame for the bus; answer it when it is a command."""
+        """Return whether a line is a frame for the bus; answer it when it is a command."""
         if is_frame(line):
             self.counters["refused"] += not port.on_bus
             return port.on_bus

@@ -27,7 +27,7 @@ class SeaBedModel:
     """Eq. 3 over cos(alpha), even from 0 to 1."""
 
     def is_above(self, position_ned: Floats) -> bool:
-        """Tell whether a place, (3,) NED in m, lies above the sea-bed."""
+        """Return whether a place, (3,) NED in m, lies above the sea-bed."""
         down, height = self._down_and_height(position_ned)
         return -down > height and down < 0.0
 

@@ -75,7 +75,7 @@ def fan_mask(
 def extent_of(echo: Detection) -> tuple[float, float, float]:
     """Return how near and how far an echo may be, m, and half its width, rad."""
     near = echo.near_m - SIGMAS * echo.sigma_near_m
-    if not echo.sigma_near_m > 0.0:  # not told
+    if not echo.sigma_near_m > 0.0:  # not reported
         near = echo.range_m - echo.radius_m - SIGMAS * echo.sigma_range_m
     far = max(echo.range_m + echo.radius_m, near + echo.range_extent_m)
     half = 0.5 * echo.bearing_extent_rad + SIGMAS * echo.sigma_bearing_rad

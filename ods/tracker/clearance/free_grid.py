@@ -56,7 +56,7 @@ class FreeGrid:
         self._down = 0.0
 
     def fits(self, range_m: float) -> bool:
-        """Tell whether the grid is made for a sonar of this range."""
+        """Return whether the grid is made for a sonar of this range."""
         return SMALLEST * REACH * self.cell_m <= range_m <= REACH * self.cell_m
 
     def free(self, t_s: float) -> Mask:

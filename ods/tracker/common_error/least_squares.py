@@ -18,7 +18,7 @@ NEARER_SIGMA_M, DEPTH_SIGMA_M = 2.0, 3.0
 LEAST_MEMORY = 7.0
 """Of pings, where they come so seldom that a memory in seconds would hold fewer."""
 SEEN_LEAST = 3.0
-"""Sightings of an object, those that fade counted in part, below which it tells nothing;"""
+"""Sightings of an object, those that fade counted in part, below which it shows nothing;"""
 FORGOTTEN = 0.5
 """and below which it is forgotten."""
 WHOLE = COLUMNS + 1

@@ -36,7 +36,7 @@ class WriterProcess:
         return self._link is not None
 
     def start(self, now_ns: int) -> bool:
-        """Start it if it is time to; tell whether it was. Raises LinkEndedError."""
+        """Start it if it is time to; return whether it was. Raises LinkEndedError."""
         if self._link is not None or now_ns < self._start_ns:
             return False
         try:

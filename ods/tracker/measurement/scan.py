@@ -59,15 +59,15 @@ class EchoRows(NamedTuple):
     sigma_radius: Floats
     """m."""
     strength: Floats
-    """Peak over the background, dB; 0: not told."""
+    """Peak over the background, dB; 0: not reported."""
     cut: Floats
     """1: the fan's edge or its ranges cut it off; 0: they do not."""
     half_vertical: Floats
     """The body is within this of `elevation`, rad; 0: within half the fan's vertical opening."""
     onset: Floats
-    """How slowly it sets in, see `Detection`; 0: not told."""
+    """How slowly it sets in, see `Detection`; 0: not reported."""
     front: Floats
-    """How likely it sets in as a body does, see `Detection`; 0: not told."""
+    """How likely it sets in as a body does, see `Detection`; 0: not reported."""
 
 
 class Echoes(Named[EchoRows]):
@@ -97,7 +97,7 @@ SMALLEST_SIGMA = 1e-4
 """Standard deviations below this (m, rad) are no claim a sonar can make; they are raised to it."""
 LARGEST_PATCH_M = 8.0
 """What shines of a patch of bottom is smaller: a larger echo is of a wall or the like, which sets in as it stands to
-the beams, so that its onset and front tell nothing."""
+the beams, so that its onset and front show nothing."""
 ROOT3 = math.sqrt(3.0)
 """Half of an interval in which all places are alike, in its standard deviations."""
 LARGEST = 1e5
@@ -107,7 +107,7 @@ LARGEST = 1e5
 def echoes_of(table: Floats) -> tuple[Echoes, int]:
     """Return the echoes of a (m, 12) table with the columns of `EchoRows`, and how many rows were dropped as useless.
 
-    The last columns may be missing, (m, 7) to (m, 11): not told, and not cut. Dropped: numbers that are not finite or
+    The last columns may be missing, (m, 7) to (m, 11): unknown, and not cut. Dropped: numbers that are not finite or
     absurdly large, ranges not above 0, negative radii or standard deviations.
     """
     table = np.column_stack([table, np.zeros((len(table), len(EchoRows._fields) - table.shape[1]))])

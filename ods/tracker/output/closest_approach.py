@@ -75,7 +75,7 @@ def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float,
     """Return (n,) mean squares by which the distance `told` changes with the velocity, of standard deviations (2, n).
 
     What seems to fall behind, or to stay as far away as it is, may as well come nearer for the whole horizon: then the
-    time changes, and the spread at one time tells nothing of it. By sigma points, sqrt(2) standard deviations away from
+    time changes, and the spread at one time shows nothing of it. By sigma points, sqrt(2) standard deviations away from
     the mean to either side (S. J. Julier, J. K. Uhlmann, Proc. IEEE 92(3), 2004, with no weight on the mean).
     """
     moved = drift[:, None] + SIGMA_POINTS * sigma[:, None]

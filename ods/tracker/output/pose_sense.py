@@ -1,5 +1,5 @@
 """Do poses hold together? Jumps of place and attitude, a place that stands still under way, an attitude not known; and
-places that do not move as the velocity tells.
+places that do not move as the velocity reports.
 
 An INS that hangs, or that takes its first fix after a dive, sends poses of which each alone is believable. Objects seen
 before a jump lie elsewhere for the poses after it.
@@ -35,7 +35,7 @@ VAGUE_RAD = math.radians(20.0)
 
 
 class PoseSense:
-    """Takes poses as they come; those older than the newest one, and those of no attitude, tell nothing."""
+    """Takes poses as they come; those older than the newest one, and those of no attitude, show nothing."""
 
     def __init__(self) -> None:
         self._newest: Pose | None = None

@@ -1,6 +1,6 @@
 """What of the objects are waves of the water's surface: many that run alike, each where the surface may be.
 
-A sonar of one plane does not see heights, so that no single echo tells whether it is a wave or a body that hangs below.
+A sonar of one plane does not see heights, so that no single echo says whether it is a wave or a body that hangs below.
 But waves come in numbers, run at the same velocity and far from each other, and only where the fan meets the surface.
 What is known to hang lower than the clearance, is seen where the fan is below the surface, rests, or moves otherwise,
 is none.
@@ -27,7 +27,7 @@ SLOWEST = 1.0
 SPREAD = 0.25
 """Standard deviation of the waves' velocities about their mean, m/s, each of north and east."""
 VAGUE = 0.7
-"""A velocity known to no better, m/s, tells nothing."""
+"""A velocity known to no better, m/s, shows nothing."""
 FEWEST, APART_M = 4, 20.0
 """So many objects that run alike, the farthest of them so far apart, are waves;"""
 SUSPECTS = 3
@@ -134,7 +134,7 @@ def runs(snapshot: Snapshot) -> Mask:
 
 
 def vague(snapshot: Snapshot) -> Mask:
-    """Tell (n,) of which objects the velocity tells nothing."""
+    """Tell (n,) of which objects the velocity shows nothing."""
     return np.asarray(snapshot.sigma_velocity[:2].max(axis=0, initial=0.0) >= VAGUE)
 
 

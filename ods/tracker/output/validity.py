@@ -93,11 +93,11 @@ class InputMonitor:
             self._health[message.process] = message
 
     def silent(self, now_ns: int) -> bool:
-        """Tell whether no ping came for so long that lists must come without one."""
+        """Return whether no ping came for so long that lists must come without one."""
         return self._unheard_for(LIST_STALE_S, now_ns)
 
     def _lost(self, now_ns: int) -> bool:
-        """Tell whether no ping came for longer than this sonar's pace explains."""
+        """Return whether no ping came for longer than this sonar's pace explains."""
         return self._unheard_for(self._pace.patience_s, now_ns)
 
     def _unheard_for(self, seconds: float, now_ns: int) -> bool:

@@ -11,7 +11,7 @@ Corner = tuple[float, float]
 
 
 def lies_in(obstacle: Obstacle, region: VetoRegion) -> bool:
-    """Tell whether all of an obstacle's circle is inside, and all of its depth where the region has a span."""
+    """Return whether all of an obstacle's circle is inside, and all of its depth where the region has a span."""
     north, east, down = obstacle.position_ned
     if region.down_m is not None:
         half = obstacle.radius_m + SIGMAS * obstacle.sigma_position[2]
@@ -24,14 +24,14 @@ def lies_in(obstacle: Obstacle, region: VetoRegion) -> bool:
 
 
 def _is_within(north: float, east: float, radius: float, corners: Sequence[Corner]) -> bool:
-    """Tell whether a circle is inside a polygon: its centre is, by the even-odd rule, and no side is nearer."""
+    """Return whether a circle is inside a polygon: its centre is, by the even-odd rule, and no side is nearer."""
     sides = list(zip(corners, [*corners[1:], corners[0]], strict=True))
     inside = sum(_is_north_of(side, north, east) for side in sides) % 2 == 1
     return inside and all(_distance(side, north, east) >= radius for side in sides)
 
 
 def _is_north_of(side: tuple[Corner, Corner], north: float, east: float) -> bool:
-    """Tell whether the way to the north from a point crosses a side."""
+    """Return whether the way to the north from a point crosses a side."""
     (north_1, east_1), (north_2, east_2) = side
     if (east_1 > east) == (east_2 > east):
         return False

@@ -35,7 +35,7 @@ OTHERS = ("no filter", "FIR 9", "FIR 15", "box 5", "median 5", "Wiener 9", "Gaus
 """Filters that are compared, with the two-level detector."""
 
 Tell = Callable[[float], bool]
-"""Is told the share that is done; what it returns tells whether to go on."""
+"""Is told the share that is done; what it returns says whether to go on."""
 
 
 class GivenUpError(Exception):

@@ -9,7 +9,7 @@ from ods.workbench.model.state import Tuning
 
 
 def follows(tuning: Tuning) -> bool:
-    """Tell whether numbers of the chain that runs follow from the smallest object."""
+    """Return whether numbers of the chain that runs follow from the smallest object."""
     return leaves_numbers(tuning.pipeline().chain(), DEFAULT_STAGES)
 
 

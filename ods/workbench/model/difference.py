@@ -20,7 +20,7 @@ class Difference(NamedTuple):
     keys: Keys
     """("tracker", "echo", "loss_rate"), ("pipeline", "stage", 2, "high")."""
     before: Any
-    """None: not told."""
+    """None: not reported."""
     after: Any
     """None: as by default."""
 
@@ -49,7 +49,7 @@ def _differences(keys: Keys, before: Any, after: Any) -> list[Difference]:
 
 
 def _alike(before: Any, after: Any) -> bool:
-    """Tell whether both are lists of the same tables, by what they `use`, so that each can be compared with its own."""
+    """Return whether both are lists of the same tables, by `use`, so that each can be compared with its own."""
     if not (isinstance(before, list) and isinstance(after, list) and len(before) == len(after)):
         return False
     return all(

@@ -54,7 +54,7 @@ NOISE = "image.noise_counts"
 
 
 def is_on(scene: SceneFile, effect: Effect) -> bool:
-    """Tell whether a scene has an effect."""
+    """Return whether a scene has an effect."""
     try:
         return bool(value_at(scene, effect.path) != effect.off)
     except PathError:

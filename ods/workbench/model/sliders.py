@@ -17,7 +17,7 @@ from ods.workbench.model.words import called
 
 LOG_POSITIONS = 120
 LINEAR_POSITIONS = 200
-"""Of sliders whose step is not told."""
+"""Of sliders whose step is not reported."""
 SPREAD = 30.0
 """A number of which only the sign is known is shown from this part of its default to so many times it."""
 DIGITS = 3

@@ -64,7 +64,7 @@ class View(Settings, frozen=True):
     attention: bool = False
     """Ranges that this ping skips are dimmed."""
     truth: bool = True
-    """Where the truth is known, right and false detections are told apart, and objects that were missed are shown."""
+    """Where the truth is known, right, false and missed ones are distinguished."""
     large: bool = False
     """Pictures have the window; stages and charts are folded away."""
     pinned_beam: int | None = None

@@ -35,7 +35,7 @@ def frames_of(answer: Answer) -> dict[str, Frame]:
 
 
 def compares(state: State) -> bool:
-    """Tell whether B is shown beside A."""
+    """Return whether B is shown beside A."""
     return state.other is not None and state.view.comparison == "split"
 
 
@@ -86,7 +86,7 @@ def _against_truth(judged: Judged | None) -> str:
 
 
 def _own_circles(study: Study, judged: Judged | None, true: Sequence[TrueCircle] | None) -> list[Circle]:
-    """Return a chain's circles; where the truth is known, told apart by it."""
+    """Return a chain's circles; where the truth is known, distinguished by it."""
     found = study.detections.detections
     if judged is None or true is None:
         return _with_kind(found, "detection")

@@ -98,7 +98,7 @@ class Work:
             self.ask()
 
     def is_late(self, limit_s: float) -> bool:
-        """Tell whether something is computed, and nothing has come for longer than that."""
+        """Return whether something is computed, and nothing has come for longer than that."""
         return self.asked != self.answered and time.monotonic() - self._since > limit_s
 
     def ask(self) -> None:

@@ -50,7 +50,7 @@ class PlanTools:
                 self._build_others()
 
     def put(self, at: Spot) -> bool:
-        """Put there what was chosen; tell whether something was."""
+        """Put there what was chosen; return whether something was."""
         if self._adds is None:
             return False
         self._add(self._adds, at)

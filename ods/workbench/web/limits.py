@@ -70,5 +70,5 @@ _WAITING: dict[BoundedProtocol, asyncio.TimerHandle] = {}
 
 
 def not_a_strangers_fault(record: logging.LogRecord) -> bool:
-    """Tell whether uvicorn's record is logged: what strangers send that is no HTTP would fill the terminal."""
+    """Return whether uvicorn's record is logged: what strangers send that is no HTTP would fill the terminal."""
     return not record.getMessage().startswith("Invalid HTTP request")

@@ -79,7 +79,7 @@ def serve(site: Site, bound: socket.socket, tell: Callable[[str], None]) -> None
 
 
 def in_one_line(record: logging.LogRecord) -> bool:
-    """Tell whether NiceGUI's record of an error is logged, and make it one line: an OdsError is told on its page."""
+    """Return whether NiceGUI's record of an error is logged, and make it one line: an OdsError is told on its page."""
     error = record.exc_info[1] if record.exc_info else None
     if error is not None and not logging.getLogger(record.name).isEnabledFor(logging.DEBUG):
         record.msg, record.args, record.exc_info = f"{type(error).__name__}: {one_line(error)}", (), None
