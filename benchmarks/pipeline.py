@@ -19,8 +19,7 @@ from typing import Any
 import cv2
 import numpy as np
 from scipy import ndimage, signal
-from skimage import filters as skimage_filters
-from skimage import measure as skimage_measure
+from skimage import filters as skimage_filters, measure as skimage_measure
 
 from ods.base.arrays import Bytes, Floats32, Image
 from ods.messages import Ping

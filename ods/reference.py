@@ -19,9 +19,12 @@ from ods.runtime.ping_pace import LONGEST_S, PERIODS
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.raw_bytes import RawBytes
 
+PAGE = [f"ods.messages.{name}" for name in
+        ("sonar", "detections", "vehicle", "vetoes", "obstacles", "requests", "health", "truth")]  # fmt: skip
+"""Modules of messages, in the order of the page."""
 HEAD = """# Messages
 
-Generated from `ods/messages.py` by `make docs`; do not edit.
+Generated from `ods/messages/` by `make docs`; do not edit.
 
 Each process publishes on one ZeroMQ PUB socket, `ipc://<run_dir>/<process>.sock`, two parts a message: the topic's
 name, and a msgpack map with the fields below. JSON Schema of all of them: [messages.schema.json](messages.schema.json).
@@ -98,7 +101,7 @@ def _schema() -> str:
 
 def _structs() -> list[type[msgspec.Struct]]:
     found = [item for item in vars(messages).values() if inspect.isclass(item) and issubclass(item, msgspec.Struct)]
-    return [*sorted(found, key=lambda kind: inspect.getsourcelines(kind)[1]), RawBytes]
+    return [*sorted(found, key=lambda kind: (PAGE.index(kind.__module__), inspect.getsourcelines(kind)[1])), RawBytes]
 
 
 def _section(kind: type[msgspec.Struct]) -> str:

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ods.base.errors import OdsError
 from ods.base.settings_file import load

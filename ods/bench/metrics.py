@@ -7,8 +7,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.bench.avoidance import Avoidance
-from ods.bench.avoidance import missed as avoidance_missed
+from ods.bench.avoidance import Avoidance, missed as avoidance_missed
 from ods.bench.machine import MachineLoad
 from ods.bench.settings import BenchLimits
 from ods.messages import Health

@@ -7,14 +7,11 @@ from ods.base import clock
 from ods.base.plugins import reason
 from ods.config import OnboardConfig
 from ods.doctor.finding import Finding
-from ods.sonar_link.files.decoder import PLUGGED_IN
-from ods.sonar_link.files.decoder import PLUGINS as DECODERS
+from ods.sonar_link.files.decoder import PLUGGED_IN, PLUGINS as DECODERS
 from ods.sonar_link.files.settings import RecordingsSettings
-from ods.sonar_link.registry import PLUGINS as PROTOCOLS
-from ods.sonar_link.registry import make_protocol
+from ods.sonar_link.registry import PLUGINS as PROTOCOLS, make_protocol
 from ods.sonar_link.settings import SonarSettings
-from ods.tracker.settings import OWN_ASSOCIATIONS, OWN_OBSERVERS, TrackerSettings
-from ods.tracker.settings import PLUGINS as TRACKER
+from ods.tracker.settings import OWN_ASSOCIATIONS, OWN_OBSERVERS, PLUGINS as TRACKER, TrackerSettings
 
 NOISE = bytes(range(256)) * 4
 """What comes over a line to which something else is wired."""

@@ -15,8 +15,7 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from ods.base.mounting import Mounting
 from ods.export.sink import UnfitMessageError
 from ods.messages import Health, ObstacleList, Ping, Pose
-from ods.ros2 import definitions as texts
-from ods.ros2 import enu
+from ods.ros2 import definitions as texts, enu
 from ods.ros2.messages import ERROR, OK, WARN, Messages
 
 TOPICS = {

@@ -13,8 +13,7 @@ from ods.base.clock import NS
 from ods.base.mounting import Mounting
 from ods.base.quaternion import Quaternion, Vector3
 from ods.messages import Obstacle, ObstacleList, Ping, Pose, frame_of, seen_from_above
-from ods.ros2 import definitions as texts
-from ods.ros2 import enu
+from ods.ros2 import definitions as texts, enu
 
 SAMPLE_TYPES = {"u1": 0, "u2": 2, "f4": 8}
 """Ping.dtype to SonarImageData.dtype."""

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 
 from ods.messages import Obstacle, ObstacleList
-from ods.ros2 import definitions as texts
-from ods.ros2 import enu
+from ods.ros2 import definitions as texts, enu
 from ods.ros2.messages import Messages
 
 NO_CLASSIFICATION = 0

@@ -6,8 +6,7 @@ from datetime import datetime
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ods.assess.track.gospa import CUTOFF_M, gospa, pair
 from ods.assess.track.scores import partial_gospa

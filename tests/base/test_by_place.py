@@ -1,8 +1,7 @@
 """Items by place: what cannot be read is left out, and places are found as by looking at all."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base.by_place import ByPlace, UnreadableItemError, place_after
 

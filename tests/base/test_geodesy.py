@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import example, given
-from hypothesis import strategies as st
+from hypothesis import example, given, strategies as st
 from numpy.typing import NDArray
 
 from ods.base.geodesy import SEMI_MAJOR_M, SEMI_MINOR_M, LocalFrame, ecef_of, geodetic_of

@@ -5,8 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 from numpy.typing import NDArray
 
 from ods.base.mounting import AT_ORIGIN, Mounting, MountingSettings, lever_arm_in, mounting_in, spread_at

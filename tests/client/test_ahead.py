@@ -5,8 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import zmq
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
 from ods.client import NoListError, Obstacles, at

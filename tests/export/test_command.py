@@ -10,8 +10,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from rosbags.highlevel import AnyReader
 
 from ods.base.in_file import MOST_TEXT_BYTES
@@ -20,8 +19,7 @@ from ods.export.command import FORMATS
 from ods.sonar_link.files.opening import open_pings
 from tests.export import mission
 from tests.export.mission import T_NS
-from tests.recording.mcap_samples import OFFSET_NS, Sample, write_segment
-from tests.recording.mcap_samples import mission as long_mission
+from tests.recording.mcap_samples import OFFSET_NS, Sample, mission as long_mission, write_segment
 
 ROOT = Path(__file__).parents[2]
 CONFIG = (ROOT / "config" / "onboard.toml").read_bytes()

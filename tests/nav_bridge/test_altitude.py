@@ -16,8 +16,7 @@ from ods.nav_bridge.nmea.line import Line
 from ods.nav_bridge.settings import HeldSettings, NmeaSettings, ValiditySettings
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import POSITION_GROWTH, PoseBuffer
-from tests.nav_bridge import test_held as held
-from tests.nav_bridge import test_nmea as nmea
+from tests.nav_bridge import test_held as held, test_nmea as nmea
 from tests.nav_bridge.test_pose_fields import ALL_LOCAL, Bench
 
 BOTTOM_M = 40.0

@@ -4,8 +4,7 @@ import itertools
 from collections.abc import Iterator
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ods.base.clock import NS
 from tests.nav_bridge.canopen_samples import IDS, MS, PERIOD, Bench, pdos

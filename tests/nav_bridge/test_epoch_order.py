@@ -5,9 +5,7 @@ from collections import Counter
 from random import Random
 
 import pytest
-from hypothesis import given
-from hypothesis import settings as examples
-from hypothesis import strategies as st
+from hypothesis import given, settings as examples, strategies as st
 
 from ods.base.geodesy import LocalFrame
 from ods.messages import Pose

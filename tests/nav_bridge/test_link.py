@@ -11,8 +11,7 @@ from types import SimpleNamespace
 
 import can
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base import clock
 from ods.base.errors import OdsError

@@ -10,9 +10,7 @@ from operator import xor
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import settings as examples
-from hypothesis import strategies as st
+from hypothesis import given, settings as examples, strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.base.geodesy import LocalFrame

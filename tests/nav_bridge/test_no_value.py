@@ -5,8 +5,7 @@ from pathlib import Path
 
 import cantools
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base.clock import MS, NS
 from ods.base.geodesy import LocalFrame

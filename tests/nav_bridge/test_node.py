@@ -11,8 +11,7 @@ from typing import Any, cast
 import can
 import canopen
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ods import __version__
 from ods.base.clock import NS

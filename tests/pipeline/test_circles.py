@@ -1,8 +1,7 @@
 from itertools import combinations
 
 import numpy as np
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats
 from ods.pipeline.measure.enclosing_circle import smallest_circle

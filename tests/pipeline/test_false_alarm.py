@@ -8,13 +8,11 @@ Behind a filter, whose crests are some cells long, the standard error is here ab
 
 import numpy as np
 import pytest
-from scipy.special import gamma as gamma_function
-from scipy.special import gammaincc, kv
+from scipy.special import gamma as gamma_function, gammaincc, kv
 
 from benchmarks.clutter import k_distributed, looks
 from benchmarks.false_alarm import CFAR, CHAINS, CLUTTER, FILTERS, KINDS, chain_of, rates
-from ods.pipeline.speckle import KINDS as LEARNT
-from ods.pipeline.speckle import Speckle, drawn
+from ods.pipeline.speckle import KINDS as LEARNT, Speckle, drawn
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from benchmarks import bed_spheres, circle_laws, circles
 from benchmarks.fitted_layers import Layers, beginning, fitted, variance_loss

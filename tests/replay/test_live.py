@@ -8,8 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 import zmq
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ods.base import clock
 from ods.client import Obstacles, Replay, ReplayError
@@ -24,8 +23,7 @@ from ods.runtime import bus
 from ods.runtime.run_dir import RunDirError
 from tests.export import mission
 from tests.export.mission import T_NS, UTC_NS
-from tests.recording.mcap_samples import mission as long_mission
-from tests.recording.mcap_samples import write_segment
+from tests.recording.mcap_samples import mission as long_mission, write_segment
 
 TOPIC_OF = {"Ping": "ping", "Pose": "pose", "Detections": "detections", "ObstacleList": "obstacles", "Health": "health"}
 PERIOD_NS = 20_000_000

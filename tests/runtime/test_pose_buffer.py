@@ -4,8 +4,7 @@ from dataclasses import astuple
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation, Slerp
 
 from ods.base.clock import NS

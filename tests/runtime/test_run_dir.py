@@ -16,8 +16,7 @@ import zmq
 
 from ods.client import Obstacles, Sonar, SonarError
 from ods.messages import ObstacleList
-from ods.runtime import bus, supervisor
-from ods.runtime import run_dir as run_dir_module
+from ods.runtime import bus, run_dir as run_dir_module, supervisor
 from ods.runtime.processes import PROCESSES
 from ods.runtime.run_dir import Lock, RunDirError, is_locked, prepare
 

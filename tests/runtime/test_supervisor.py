@@ -19,8 +19,7 @@ import zmq
 
 from ods.base.clock import NS
 from ods.base.overload import STARVED, ProcessorTime
-from ods.runtime import bus, service
-from ods.runtime import supervisor as supervisor_module
+from ods.runtime import bus, service, supervisor as supervisor_module
 from ods.runtime.processes import PROCESSES, SUPERVISOR
 from ods.runtime.supervisor import HELD, Child, SuperviseSettings
 

@@ -5,8 +5,7 @@ from collections import Counter
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.messages import SonarAnswer, SonarRequest
 from ods.sonar_link.orders import Controls, Orders, OrderState

@@ -5,8 +5,7 @@ import tracemalloc
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link.s7k.drf import SYNC_WORD, DeviceId, S7kRecord, decode_time, encode_record, encode_time
 from ods.sonar_link.s7k.framer import RecordFramer

@@ -5,8 +5,7 @@ from collections import Counter
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link.s7k.drf import DeviceId, encode_record
 from ods.sonar_link.s7k.framer import RecordFramer

@@ -5,8 +5,7 @@ import struct
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.messages import Ping, SampleType, Scale, frame_of
 from ods.sonar_link.orders import Controls

@@ -4,8 +4,7 @@ import math
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
 from ods.messages import Obstacle, Veto, VetoRegion, VetoRequest

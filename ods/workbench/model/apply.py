@@ -5,8 +5,7 @@ from typing import Any
 
 import msgspec
 
-from ods.workbench.model import actions as do
-from ods.workbench.model import chain_edits, chain_numbers, scene_edits
+from ods.workbench.model import actions as do, chain_edits, chain_numbers, scene_edits
 from ods.workbench.model.paths import PathError, typed, with_value
 from ods.workbench.model.state import Bookmark, State, Tuning
 

@@ -2,8 +2,7 @@
 
 from typing import NamedTuple
 
-from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere
-from ods.sim_sonar.scene.settings import Path as MovingPath
+from ods.sim_sonar.scene.settings import Cylinder, Path as MovingPath, Plane, SceneFile, Sphere
 from ods.workbench.model.sliders import Control, Number
 
 

@@ -5,8 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Literal, NamedTuple
 
 from ods.sim_sonar.scene.motion import Motion
-from ods.sim_sonar.scene.settings import Cylinder, Plane, SceneFile, Sphere, Triple
-from ods.sim_sonar.scene.settings import Path as MovingPath
+from ods.sim_sonar.scene.settings import Cylinder, Path as MovingPath, Plane, SceneFile, Sphere, Triple
 from ods.workbench.model.actions import SetScene
 from ods.workbench.model.paths import PathError, value_at
 

@@ -24,8 +24,7 @@ from ods.workbench.session import Session
 from ods.workbench.web.fan_view import FanView
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import FrameBoard
-from ods.workbench.web.plan_view import Circle, Mark, Pick, PlanView, Shape
-from ods.workbench.web.plan_view import Line as Way
+from ods.workbench.web.plan_view import Circle, Line as Way, Mark, Pick, PlanView, Shape
 from ods.workbench.web.time_view import Curve, Panel, TimeView
 
 HEALTH = [

@@ -19,8 +19,7 @@ from ods.workbench.pages.scene_shapes import handle_shapes, plan_shapes, rehears
 from ods.workbench.pages.scene_side import VEHICLE, Side, profile_chart, strip_chart
 from ods.workbench.pages.scene_tools import PLAN, PlanTools
 from ods.workbench.session import Session
-from ods.workbench.web.fan_view import FanView
-from ods.workbench.web.fan_view import Spot as FanSpot
+from ods.workbench.web.fan_view import FanView, Spot as FanSpot
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.frames import Circle, Frame, FrameBoard, cells_of
 from ods.workbench.web.plan_view import Drag, Pick, PlanView

@@ -4,8 +4,7 @@ from collections import Counter
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link.norbit.control import LONGEST_LINE, Command, CommandControl
 from ods.sonar_link.norbit.settings import NorbitSettings

@@ -4,12 +4,10 @@ import struct
 from collections import Counter
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link import sync_framer
-from ods.sonar_link.norbit import framer as framer_module
-from ods.sonar_link.norbit import packets
+from ods.sonar_link.norbit import framer as framer_module, packets
 from ods.sonar_link.norbit.framer import Framer, fault_of
 from ods.sonar_link.norbit.packets import Buffer, Header
 from tests.sonar_link.norbit import wire

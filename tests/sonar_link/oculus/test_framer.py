@@ -5,8 +5,7 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link.oculus import framer as framer_module
 from ods.sonar_link.oculus.framer import Framer, fault_of

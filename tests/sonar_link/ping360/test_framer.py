@@ -1,8 +1,7 @@
 """Messages in a byte stream: any chunking, any damage; nothing raises, every byte is accounted for."""
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link import sync_framer
 from ods.sonar_link.ping360 import messages

@@ -3,8 +3,7 @@
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sonar_link.ping360 import messages
 from ods.sonar_link.ping360.messages import Beam, Kind, Sweep, Transmission

@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from ods.base.arrays import Floats, Mask
 from ods.base.clock import NS

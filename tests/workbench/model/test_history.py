@@ -2,8 +2,7 @@
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.sim_sonar.scene.settings import SceneFile, Sphere, VehiclePath
 from ods.workbench.model import actions as do

@@ -4,8 +4,7 @@ from typing import Annotated, Any, Literal, get_type_hints
 
 import msgspec
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from ods.base.settings import NonNegative, OddInt, Positive, Settings, refuse_even, slider
 from ods.pipeline.settings import AttentionSettings

@@ -1,0 +1,29 @@
+"""What a process says of itself."""
+
+import msgspec
+
+from ods.messages.fields import Count
+
+
+class Health(msgspec.Struct, frozen=True):
+    """State of a process, published by each of them about twice a second."""
+
+    process: str
+    pid: int
+    seq: Count
+    t_ns: int
+    utc_ns: int
+    ready: bool
+    problems: list[str]
+    """Plain words; empty when all is well."""
+    counters: dict[str, int]
+    """Since start; every kind of loss has its own."""
+    rates_hz: dict[str, float]
+    """Messages a second over the last period, for each topic read or published."""
+    ages_s: dict[str, float]
+    """Time since the newest message of each topic read; -1 if there was none."""
+    lags: dict[str, int]
+    """Longest queue since the last report, for each topic read."""
+    cpu_percent: float
+    """Of one core, over the last period."""
+    rss_mb: float

@@ -1,0 +1,58 @@
+"""Requests to the sonar and to a replay, and their answers."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.messages.fields import Count, ReplaySpeed, SonarLevel, SonarRange
+
+
+class SonarRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+    """A planner's request to the sonar process to set values until the next request; without values it only asks.
+
+    Unknown fields are refused, as a misspelt one would otherwise be answered with ok and set nothing.
+
+    The answer comes when record 7000 of the sonar shows the new value, or when that failed: allow some seconds.
+    """
+
+    range_m: SonarRange | None = None
+    power_db: SonarLevel | None = None
+    """dB re 1 uPa at 1 m."""
+    gain_db: SonarLevel | None = None
+
+
+class SonarAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """Result of a request."""
+
+    ok: bool
+    """The sonar works with what was asked for."""
+    reason: str
+    """Why not, in plain words; empty when ok."""
+    range_m: float | None = None
+    """The range that the sonar reports now; none: it has not reported one."""
+    power_db: float | None = None
+    gain_db: float | None = None
+
+
+class ReplayRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+    """A wish to a live replay, `ods replay --live`."""
+
+    do: Literal["tell", "pause", "go", "step"] = "tell"
+    """tell: nothing but the answer; step: go on until so many obstacle lists have been published, then pause."""
+    steps: Annotated[int, msgspec.Meta(ge=1, le=1_000_000)] = 1
+    speed: ReplaySpeed | None = None
+    """New speed; none: keep the present one."""
+
+
+class ReplayAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """Where a live replay is, once the request has been followed."""
+
+    ok: bool
+    reason: str
+    """Why the request was not followed, in plain words; empty when ok."""
+    paused: bool = False
+    at_s: float = 0.0
+    """Of the recording, from its start: the newest message that was published."""
+    speed: float = 1.0
+    published: Count = 0
+    """Messages so far."""

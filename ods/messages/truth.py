@@ -1,0 +1,47 @@
+"""What is really there, by the simulator."""
+
+import msgspec
+
+from ods.messages.fields import Count, Instant, Quaternion, Vector3
+
+
+class TruthObject(msgspec.Struct, frozen=True):
+    """Ground truth of a simulated object."""
+
+    name: str
+    position_ned: Vector3
+    velocity_ned: Vector3
+    radius_m: float
+    in_sector: bool
+    peak_db: float = 0.0
+    """Highest expected level of its echo, dB over 1 count^2, with noise and gain as they are; 0 out of the sector."""
+    background_db: float = 0.0
+    """Expected level around it, likewise: the difference is its signal-to-noise ratio."""
+
+
+class Truth(msgspec.Struct, frozen=True):
+    """Ground truth of one ping from the simulator; on the bench only, never read on board."""
+
+    ping_number: Count
+    t_ns: int
+    """Transmit time."""
+    t_sent_ns: int
+    """When the ping's last byte had been written to the line."""
+    position_ned: Vector3
+    attitude: Quaternion
+    objects: list[TruthObject]
+
+
+class VehicleTruth(msgspec.Struct, frozen=True):
+    """Ground truth of the simulated vehicle that obeys set points; on the bench only, never read on board."""
+
+    seq: Count
+    t_ns: Instant
+    scene_s: float
+    """Scene time: 0 at the start of the mission."""
+    position_ned: Vector3
+    attitude: Quaternion
+    velocity_ned: Vector3
+    """Over ground, m/s."""
+    stopped: bool
+    """Its propeller stands still, as no set points come."""

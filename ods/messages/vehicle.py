@@ -1,0 +1,89 @@
+"""Where the vehicle is, and where it is to go."""
+
+from typing import Annotated
+
+import msgspec
+
+from ods.messages.fields import (
+    Coordinate,
+    Coordinates,
+    Count,
+    Height,
+    Instant,
+    Part,
+    Quaternion,
+    Uncertainty,
+    UtcSource,
+    Vector3,
+    Velocity,
+)
+
+
+class Pose(msgspec.Struct, frozen=True):
+    """The pose of the vehicle's origin as its own navigation filter reports it."""
+
+    seq: Count
+    t_ns: Instant
+    utc_ns: Instant
+    position_ned: Coordinates
+    attitude: tuple[Part, Part, Part, Part]
+    """w, x, y, z; body to global."""
+    velocity_body: Velocity
+    """FRD, m/s."""
+    sigma_position_ned: Coordinates
+    """Standard deviations, m."""
+    sigma_attitude: tuple[Uncertainty, Uncertainty, Uncertainty]
+    """Standard deviations of roll, pitch, yaw, rad."""
+    utc_source: UtcSource = "unsure"
+    """Source of `utc_ns`: this computer's clock, the INS's, or an unreliable one."""
+    altitude_m: Height | None = None
+    """Altitude of the vehicle's origin over the bottom straight below; none: not reported, or implausible."""
+    sigma_altitude_m: Coordinate = 0.0
+    """Its standard deviation, m."""
+
+
+class Site(msgspec.Struct, frozen=True):
+    """The origin of the local frame, on the ellipsoid of WGS 84 (height 0): its plane touches there."""
+
+    latitude_deg: Annotated[float, msgspec.Meta(ge=-90.0, le=90.0)]
+    longitude_deg: Annotated[float, msgspec.Meta(ge=-180.0, le=180.0)]
+
+
+class PoseAt(msgspec.Struct, frozen=True):
+    """The pose of the vehicle's origin, or of the sonar's head, at one instant: from `Pose`s, by interpolation."""
+
+    position_ned: Vector3
+    attitude: Quaternion
+    """w, x, y, z; body, or head, to global."""
+    velocity_ned: Vector3
+    """Of the vehicle's origin, m/s."""
+    sigma_position: Vector3
+    """Standard deviations, m, north east down."""
+    sigma_attitude: Vector3
+    """Standard deviations of the vehicle's roll, pitch, yaw, rad."""
+    extrapolated_s: float = 0.0
+    """Time to the `Pose` from which it was extrapolated, s; 0: it lies between two."""
+
+
+class VehicleSetPoint(msgspec.Struct, frozen=True):
+    """Set point of the reference planner for the simulated vehicle; on the bench only."""
+
+    seq: Count
+    """Set points published by this planner process, from 0."""
+    t_ns: Instant
+    """When it was made; it holds until the next one."""
+    utc_ns: Instant
+    heading_rad: float
+    """From north to east."""
+    speed_m_s: float
+    """Through the water."""
+    down_m: float
+    """Of the vehicle's origin."""
+    list_seq: Count
+    """`ObstacleList.seq` of the list that it was made of."""
+    avoiding: bool
+    """Something is in the way to the way-point."""
+    valid: bool
+    """False: that list is not valid or too old; the planner does what its settings say for that."""
+    arrived: bool
+    """The last way-point is reached; then no set points go to the vehicle any more."""

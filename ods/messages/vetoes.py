@@ -1,0 +1,108 @@
+"""An operator's vetoes: what is ignored, and the requests for it."""
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from ods.messages.fields import LARGEST_REGION_M, LONGEST_VETO_S, MOST_CORNERS, Coordinate, Count, Instant, ObjectId
+
+
+class VetoRegion(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+    """A region that a veto names: a circle or a polygon, in the local frame. Only what lies whole inside is meant."""
+
+    centre_ne: tuple[Coordinate, Coordinate] | None = None
+    """North and east of the circle's centre, m; none: a polygon."""
+    radius_m: Annotated[float, msgspec.Meta(ge=0.0, le=LARGEST_REGION_M)] = 0.0
+    corners_ne: Annotated[list[tuple[Coordinate, Coordinate]], msgspec.Meta(max_length=MOST_CORNERS)] = []
+    """North and east of the polygon's corners in order, m, at least three; empty: a circle."""
+    down_m: tuple[Coordinate, Coordinate] | None = None
+    """From and to this depth in the local frame, down positive, m, where lists have depths: an object is meant only if
+    two standard deviations of its depth fit, too. None: at any depth."""
+
+    def __post_init__(self) -> None:
+        if (self.centre_ne is None) == (not self.corners_ne):
+            raise ValueError("a region is either `centre_ne` with `radius_m` or `corners_ne`")
+        if self.centre_ne is not None and not self.radius_m > 0.0:
+            raise ValueError("radius_m: must be above 0")
+        if self.corners_ne and (len(self.corners_ne) < 3 or self.radius_m):
+            raise ValueError("corners_ne: a polygon has three corners or more, and no `radius_m`")
+        spans = [max(axis) - min(axis) for axis in zip(*self.corners_ne, strict=True)]
+        if spans and max(spans) > 2.0 * LARGEST_REGION_M:
+            raise ValueError(f"corners_ne: more than {2.0 * LARGEST_REGION_M:g} m from north to south, or west to east")
+        if self.down_m is not None and self.down_m[0] >= self.down_m[1]:
+            raise ValueError("down_m: must grow")
+
+
+class Veto(msgspec.Struct, frozen=True, kw_only=True):
+    """An operator's veto that holds: he says that obstacles are to be ignored."""
+
+    number: Count
+    """Counted by the tracker, from 0."""
+    author: str
+    """Name of the key by which it came (`ods keys`)."""
+    reason: str
+    until_ns: Instant
+    """When it expires, CLOCK_MONOTONIC, so that a step of UTC changes nothing,"""
+    until_utc_ns: Instant
+    """and the same, UTC."""
+    region: VetoRegion
+    """The obstacle is ignored only while its circle, of `radius_m`, lies whole inside. Of a veto by id: the circle that
+    it had then, and 2 m around."""
+    id: ObjectId | None = None
+    """The obstacle; none: all that are at rest in the region, `moving` at most 0.5."""
+
+
+VetoAction = Literal["ignore", "forget", "restore", "list"]
+
+
+class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True, forbid_unknown_fields=True):
+    """An operator's request to the tracker, on a socket that takes the keys of operators only (`ods keys`)."""
+
+    do: VetoAction
+    """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id`, which is
+    tracked anew if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
+    nothing but the answer."""
+    id: ObjectId | None = None
+    region: VetoRegion | None = None
+    number: Count | None = None
+    reason: Annotated[str, msgspec.Meta(max_length=200)] = ""
+    """Why; never empty, but for `list`."""
+    for_s: Annotated[float, msgspec.Meta(gt=0.0, le=LONGEST_VETO_S)] | None = None
+    """How long, s; always with `ignore`, and with nothing else."""
+
+    def __post_init__(self) -> None:
+        named = [name for name in ("id", "region", "number") if getattr(self, name) is not None]
+        allowed = {"ignore": ("id", "region"), "forget": ("id",), "restore": ("id", "number"), "list": ()}[self.do]
+        if len(named) != bool(allowed) or any(name not in allowed for name in named):
+            raise ValueError(f"{self.do}: needs " + (f"one of {', '.join(allowed)}" if allowed else "nothing else"))
+        if self.do != "list" and not self.reason.strip():
+            raise ValueError("reason: missing")
+        if not self.reason.isprintable():
+            raise ValueError("reason: must be one line of plain text")
+        if (self.for_s is None) == (self.do == "ignore"):
+            raise ValueError("for_s: needed by `ignore`, and by nothing else")
+
+
+class VetoAnswer(msgspec.Struct, frozen=True, kw_only=True):
+    """Result of a request."""
+
+    ok: bool
+    reason: str
+    """Why not, in plain words; empty when ok."""
+    vetoes: list[Veto] = []
+    """Those that hold now."""
+
+
+class VetoOrder(msgspec.Struct, frozen=True, kw_only=True):
+    """A request as the tracker took it, published for the record: lists after it were made with it."""
+
+    seq: Count
+    """Orders published by this tracker process, from 0."""
+    t_ns: Instant
+    """When it was carried out or refused."""
+    utc_ns: Instant
+    author: str
+    """Name of the key by which it came."""
+    request: VetoRequest
+    refused: str
+    """Why it was refused, in plain words; empty: it was carried out."""
