@@ -134,7 +134,7 @@ class ObstacleList(msgspec.Struct, frozen=True):
     unseen: list[UnseenPart] = []
     """Parts of the sector that the ping did not observe: the list may lack obstacles there."""
     unseen_share: Annotated[float, msgspec.Meta(ge=0.0, le=1.0)] = 0.0
-    """Their share of the image; the list is not valid if half or more was unseen for longer than 0.5 s."""
+    """Their share of the image; the list is not valid if more than half was unseen for longer than 0.5 s."""
     unseen_why: str = ""
     """Why, in plain words; empty when all was seen."""
     heard_from_db: HearingLevel | None = None

@@ -11,9 +11,9 @@ from ods.runtime.ping_pace import PingPace
 LIST_STALE_S = bus.TOPICS["obstacles"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
 BLIND_S = 0.5
-"""Half of the image may be unseen for so long: a drop-out, a ping or two."""
-HALF = 0.499
-"""Share of the image: half of the beams, as their areas are added up."""
+"""Most of the image may be unseen for so long: a drop-out, a ping or two."""
+MOST = 0.5
+"""Share of the image."""
 SETTLE_S = 1.0
 """From the first ping until every object in view can have been confirmed, if pings do not come seldom."""
 TURNS = 4.0
@@ -67,9 +67,9 @@ class InputMonitor:
     def sight(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
         """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
         self._unseen_why = why
-        if not unseen_share > HALF and pose_known:
+        if not unseen_share > MOST and pose_known:
             self._look(t_ns)
-        if not unseen_share > HALF or self._seen_ns is None:  # the first ping may be a drop-out
+        if not unseen_share > MOST or self._seen_ns is None:  # the first ping may be a drop-out
             self._seen_ns = t_ns if self._seen_ns is None else max(self._seen_ns, t_ns)
 
     def _look(self, t_ns: int) -> None:
