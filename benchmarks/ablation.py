@@ -30,7 +30,7 @@ from ods.assess.sea.judge import SceneScore, judge
 from ods.assess.sea.run import DetectedPing, detected, images_of, listed, scene_with_seed
 from ods.assess.sea.table import TRACKED_LIMIT
 from ods.base.arrays import Indices
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.messages import Sector
 from ods.pipeline.settings import PipelineSettings
 from ods.sim_sonar.by_name import find_sonar

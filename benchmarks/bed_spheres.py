@@ -13,7 +13,7 @@ from benchmarks.circles import Case, Look
 from benchmarks.heard_echoes import Seen, heard
 from ods.assess.sea.run import head_at
 from ods.base.arrays import Floats
-from ods.base.geometry import body_to_polar, global_to_body
+from ods.base.frames.geometry import body_to_polar, global_to_body
 from ods.messages import Detections, Truth
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings

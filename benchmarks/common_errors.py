@@ -21,8 +21,8 @@ import tomli_w
 from ods.assess.sea.run import DetectedPing, detected, head_at, images_of, scene_with_seed
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import product
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.quaternion import product
 from ods.messages import Detection, Truth
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseEstimate

@@ -2,8 +2,8 @@
 
 from typing import TypeVar
 
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.bridge.settings import BridgeSettings
 from ods.nav_bridge.settings import NavSettings

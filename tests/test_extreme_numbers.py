@@ -12,8 +12,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
 
 from ods.base import clock
+from ods.base.computer.overload import OVERLOADED
 from ods.base.geodesy import SiteSettings
-from ods.base.overload import OVERLOADED
 from ods.messages import Clearance, Detections, ObstacleList, Ping, Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError

@@ -6,7 +6,7 @@ from typing import Any
 
 import msgspec
 
-from ods.base.mounting import Mounting, mounting_in
+from ods.base.frames.mounting import Mounting, mounting_in
 from ods.base.settings_file import load
 from ods.bench import report
 from ods.bench.avoidance import Mission, judge

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.frames.quaternion import conjugate, from_euler, product, rotated
 from ods.base.geodesy import LocalFrame
-from ods.base.quaternion import conjugate, from_euler, product, rotated
 from ods.messages import Pose, Quaternion, Vector3
 from ods.nav_bridge.altitude import AltitudeSense, ToldAltitude
 from ods.nav_bridge.settings import LimitSettings, SigmaSettings

@@ -5,8 +5,8 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.settings import Settings
 from ods.config import part_of
 from ods.messages import Detections, ObstacleList, Ping, Pose

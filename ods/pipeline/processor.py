@@ -8,7 +8,7 @@ from collections import Counter
 import msgspec
 import numpy as np
 
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError

@@ -7,7 +7,7 @@ import msgspec
 from msgspec.structs import replace
 
 from ods.base.choices import none_of
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.base.settings import NonNegative, Settings, slider
 from ods.pipeline.range_image.settings import RangeImageSettings
 from ods.pipeline.smallest_object import columns_of, leaves_numbers, with_numbers

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from ods.base.mounting import Mounting, spread_at
+from ods.base.frames.mounting import Mounting, spread_at
 from ods.runtime.pose_buffer import PoseEstimate
 
 

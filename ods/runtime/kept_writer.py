@@ -3,7 +3,7 @@
 import queue
 import threading
 
-from ods.base.overload import OVERLOADED, waits_for_processor
+from ods.base.computer.overload import OVERLOADED, waits_for_processor
 from ods.runtime.kept_file import KeptFile
 
 WITHIN_S = 0.1

@@ -11,7 +11,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import rotated, slerp
+from ods.base.frames.quaternion import rotated, slerp
 from ods.base.settings import Positive, Settings, slider
 from ods.messages import Pose, Quaternion, Vector3
 

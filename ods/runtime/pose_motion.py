@@ -6,7 +6,7 @@ import numpy as np
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.frames.quaternion import rotated
 from ods.messages import Pose
 
 LONGEST_STEP_S = 1.0

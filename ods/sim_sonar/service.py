@@ -10,8 +10,8 @@ import can
 
 from ods.base import clock
 from ods.base.errors import OdsError
+from ods.base.frames.mounting import lever_arm_in, mounting_in
 from ods.base.geodesy import LocalFrame, SiteSettings
-from ods.base.mounting import lever_arm_in, mounting_in
 from ods.base.settings_file import load, load_table
 from ods.runtime.service import Service, Worker
 from ods.sim_sonar.device.live import Device, LiveIns, LiveSonar, Mission

@@ -11,7 +11,7 @@ from rich.progress import track
 
 from ods.base import clock
 from ods.base.errors import OdsError
-from ods.base.out_file import refuse_unwritable, written_whole
+from ods.base.files.out_file import refuse_unwritable, written_whole
 from ods.offline.truths import TRUTH_SUFFIX
 from ods.plots.style import DARK, drawn_in, refuse_undrawable
 from ods.sim_sonar.by_name import find_sonar

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base import clock
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate

@@ -6,8 +6,8 @@ from typing import Annotated, Literal
 import msgspec
 
 from ods.base.choices import none_of
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.base.plugins import PluginGroup
 from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings, slider
 from ods.runtime.bus import BusSettings

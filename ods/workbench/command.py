@@ -9,8 +9,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import cast
 
-from ods.base.arguments import port_number
-from ods.base.resident import share_one_pool
+from ods.base.command_line.arguments import port_number
+from ods.base.computer.resident import share_one_pool
 
 NO_STORAGE = Path(os.devnull) / "none"
 """Where NiceGUI would keep what pages store: nowhere."""

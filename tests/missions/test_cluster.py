@@ -16,8 +16,8 @@ import pytest
 from msgspec.structs import replace
 
 from ods.base.errors import OdsError
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
-from ods.base.shipped import shipped_file
 from ods.cli import main
 from ods.missions.fly import fly, tasks_of
 from ods.missions.outcome import Flown

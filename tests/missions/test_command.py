@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.cli import main
 
 CAMPAIGN = """

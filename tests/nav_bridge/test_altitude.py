@@ -8,8 +8,8 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
-from ods.base.mounting import Mounting, MountingSettings
-from ods.base.quaternion import from_euler
+from ods.base.frames.mounting import Mounting, MountingSettings
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Pose
 from ods.nav_bridge.lever_arm import LeverArm
 from ods.nav_bridge.nmea.line import Line

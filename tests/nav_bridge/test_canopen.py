@@ -13,7 +13,7 @@ from hypothesis import given, settings, strategies as st
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
-from ods.base.geometry import euler_from_quat, quat_from_euler
+from ods.base.frames.geometry import euler_from_quat, quat_from_euler
 from ods.nav_bridge.canopen.eds import EdsError
 from ods.nav_bridge.canopen.object_map import object_map
 from ods.nav_bridge.canopen.pdo_layout import ODD_BYTES, PdoLayout, load_pdo_set

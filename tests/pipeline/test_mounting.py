@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from ods.base.mounting import MountingSettings
+from ods.base.frames.mounting import MountingSettings
 from ods.messages import Detections, Ping, Pose, Sector
 from ods.pipeline import processor, service
 from ods.pipeline.settings import PipelineConfig, PipelineSettings

@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.base import geometry
+from ods.base.frames import geometry
 from ods.messages import Ping, Pose
 from ods.pipeline.plan import PingError
 from ods.pipeline.repeated_image import RepeatedImage

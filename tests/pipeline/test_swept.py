@@ -10,7 +10,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.quaternion import from_euler
+from ods.base.frames.quaternion import from_euler
 from ods.messages import Detections, Ping, Pose, Sweep
 from ods.pipeline.chain import Chain
 from ods.pipeline.plan import PingError

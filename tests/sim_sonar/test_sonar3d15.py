@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ods.base.arrays import Floats32
-from ods.base.geometry import polar_to_body
+from ods.base.frames.geometry import polar_to_body
 from ods.messages import frame_of
 from ods.sim_sonar.device import sonar3d15_packets as wire
 from ods.sim_sonar.device.sonar3d15 import Sonar3d15End

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, strategies as st
 
 from ods.base.clock import NS
+from ods.base.frames.geometry import quat_from_euler
 from ods.base.geodesy import SiteSettings
-from ods.base.geometry import quat_from_euler
 from ods.messages import Detections, ObstacleList, Pose, Sector
 from ods.runtime import kept_file
 from ods.runtime.kept_file import HEAD, KeptFile

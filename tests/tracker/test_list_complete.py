@@ -6,8 +6,8 @@ import msgspec
 import pytest
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import MountingSettings
 from ods.messages import Detections, ObstacleList, Pose, Sector, Site
 from ods.runtime.pose_buffer import PoseSettings
 from ods.tracker.mission import MissionTracker

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ods.base.clock import NS
+from ods.base.frames.mounting import Mounting, MountingSettings
 from ods.base.geodesy import SiteSettings
-from ods.base.mounting import Mounting, MountingSettings
 from ods.messages import Detection, Detections, ObstacleList, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings

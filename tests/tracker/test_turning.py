@@ -8,7 +8,7 @@ import pytest
 
 from ods.base.arrays import Floats
 from ods.base.clock import NS
-from ods.base.geometry import euler_from_quat
+from ods.base.frames.geometry import euler_from_quat
 from ods.messages import Detections, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings

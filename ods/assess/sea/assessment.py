@@ -21,8 +21,8 @@ from ods.assess.sea.table import condensed, margin_table, scene_table, target_ta
 from ods.assess.sea.trial import Draw, Trial
 from ods.base.choices import none_of
 from ods.base.errors import OdsError
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load_table
-from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig
 from ods.pipeline.settings import PipelineSettings
 from ods.plots.style import drawn_in, refuse_undrawable

@@ -14,7 +14,7 @@ import numpy as np
 from ods.base import clock
 from ods.base.arrays import Floats, Ints
 from ods.base.errors import OdsError
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.messages import Detections, Ping, Truth
 from ods.nav_bridge.settings import SigmaSettings
 from ods.pipeline.chain import Chain

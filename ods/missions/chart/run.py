@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.out_file import written_whole
+from ods.base.files.out_file import written_whole
 from ods.missions.chart.cost import ms_a_ping
 from ods.missions.chart.picture import chart_figure
 from ods.missions.chart.point import Point

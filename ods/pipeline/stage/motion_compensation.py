@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.base.geometry import rotation_matrix
+from ods.base.frames.geometry import rotation_matrix
 from ods.compiled import native
 from ods.messages import Pose
 from ods.pipeline.image.fan import Fan

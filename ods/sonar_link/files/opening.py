@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
 from ods.base.plugins import reason
 from ods.sonar_link.files.aris import ArisDecoder
 from ods.sonar_link.files.decoder import PLUGGED_IN, START_BYTES, Decoder

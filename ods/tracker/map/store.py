@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import MOST_BYTES, opened
+from ods.base.files.in_file import MOST_BYTES, opened
 from ods.tracker.ids import PROVISIONAL_IDS
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance

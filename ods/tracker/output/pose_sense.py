@@ -8,7 +8,7 @@ before a jump lie elsewhere for the poses after it.
 import math
 
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.frames.quaternion import rotated
 from ods.messages import Pose
 from ods.runtime.pose_buffer import NORM_TOLERANCE
 from ods.runtime.pose_motion import PoseMotion

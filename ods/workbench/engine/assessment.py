@@ -15,7 +15,7 @@ from ods.assess.detection.measure import accuracy_of, milliseconds, score_of
 from ods.assess.detection.own import configured
 from ods.assess.images.labelled import LabelledImage
 from ods.assess.images.sea import SEA_SONAR, sea_images
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import configured_stages
 from ods.sim_sonar.sonar.model import load_sonar

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import text_of
+from ods.base.files.in_file import text_of
+from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
-from ods.base.shipped import shipped_file
 from ods.config import OnboardConfig, part_of
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.folders import writable, write_whole

@@ -8,9 +8,9 @@ from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
 
-from ods.base.by_place import ByPlace, place_after
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.files.by_place import ByPlace, place_after
 from ods.base.geodesy import LocalFrame
 from ods.base.settings_file import load
 from ods.messages import Ping, Pose, Truth

@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats, Ints, Mask
-from ods.base.geometry import body_to_polar, rotation_matrix
+from ods.base.frames.geometry import body_to_polar, rotation_matrix
 from ods.tracker.output.obstacle_list import NAMES
 from ods.workbench.engine.echogram import Echogram
 from ods.workbench.engine.tracked import Course, Tracked, TrueCourse

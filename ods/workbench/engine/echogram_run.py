@@ -5,8 +5,8 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
+from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
-from ods.base.resident import give_back_freed
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.echogram import Echogram, read_echogram

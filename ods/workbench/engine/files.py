@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ods.base.errors import OdsError
-from ods.base.in_file import opened
+from ods.base.files.in_file import opened
+from ods.base.files.shipped import FOLDER as SHIPPED
 from ods.base.settings_file import load
-from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.folders import readable, writable
 from ods.workbench.model.actions import OpenData

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.shipped import FOLDER as SHIPPED
+from ods.base.files.shipped import FOLDER as SHIPPED
 
 
 class FolderError(OdsError):

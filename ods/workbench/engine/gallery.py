@@ -8,7 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from ods import __version__
-from ods.base.shipped import FOLDER as SHIPPED
+from ods.base.files.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.by_name import find_scene
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.files import Openable, openable

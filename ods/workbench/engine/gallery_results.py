@@ -10,8 +10,8 @@ from typing import NamedTuple
 import msgspec
 
 from ods.base.errors import OdsError
-from ods.base.in_file import content_of
-from ods.base.ownership import is_safe
+from ods.base.files.in_file import content_of
+from ods.base.files.ownership import is_safe
 from ods.workbench.engine.gallery import Exhibit
 from ods.workbench.engine.own_process import GoesOn, in_own_process, whole
 from ods.workbench.model.state import State

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import content_of
+from ods.base.files.in_file import content_of
 from ods.workbench.engine.folders import write_whole
 from ods.workbench.model.share import shared_text, state_of
 from ods.workbench.model.state import State

@@ -7,7 +7,7 @@ from io import BytesIO
 from pathlib import Path
 
 from ods.base.errors import OdsError
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source

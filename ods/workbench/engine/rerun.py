@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ods.base.errors import OdsError, one_line
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.config import part_of
 from ods.messages import Ping
 from ods.offline.mission import Detecting, Found, MissionSettings, Tracking

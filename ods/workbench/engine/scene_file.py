@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ods.base.errors import OdsError, reason_of
-from ods.base.in_file import text_of
+from ods.base.files.in_file import text_of
+from ods.base.files.shipped import FOLDER as SHIPPED
 from ods.base.settings_file import load
-from ods.base.shipped import FOLDER as SHIPPED
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.engine.folders import writable, write_whole
 from ods.workbench.model.difference import changed_text, differences

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import ConvexHull
 
-from ods.base import geometry
 from ods.base.arrays import Floats
+from ods.base.frames import geometry
 from ods.sim_sonar.echo.bodies import PLANE, SPHERE, Bodies
 from ods.sim_sonar.scene.motion import Motion
 from ods.sim_sonar.scene.settings import SceneFile

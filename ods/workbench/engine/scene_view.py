@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ods.base import geometry
 from ods.base.arrays import Floats, Floats32, Image
 from ods.base.clock import NS
 from ods.base.errors import OdsError
+from ods.base.frames import geometry
 from ods.messages import Ping, TruthObject
 from ods.plots.polar import level_db
 from ods.sim_sonar.by_name import find_sonar

@@ -15,7 +15,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Image, Mask
 from ods.base.errors import OdsError
-from ods.base.mounting import Mounting
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping
 from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain

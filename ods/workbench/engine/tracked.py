@@ -13,8 +13,8 @@ import numpy as np
 from ods.assess.track.gospa import gospa, pair
 from ods.base.arrays import Floats, Ints
 from ods.base.clock import NS
-from ods.base.geometry import body_to_global, polar_to_body
-from ods.base.mounting import Mounting
+from ods.base.frames.geometry import body_to_global, polar_to_body
+from ods.base.frames.mounting import Mounting
 from ods.messages import Obstacle, ObstacleList, Pose, Quaternion, Sector, Truth
 from ods.offline.mission import Found
 from ods.offline.run_record import RunRecord

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.geometry import body_to_polar, global_to_body
-from ods.base.mounting import Mounting
+from ods.base.frames.geometry import body_to_polar, global_to_body
+from ods.base.frames.mounting import Mounting
 from ods.messages import Detection, Detections, Truth
 from ods.workbench.engine.compare import matched
 

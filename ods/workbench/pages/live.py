@@ -10,7 +10,7 @@ from nicegui.element import Element
 
 from ods.base import clock
 from ods.base.clock import NS
-from ods.base.quaternion import rotated
+from ods.base.frames.quaternion import rotated
 from ods.messages import Health
 from ods.runtime.processes import may_be_on_board
 from ods.workbench.engine.live import WORDS, Line, Live, Verdict, state_of

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol
 
+from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
-from ods.base.mounting import Mounting
-from ods.base.resident import give_back_freed
+from ods.base.frames.mounting import Mounting
 from ods.workbench.engine.compare import Difference, difference
 from ods.workbench.engine.data import Data, open_data
 from ods.workbench.engine.newest import Newest

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.workbench.engine import files
 from ods.workbench.engine.files import openable, opening, shipped_scenes
 from ods.workbench.engine.folders import new_beside

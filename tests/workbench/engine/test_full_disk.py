@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.sim_sonar.by_name import find_scene
 from ods.workbench.engine.config_file import write_config
 from ods.workbench.engine.data import Data

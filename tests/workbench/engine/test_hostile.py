@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import open_data
 from ods.workbench.engine.files import opening

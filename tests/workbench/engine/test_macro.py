@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import Mission
 from ods.offline.recorded import pings_of
 from ods.offline.source import open_source

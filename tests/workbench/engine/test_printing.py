@@ -6,7 +6,7 @@ import pytest
 from PIL import Image
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.source import scene_source
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.printing import config_hash, print_ping, record_movie

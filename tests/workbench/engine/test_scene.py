@@ -7,7 +7,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.offline.mission import Mission, MissionSettings
 from ods.offline.run_record import RunRecord
 from ods.offline.score import score_objects

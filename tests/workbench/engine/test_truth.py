@@ -5,8 +5,8 @@ import math
 import msgspec
 import pytest
 
-from ods.base.mounting import AT_ORIGIN, Mounting, MountingSettings
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
+from ods.base.frames.mounting import AT_ORIGIN, Mounting, MountingSettings
 from ods.messages import Detections, Truth, TruthObject
 from ods.offline.source import scene_source
 from ods.workbench.engine.printing import detections_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import tomli_w
 
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.sim_sonar.scene.motion import Motion
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.workbench.model import actions as do

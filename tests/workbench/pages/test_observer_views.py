@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 
-from ods.base.mounting import AT_ORIGIN
+from ods.base.frames.mounting import AT_ORIGIN
 from ods.messages import ClosestApproach, Obstacle, ObstacleList, Prediction, TrackState
 from ods.offline.mission import Found
 from ods.workbench.engine.tracked import Beside, Collecting, Tracked

@@ -9,7 +9,7 @@ import pytest
 from nicegui import ui
 from nicegui.testing import User
 
-from ods.base.shipped import FOLDER
+from ods.base.files.shipped import FOLDER
 from ods.sim_sonar.by_name import find_scene
 from ods.workbench.engine.files import opening
 from ods.workbench.model import actions as do

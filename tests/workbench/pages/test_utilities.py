@@ -8,7 +8,7 @@ from nicegui import ui
 from nicegui.elements.upload_files import SmallFileUpload
 
 from ods.base.errors import OdsError
-from ods.base.shipped import shipped_file
+from ods.base.files.shipped import shipped_file
 from ods.workbench.engine.config_file import load_config
 from ods.workbench.engine.files import opening
 from ods.workbench.model import actions as do

@@ -1,6 +1,7 @@
 """One attitude as a unit quaternion (w, x, y, z) in plain floats: for one, five to twenty times faster than numpy.
 
-`ods.base.geometry` has the same for arrays. Both turn body vectors into global ones, or one frame's into another's.
+`ods.base.frames.geometry` has the same for arrays. Both turn body vectors into global ones, or one frame's into
+another's.
 """
 
 import math
@@ -10,7 +11,7 @@ Vector3 = tuple[float, float, float]
 
 
 def from_euler(roll: float, pitch: float, yaw: float) -> Quaternion:
-    """Return what `ods.base.geometry.quat_from_euler` does; rad."""
+    """Return what `ods.base.frames.geometry.quat_from_euler` does; rad."""
     cr, sr = math.cos(0.5 * roll), math.sin(0.5 * roll)
     cp, sp = math.cos(0.5 * pitch), math.sin(0.5 * pitch)
     cy, sy = math.cos(0.5 * yaw), math.sin(0.5 * yaw)

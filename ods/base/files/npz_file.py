@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import AnyArray
 from ods.base.errors import one_line
-from ods.base.in_file import MOST_BYTES, opened
+from ods.base.files.in_file import MOST_BYTES, opened
 
 MOST_DIRECTORY_BYTES = 1_000_000
 """Of the archive's own list, of which zipfile makes some ten times as much, whichever arrays are wanted."""

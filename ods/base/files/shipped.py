@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-FOLDER = Path(__file__).parents[1] / "config_files"
+FOLDER = Path(__file__).parents[2] / "config_files"
 """Scenes, sonars, and the configurations to start from."""
 
 

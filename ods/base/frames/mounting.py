@@ -14,8 +14,8 @@ import msgspec
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.base.geometry import rotation_matrix
-from ods.base.quaternion import Quaternion, Vector3, from_euler, product, rotated
+from ods.base.frames.geometry import rotation_matrix
+from ods.base.frames.quaternion import Quaternion, Vector3, from_euler, product, rotated
 from ods.base.settings import Settings, slider
 from ods.base.settings_file import load
 
