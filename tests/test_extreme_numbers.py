@@ -16,7 +16,7 @@ from ods.base.computer.overload import OVERLOADED
 from ods.base.geodesy import SiteSettings
 from ods.messages import Clearance, Detections, ObstacleList, Ping, Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import PipelineSettings
 from ods.runtime.pose_buffer import PoseBuffer, PoseSettings
 from ods.runtime.processes import PROCESSES

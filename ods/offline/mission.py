@@ -10,7 +10,7 @@ from ods.base.geodesy import SiteSettings
 from ods.base.settings import Settings
 from ods.config import part_of
 from ods.messages import Detections, ObstacleList, Ping, Pose
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
 from ods.runtime.pose_buffer import PoseSettings

@@ -11,10 +11,10 @@ import numpy as np
 from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Ping, Pose
 from ods.pipeline.chain import Chain
-from ods.pipeline.plan import PingError
-from ods.pipeline.repeated_image import RepeatedImage
+from ods.pipeline.interference.repeated_image import RepeatedImage
+from ods.pipeline.prepared.plan import PingError
+from ods.pipeline.prepared.speckle import Alive
 from ods.pipeline.settings import PipelineConfig
-from ods.pipeline.speckle import Alive
 from ods.pipeline.steadiness import Steadiness
 from ods.pipeline.swept import SweptSonar
 from ods.runtime.head_pose import head_of

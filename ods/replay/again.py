@@ -9,7 +9,7 @@ import msgspec
 from ods.base.clock import NS
 from ods.config import OnboardConfig, part_of
 from ods.messages import Detections, ObstacleList, Ping, VetoOrder
-from ods.pipeline.plan import PingError
+from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig
 from ods.pipeline.stage.params import StageError

@@ -20,7 +20,7 @@ from ods.messages import Detections, Ping
 from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.image.fan import Fan
-from ods.pipeline.plan import PingError, geometry_key, make_plan
+from ods.pipeline.prepared.plan import PingError, geometry_key, make_plan
 from ods.pipeline.settings import PipelineSettings
 from ods.pipeline.stage.configured import ConfiguredStage
 from ods.pipeline.stage.step import PreparedDetector

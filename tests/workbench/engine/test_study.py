@@ -11,7 +11,7 @@ from ods.base.errors import OdsError
 from ods.messages import Ping, Pose
 from ods.offline.mission import MissionSettings
 from ods.pipeline.chain import Chain
-from ods.pipeline.filter_chain import FilterChain
+from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.stage.watch import StageImage
 from ods.plots.polar import level_db
 from ods.workbench.engine import study

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import Image
-from ods.pipeline.filter_chain import FilterChain
+from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.stage.step import PingContext
 
 LEARNT_CELLS = 13_000_000

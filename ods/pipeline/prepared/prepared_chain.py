@@ -7,8 +7,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.arrays import AnyArray, Image, Mask
-from ods.pipeline.filter_chain import FilterChain
-from ods.pipeline.frame_reader import FrameReader
 from ods.pipeline.fronts.judge import LEAST_FRONT, Fronts
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.double_buffer import DoubleBuffer
@@ -17,9 +15,11 @@ from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
-from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
-from ods.pipeline.speckle import Alive, filtered_speckle
+from ods.pipeline.prepared.filter_chain import FilterChain
+from ods.pipeline.prepared.frame_reader import FrameReader
+from ods.pipeline.prepared.image_layout import ImageLayout, RangeBand
+from ods.pipeline.prepared.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError
 from ods.pipeline.stage.step import PingContext
