@@ -14,7 +14,6 @@ from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
 from ods.runtime.head_pose import head_of
 from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
-from ods.tracker.checkpoint import Mission
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject
@@ -32,6 +31,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
 from ods.tracker.utc import VehicleUtc

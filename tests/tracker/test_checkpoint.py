@@ -18,13 +18,13 @@ from ods.messages import Detections, ObstacleList, Pose, Sector
 from ods.runtime import kept_file
 from ods.runtime.kept_file import HEAD, KeptFile
 from ods.runtime.pose_buffer import PoseSettings
-from ods.tracker.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
+from ods.tracker.restart.checkpoint import MOST_CHANGES, Checkpoint, Checkpoints, Mission
+from ods.tracker.restart.state import MapChanges
 from ods.tracker.settings import OWN_OBSERVERS, LifeSettings, TrackerConfig, TrackerSettings
-from ods.tracker.state import MapChanges
 from ods.tracker.tracker import Tracker
 from ods.tracker.utc import VehicleUtc
 

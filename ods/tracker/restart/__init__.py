@@ -1,0 +1,1 @@
+"""What the tracker leaves to its successor, and which ids are still free."""
