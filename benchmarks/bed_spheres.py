@@ -17,7 +17,7 @@ from ods.base.frames.geometry import body_to_polar, global_to_body
 from ods.messages import Detections, Truth
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import SceneFile

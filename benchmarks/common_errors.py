@@ -25,7 +25,7 @@ from ods.base.files.shipped import shipped_file
 from ods.base.frames.quaternion import product
 from ods.messages import Detection, Truth
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.by_name import find_sonar
 from ods.sim_sonar.scene.timeline import Scene
 from ods.tracker.common_error.monitor import CommonErrors

@@ -18,7 +18,7 @@ from ods.messages import Clearance, Detections, ObstacleList, Ping, Pose
 from ods.pipeline.chain import Chain
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseBuffer, PoseSettings
+from ods.pose.buffer import PoseBuffer, PoseSettings
 from ods.runtime.processes import PROCESSES
 from ods.tracker.service import TrackerWorker
 from ods.tracker.settings import TrackerProcessConfig, TrackerSettings

@@ -13,7 +13,7 @@ from ods.messages import Detections, ObstacleList, Ping, Pose
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 from ods.sonar_link.ping_builder import listening_ns
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor

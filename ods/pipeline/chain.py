@@ -27,7 +27,7 @@ from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 LASTING_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""

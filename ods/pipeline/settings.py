@@ -12,7 +12,7 @@ from ods.base.settings import NonNegative, Settings, slider
 from ods.pipeline.range_image.settings import RangeImageSettings
 from ods.pipeline.smallest_object import columns_of, leaves_numbers, with_numbers
 from ods.pipeline.stage.params import BUILT_IN, STAGES, StageError, read_params, stage_label
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 
 StageTable = dict[str, Any]
 

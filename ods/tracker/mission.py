@@ -12,8 +12,8 @@ import msgspec
 from ods.base import clock
 from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
+from ods.pose.head import head_of
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject

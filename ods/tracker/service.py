@@ -9,9 +9,9 @@ from typing import Any
 from ods.base import clock
 from ods.base.errors import reason_of
 from ods.messages import Detections, ObstacleList, VetoAnswer, VetoOrder
-from ods.runtime import last_words
 from ods.runtime.backlog import Backlog
 from ods.runtime.service import Service, Worker
+from ods.runtime.state_files import last_words
 from ods.tracker.clearance.clearance import ClearanceKeeper
 from ods.tracker.map.keeper import MapKeeper
 from ods.tracker.mission import MissionTracker

@@ -10,8 +10,8 @@ from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
 from ods.base.plugins import PluginGroup
 from ods.base.settings import NonNegative, NonNegativeInt, NonNegativeSeconds, Positive, PositiveInt, Settings, slider
+from ods.pose.buffer import PoseSettings
 from ods.runtime.bus import BusSettings
-from ods.runtime.pose_buffer import PoseSettings
 
 REST = 0.5
 """An object out of view goes into the map if it is at least this probably static, so not more likely to move."""

@@ -16,7 +16,7 @@ from ods.pipeline.chain import Chain
 from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 
 STEP = math.radians(0.9)
 BEAM_S = 0.08

@@ -15,9 +15,9 @@ from ods.base.clock import NS
 from ods.base.frames.geometry import quat_from_euler
 from ods.base.geodesy import SiteSettings
 from ods.messages import Detections, ObstacleList, Pose, Sector
-from ods.runtime import kept_file
-from ods.runtime.kept_file import HEAD, KeptFile
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
+from ods.runtime.state_files import kept_file
+from ods.runtime.state_files.kept_file import HEAD, KeptFile
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.measurement.scan import Scan, echoes_of, vehicle_at
 from ods.tracker.mission import MissionTracker

@@ -9,7 +9,7 @@ from ods.base.clock import NS
 from ods.base.frames.mounting import MountingSettings
 from ods.base.geodesy import SiteSettings
 from ods.messages import Detections, ObstacleList, Pose, Sector, Site
-from ods.runtime.pose_buffer import PoseSettings
+from ods.pose.buffer import PoseSettings
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig, TrackerSettings

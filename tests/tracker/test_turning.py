@@ -12,7 +12,7 @@ from ods.base.frames.geometry import euler_from_quat
 from ods.messages import Detections, Pose
 from ods.pipeline.offline import detect_pings
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseBuffer
+from ods.pose.buffer import PoseBuffer
 from ods.sim_sonar.echo.settings import Surface
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.scene.settings import Oscillation, SceneFile, Sphere, VehiclePath

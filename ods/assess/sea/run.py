@@ -19,7 +19,7 @@ from ods.messages import Detections, Ping, Truth
 from ods.nav_bridge.settings import SigmaSettings
 from ods.pipeline.chain import Chain
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS
 from ods.sim_sonar.scene.timeline import Scene, load_scene

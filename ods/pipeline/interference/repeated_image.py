@@ -16,7 +16,7 @@ from ods.base.clock import NS
 from ods.compiled import native
 from ods.messages import Ping, Pose, frame_of
 from ods.pipeline.prepared.plan import PingError
-from ods.runtime.turn import turn_between
+from ods.pose.turn import turn_between
 
 REMEMBERED = 32
 """Pings."""

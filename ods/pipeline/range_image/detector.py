@@ -14,7 +14,7 @@ from ods.pipeline.range_image.clusters import clusters_of, members_of
 from ods.pipeline.range_image.looked import looked_of
 from ods.pipeline.range_image.points import Head, RangePixels
 from ods.pipeline.settings import PipelineSettings
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 MOST_DETECTIONS = 512
 """The nearest are taken where there are more."""

@@ -26,8 +26,8 @@ from ods.pipeline.stage.configured import ConfiguredStage
 from ods.pipeline.stage.step import PreparedDetector
 from ods.pipeline.stage.watch import RECORDED, StageImage
 from ods.plots.polar import level_db
-from ods.runtime.head_pose import head_of
-from ods.runtime.pose_buffer import PoseBuffer, PoseEstimate
+from ods.pose.buffer import PoseBuffer, PoseEstimate
+from ods.pose.head import head_of
 from ods.workbench.engine.data import Data
 from ods.workbench.engine.look import Coded, Codes, Grid, Look, coded, grid_of, looks_of, of_stage
 

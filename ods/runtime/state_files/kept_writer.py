@@ -4,7 +4,7 @@ import queue
 import threading
 
 from ods.base.computer.overload import OVERLOADED, waits_for_processor
-from ods.runtime.kept_file import KeptFile
+from ods.runtime.state_files.kept_file import KeptFile
 
 WITHIN_S = 0.1
 """A write in memory takes less than a millisecond."""

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from ods.base.clock import NS
 from ods.messages import Pose, Quaternion
-from ods.runtime.pose_buffer import ATTITUDE_GROWTH, POSITION_GROWTH, PoseBuffer
+from ods.pose.buffer import ATTITUDE_GROWTH, POSITION_GROWTH, PoseBuffer
 
 MS = 1_000_000
 

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 
 from ods.base.frames.mounting import Mounting, spread_at
-from ods.runtime.pose_buffer import PoseEstimate
+from ods.pose.buffer import PoseEstimate
 
 
 def head_of(vehicle: PoseEstimate | None, mounting: Mounting) -> PoseEstimate | None:
