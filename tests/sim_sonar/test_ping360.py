@@ -17,7 +17,7 @@ import pytest
 from ods.base import clock
 from ods.base.settings_file import load
 from ods.config import OnboardConfig
-from ods.doctor import sonar_port
+from ods.doctor.lines import sonar_port
 from ods.messages import Ping, frame_of
 from ods.runtime.bus import BusSettings
 from ods.sim_sonar.device.live import Device, LiveSonar, Mission

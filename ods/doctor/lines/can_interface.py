@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ods.doctor import serial_device
 from ods.doctor.finding import Finding
+from ods.doctor.lines import serial_device
 from ods.nav_bridge.settings import CanSettings
 
 CAN_DEVICE = 280

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from ods.doctor import can_interface, serial_device
 from ods.doctor.finding import Finding
+from ods.doctor.lines import can_interface, serial_device
 from ods.nav_bridge.settings import NavSettings
 
 

@@ -10,8 +10,8 @@ import msgspec
 from ods.base import clock
 from ods.base.plugins import PluginError
 from ods.config import OnboardConfig
-from ods.doctor import serial_device
 from ods.doctor.finding import Finding
+from ods.doctor.lines import serial_device
 from ods.runtime.counters import COUNTERS
 from ods.runtime.port.address import TcpAddress, tcp_address, transport_of
 from ods.runtime.run_dir import is_locked
