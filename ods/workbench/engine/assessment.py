@@ -21,8 +21,8 @@ from ods.pipeline.stage.configured import configured_stages
 from ods.sim_sonar.sonar.model import load_sonar
 from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.apply import apply
-from ods.workbench.model.chain_numbers import written
-from ods.workbench.model.numbers_first import with_numbers_first
+from ods.workbench.model.chain.numbers import written
+from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, Tuning
 

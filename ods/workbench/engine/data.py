@@ -21,7 +21,7 @@ from ods.recording.mcap.reader import open_recording
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
-from ods.workbench.engine.folders import readable
+from ods.workbench.engine.files.folders import readable
 from ods.workbench.model.state import DataReference
 
 KEPT_BYTES = 16 << 20
@@ -124,7 +124,7 @@ def open_data(reference: DataReference, scene: SceneFile | None, folders: Sequen
     """
     match reference.kind:
         case "scene":
-            from ods.workbench.engine.scene_data import simulated_data  # the simulator and scipy: only for scenes
+            from ods.workbench.engine.scene.data import simulated_data  # the simulator and scipy: only for scenes
 
             return simulated_data(reference, scene, folders)
         case "file":

@@ -12,11 +12,11 @@ from ods.messages import Detections, Ping
 from ods.offline.mission import Mission
 from ods.offline.source import Source
 from ods.pipeline.offline import detect_pings
+from ods.workbench.engine.background.own_process import GoesOn
 from ods.workbench.engine.data import Data, open_data
-from ods.workbench.engine.echogram import Echogram
-from ods.workbench.engine.echogram_layers import Layers
-from ods.workbench.engine.folders import writable, write_whole
-from ods.workbench.engine.own_process import GoesOn
+from ods.workbench.engine.echogram.layers import Layers
+from ods.workbench.engine.echogram.levels import Echogram
+from ods.workbench.engine.files.folders import writable, write_whole
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import State, Tuning
 
@@ -91,7 +91,7 @@ def movie_of(tell: GoesOn, state: State, read: Sequence[Path], file: Path, *, st
 
 def echogram_of(_: GoesOn, echogram: Echogram, layers: Layers, state: State, file: Path, *, style: str) -> Path:
     """Print an echogram. `file` may lie anywhere. Raises OdsError."""
-    from ods.workbench.engine.echogram_print import print_echogram  # Matplotlib: not in the page's process
+    from ods.workbench.engine.echogram.paper import print_echogram  # Matplotlib: not in the page's process
 
     return print_echogram(echogram, layers, state, file, [file.parent], name=called(state), style=style)
 

@@ -14,7 +14,7 @@ from ods.base.frames.quaternion import rotated
 from ods.messages import Health
 from ods.runtime.processes import may_be_on_board
 from ods.workbench.engine.live import WORDS, Line, Live, Verdict, state_of
-from ods.workbench.engine.tracked import heading_of
+from ods.workbench.engine.mission.tracked import heading_of
 from ods.workbench.model.actions import SetView
 from ods.workbench.model.state import State
 from ods.workbench.pages import observer_plan

@@ -5,8 +5,8 @@ from nicegui import ui
 from nicegui.events import KeyEventArguments
 
 from ods.offline.score import position_rms_m
-from ods.workbench.engine.rerun import Progress, Rerun, wanted
-from ods.workbench.engine.tracked import Tracked, track_name
+from ods.workbench.engine.mission.rerun import Progress, Rerun, wanted
+from ods.workbench.engine.mission.tracked import Tracked, track_name
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import DataReference, State
 from ods.workbench.pages import observer_plan, observer_times

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ods.base.arrays import Floats, Indices
-from ods.workbench.engine.tracked import Course, Tracked, TrueCourse
+from ods.workbench.engine.mission.tracked import Course, Tracked, TrueCourse
 from ods.workbench.pages.observer_plan import ROLES, SIGMAS
 from ods.workbench.web.time_view import Band, Curve, Panel, Series, Strip
 

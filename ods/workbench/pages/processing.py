@@ -8,7 +8,7 @@ from nicegui import ui
 from nicegui.elements.select import Select
 from nicegui.events import KeyEventArguments
 
-from ods.workbench.engine.thresholds import setting_at
+from ods.workbench.engine.ping.thresholds import setting_at
 from ods.workbench.model import actions as do
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.state import State, View

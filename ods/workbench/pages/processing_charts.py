@@ -7,9 +7,9 @@ from html import escape
 import numpy as np
 from nicegui import ui
 
-from ods.workbench.engine.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
-from ods.workbench.engine.study import Cost
-from ods.workbench.engine.thresholds import thresholds
+from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
+from ods.workbench.engine.ping.study import Cost
+from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.pages.processing_pictures import pooled_db, title_of
 from ods.workbench.pages.processing_work import Answer, Costs, last_stage
 from ods.workbench.web.curve_view import Axis, CurveView, EvenCurve, Line

@@ -6,10 +6,10 @@ from functools import partial
 import numpy as np
 
 from ods.messages import Detection
-from ods.workbench.engine.look import Look
-from ods.workbench.engine.study import Study
-from ods.workbench.engine.thresholds import thresholds
-from ods.workbench.engine.truth import Judged, TrueCircle
+from ods.workbench.engine.ping.look import Look
+from ods.workbench.engine.ping.study import Study
+from ods.workbench.engine.ping.thresholds import thresholds
+from ods.workbench.engine.ping.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages.processing_work import Answer, last_stage
 from ods.workbench.web.frames import Circle, Frame, Kind, cells_of

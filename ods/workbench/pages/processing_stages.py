@@ -12,9 +12,9 @@ from ods.pipeline.settings import AttentionSettings, PipelineSettings, StageTabl
 from ods.pipeline.stage.params import STAGES
 from ods.pipeline.stage.registry import find_stage, stage_names
 from ods.workbench.model import actions as do
-from ods.workbench.model.chain_edits import Entry, edited
-from ods.workbench.model.chain_numbers import columns, follows, numbered, written
-from ods.workbench.model.numbers_first import with_numbers_first
+from ods.workbench.model.chain.edits import Entry, edited
+from ods.workbench.model.chain.numbers import columns, follows, numbered, written
+from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State

@@ -9,11 +9,11 @@ from typing import Any, NamedTuple, Protocol
 from ods.base.computer.resident import give_back_freed
 from ods.base.errors import OdsError, one_line
 from ods.base.frames.mounting import Mounting
-from ods.workbench.engine.compare import Difference, difference
+from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.data import Data, open_data
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.study import Cost, OvertakenError, Studio, Study
-from ods.workbench.engine.truth import Judged, TrueCircle, judged, true_circles
+from ods.workbench.engine.ping.compare import Difference, difference
+from ods.workbench.engine.ping.study import Cost, OvertakenError, Studio, Study
+from ods.workbench.engine.ping.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.session import Session
 

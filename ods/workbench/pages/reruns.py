@@ -2,7 +2,7 @@
 
 from weakref import WeakKeyDictionary
 
-from ods.workbench.engine.rerun import Rerun
+from ods.workbench.engine.mission.rerun import Rerun
 from ods.workbench.session import Session
 
 _reruns: "WeakKeyDictionary[Session, Rerun]" = WeakKeyDictionary()

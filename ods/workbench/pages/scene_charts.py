@@ -6,7 +6,7 @@ from typing import Any
 
 from nicegui import ui
 
-from ods.workbench.engine.scene_curves import Curve
+from ods.workbench.engine.scene.curves import Curve
 
 COLOURS = ("#56b4e9", "#e69f00", "#009e73", "#cc79a7")
 """Told apart by colour-blind eyes, too."""

@@ -3,10 +3,10 @@
 import msgspec
 from nicegui import ui
 
-from ods.workbench.engine.files import opening, shipped_scenes
-from ods.workbench.engine.scene_file import shipped_sonars
+from ods.workbench.engine.files.openable import opening, shipped_scenes
+from ods.workbench.engine.scene.file import shipped_sonars
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_edits import NEW
+from ods.workbench.model.scene.edits import NEW
 from ods.workbench.model.state import DataReference
 from ods.workbench.pages.scene_saving import SaveDialog
 from ods.workbench.session import Session

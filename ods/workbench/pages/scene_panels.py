@@ -8,8 +8,8 @@ from nicegui import ui
 
 from ods.workbench.model.actions import Action, RemoveWaypoint, SetScene
 from ods.workbench.model.paths import PathError, value_at
-from ods.workbench.model.scene_dials import Group
-from ods.workbench.model.scene_effects import EFFECTS, Effect, is_on, switch
+from ods.workbench.model.scene.dials import Group
+from ods.workbench.model.scene.effects import EFFECTS, Effect, is_on, switch
 from ods.workbench.model.sliders import Control
 from ods.workbench.model.state import State
 from ods.workbench.pages.control_row import ControlRow

@@ -4,7 +4,7 @@ import msgspec
 from nicegui import ui
 
 from ods.base.errors import OdsError, one_line
-from ods.workbench.engine.scene_file import SavedScene, proposed, save, saving
+from ods.workbench.engine.scene.file import SavedScene, proposed, save, saving
 from ods.workbench.model.actions import OpenData
 from ods.workbench.session import Session
 

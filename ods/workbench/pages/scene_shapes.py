@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 
 from ods.base.arrays import Floats
-from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_plan import Plan
-from ods.workbench.model.scene_handles import Handle
+from ods.workbench.engine.scene.plan import Plan
+from ods.workbench.engine.scene.rehearsal import Rehearsal
+from ods.workbench.model.scene.handles import Handle
 from ods.workbench.web import plan_view as shapes
 from ods.workbench.web.plan_view import Shape
 

@@ -7,12 +7,12 @@ from nicegui import ui
 
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.sim_sonar.sonar.model import SonarModel
-from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_curves import beam_pattern, reflection, vertical_pattern
-from ods.workbench.engine.scene_plan import strip_of
-from ods.workbench.engine.scene_view import Pictured
+from ods.workbench.engine.scene.curves import beam_pattern, reflection, vertical_pattern
+from ods.workbench.engine.scene.plan import strip_of
+from ods.workbench.engine.scene.rehearsal import Rehearsal
+from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model.actions import RemoveObject, SetScene
-from ods.workbench.model.scene_dials import image_groups, object_groups, sea_bed_groups, vehicle_groups
+from ods.workbench.model.scene.dials import image_groups, object_groups, sea_bed_groups, vehicle_groups
 from ods.workbench.model.state import State
 from ods.workbench.pages import scene_charts as charts, scene_panels as panels
 from ods.workbench.pages.scene_work import build_cost, build_rehearsal

@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 from nicegui import ui
 
-from ods.workbench.engine.scene_view import Pictured
+from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_handles import Spot, place_at, snapped
+from ods.workbench.model.scene.handles import Spot, place_at, snapped
 from ods.workbench.pages.folding import folds, tool_bar
 from ods.workbench.pages.scene_panels import try_to
 from ods.workbench.pages.scene_table import BESIDE_M, SceneTable

@@ -9,7 +9,7 @@ from nicegui import run, ui
 from nicegui.elements.button import Button
 
 from ods.base.errors import OdsError
-from ods.workbench.engine.folders import writable
+from ods.workbench.engine.files.folders import writable
 from ods.workbench.session import Session
 
 Make = Callable[[Path], object]

@@ -6,11 +6,11 @@ from pathlib import Path
 from nicegui import ui
 
 from ods.base.errors import one_line
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.rehearsal import Rehearsal
-from ods.workbench.engine.scene_view import Asked, Pictured, ScenePictures, pings_of
+from ods.workbench.engine.background.newest import Newest
+from ods.workbench.engine.scene.rehearsal import Rehearsal
+from ods.workbench.engine.scene.view import Asked, Pictured, ScenePictures, pings_of
 from ods.workbench.model import actions as do
-from ods.workbench.model.scene_handles import Handle, dragged, handles_of
+from ods.workbench.model.scene.handles import Handle, dragged, handles_of
 from ods.workbench.model.state import State
 from ods.workbench.pages.scene_charts import show as show_chart
 from ods.workbench.pages.scene_opening import open_bar

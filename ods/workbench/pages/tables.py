@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from nicegui import ui
 
 from ods.messages import Obstacle, Vector3
-from ods.workbench.engine.tracked import track_name
+from ods.workbench.engine.mission.tracked import track_name
 
 Columns = Sequence[tuple[str, str]]
 """Name and heading of each."""

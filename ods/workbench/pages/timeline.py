@@ -6,10 +6,10 @@ from functools import partial
 from nicegui import ui
 from nicegui.events import KeyEventArguments
 
+from ods.workbench.engine.background.newest import Newest
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.marks import Kind, Mark, bookmark_marks, gap_marks, thinned, track_marks
-from ods.workbench.engine.newest import Newest
-from ods.workbench.engine.rerun import wanted
+from ods.workbench.engine.mission.marks import Kind, Mark, bookmark_marks, gap_marks, thinned, track_marks
+from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import ShowPing
 from ods.workbench.model.state import State
 from ods.workbench.pages.reruns import rerun_of

@@ -9,8 +9,8 @@ from ods.base.files.shipped import shipped_file
 from ods.base.frames.mounting import AT_ORIGIN, Mounting, MountingSettings
 from ods.messages import Detections, Truth, TruthObject
 from ods.offline.source import scene_source
+from ods.workbench.engine.ping.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.engine.printing import detections_of
-from ods.workbench.engine.truth import Judged, TrueCircle, judged, true_circles
 from ods.workbench.model.state import State, Tuning
 from tests.export import mission
 from tests.workbench.engine.test_compare import found

@@ -11,7 +11,7 @@ from ods.sim_sonar.scene.motion import Motion
 from ods.sim_sonar.scene.timeline import load_scene
 from ods.workbench.model import actions as do
 from ods.workbench.model.apply import apply
-from ods.workbench.model.scene_edits import scene_of
+from ods.workbench.model.scene.edits import scene_of
 from ods.workbench.model.short_tables import short_tables
 from ods.workbench.model.state import State
 from tests.workbench.model.test_history import LAST, SCENE, START

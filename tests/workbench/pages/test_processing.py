@@ -15,7 +15,7 @@ from nicegui.testing.user_simulation import user_simulation
 
 from ods.offline.mission import MissionSettings
 from ods.workbench.engine.data import Data
-from ods.workbench.engine.rerun import wanted
+from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetSetting, SetTuning, SetView, ShowPing
 from ods.workbench.model.state import DataReference, State, Tuning
 from ods.workbench.pages import processing, processing_work

@@ -1,0 +1,1 @@
+"""A scene: its plan, image, curves and pings, its file, and a rehearsal of its mission."""
