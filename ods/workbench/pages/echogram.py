@@ -18,7 +18,7 @@ from ods.workbench.engine.mission.tracked import Tracked
 from ods.workbench.model.actions import SetView, ShowPing
 from ods.workbench.model.state import EchogramLayer, State, View
 from ods.workbench.pages.observer import TRACKED, tracking_progress
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.echogram_view import EchogramPicture, EchogramView, picture_of
 from ods.workbench.web.follow import follow, in_loop

@@ -19,9 +19,9 @@ from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import SetBookmark, SetState, ShowPing
 from ods.workbench.model.macro import macro_of
 from ods.workbench.model.state import State
-from ods.workbench.pages import sending, shared_link
 from ods.workbench.pages.echogram import echogram_of
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.parts import sending, shared_link
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 

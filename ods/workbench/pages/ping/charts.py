@@ -10,8 +10,8 @@ from nicegui import ui
 from ods.workbench.engine.ping.look import HIGHEST_DB, LOWEST_DB, Look, histogram, profile
 from ods.workbench.engine.ping.study import Cost
 from ods.workbench.engine.ping.thresholds import thresholds
-from ods.workbench.pages.processing_pictures import pooled_db, title_of
-from ods.workbench.pages.processing_work import Answer, Costs, last_stage
+from ods.workbench.pages.ping.pictures import pooled_db, title_of
+from ods.workbench.pages.ping.work import Answer, Costs, last_stage
 from ods.workbench.web.curve_view import Axis, CurveView, EvenCurve, Line
 from ods.workbench.web.time_view import Colour
 

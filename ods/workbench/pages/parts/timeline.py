@@ -12,7 +12,7 @@ from ods.workbench.engine.mission.marks import Kind, Mark, bookmark_marks, gap_m
 from ods.workbench.engine.mission.rerun import wanted
 from ods.workbench.model.actions import ShowPing
 from ods.workbench.model.state import State
-from ods.workbench.pages.reruns import rerun_of
+from ods.workbench.pages.parts.reruns import rerun_of
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow, in_loop
 from ods.workbench.web.scrubber import Scrubber

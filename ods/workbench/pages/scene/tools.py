@@ -8,9 +8,9 @@ from nicegui import ui
 from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene.handles import Spot, place_at, snapped
-from ods.workbench.pages.folding import folds, tool_bar
-from ods.workbench.pages.scene_panels import try_to
-from ods.workbench.pages.scene_table import BESIDE_M, SceneTable
+from ods.workbench.pages.parts.folding import folds, tool_bar
+from ods.workbench.pages.scene.panels import try_to
+from ods.workbench.pages.scene.table import BESIDE_M, SceneTable
 from ods.workbench.session import Session
 from ods.workbench.web.plan_view import PlanView
 

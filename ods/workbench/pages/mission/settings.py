@@ -14,7 +14,7 @@ from ods.workbench.model.actions import SetSetting
 from ods.workbench.model.paths import tables_of, value_at
 from ods.workbench.model.sliders import Control, controls_of
 from ods.workbench.model.state import State
-from ods.workbench.pages.control_row import ControlRow
+from ods.workbench.pages.parts.control_row import ControlRow
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 

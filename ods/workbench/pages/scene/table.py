@@ -8,7 +8,7 @@ from nicegui import ui
 from ods.sim_sonar.scene.settings import SceneFile
 from ods.workbench.model.actions import Action, CopyObject, RemoveObject, SetScene
 from ods.workbench.model.scene.handles import place_at
-from ods.workbench.pages.scene_panels import try_to
+from ods.workbench.pages.scene.panels import try_to
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 

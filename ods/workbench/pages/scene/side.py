@@ -14,8 +14,8 @@ from ods.workbench.engine.scene.view import Pictured
 from ods.workbench.model.actions import RemoveObject, SetScene
 from ods.workbench.model.scene.dials import image_groups, object_groups, sea_bed_groups, vehicle_groups
 from ods.workbench.model.state import State
-from ods.workbench.pages import scene_charts as charts, scene_panels as panels
-from ods.workbench.pages.scene_work import build_cost, build_rehearsal
+from ods.workbench.pages.scene import charts, panels
+from ods.workbench.pages.scene.work import build_cost, build_rehearsal
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 

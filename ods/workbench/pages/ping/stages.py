@@ -18,8 +18,8 @@ from ods.workbench.model.chain.numbers_first import with_numbers_first
 from ods.workbench.model.paths import PathError
 from ods.workbench.model.sliders import controls_of
 from ods.workbench.model.state import State
-from ods.workbench.pages.add_stage import add_menu
-from ods.workbench.pages.control_row import ControlRow
+from ods.workbench.pages.parts.control_row import ControlRow
+from ods.workbench.pages.ping.add_stage import add_menu
 from ods.workbench.session import Session
 from ods.workbench.web.follow import PICTURE_FIRST_S, follow, in_loop
 

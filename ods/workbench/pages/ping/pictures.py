@@ -11,7 +11,7 @@ from ods.workbench.engine.ping.study import Study
 from ods.workbench.engine.ping.thresholds import thresholds
 from ods.workbench.engine.ping.truth import Judged, TrueCircle
 from ods.workbench.model.state import State, Tuning
-from ods.workbench.pages.processing_work import Answer, last_stage
+from ods.workbench.pages.ping.work import Answer, last_stage
 from ods.workbench.web.frames import Circle, Frame, Kind, cells_of
 
 MAIN, BESIDE, OTHER = "main", "beside", "other"

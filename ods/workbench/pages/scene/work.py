@@ -11,7 +11,7 @@ from ods.simulate.speed import QUICK, TABLE_1, parts_of
 from ods.workbench.engine.background.own_process import in_own_process
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.engine.scene.view import SceneError, built
-from ods.workbench.pages import scene_charts as charts
+from ods.workbench.pages.scene import charts
 from ods.workbench.session import Session
 from ods.workbench.web.follow import in_loop
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Indices
 from ods.workbench.engine.mission.tracked import Course, Tracked, TrueCourse
-from ods.workbench.pages.observer_plan import ROLES, SIGMAS
+from ods.workbench.pages.mission.plan import ROLES, SIGMAS
 from ods.workbench.web.time_view import Band, Curve, Panel, Series, Strip
 
 MOST_VALUES = 500

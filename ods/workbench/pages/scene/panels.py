@@ -12,7 +12,7 @@ from ods.workbench.model.scene.dials import Group
 from ods.workbench.model.scene.effects import EFFECTS, Effect, is_on, switch
 from ods.workbench.model.sliders import Control
 from ods.workbench.model.state import State
-from ods.workbench.pages.control_row import ControlRow
+from ods.workbench.pages.parts.control_row import ControlRow
 from ods.workbench.session import Session
 from ods.workbench.web.follow import follow
 

@@ -8,7 +8,7 @@ from ods.workbench.engine.scene.file import shipped_sonars
 from ods.workbench.model import actions as do
 from ods.workbench.model.scene.edits import NEW
 from ods.workbench.model.state import DataReference
-from ods.workbench.pages.scene_saving import SaveDialog
+from ods.workbench.pages.scene.saving import SaveDialog
 from ods.workbench.session import Session
 
 NONE_OPEN = "No scene is open: choose or begin one, or start the workbench with a SCENE.toml."
