@@ -24,7 +24,7 @@ from ods.doctor.lines import sonar_port
 from ods.messages import Health, Ping, frame_of
 from ods.runtime import bus
 from ods.runtime.bus import BusSettings
-from ods.sim_sonar.device.multicast_line import MulticastLine
+from ods.sim_sonar.device.lines.multicast_line import MulticastLine
 from tests.sonar_link.sonar3d15 import wire
 
 CONFIG = Path(__file__).parents[3] / "config" / "onboard-sonar3d15.toml"

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ods.base.clock import NS
-from ods.sim_sonar.device import norbit_packets as wire
-from ods.sim_sonar.device.norbit_packets import ImageSays
-from ods.sim_sonar.device.tcp_line import TcpLine
+from ods.sim_sonar.device.lines.tcp_line import TcpLine
+from ods.sim_sonar.device.sonars import norbit_packets as wire
+from ods.sim_sonar.device.sonars.norbit_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.sonar.model import SonarModel
 

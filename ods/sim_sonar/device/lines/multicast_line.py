@@ -2,7 +2,7 @@
 
 import socket
 
-from ods.sim_sonar.device.tcp_line import HOST
+from ods.sim_sonar.device.lines.tcp_line import HOST
 
 
 class MulticastLine:

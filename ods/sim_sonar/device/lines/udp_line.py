@@ -3,7 +3,7 @@
 import contextlib
 import socket
 
-from ods.sim_sonar.device.tcp_line import HOST, READ_BYTES
+from ods.sim_sonar.device.lines.tcp_line import HOST, READ_BYTES
 
 LARGEST = 1024
 """Bytes of a datagram that is sent: a bridge sends what it has read of the line, whole messages or not."""

@@ -7,9 +7,9 @@ import socket
 import msgspec
 
 from ods.base.clock import NS
-from ods.sim_sonar.device import oculus_messages as wire
-from ods.sim_sonar.device.oculus_messages import FireMessage, ImageHead
-from ods.sim_sonar.device.tcp_line import HOST, TcpLine
+from ods.sim_sonar.device.lines.tcp_line import HOST, TcpLine
+from ods.sim_sonar.device.sonars import oculus_messages as wire
+from ods.sim_sonar.device.sonars.oculus_messages import FireMessage, ImageHead
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.sonar.model import SonarModel, make_sonar
 from ods.sim_sonar.sonar.settings import SonarFile

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ods.sim_sonar.device import sonar3d15_packets as wire
-from ods.sim_sonar.device.sonar3d15_packets import ImageSays
+from ods.sim_sonar.device.sonars import sonar3d15_packets as wire
+from ods.sim_sonar.device.sonars.sonar3d15_packets import ImageSays
 from ods.sim_sonar.image import ImageSimulator
 from ods.sim_sonar.range_image import RangeSonar, range_image
 from ods.sim_sonar.sonar.model import SonarModel
