@@ -6,8 +6,8 @@ The start time of first-version results has no known unit, so pings come without
 from mmap import mmap
 
 from ods.messages import Ping
-from ods.sonar_link.files.packet_stream import Found, PacketStreamDecoder
 from ods.sonar_link.files.ping_sequence import recorded_ping
+from ods.sonar_link.files.streams.packet_stream import Found, PacketStreamDecoder
 from ods.sonar_link.oculus import image, messages
 from ods.sonar_link.oculus.framer import fault_of
 from ods.sonar_link.oculus.messages import CHECK_WORD, MessageKind

@@ -3,7 +3,7 @@
 from mmap import mmap
 
 from ods.messages import Ping
-from ods.sonar_link.files.packet_stream import Found, PacketStreamDecoder
+from ods.sonar_link.files.streams.packet_stream import Found, PacketStreamDecoder
 from ods.sonar_link.ping_builder import Stamp
 from ods.sonar_link.sonar3d15 import packets
 from ods.sonar_link.sonar3d15.image import LATEST_NS, ping_of

@@ -4,8 +4,8 @@ from mmap import mmap
 
 from ods.base.clock import NS
 from ods.messages import Ping
-from ods.sonar_link.files.packet_stream import Found, PacketStreamDecoder
 from ods.sonar_link.files.ping_sequence import recorded_ping
+from ods.sonar_link.files.streams.packet_stream import Found, PacketStreamDecoder
 from ods.sonar_link.norbit import image, packets
 from ods.sonar_link.norbit.framer import fault_of
 from ods.sonar_link.norbit.packets import PREAMBLE, SAMPLE_TYPES, PacketKind
