@@ -12,8 +12,8 @@ from ods import __version__
 from ods.base.clock import MS
 from ods.nav_bridge.can.frame import SYNC
 from ods.nav_bridge.canopen.ins_monitor import InsMonitor
+from ods.nav_bridge.canopen.node.own_errors import OwnErrors
 from ods.nav_bridge.canopen.object_map import Where
-from ods.nav_bridge.canopen.own_errors import OwnErrors
 from ods.nav_bridge.settings import CanopenSettings, NavSettings
 
 ERROR_REGISTER, ERROR_HISTORY, CONSUMER_HEARTBEAT, COUNTER_VALUES = 0x1001, 0x1003, 0x1016, 0x2000
