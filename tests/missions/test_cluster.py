@@ -19,13 +19,13 @@ from ods.base.errors import OdsError
 from ods.base.files.shipped import shipped_file
 from ods.base.settings_file import load
 from ods.cli import main
-from ods.missions.fly import fly, tasks_of
 from ods.missions.outcome import Flown
+from ods.missions.parallel.fly import fly, tasks_of
+from ods.missions.parallel.workers import Task
 from ods.missions.settings import Campaign
-from ods.missions.workers import Task
 
 pytest.importorskip("distributed")
-from ods.missions.cluster import flown_on_cluster, security_of
+from ods.missions.parallel.cluster import flown_on_cluster, security_of
 
 CAMPAIGN = """
 seed = 3

@@ -15,10 +15,10 @@ from distributed import Client, KilledWorker
 from distributed.security import Security
 
 from ods.base.errors import OdsError, one_line
-from ods.missions.fly import depends_on
 from ods.missions.outcome import Flown
+from ods.missions.parallel.fly import depends_on
+from ods.missions.parallel.workers import AHEAD, Fly, Task
 from ods.missions.settings import Campaign
-from ods.missions.workers import AHEAD, Fly, Task
 
 PATIENCE_S = 10.0
 """So long the scheduler may take to answer."""

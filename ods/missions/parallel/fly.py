@@ -8,10 +8,10 @@ from msgspec.structs import replace
 from ods import __version__
 from ods.missions.detections.laws import sonar_fingerprint
 from ods.missions.outcome import Flown
+from ods.missions.parallel.workers import Task
 from ods.missions.settings import Campaign
 from ods.missions.setup import flight_of, setup_of
 from ods.missions.watch import OnBoard
-from ods.missions.workers import Task
 
 
 def tasks_of(campaign: Campaign) -> list[Task]:
