@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from ods.base.arrays import Floats
-from ods.bench.avoidance import Mission
+from ods.bench.way.avoidance import Mission
 from ods.messages import VehicleTruth
 from ods.missions.all_knowing.search import Errand, fastest_way
 from ods.sim_sonar.steered import VehicleState, at_start

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 
 from ods.base.arrays import Floats, Mask
-from ods.bench.avoidance import Mission, clearance_of
+from ods.bench.way.avoidance import Mission, clearance_of
 from ods.offline.run_record import RunRecord
 from ods.plots.style import ACCENT, BAD, GOOD, MARK, QUIET, STRONG, WARN
 from ods.sim_sonar.scene.timeline import ObjectStates
