@@ -5,7 +5,7 @@ from typing import Any
 import msgspec
 
 from ods.base import clock
-from ods.commands.heard import Heard, age_s
+from ods.commands.watched.heard import Heard, age_s
 from ods.messages import Health
 from ods.runtime import bus
 from ods.runtime.caution import cautions

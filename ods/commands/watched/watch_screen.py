@@ -9,7 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ods.base import clock
-from ods.commands.heard import Heard, age_s
+from ods.commands.watched.heard import Heard, age_s
 from ods.messages import Clearance, Health, Obstacle, ObstacleList
 from ods.runtime import bus
 from ods.runtime.caution import cautions
