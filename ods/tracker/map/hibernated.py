@@ -12,7 +12,7 @@ import numpy as np
 
 from ods.base.arrays import Floats, Ints
 from ods.tracker.map.map_object import MapObject
-from ods.tracker.map.rtree import INSIDE, PLACE_TABLE, square_around
+from ods.tracker.map.schema import INSIDE, PLACE_TABLE, square_around
 from ods.tracker.restart.state import MapChanges
 from ods.tracker.utc import Restamp
 

@@ -15,8 +15,7 @@ from ods.base.errors import OdsError, reason_of
 from ods.base.files.in_file import MOST_BYTES, opened
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.rights import hindrance
-from ods.tracker.map.rtree import INSIDE, square_around
-from ods.tracker.map.schema import SCHEMA_VERSION, bring_up_to_date, version_of
+from ods.tracker.map.schema import INSIDE, SCHEMA_VERSION, bring_up_to_date, square_around, version_of
 from ods.tracker.map.trust import MOST_OBJECTS, check_schema, lift_time_limit, mission_of, object_of, set_bounds
 from ods.tracker.restart.ids import PROVISIONAL_IDS
 
