@@ -14,11 +14,11 @@ from ods.pipeline.prepared.plan import PingError
 from ods.pipeline.processor import PingProcessor
 from ods.pipeline.settings import PipelineConfig, PipelineSettings
 from ods.pose.buffer import PoseSettings
+from ods.pose.utc import VehicleUtc
 from ods.sonar_link.ping_builder import listening_ns
 from ods.tracker.mission import MissionTracker
 from ods.tracker.output.validity import InputMonitor
 from ods.tracker.settings import TrackerConfig, TrackerSettings
-from ods.tracker.utc import VehicleUtc
 
 
 class MissionSettings(Settings, frozen=True):

@@ -12,11 +12,11 @@ from ods.pipeline import built_in  # noqa: F401  it registers the stages that co
 from ods.pipeline.image.amplitude import SampleScale
 from ods.pipeline.image.no_data import NoDataError, samples_without_data, shows_something
 from ods.pipeline.image.recorded import RegionNumbers, unpaint
+from ods.pipeline.image_layout import EVERY_PHASE
 from ods.pipeline.interference.deaf_beams import BeamJudge, without
 from ods.pipeline.interference.pulses import PulseFinder
 from ods.pipeline.interference.second_way import SecondWays
 from ods.pipeline.measure.echoes import ROW, EchoTable, joined
-from ods.pipeline.prepared.image_layout import EVERY_PHASE
 from ods.pipeline.prepared.plan import PingError, Plan, are_alike, geometry_key, make_plan, sample_scale_of
 from ods.pipeline.prepared.prepared_chain import Frame, PreparedChain
 from ods.pipeline.prepared.speckle import LEARNT_CELLS, Alive

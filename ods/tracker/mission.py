@@ -14,6 +14,8 @@ from ods.base.frames.mounting import Mounting
 from ods.messages import Detections, Health, Obstacle, ObstacleList, Pose, Site, Veto, VetoRequest
 from ods.pose.buffer import PoseBuffer, PoseEstimate
 from ods.pose.head import head_of
+from ods.pose.utc import VehicleUtc
+from ods.tracker.checkpoint import Mission
 from ods.tracker.common_error.monitor import CommonErrors
 from ods.tracker.common_error.sightings import Motion
 from ods.tracker.map.map_object import MapObject
@@ -31,10 +33,8 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.output.standpoint import pose_at
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import InputMonitor
-from ods.tracker.restart.checkpoint import Mission
 from ods.tracker.settings import TrackerConfig
 from ods.tracker.tracker import Tracker
-from ods.tracker.utc import VehicleUtc
 from ods.tracker.veto.vetoes import RefusedError, Vetoes
 
 FUTURE_NS = clock.NS

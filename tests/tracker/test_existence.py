@@ -21,8 +21,8 @@ from ods.tracker.existence.evidence import (
 from ods.tracker.existence.ipda import LEADING_EDGE, MOTION, ONSET, STRENGTH, ExistenceState, HitRates, Rates
 from ods.tracker.existence.model import EXISTENCE
 from ods.tracker.measurement.scan import LARGEST_PATCH_M, Echoes, echoes_of
-from ods.tracker.restart.state import TrackerState
 from ods.tracker.settings import EchoSettings, TrackerSettings
+from ods.tracker.state import TrackerState
 from ods.tracker.tracker import Tracker
 from tests.tracker.samples import RATE_HZ, SECTOR, scan
 from tests.tracker.spots import told_after

@@ -6,7 +6,7 @@ from ods.base.arrays import AnyArray, Floats
 from ods.pipeline.fronts.network import learnt
 from ods.pipeline.fronts.windows import Windows
 from ods.pipeline.image.amplitude import SampleScale
-from ods.pipeline.prepared.image_layout import ImageLayout
+from ods.pipeline.image_layout import ImageLayout
 
 LEAST_FRONT = 0.12
 """Of `Detection.front`, for faint echoes. The tracker looks at many images: one that is taken for the bottom now and

@@ -8,7 +8,7 @@ from ods.pipeline.image.double_buffer import DoubleBuffer
 from ods.pipeline.image.fill import dither, draw, fill_gaps
 from ods.pipeline.image.gained_image import GainedImage, of_gain_1
 from ods.pipeline.image.no_data import share_of_zeros
-from ods.pipeline.prepared.image_layout import ImageLayout
+from ods.pipeline.image_layout import ImageLayout
 
 _QUIET = 0.25
 """From this share of zero counts on, a count is no small part of the noise."""

@@ -15,10 +15,10 @@ from ods.pipeline.image.gained_image import GainedImage
 from ods.pipeline.image.recorded import Recorded, RegionNumbers, cells_without_data, paint, with_samples_lent
 from ods.pipeline.image.regions import Regions, chosen, shared_at
 from ods.pipeline.image.threshold import AMPLITUDES, ThresholdFiller
+from ods.pipeline.image_layout import ImageLayout, RangeBand
 from ods.pipeline.measure.echoes import EchoTable, Wanted, joined, measure_echoes, parted
 from ods.pipeline.prepared.filter_chain import FilterChain
 from ods.pipeline.prepared.frame_reader import FrameReader
-from ods.pipeline.prepared.image_layout import ImageLayout, RangeBand
 from ods.pipeline.prepared.speckle import Alive, filtered_speckle
 from ods.pipeline.stage.configured import ConfiguredStage, blamed
 from ods.pipeline.stage.params import NotANumberError, StageError

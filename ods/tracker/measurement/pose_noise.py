@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from ods.tracker.measurement.scan import Vehicle
-from ods.tracker.restart.state import PoseNoiseState
+from ods.tracker.state import PoseNoiseState
 
 FORGETTING = 0.99
 """Of the weight of earlier pings at each."""

@@ -1,1 +1,0 @@
-"""What the tracker leaves to its successor, and which ids are still free."""
