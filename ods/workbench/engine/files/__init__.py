@@ -1,1 +1,1 @@
-"""The user's files: which may be opened and written, configurations, presets, macros."""
+"""The user's files: which may be opened and written, configurations, presets, prints, macros."""

@@ -50,6 +50,13 @@ class Exhibit(NamedTuple):
         return hashlib.sha256(text).hexdigest()[:16]
 
 
+class Told(msgspec.Struct):
+    """What stands beside the pictures of an exhibit in the cache."""
+
+    facts: str
+    pictures: list[str]
+
+
 def exhibits(folders: Sequence[Path]) -> list[Exhibit]:
     """Return all exhibits: the simulated ones, and the recordings that are found under folders or in the sources."""
     places = [*folders, SOURCES] if SOURCES.is_dir() else list(folders)

@@ -13,8 +13,7 @@ from ods.plots.style import DARK, QUIET, SERIES, drawn_in
 from ods.sonar_link.files.fan_image import FanGeometry
 from ods.sonar_link.files.opening import open_pings
 from ods.workbench.engine.background.own_process import GoesOn
-from ods.workbench.engine.gallery.exhibits import SONAR, Exhibit
-from ods.workbench.engine.gallery.results import Told
+from ods.workbench.engine.gallery.exhibits import SONAR, Exhibit, Told
 from ods.workbench.engine.printing import detections_of
 from ods.workbench.engine.scene.rehearsal import Rehearsal, rehearse_file
 from ods.workbench.model.state import State

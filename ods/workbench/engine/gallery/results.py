@@ -13,18 +13,11 @@ from ods.base.errors import OdsError
 from ods.base.files.in_file import content_of
 from ods.base.files.ownership import is_safe
 from ods.workbench.engine.background.own_process import GoesOn, in_own_process, whole
-from ods.workbench.engine.gallery.exhibits import Exhibit
+from ods.workbench.engine.gallery.exhibits import Exhibit, Told
 from ods.workbench.model.state import State
 
 _making = threading.Lock()
 """One at a time, whoever asks."""
-
-
-class Told(msgspec.Struct):
-    """What stands beside the pictures in the cache."""
-
-    facts: str
-    pictures: list[str]
 
 
 class Result(NamedTuple):

@@ -1,1 +1,1 @@
-"""A scene: its plan, image, curves and pings, its file, and a rehearsal of its mission."""
+"""A scene: its plan, image and curves, its file, and a rehearsal of its mission."""
