@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from nicegui import ui
 
-from ods.workbench.engine.gallery import exhibits
+from ods.workbench.engine.gallery.exhibits import exhibits
 from ods.workbench.engine.gallery.results import made
 from ods.workbench.model.state import State, Tuning
 from ods.workbench.pages import demonstrator
