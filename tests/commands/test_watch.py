@@ -15,9 +15,10 @@ import tomli_w
 import zmq
 from rich.console import Console
 
-from ods import cli, commands
+from ods import cli
 from ods.base import clock
 from ods.base.clock import NS
+from ods.commands import watched
 from ods.commands.watched import heard, watch_json
 from ods.commands.watched.heard import Heard
 from ods.commands.watched.watch_screen import screen
@@ -200,7 +201,7 @@ def test_one_object_needs_no_rich(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(heard, "LOOK_S", 0.1)
     monkeypatch.setitem(sys.modules, "rich.console", None)
     monkeypatch.delitem(sys.modules, "ods.commands.watched.watch_screen")
-    monkeypatch.delattr(commands, "watch_screen")
+    monkeypatch.delattr(watched, "watch_screen")
     assert cli.main(["watch", "--once", "--json", "--config", configuration(tmp_path)]) == 1
     assert cli.main(["watch", "--once", "--config", configuration(tmp_path)]) == 2
 
