@@ -17,7 +17,7 @@ class Backoff:
         return self.delay_s(self._failures)
 
     def worked(self) -> None:
-        """Begin anew."""
+        """Start again."""
         self._failures = 0
 
     def delay_s(self, failures: int) -> float:

@@ -59,9 +59,9 @@ class MachineProbe:
 
     def result(self) -> MachineLoad:
         """End the measurement and return what it found; an idle computer if it could not be measured."""
-        told, _ = self._process.communicate()
+        output, _ = self._process.communicate()
         try:
-            return msgspec.json.decode(told, type=MachineLoad)
+            return msgspec.json.decode(output, type=MachineLoad)
         except msgspec.DecodeError:
             return MachineLoad()
 

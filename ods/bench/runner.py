@@ -91,5 +91,5 @@ def _kill(kill: KillSettings, programs: _Programs, record: RunRecord) -> None:
 
 
 def _arrived(collector: Collector) -> bool:
-    told = collector.record.set_points
-    return bool(len(told)) and told[-1].arrived
+    set_points = collector.record.set_points
+    return bool(len(set_points)) and set_points[-1].arrived

@@ -8,8 +8,8 @@ from ods.base import clock
 from ods.base.errors import reason_of
 from ods.bridge.settings import Destination
 
-TOLD_NS = 2 * clock.NS
-"""A receiver that is not there refuses now and then only: for so long the last time is told."""
+REPORTED_NS = 2 * clock.NS
+"""Time for which a refusal is reported, ns: an absent receiver refuses only now and then."""
 
 
 class UdpSender:
@@ -60,7 +60,7 @@ class UdpSender:
 
     def problem(self, now_ns: int) -> str:
         """Return what is wrong now, in plain words, or ""."""
-        return self._problem if now_ns - self._problem_ns < TOLD_NS else ""
+        return self._problem if now_ns - self._problem_ns < REPORTED_NS else ""
 
     def close(self) -> None:
         """Give the socket back."""

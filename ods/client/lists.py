@@ -95,7 +95,7 @@ class Obstacles:
         whether that list is valid, nor of how old it is.
         """
         if self._last is None:
-            raise NoListError("no obstacle list came yet")
+            raise NoListError("no obstacle list received yet")
         return at(self._last, t_ns)
 
     def _silence(self) -> ObstacleList:

@@ -10,7 +10,7 @@ from ods.messages import Obstacle, ObstacleList, PoseAt
 
 TRUSTED_AHEAD = 10.0
 """A course is carried on for so many times the time that the object was seen for, and no longer: after half a second
-nobody can tell what rests from what moves, and two standard deviations of a velocity would reach everywhere."""
+static and moving objects cannot be distinguished, and two standard deviations of a velocity would reach everywhere."""
 STEP_S = 1.0
 """Between the times looked at; the closest approach itself is one of them."""
 

@@ -59,8 +59,8 @@ def _of_utc(recording: Recording) -> str:
 def _machine(facts: dict[str, str]) -> Iterator[str]:
     libraries = ("python", "libc", "numpy", "msgspec", "pyzmq")
     yield f"ods {facts.get('version', '?')}; " + ", ".join(f"{name} {facts.get(name) or '?'}" for name in libraries)
-    told = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
-    yield one_line(", ".join(told)) or "on a computer that is not told"
+    known = (facts[name] for name in ("host", "cpu", "system") if facts.get(name))
+    yield one_line(", ".join(known)) or "on an unknown computer"
     yield f"configuration {facts.get('config_sha256', '?')[:12]}" + (f", map {facts['map']}" if "map" in facts else "")
 
 

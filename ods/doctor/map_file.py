@@ -29,8 +29,8 @@ def _to_be_made(subject: str, path: Path) -> Finding:
     if not folder.is_dir():
         return Finding("wrong", subject, f"cannot be made: {folder} is no folder; see tracker.map.path")
     if not os.access(folder, os.W_OK | os.X_OK):
-        told = f"cannot be made: {folder} belongs to {_owner(folder)}, and may not be written by this user"
-        return Finding("wrong", subject, f"{told}; see tracker.map.path")
+        fault = f"cannot be made: {folder} belongs to {_owner(folder)}, and may not be written by this user"
+        return Finding("wrong", subject, f"{fault}; see tracker.map.path")
     return Finding("good", subject, "is made at the first start")
 
 

@@ -34,7 +34,7 @@ def examine(port: str, *, in_use: bool = False) -> Iterator[Finding]:
     elif address:
         yield from _tcp(port, address)
     elif transport_of(port) == "udp":
-        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can tell whether any come")
+        yield Finding("note", f"sonar {port}", "datagrams: only `ods doctor --listen` can show whether any arrive")
     else:
         yield from serial_device.examine(f"serial port {port}", port, "sonar.port")
 

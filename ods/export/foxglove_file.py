@@ -99,7 +99,7 @@ class FoxgloveMessages:
         try:
             picture = self._raster.image(ping)
         except (ValueError, ArithmeticError) as error:
-            raise UnfitMessageError("pings that are no image") from error
+            raise UnfitMessageError("pings that are not images") from error
         height, width = picture.shape
         return fg.RawImage(
             timestamp=stamp, frame_id=HEAD, width=width, height=height, encoding="mono8", step=width,
@@ -224,8 +224,8 @@ def _colour(rgb: tuple[float, float, float], opacity: float) -> fg.Color:
     return fg.Color(r=rgb[0], g=rgb[1], b=rgb[2], a=opacity)
 
 
-def _pairs(told: dict[str, Any]) -> list[fg.KeyValuePair]:
-    return [fg.KeyValuePair(key=key, value=_text(value)) for key, value in told.items()]
+def _pairs(values: dict[str, Any]) -> list[fg.KeyValuePair]:
+    return [fg.KeyValuePair(key=key, value=_text(value)) for key, value in values.items()]
 
 
 def _text(value: object) -> str:

@@ -26,7 +26,7 @@ class ListenWorker(Worker[ListenConfig]):
     def __init__(self, service: Service, settings: ListenConfig) -> None:
         super().__init__(service, settings)
         if settings.bus.keys is None or not settings.bus.listen:
-            raise StartError("bus.listen: missing: `at` and `topics` say what may be heard where")
+            raise StartError("bus.listen: missing: set `at` (address) and `topics` (what may be received there)")
         folder = KeyFolder(settings.bus.keys)
         try:
             pair = folder.server()
@@ -87,7 +87,7 @@ class ListenWorker(Worker[ListenConfig]):
         """Say what nobody can hear, and why."""
         found = [f"bus.listen[{number}].at: {door.problem}" for number, door in enumerate(self._doors) if door.problem]
         problem = self._allowed.problem
-        return [*found, *([f"bus.keys: {problem}: nobody may listen"] if problem else [])]
+        return [*found, *([f"bus.keys: {problem}: no listener is admitted"] if problem else [])]
 
     def stop(self) -> None:
         """Give the sockets back."""

@@ -15,7 +15,7 @@ from ods.missions.detections.laws import Laws
 from ods.missions.failing.witness import Warned, Witness
 from ods.missions.outcome import Ending, Outcome
 from ods.missions.settings import Arm, Campaign
-from ods.missions.watch import STEPS, Heard, Told, watch_of
+from ods.missions.watch import STEPS, Heard, TruthWatch, watch_of
 from ods.missions.world import World, make_world
 from ods.offline.mission import MissionSettings
 from ods.planner.conflict import conflict
@@ -56,12 +56,12 @@ class Referee:
         if self.clearance_m < 0.0 and int(clear.argmin()) not in self.first_listed_m:
             self.time_to_collision_s = 0.0
 
-    def hear(self, told: ObstacleList, now: VehicleState) -> None:
+    def hear(self, received: ObstacleList, now: VehicleState) -> None:
         """Take a list: which obstacles are in it for the first time, seen from where the vehicle is now."""
-        if not told.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
+        if not received.obstacles or len(self.first_listed_m) == len(self._world.radius_m):
             return
-        listed = np.array([each.position_ned[:2] for each in told.obstacles])
-        places, radius = self._world.places(told.t_ns / NS), self._world.radius_m
+        listed = np.array([each.position_ned[:2] for each in received.obstacles])
+        places, radius = self._world.places(received.t_ns / NS), self._world.radius_m
         off = np.hypot(*(places[:, None] - listed).transpose(2, 0, 1))
         clear = self._world.clearances(now.t_s, now.north_m, now.east_m, now.down_m)
         new = set(np.flatnonzero((off < radius[:, None] + LISTED_M).any(axis=1)).tolist()) - self.first_listed_m.keys()
@@ -118,7 +118,7 @@ class Flight:
         self.planner = self._planner(start, goal)
         self.referee = Referee(self.world, campaign.vehicle.radius_m)
         self._wide = msgspec.structs.replace(campaign.planner, keep_m=NEARLY * campaign.planner.keep_m)
-        self._true = Told(self.world, sonar.range_max_m)
+        self._true = TruthWatch(self.world, sonar.range_max_m)
         try:
             self.watch = watch_of(arm, self.world, self.vehicle, sonar, onboard, laws, campaign.errors)
         except ValueError as error:

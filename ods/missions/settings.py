@@ -131,10 +131,10 @@ class Campaign(Settings, frozen=True):
         if len(set(self.arms)) < len(self.arms):
             raise ValueError("arms: one is named twice")
         if self.planner.climb_to_m > self.world.down_m:
-            raise ValueError("planner.climb_to_m: is below world.down_m: that is no climb")
+            raise ValueError("planner.climb_to_m: is below world.down_m: must be above it")
         if self.fidelity == "detections" and self.detections is None:
             raise ValueError('detections: fidelity = "detections" needs a file of laws, made by --fit')
         if self.fidelity == "detections" and self.errors != ErrorSettings():
-            raise ValueError('errors: go with fidelity = "images"; laws have none of them')
+            raise ValueError('errors: need fidelity = "images"')
         if self.fidelity == "detections" and self.world.heard_within_m is not None:
-            raise ValueError('world.heard_within_m: goes with fidelity = "images"')
+            raise ValueError('world.heard_within_m: needs fidelity = "images"')

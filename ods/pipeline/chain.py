@@ -63,7 +63,7 @@ class Chain:
         """A stage compares pings, so the pose is of use."""
         self.geometry_changes = 0
         """Since the first ping, to one that is not alike."""
-        self.prepared_anew = False
+        self.was_prepared = False
         """For the last ping, as its geometry was new: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
         self._lasted = LASTING_PINGS
@@ -85,10 +85,12 @@ class Chain:
 
         pose: where the sonar's head was at `ping.t_ns`, for the stages that compare pings and for range images.
 
-        Raises PingError for a ping that makes no sense, StageError for a stage that fails.
+        Raises PingError for an invalid ping, StageError for a stage that fails.
         """
         if ping.sweep is not None:
-            raise PingError("beams of a mechanically scanned sonar are no image by themselves: `ods track` joins them")
+            raise PingError(
+                "beams of a mechanically scanned sonar are not an image each: `ods track` joins them into images"
+            )
         frame = _checked_frame(ping)
         if ping.range_grid is not None:
             return detect_ranges(ping, frame, self._settings, pose, mask)
@@ -152,7 +154,7 @@ class Chain:
             self._scale = sample_scale_of(ping)
             self._sampling = sampling
         geometry = geometry_key(ping)
-        self.prepared_anew = False
+        self.was_prepared = False
         if geometry != self._geometry:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             self._change_to(plan)
@@ -175,7 +177,7 @@ class Chain:
         self._kept = [alike, *(each for each in self._kept if each is not alike)][:KEPT_GEOMETRIES]
 
     def _prepared_for(self, plan: Plan, hurried: bool) -> "_Prepared":
-        self.prepared_anew = True
+        self.was_prepared = True
         cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
         images = [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
@@ -216,7 +218,7 @@ def _detections(echoes: EchoTable) -> list[Detection]:
 
 
 def _heard_from_db(heard_from: float) -> float | None:
-    """Return `Found.heard_from` as it is told: levels that are set in absolute numbers may be anywhere."""
+    """Return `Found.heard_from` as reported: levels set in absolute numbers may be anywhere."""
     if heard_from <= 0.0:
         return None
     return min(max(20.0 * math.log10(heard_from), 0.0), MOST_HEARING_DB)

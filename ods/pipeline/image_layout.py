@@ -19,7 +19,8 @@ EVERY_PHASE = -1
 
 @dataclass(frozen=True, eq=False)
 class RangeBand:
-    """Ranges that fill some columns of an image. Places are told as if the image went on like this to both sides."""
+    """Ranges that fill some columns of an image. Positions are given as if the image continued like this on both
+    sides."""
 
     columns: slice
     fan: Fan

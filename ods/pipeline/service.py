@@ -36,7 +36,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._failure, self._failed_ns = "", 0
         self._dropped, self._worked_ns = "", 0
         """Why the newest ping was dropped, "" when it was not, and when one was not."""
-        self._prepared_anew = False
+        self._was_prepared = False
 
     def start(self) -> None:
         """Build the chain and try it."""
@@ -84,8 +84,8 @@ class PipelineWorker(Worker[PipelineConfig]):
         self._keep_time(clock.monotonic_ns() - began)
 
     def _keep_time(self, spent_ns: int) -> None:
-        anew, self._prepared_anew = self._prepared_anew, self._processor.chain.prepared_anew
-        if anew or not self._prepared_anew:  # the first ping of a geometry shows nothing of those that follow
+        prepared, self._was_prepared = self._was_prepared, self._processor.chain.was_prepared
+        if prepared or not self._was_prepared:  # the first ping of a geometry shows nothing of those that follow
             self._backlog.worked(spent_ns)
         counters = self.service.counters
         counters["process_mean_us"] = round(self._backlog.work_ns / 1000)

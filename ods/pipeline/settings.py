@@ -66,7 +66,7 @@ class PipelineSettings(Settings, frozen=True):
         for index, stage in enumerate(self.stage):
             name = stage.get("use")
             if not isinstance(name, str):
-                raise ValueError(f"stage[{index}].use: missing, it says the stage's name")
+                raise ValueError(f"stage[{index}].use: missing: the name of the stage")
             if name in BUILT_IN:
                 try:
                     read_params(BUILT_IN[name], stage)
@@ -75,7 +75,7 @@ class PipelineSettings(Settings, frozen=True):
             elif not self._may_be_a_plug_ins(name):
                 raise ValueError(f"stage[{index}].use: {none_of(name, BUILT_IN)}")
         if self.smallest_object_m > 0.0 and not leaves_numbers(self.chain(), DEFAULT_STAGES):
-            raise ValueError("smallest_object_m: the stages are not the default ones, or have windows of their own")
+            raise ValueError("smallest_object_m: needs the default stages with their default windows")
 
     def _may_be_a_plug_ins(self, stage: str) -> bool:
         """Return whether a stage of that name has been registered in this process, or may yet be by the pipeline's."""

@@ -12,7 +12,7 @@ SPACING_SHARE, SPEED_SHARE = 0.02, 0.005
 
 
 class Steadiness:
-    """Looks at ping after ping."""
+    """Examines successive pings."""
 
     def __init__(self) -> None:
         self._spacings_m: deque[float] = deque(maxlen=PINGS)

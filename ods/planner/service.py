@@ -21,7 +21,7 @@ class PlannerWorker(Worker[PlannerConfig]):
     def __init__(self, service: Service, settings: PlannerConfig) -> None:
         super().__init__(service, settings)
         if settings.planner is None:
-            raise StartError("planner: missing: `way_points` says where to go")
+            raise StartError("planner: missing: set `way_points`, the vehicle's route")
         wanted = settings.planner
         self._planner = Planner(wanted.steering, wanted.way_points)
         self._stale_ns = round(wanted.steering.stale_s * clock.NS)

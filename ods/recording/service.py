@@ -11,7 +11,7 @@ from ods.recording.settings import RecordConfig
 from ods.runtime.service import Service, Worker
 
 STALLED_NS = 3 * clock.NS
-"""A disk that holds a write up for longer is told of."""
+"""Duration of a write from which on the disk is reported as slow, s."""
 AT_THE_END_S = 1.2
 """For the disk to take what waits; the supervisor gives 1.5 s."""
 

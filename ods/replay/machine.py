@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 COUNTS = ("version", "cpu_flags", "libc", "numpy")
-"""What has to be the same, of the facts that a recording tells of itself."""
+"""Facts of a recording that must be the same here."""
 _WORDS = {"cpu_flags": "type of CPU", "version": "version of ods"}
 
 
@@ -15,7 +15,7 @@ def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[st
             continue
         what = _WORDS.get(name, name)
         if name == "cpu_flags":
-            found.append(f"another {what}: {recorded.get('cpu') or 'not told'}, here {here.get('cpu') or 'not told'}")
+            found.append(f"another {what}: {recorded.get('cpu') or 'unknown'}, here {here.get('cpu') or 'unknown'}")
         else:
-            found.append(f"another {what}: {recorded.get(name) or 'not told'}, here {here.get(name) or 'not told'}")
+            found.append(f"another {what}: {recorded.get(name) or 'unknown'}, here {here.get(name) or 'unknown'}")
     return found

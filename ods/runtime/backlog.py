@@ -25,7 +25,7 @@ class Backlog(Generic[MessageT]):
         self._last: tuple[int, int] | None = None
 
     def add(self, message: MessageT, seq: int, t_ns: int) -> None:
-        """Let a message wait; by its number and time, ns, it tells how fast they come."""
+        """Let a message wait; number and time, ns, show how fast messages arrive."""
         self._waiting.append(message)
         if self._last is not None:
             numbers, span_ns = seq - self._last[0], t_ns - self._last[1]

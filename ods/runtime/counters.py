@@ -1,4 +1,4 @@
-"""The one counter table: what each counter of a health report, a recorder or a read file means, and who is told.
+"""The one counter table: what each counter of a health report, a recorder or a read file means, and who reports it.
 
 Whoever counts uses a plain `collections.Counter`; a name without a row here is refused by the tests. docs/counters.md,
 the doctor's advice, and what is worth a line in the log come from this table.
@@ -18,7 +18,7 @@ class CounterRow(NamedTuple):
     name: str
     meaning: str
     trouble: bool = True
-    """False: the doctor says nothing of it, because nothing is wrong, or because a problem in plain words tells it."""
+    """False: the doctor says nothing of it, because nothing is wrong, or because a problem line reports it."""
     logged: bool = False
     """The first one is worth a line in the log."""
     advice: str = ""
@@ -142,7 +142,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("skipped_pings", "pings left out: the chain is too slow for all, and newer ones waited", logged=True,
                    advice="the chain is too slow for every ping: leave stages out, set pipeline.attention, or ask the "
                    "sonar for fewer pings"),
-        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared anew",
+        CounterRow("geometry_changes", "times beams or ranges were not those of the ping before: stages prepared again",
                    trouble=False),
         CounterRow("drop_out_image", "images without usable data (drop-out)"),
         CounterRow("unseen_images", "images with unseen parts, for any of the reasons of `UnseenPart`",
@@ -317,9 +317,9 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("missing_poses", "poses that were known on board and not recorded"),
         CounterRow("failed_pings", "pings that the pipeline cannot process"),
         CounterRow("refused_orders", "operators' orders that the tracker carried out on board, and refuses here"),
-        CounterRow("pipeline_restarts", "times the pipeline began anew", trouble=False),
+        CounterRow("pipeline_restarts", "times the pipeline restarted", trouble=False),
         CounterRow("tracker_restarts", "times a tracker went on where the former one was", trouble=False),
-        CounterRow("tracker_anew", "times a tracker began anew", trouble=False),
+        CounterRow("tracker_anew", "times a tracker restarted", trouble=False),
     ),
     SIM_DEVICES: (
         CounterRow("frames", "CAN adapter: frames passed on", trouble=False),

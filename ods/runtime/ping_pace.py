@@ -1,4 +1,4 @@
-"""How long no ping may come before the sonar counts as silent: one that looks far pings seldom."""
+"""Time without a ping after which the sonar counts as silent: with a long range it pings seldom."""
 
 from collections import deque
 from statistics import median_low

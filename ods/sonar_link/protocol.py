@@ -29,7 +29,7 @@ from ods.sonar_link.orders import Orders
 
 
 class SonarProtocol(ABC):
-    """One sonar, or all sonars on one line, as their telegrams tell of them.
+    """One sonar, or all sonars on one line, by their telegrams.
 
     All times are CLOCK_MONOTONIC, ns. No method raises for anything that came from outside: what cannot be used is
     dropped and counted in `counters`, in a name that has a row in the counter table. Work and memory are bounded

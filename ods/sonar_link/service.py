@@ -26,7 +26,7 @@ LONGEST_READING_S = 0.2
 LOGGED = logged_names("sonar")
 """Counters whose first count is worth a line in the log."""
 LOSSES = frozenset(name for name in trouble_names("sonar") if not name.startswith(("port_", "control_")))
-"""Counters that tell why what comes is no ping."""
+"""Counters that show why the data received are no ping."""
 
 
 class SonarWorker(Worker[SonarConfig]):
@@ -78,7 +78,7 @@ class SonarWorker(Worker[SonarConfig]):
         self._planners.answer(now)
         for name in LOGGED & ((+self._counters).keys() - self._logged):
             self._logged.add(name)
-            log.warning("first %s (counted from now on)", name)
+            log.warning("first %s (logged once, then counted)", name)
 
     def ready(self) -> bool:
         """Return whether the port has been opened."""

@@ -85,7 +85,7 @@ class SyncFramer(ABC, Generic[HeaderT]):
 
     @abstractmethod
     def _fault_of_head(self) -> str | None:
-        """Say why the buffer's front begins no packet; '' when it does; None when too few bytes tell."""
+        """Say why the buffer's front begins no packet; '' when it does; None when there are too few bytes."""
 
     @abstractmethod
     def _fault_of_content(self, header: HeaderT) -> str:

@@ -50,7 +50,7 @@ class Checkpoint(msgspec.Struct, frozen=True):
     """The content of one file."""
 
     digest: str
-    """Of what the tracker was told to do."""
+    """Of version and settings."""
     t_ns: int
     """CLOCK_MONOTONIC."""
     next_id: int
@@ -75,9 +75,9 @@ class Left(NamedTuple):
     lost: bool = False
     """There was one, and which ids it gave is not known."""
     same: bool = False
-    """It was told to do the same."""
+    """It had the same version and settings."""
     mission: Mission | None = None
-    """Where to go on; None: it was told otherwise, or too long ago."""
+    """State to restore; None: it had other settings, or is too old."""
     known: list[MapObject] = []  # noqa: RUF012
     """Its objects that belong in the map."""
 
@@ -90,12 +90,12 @@ class Checkpoints:
     """
 
     def __init__(self, run_dir: Path, settings: Settings, complain: Callable[[str, str], None]) -> None:
-        """`settings`: what the tracker is told to do; `complain` takes a counter's name and a line."""
+        """`settings`: those of the tracker; `complain` takes a counter's name and a line."""
         self._file = KeptFile(run_dir / "tracker.checkpoint")
         self._base_files = [KeptFile(run_dir / f"tracker.map-objects-{turn}") for turn in (0, 1)]
         self._writer = KeptWriter()
-        told = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
-        self._digest = hashlib.sha256(told).hexdigest()
+        configured = msgspec.json.encode((ods.__version__, settings), enc_hook=str)
+        self._digest = hashlib.sha256(configured).hexdigest()
         self._complain = complain
         self._encoder = msgspec.msgpack.Encoder()
         self._base = self._newest_base = NO_BASE
@@ -106,7 +106,7 @@ class Checkpoints:
         try:
             checkpoint = _decoded(self._file, Checkpoint)
         except (KeptFileError, msgspec.DecodeError) as error:
-            self._complain("checkpoint_unusable", f"the tracker begins anew: {error}")
+            self._complain("checkpoint_unusable", f"starting without a checkpoint: {error}")
             return Left(lost=True)
         if checkpoint is None:
             return Left()

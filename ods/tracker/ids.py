@@ -3,7 +3,7 @@
 import secrets
 
 PROVISIONAL_IDS, ABOVE_ALL = 1 << 30, 1 << 31
-"""From here on ids are those given while the map could not be read; they do not tell which ordinary ones are free. All
+"""From here on ids are those given while the map could not be read; they do not show which ordinary ones are free. All
 new ids fit in 32 bits, with a sign; maps of before have provisional ones up to 2^53."""
 MOST_A_MISSION = 1 << 20
 """No mission gives more provisional ids."""

@@ -92,7 +92,7 @@ class TrackTable(Generic[RowNames]):
         self._has(native.table_keep(self._cells, self._height, mask))
 
     def _has(self, count: int) -> None:
-        """Lay the table out anew, for so many objects."""
+        """Lay the table out again, for a number of objects."""
         self.table = self._cells[: self._height * count].view(self._dtype).reshape(*self._shape, count)
         self._rows = None
 

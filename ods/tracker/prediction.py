@@ -28,7 +28,7 @@ class ScanPrediction(NamedTuple):
     vehicle: Vehicle
     fan: Coverage
     belief: Belief
-    """Hypotheses of how each object moves, carried on to the ping,"""
+    """Hypotheses of how each object moves, predicted to the time of the ping,"""
     estimate: Estimate
     """and their moments."""
     by_hypothesis: Named[PredictedMeasurement]
@@ -47,8 +47,8 @@ class ScanPrediction(NamedTuple):
 
 
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:
-    """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are carried on to it."""
-    belief, estimate = tracks.told()
+    """Return what `scan`, taken from `vehicle`, should show of `tracks`, which are predicted to its time."""
+    belief, estimate = tracks.belief_and_moments()
     by_hypothesis = predicted_measurement(
         belief.position, belief.variance, belief.covariance_ne, vehicle, belief.by_height
     )

@@ -44,7 +44,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._checkpoints = Checkpoints(service.run_dir, makes_it, service.complain_once)
         self._map = MapKeeper(settings.tracker.map, origin_deg, service.run_dir, service.complain_once)
         self._least_id = 1
-        self._told: set[int] = set()
+        self._listed: set[int] = set()
         """Ids of the last list."""
         self._mission: MissionTracker
         self._clearance = ClearanceKeeper(settings.tracker.clearance)
@@ -81,13 +81,13 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         try:
             self._mission.restore(mission, left.known, first_id)
         except ValueError as error:
-            self.service.complain_once("checkpoint_unusable", f"the tracker begins anew: {error}")
+            self.service.complain_once("checkpoint_unusable", f"starting without a checkpoint: {error}")
             self._mission = self._new_mission(first_id)
             return
         unwritten = set(mission.unwritten)
         self._map.note([o for o in left.known if o.id in unwritten], mission.undeleted)
         count = len(self._mission.tracker.snapshot())
-        log.warning("goes on with the %d objects of a tracker that was killed", count)
+        log.warning("restored %d objects from the checkpoint of the tracker that was killed", count)
 
     def _new_mission(self, first_id: int) -> MissionTracker:
         service, now_ns = self.service, clock.monotonic_ns()
@@ -157,7 +157,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             self._checkpoints.write(clock.monotonic_ns(), next_id, mission=None)
 
     def _follow(self, asked: Asked, now_ns: int) -> None:
-        """Carry out an operator's request, or refuse it; tell so on the bus and in the log."""
+        """Carry out an operator's request, or refuse it; report that on the bus and in the log."""
         request, refused = asked.request, ""
         try:
             self._map.note((), self._mission.follow(request, asked.author, now_ns))
@@ -182,7 +182,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._operators.answer(asked, VetoAnswer(ok=not refused, reason=refused, vetoes=vetoes))
 
     def _note_operators(self) -> None:
-        """Take over what the operators' socket counts, and tell which vetoes are over."""
+        """Take over what the operators' socket counts, and report which vetoes have ended."""
         for name, count in self._operators.counters.items():
             self.service.counters[name] = count
         ended, self._mission.vetoes.ended = self._mission.vetoes.ended, []
@@ -202,10 +202,10 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
 
     def _track(self, scan: Detections) -> None:
         now_ns = clock.monotonic_ns()
-        told = self._mission.track(scan, now_ns)
-        if told is not None:
-            self._map.note(told.hibernated, told.gone)
-            self._publish(told.message, scan, now_ns)
+        tracked = self._mission.track(scan, now_ns)
+        if tracked is not None:
+            self._map.note(tracked.hibernated, tracked.gone)
+            self._publish(tracked.message, scan, now_ns)
 
     def _look_after_map(self, now_ns: int) -> None:
         known = self._map.poll(now_ns, self._mission.tracker.next_id)
@@ -214,12 +214,12 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
             self._mission.tracker.join(known.objects, first_id)
 
     def _publish(self, message: ObstacleList, scan: Detections | None, now_ns: int) -> None:
-        told = {o.id for o in message.obstacles}
-        if told <= self._told:
+        listed = {o.id for o in message.obstacles}
+        if listed <= self._listed:
             self.service.publish("obstacles", message)
             self._leave(now_ns)
         else:
             self._leave(now_ns)  # or an object might be heard of that a next tracker does not know
             self.service.publish("obstacles", message)
-        self._told = told
+        self._listed = listed
         self.service.publish("clearance", self._clearance.after(message, scan))

@@ -51,7 +51,7 @@ class MapChanges(msgspec.Struct, frozen=True):
 
 
 class Announced(msgspec.Struct, frozen=True):
-    """An object that ended, to be told in so many lists more."""
+    """An object that ended, and the number of lists that still report it."""
 
     obstacle: Obstacle
     left: int

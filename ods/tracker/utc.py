@@ -1,6 +1,6 @@
 """UTC as the tracker stamps with it: that of the poses, so that a list and the map have one.
 
-A step of UTC (a clock that is set, an INS that begins to tell it) changes no order in time and no age: what was stamped
+A step of UTC (a clock that is set, an INS that begins to send it) changes no order in time and no age: what was stamped
 since the tracker started moves with it, what is of earlier missions does not.
 """
 

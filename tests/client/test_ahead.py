@@ -82,7 +82,7 @@ def test_the_client_carries_its_newest_list_on(tmp_path: Path) -> None:
     context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
     publisher = bus.Publisher(context, tmp_path, "tracker")
     client = Obstacles(tmp_path, stale_s=0.2)
-    with pytest.raises(NoListError, match="no obstacle list came yet"):
+    with pytest.raises(NoListError, match="no obstacle list received yet"):
         client.at(T_NS)
     while not client.next().valid:
         publisher.publish("obstacles", picture(MOVING))

@@ -212,7 +212,7 @@ def link(**data: object) -> dict[str, object]:
         (link(state="ERROR-ACTIVE", restart_ms=100, ctrlmode=["LISTEN-ONLY"]), ["good", "note"], "is listen-only"),
         (link(state="ERROR-ACTIVE"), ["good", "note"], "type can restart-ms 100"),
         (link(state="BUS-OFF", restart_ms=100), ["wrong"], "bus-off: wiring, termination or bit rate"),
-        (link(state="ERROR-PASSIVE", restart_ms=100), ["wrong"], "nobody acknowledges"),
+        (link(state="ERROR-PASSIVE", restart_ms=100), ["wrong"], "no other node acknowledges"),
         ({"linkinfo": {"info_kind": "vcan"}}, ["good"], "is up (vcan)"),
         ({}, ["good"], "is iproute2 installed?"),
     ],

@@ -62,4 +62,4 @@ def test_a_single_file_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[st
 def test_what_is_no_recording_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "a.mcap").write_bytes(b"rubbish")
     assert main(["info", str(tmp_path / "a.mcap")]) == 1
-    assert capsys.readouterr().err == f"ods info: {tmp_path / 'a.mcap'}: no MCAP file\n"
+    assert capsys.readouterr().err == f"ods info: {tmp_path / 'a.mcap'}: not an MCAP file\n"

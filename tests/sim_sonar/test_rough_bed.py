@@ -221,7 +221,7 @@ def test_bad_height_files_are_one_line(tmp_path: Path, change: dict[str, Any], s
         load_scene(scene)
     assert "\n" not in str(caught.value)
     (tmp_path / "bed.npz").write_text("not an archive")
-    with pytest.raises(ConfigError, match=r"not a whole \.npz file"):
+    with pytest.raises(ConfigError, match=r"not a complete \.npz file"):
         load_scene(scene)
     (tmp_path / "bed.npz").unlink()
     with pytest.raises(ConfigError, match="No such file"):

@@ -194,7 +194,7 @@ def test_a_planner_sets_the_range(far_end: FarEnd, start: Callable[..., Process]
     with pytest.raises(SonarError, match=r"the sonar refused range 500 m \(error 2\): it says 50 m"):
         planner.set_range(500.0)
     far_end.stubborn = True
-    with pytest.raises(SonarError, match="the sonar did not take range 70 m: it says 50 m"):
+    with pytest.raises(SonarError, match="the sonar did not accept range 70 m: it reports 50 m"):
         planner.set_range(70.0)
     process.hears_again()
     assert process.problems() == []  # else all obstacle lists were not valid

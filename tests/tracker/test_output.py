@@ -221,7 +221,7 @@ def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
             long.ping(t_ns)
             long.sight(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
         told[tenth] = long.reasons(t_ns, pose_known=True)
-    back = ["sight has just come back: objects are still being confirmed"]
+    back = ["coverage has just come back: objects are still being confirmed"]
     assert (told[19], told[620], told[629], told[631], told[699]) == ([], back, back, [], [])
 
 

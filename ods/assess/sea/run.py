@@ -1,4 +1,4 @@
-"""A scene through the chain and the tracker without sockets: what a planner would have been told of each ping."""
+"""A scene through the chain and the tracker without sockets: what a planner would have received for each ping."""
 
 import hashlib
 import math
@@ -105,7 +105,7 @@ def detected(
 def listed(
     pings: Iterable[DetectedPing], scene: Scene, settings: TrackerSettings, *, knows_altitude: bool = True
 ) -> list[Listed]:
-    """Return what the tracker tells a planner of what the chain found in pings, in order. Raises OdsError."""
+    """Return the tracker's lists for the detections of pings, in order. Raises OdsError."""
     tracker, hittable = Tracker(settings), HittableFilter(settings)
     lists: list[Listed] = []
     for truth, found, chain_ms in pings:
@@ -114,11 +114,11 @@ def listed(
         tracker.step(received(found, head, lambda t_ns: head_at(scene, t_ns), found.utc_ns).scan)
         spent = chain_ms, 1e3 * (time.perf_counter() - began)
         view = View(found.utc_ns, head, found.sector.half_vertical_rad)
-        told = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
-        places = told.position[:2].T.copy()
+        listed = hittable.of(tracker.snapshot(), bottom_below(head), view).snapshot
+        places = listed.position[:2].T.copy()
         valid = bool(lists) and found.t_ns - lists[0].truth.t_ns >= SETTLE_S * clock.NS
         heard_from_db = math.nan if found.heard_from_db is None else found.heard_from_db
-        of_list = told.id, told.state, places, told.radius, *spent, valid, heard_from_db
+        of_list = listed.id, listed.state, places, listed.radius, *spent, valid, heard_from_db
         lists.append(Listed(truth, len(found.detections), *of_list))
     return lists
 

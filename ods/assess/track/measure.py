@@ -92,8 +92,8 @@ def rows(
         for tracker, scores in found.items():
             yield replace(_row_of(tracker, scores, truth), scenario=name, limits=kind.limits)
         for peer in kind.peers if with_peers else ():
-            told = [score(cases[0], peers.PEERS[peer](cases[0]))]
-            yield replace(_row_of(peer, told, truth[:1]), scenario=name, limits=kind.limits, ours=False)
+            scores = [score(cases[0], peers.PEERS[peer](cases[0]))]
+            yield replace(_row_of(peer, scores, truth[:1]), scenario=name, limits=kind.limits, ours=False)
 
 
 def contenders(names: Sequence[str], configured: TrackerSettings | None) -> dict[str, TrackerSettings]:

@@ -33,7 +33,7 @@ STARTED_S = 1.0
 STYLES = {lifecycle.ACTIVE: "-", lifecycle.STAND_BY: ":", lifecycle.HIBERNATED: "--"}
 TITLES = (
     *("figure 7: north, m", "down, m: not resolved by the sonar", "radius, m"),
-    *("velocity north, m/s", "velocity down, m/s; band: standard deviation told"),
+    *("velocity north, m/s", "velocity down, m/s; band: reported standard deviation"),
 )
 
 

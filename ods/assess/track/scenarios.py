@@ -41,7 +41,7 @@ class Limits:
     """Memory score over the reference's."""
     switches: int | None = 0
     consistent: bool = False
-    """NEES not above its band: told is what the fan's height may do, also where objects are at the vehicle's depth."""
+    """NEES not above its band: covariances include the fan's height, also where objects are at the vehicle's depth."""
 
 
 @dataclass(frozen=True)

@@ -83,8 +83,8 @@ def score(case: Case, record: Record) -> Scores:
         offset = places[None] - case.truth[k, :, None, :2]
         distance = np.hypot(offset[:, :, 0], offset[:, :, 1])
         objects, tracks = _identify(distance, trk[:, ID].astype(np.int64), tally, now)
-        told = views[k][objects] & (trk[tracks, STATUS] == lifecycle.ACTIVE)
-        objects, tracks = objects[told], tracks[told]
+        active = views[k][objects] & (trk[tracks, STATUS] == lifecycle.ACTIVE)
+        objects, tracks = objects[active], tracks[active]
         _count_errors(tally, offset[objects, tracks], slant[k, objects])
         settled = now - first_echo[objects] >= SETTLED_S
         objects, tracks = objects[settled], tracks[settled]
@@ -153,7 +153,7 @@ def _count_errors(tally: _Tally, error: Floats, range_m: Floats) -> None:
 
 
 def _count_nees(tally: _Tally, objects: Indices, error: Floats, spread: Floats) -> None:
-    """Count (pairs, 2) errors against the (pairs, 3) covariances told."""
+    """Count (pairs, 2) errors against the (pairs, 3) reported covariances."""
     nn, ee, ne = spread.T
     north, east = error.T
     normalised = (ee * north**2 - 2.0 * ne * north * east + nn * east**2) / (nn * ee - ne**2)

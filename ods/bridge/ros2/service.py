@@ -64,7 +64,7 @@ class Ros2Worker(ListWorker):
         self._send_verdict(now_ns)
 
     def judged(self, picture: ObstacleList, silent: str) -> None:
-        """Keep what the verdict tells of."""
+        """Keep what the verdict is about."""
         self._last = picture
 
     def send(self, moment: Moment) -> None:

@@ -55,7 +55,7 @@ class Frame(NamedTuple):
 
 
 class ErrorFrame(NamedTuple):
-    """What the driver tells of the CAN controller in the form of a frame (Linux, can/error.h)."""
+    """State of the CAN controller, reported by the driver as a frame (Linux, can/error.h)."""
 
     classes: int
     """Bits, each a kind of error."""

@@ -7,7 +7,7 @@ from ods.nav_bridge.source import PoseSource
 
 
 class CanSource(PoseSource[Frame]):
-    """One navigation system as its frames tell of it."""
+    """One navigation system, by its frames."""
 
     kind = "CAN"
 

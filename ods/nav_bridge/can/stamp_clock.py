@@ -28,7 +28,7 @@ class StampClock:
         self._ahead_ns = ahead_ns
 
     def arrival_ns(self, stamp_utc_ns: int) -> int:
-        """Return the monotonic time of a frame just read; now, if its stamp is none of the wall clock."""
+        """Return the monotonic time of a frame just read; now, if its stamp is not of the wall clock."""
         ahead_ns, now_ns = _both_clocks()
         for arrival_ns in (stamp_utc_ns - ahead_ns, stamp_utc_ns - self._ahead_ns):
             if self._empty_ns - SLACK_NS <= arrival_ns <= now_ns:

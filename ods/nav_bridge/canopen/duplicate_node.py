@@ -3,7 +3,7 @@
 from collections import Counter, deque
 
 WINDOW_NS = 1_500_000_000
-"""Longer than most heartbeat periods, and short enough that the end of it is told within 2 s."""
+"""Longer than most heartbeat periods, and short enough that its end is reported within 2 s."""
 
 
 NEVER_NS = -(1 << 62)

@@ -52,7 +52,7 @@ class SharedNumberAssembler:
         """How late the newest reading of the clock was, 0 without one."""
         return self._clock.late_ns if self._clock else 0
 
-    def doubts(self) -> Iterator[str]:
+    def objections(self) -> Iterator[str]:
         """Say why epochs do not become poses though all their messages come."""
         if self._lacked:
             yield f"{self._lacked} lacks the number that the others share (nav.dbc.sequence)"

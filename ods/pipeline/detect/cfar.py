@@ -60,7 +60,7 @@ def cfar(params: CfarParams, fan: Fan) -> PreparedDetector:
 
 
 class CfarWindow(NamedTuple):
-    """The cells that tell the level around a cell, and how they tell it."""
+    """The cells that give the level around a cell, and how they are combined."""
 
     method: int
     """Place in `_METHODS`, and in cfar.c's."""

@@ -42,7 +42,7 @@ def bottom_of(pixels: RangePixels, tolerance_m: float) -> Mask:
 
 
 def _lies_flat(points: Floats, low: Mask) -> Mask:
-    """Tell (bearings,) where low points spread more in distance than in height: the foot of a wall does not."""
+    """Return (bearings,) bool: low points spread more in distance than in height; the foot of a wall does not."""
     away = np.hypot(points[..., 0], points[..., 1])
     return np.asarray(_spread(away, low) >= _spread(points[..., 2], low))
 

@@ -11,7 +11,8 @@ from ods.runtime.port.port import PORT_READ_BYTES, Port, PortError
 
 
 class UdpPeerPort(Port):
-    """A socket that hears one peer only, opened anew when that says nothing for `silence_s` (0: it may be silent)."""
+    """A socket that receives from one peer only, opened again when that is silent for `silence_s` (0: it may be
+    silent)."""
 
     def __init__(
         self,
@@ -45,7 +46,7 @@ class UdpPeerPort(Port):
         return self._connection().send(data)
 
     def _examine(self, now_ns: int) -> None:
-        """Raise what the socket has to tell, such as that nobody listens there, and when the peer says nothing."""
+        """Raise the error that the socket reports, such as a closed port at the peer, or the peer's silence."""
         error = self._connection().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if error:
             raise OSError(error, os.strerror(error))

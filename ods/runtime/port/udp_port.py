@@ -44,10 +44,10 @@ class UdpPort(Port):
         return data + self.ending
 
     def _send(self, data: bytes) -> int:
-        raise PortError(f"nothing is sent here: {len(data)} bytes")
+        raise PortError(f"sending is not supported on this port: {len(data)} bytes")
 
     def _examine(self, now_ns: int) -> None:
-        """Raise what the socket has to tell."""
+        """Raise the error that the socket reports."""
         error = self._bound().getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         if error:
             raise OSError(error, os.strerror(error))

@@ -14,7 +14,7 @@ class FarEnd(Protocol):
         """What has been asked for; images are made anew when it is another."""
 
     def listen(self, device_ns: int) -> None:
-        """Read and answer requests, tell of itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
+        """Read and answer requests, announce itself; `device_ns`: UTC by the sonar's clock. Called once a ping."""
 
     def images(self) -> ImageSimulator:
         """Return the images that have been asked for, tables made anew (some 50 ms)."""

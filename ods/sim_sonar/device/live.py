@@ -198,7 +198,7 @@ class LiveIns:
         if not self._mission.faulty("ins_silent", now):
             device_utc_ns = now + self._mission.utc_offset_ns + self._offset_ns
             beyond_ms = device_utc_ns % clock.MS  # TIME_OF_DAY holds whole milliseconds
-            place, attitude, velocity_body = self._place.told(self._scene, self._mission.seconds(now - beyond_ms))
+            place, attitude, velocity_body = self._place.reported(self._scene, self._mission.seconds(now - beyond_ms))
             over_bottom_m = self._over_bottom(place)
             if self._mission.faulty("ins_steps", now):
                 place = place + INS_STEP_M

@@ -16,7 +16,7 @@ from ods.sonar_link.files.ping_sequence import PingSequence
 PLUGINS = PluginGroup("recordings.plugins", "ods.recordings")
 """Where decoders of the user's own are named."""
 START_BYTES = 16
-"""How much of a file's beginning tells its format."""
+"""Number of bytes at a file's beginning that show its format."""
 
 
 class Decoder(ABC):

@@ -1,4 +1,4 @@
-"""What a Norbit is told on its command port, one line after another, and what it answers. Pure: the caller tells the
+"""Commands to a Norbit's command port, one line after another, and its answers. Pure: the caller passes the
 time.
 
 The sonar wants its answer awaited before the next command. An answer is a line that repeats the command and the values
@@ -109,7 +109,7 @@ class CommandControl:
     def problems(self) -> list[str]:
         """Say in plain words what the sonar did not take; nothing of commands that are still to be answered."""
         if self._answers and not self.answered:
-            return ["the sonar answers no command: is the command port that of a WBMS?"]
+            return ["the sonar answers no command: is `command_port` that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]
 
     @property

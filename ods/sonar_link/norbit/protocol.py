@@ -1,4 +1,4 @@
-"""The Norbit behind the seam: packets to pings, commands out at a port of their own, what they tell. Sans-IO."""
+"""The Norbit behind the seam: packets to pings, commands out at a port of their own, and their answers. Sans-IO."""
 
 from collections import Counter
 
@@ -78,12 +78,12 @@ class NorbitProtocol(SonarProtocol):
         return self._framer.missing_bytes
 
     def connected(self, now_ns: int) -> None:
-        """Tell the sonar everything again: it may have been switched off and on."""
+        """Send the sonar all settings again: it may have been switched off and on."""
         self._connected = True
         self._control.begin(now_ns)
 
     def commands_open(self, now_ns: int) -> None:
-        """Tell the sonar everything."""
+        """Send the sonar all settings."""
         self._commanded = True
         self._control.connected(now_ns)
 
@@ -121,14 +121,16 @@ class NorbitProtocol(SonarProtocol):
     def problems(self, now_ns: int) -> list[str]:
         """Say why no image comes, or that the images are of another mode.
 
-        What the sonar answers otherwise than wanted is counted and logged: each packet tells what its image is of.
+        Answers that differ from the wanted settings are counted and logged: each packet describes its own image.
         """
         if self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS:
             return [silence.why(self._evidence())]
         if self._mode == FORWARD:
             return []
         name = MODE_NAMES.get(self._mode, "unknown")
-        return [f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): another program's?"]
+        return [
+            f"the sonar works in mode {self._mode} ({name}), not {FORWARD} (forward): does another program control it?"
+        ]
 
     def traffic(self, seconds: float) -> str:
         """Say which packets came."""

@@ -207,6 +207,6 @@ def fits(result: SimpleResult, size: int) -> bool:
 def decode_status(datagram: bytes) -> SonarStatus:
     """Decode a status. Raises ValueError when it is none."""
     if len(datagram) != STATUS_BYTES or not datagram.startswith(CHECK_WORD):
-        raise ValueError("no status message")
+        raise ValueError("not a status message")
     device, _, part, state, address, client, *temperatures, pressure = _STATUS.unpack_from(datagram, HEADER_BYTES)
     return SonarStatus(device, part, state, IPv4Address(address), IPv4Address(client), temperatures, pressure)

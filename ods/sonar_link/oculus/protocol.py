@@ -23,7 +23,7 @@ from ods.sonar_link.sync_framer import Packet
 MAX_UPTIME_S = 1e9
 """A start time beyond it is no time."""
 STANDBY_NS = 2 * NS
-"""A dummy message within this tells of standby."""
+"""Time after a dummy message for which the sonar counts as in standby."""
 MAX_TEMPERATURE_C = 200.0
 """What is beyond was not measured: recorded results hold such numbers."""
 GRACE_NS = 5 * NS // 2
@@ -137,8 +137,8 @@ class OculusProtocol(SonarProtocol):
         if status is None:
             return ""
         warmest_c = max((t for t in status.temperatures_c if abs(t) < MAX_TEMPERATURE_C), default=None)
-        told = "" if warmest_c is None else f", {warmest_c:.0f} deg C at its warmest"
-        return f"{model_of(status)} number {status.device} at {status.address}{told}"
+        warmth = "" if warmest_c is None else f", {warmest_c:.0f} deg C at its warmest"
+        return f"{model_of(status)} number {status.device} at {status.address}{warmth}"
 
     def _take(self, found: list[Packet[messages.Header]]) -> list[Ping]:
         pings = []

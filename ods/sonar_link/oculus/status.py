@@ -66,7 +66,7 @@ class StatusBoard:
         return troubles(status) if status else []
 
     def why_unreachable(self, now_ns: int) -> str:
-        """Say what the statuses tell about a sonar that cannot be connected to."""
+        """Return what the status messages say of a sonar that cannot be connected to."""
         own, other = self.own(now_ns), self.other(now_ns)
         if own and own.client != NOBODY:
             return f"it says that {own.client} has its connection"

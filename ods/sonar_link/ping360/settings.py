@@ -1,4 +1,4 @@
-"""What a Ping360 is told to do: the [sonar.ping360] table."""
+"""Settings of a Ping360: the [sonar.ping360] table."""
 
 import math
 from typing import Annotated, Literal

@@ -122,8 +122,8 @@ class RecordFramer:
             swallows = self._bytes.find(FRAME_START, 1, header.size) >= 0
             return Loss.NESTED_RECORD if swallows else None
         end = header.size - drf.CHECKSUM_BYTES
-        told = int.from_bytes(self._bytes[end : header.size], "little")
-        fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == told
+        stated = int.from_bytes(self._bytes[end : header.size], "little")
+        fits = (self._sum_at(end) - self._sum_before) & _SUM_MASK == stated
         return None if fits else Loss.BAD_CHECKSUM
 
     def _take(self, header: RecordHeader) -> S7kRecord:

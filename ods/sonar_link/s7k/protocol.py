@@ -22,7 +22,7 @@ from ods.sonar_link.s7k.network_frame import Deframer, frame_record
 from ods.sonar_link.settings import SonarSettings
 
 TOLD_NS = 5 * clock.NS
-"""For so long after a ping of another sonar it is told."""
+"""Time for which another sonar is reported after its last ping, ns."""
 REPLIES = {remote_control.ACKNOWLEDGED, remote_control.REFUSED}
 SAMPLES = {records.BEAMFORMED_DATA, records.COMPRESSED_WATER_COLUMN}
 
@@ -129,7 +129,7 @@ class S7kProtocol(SonarProtocol):
         content = records.decode(record)
         if isinstance(content, records.SettingsRecord):
             self._sonar = record.device
-            self._control.told(content.controls, record.last_ns)
+            self._control.take(content.controls, record.last_ns)
         ping = self._assembler.feed(record, content)
         device_clock = self._clock_of(record.device)  # known as long as the assembler knows the sonar
         if ping is None:

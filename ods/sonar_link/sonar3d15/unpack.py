@@ -19,7 +19,7 @@ def snappy_block(block: Buffer, most_bytes: int) -> bytes:
         if byte < 0x80:
             break
     else:
-        raise ValueError("snappy: no length")
+        raise ValueError("snappy: the length is missing")
     if length > most_bytes:
         raise ValueError(f"snappy: {length} bytes in it, more than {most_bytes}")
     plain = np.empty(length, np.uint8)

@@ -66,7 +66,7 @@ class Clutter:
         counts = np.array([state.scans, state.mean, *state.by_part, *state.by_radius], np.float64)
         parts = RANGES * BEARINGS
         if len(counts) != 2 + parts + RADII or not (np.isfinite(counts) & (counts >= 0.0)).all() or state.scans < 1:
-            raise ValueError("counts of false alarms that are none")
+            raise ValueError("invalid checkpoint: counts of clutter must be finite and >= 0")
         self._scans, self._mean = state.scans, state.mean
         self._by_part = counts[2 : 2 + parts].reshape(RANGES, BEARINGS)
         self._by_radius = counts[2 + parts :]

@@ -43,7 +43,7 @@ def fan_mask(
     echoes: Sequence[Detection],
     turn_rad: float = 0.0,
 ) -> FanMask | None:
-    """Return what a ping showed; None: nothing, as its sector makes no sense.
+    """Return what a ping showed; None if its sector is invalid.
 
     turn_rad: by how much the head turned until the last echo was back: the borders are so uncertain.
     """

@@ -1,4 +1,4 @@
-"""What a range image showed to be empty: at the heights of the layer that clearance is told of."""
+"""Water that a range image showed to be empty, at the heights of the layer for which clearance is reported."""
 
 import math
 from typing import NamedTuple
@@ -10,7 +10,7 @@ from ods.messages import Sector
 from ods.tracker.measurement.looked import Looked
 
 NOISE_M = 0.1
-"""An echo may be so much nearer than its range tells."""
+"""Distance, m, by which an echo may be nearer than its range."""
 
 
 class LayerSeen(NamedTuple):

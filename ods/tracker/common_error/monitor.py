@@ -1,4 +1,4 @@
-"""Do all objects at rest seem to move alike? Then it is the pose, the mounting or the sound speed that is wrong.
+"""Where all static objects seem to move alike, the pose, the mounting or the sound speed is wrong.
 
 Each object by itself is a believable mover. Several that turn about the one place from which they are seen, or that all
 come nearer in proportion to their range, are none. The method is that of `ods calibrate`, on what is tracked.
@@ -28,9 +28,9 @@ class CommonErrors:
     """Takes what a ping showed of the tracked objects."""
 
     def __init__(self) -> None:
-        self.begin_anew()
+        self.begin_again()
 
-    def begin_anew(self) -> None:
+    def begin_again(self) -> None:
         """Forget all: poses are others."""
         self._fast, self._slow = FadingSums(FAST_MEMORY_S), FadingSums(SLOW_MEMORY_S)
         self._seen_s = self._fitted_s = self._found_s = -math.inf

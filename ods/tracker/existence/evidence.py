@@ -108,10 +108,10 @@ class ClutterStatistics:
         """Go on with a saved array. Raises ValueError for one that cannot be."""
         found = np.array(values, np.float64)
         if found.shape != (LENGTH,) or not np.isfinite(found).all():
-            raise ValueError(f"clutter statistics: not {LENGTH} finite numbers")
+            raise ValueError(f"invalid checkpoint: clutter statistics must be {LENGTH} finite numbers")
         counts = np.delete(found, range(STRENGTHS + RINGS, STRENGTHS + 2 * RINGS))
         if (counts < 0.0).any() or found[CLUTTER_TRACKS] > found[ENDED_TRACKS] * (1.0 + ROUNDING):
-            raise ValueError("clutter statistics: counts below 0, or a part above its whole")
+            raise ValueError("invalid checkpoint: clutter statistics need counts >= 0, and parts <= totals")
         self.values = found
 
     def count_strengths(self, echoes: Echoes, free: Mask, sector: Sector) -> None:

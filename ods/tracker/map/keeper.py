@@ -92,7 +92,7 @@ class MapKeeper:
             self._open, self._sent = False, None
             self._writer.lost(now_ns)
             self._lag.failed(f"{self._name}: its process ended ({error})")
-            self._complain("map_process_lost", f"{self._name}: its process ended and is started again")
+            self._complain("map_process_lost", f"{self._name}: its process ended; restarting it")
         self._lag.look(now_ns, self._writer.starved(now_ns))
         return known
 

@@ -9,7 +9,7 @@ import sqlite3
 from ods.tracker.map.rtree import PLACE_TABLE
 
 MAP_APPLICATION_ID = 0x4F44534D
-"""`ODSM`: tells this file from other SQLite files."""
+"""`ODSM`: distinguishes this file from other SQLite files."""
 
 STEPS: tuple[tuple[str, ...], ...] = (
     (
@@ -46,9 +46,9 @@ def version_of(db: sqlite3.Connection) -> int:
     version = int(db.execute("PRAGMA user_version").fetchone()[0])
     empty = version == 0 and not db.execute("SELECT 1 FROM sqlite_master").fetchone()
     if not empty and (version < 1 or db.execute("PRAGMA application_id").fetchone()[0] != MAP_APPLICATION_ID):
-        raise ValueError("not a map of this program")
+        raise ValueError("not a map of ODS")
     if version > SCHEMA_VERSION:
-        raise ValueError(f"schema version {version}, this program knows {SCHEMA_VERSION}")
+        raise ValueError(f"schema version {version}, this version of ODS reads {SCHEMA_VERSION}")
     return version
 
 

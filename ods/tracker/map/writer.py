@@ -92,7 +92,7 @@ def _write(link: Link, store: MapStore) -> None:
 
 
 def _tell(link: Link, message: Message) -> bool:
-    """Return whether there was a tracker to tell it to."""
+    """Return whether there was a tracker to receive it."""
     try:
         return link.send(message)
     except LinkEndedError:

@@ -1,4 +1,4 @@
-"""Echoes that the fan's edge cuts off: what they tell of an object that is known already."""
+"""Echoes cut off by the fan's edge: the information they give about a known object."""
 
 from ods.base.arrays import Floats
 from ods.compiled import native

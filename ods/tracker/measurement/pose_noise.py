@@ -21,7 +21,7 @@ by that much, which more exact echoes would take for a height or a motion."""
 PRIOR_PINGS = 3.0
 """Until more pings are compared, bias is taken to be the larger part."""
 LONGEST_STEP = 3.0
-"""What comes later than so many of the periods before, or begins anew, is compared with nothing."""
+"""Number of former periods after which a pose counts as the first of a new sequence."""
 
 
 class PoseNoise:
@@ -37,12 +37,12 @@ class PoseNoise:
         return PoseNoiseState(self._weight, self._squares.copy(), self._before.copy())
 
     def restore(self, state: PoseNoiseState) -> None:
-        """Go on where another one was. Raises ValueError when that makes no sense."""
+        """Restore the state of another one. Raises ValueError for an invalid state."""
         places = [number for _, place in state.before for number in place]
         numbers = [state.weight, *state.squares, *places]
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]
         if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or state.weight <= 0.0 or min(state.squares) < 0.0:
-            raise ValueError("the noise of poses is not one of three axes")
+            raise ValueError("the noise of poses must have three axes")
         self._squares, self._weight, self._before = state.squares.copy(), state.weight, state.before[-2:]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:

@@ -14,7 +14,7 @@ VELOCITY = 2
 
 
 class Heights(NamedTuple):
-    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), at rest and moving."""
+    """What an echo's place in the fan says of the heights of the k objects seen: (2, k), static and moving."""
 
     height: Floats
     variance: Floats

@@ -71,8 +71,8 @@ def _along(nearest: Floats, picture: Snapshot) -> Floats:
     return np.asarray(np.maximum(along, 0.0))
 
 
-def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float, told: Floats) -> Floats:
-    """Return (n,) mean squares by which the distance `told` changes with the velocity, of standard deviations (2, n).
+def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float, distance_m: Floats) -> Floats:
+    """Return (n,) mean squares by which `distance_m` changes with the velocity, of standard deviations (2, n).
 
     What seems to fall behind, or to stay as far away as it is, may as well come nearer for the whole horizon: then the
     time changes, and the spread at one time shows nothing of it. By sigma points, sqrt(2) standard deviations away from
@@ -80,4 +80,4 @@ def _by_velocity(offset: Floats, drift: Floats, sigma: Floats, horizon_s: float,
     """
     moved = drift[:, None] + SIGMA_POINTS * sigma[:, None]
     nearest = offset[:, None] + moved * _nearest_after(offset[:, None], moved, horizon_s)
-    return np.asarray(((np.hypot(*nearest) - told) ** 2).mean(axis=0))
+    return np.asarray(((np.hypot(*nearest) - distance_m) ** 2).mean(axis=0))

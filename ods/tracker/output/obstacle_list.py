@@ -73,7 +73,7 @@ class ObstacleLister:
         return present + ended
 
     def _fit(self, snapshot: Snapshot) -> Snapshot:
-        """Return the objects fit to be told, with the uncertainty of what a sonar cannot see of a shape."""
+        """Return the objects fit to be reported, with the uncertainty of what a sonar cannot see of a shape."""
         numbers = (snapshot.position, snapshot.velocity, snapshot.sigma_position, snapshot.sigma_velocity)
         total = sum(a.sum(axis=0) for a in numbers) + snapshot.radius + snapshot.sigma_radius + snapshot.existence
         finite = np.isfinite(total + snapshot.covariance_ne)

@@ -35,9 +35,9 @@ class Snapshot:
     first_seen_utc_ns: Ints
     last_seen_utc_ns: Ints
     unseen_s: Floats
-    """(n,) of the time since then, for so long nobody could look."""
+    """(n,) part of the time since then in which the object was not observed, s."""
     restless: Floats
-    """(n,) as in `Belief`, 0 for observers that do not tell."""
+    """(n,) as in `Belief`, 0 for observers without it."""
 
     def __len__(self) -> int:
         return len(self.id)
@@ -86,7 +86,7 @@ def _wandered(dt: float | Floats) -> float | Floats:
 
 def snapshot_of(tracks: Tracks) -> Snapshot:
     """Return all confirmed objects of the live tracks."""
-    history, (belief, estimate) = tracks.history, tracks.told()
+    history, (belief, estimate) = tracks.history, tracks.belief_and_moments()
     velocity, velocity_variance = tracks.velocity()
     variance = estimate.variance.copy()
     variance[:2] += estimate.shared[:2]

@@ -80,7 +80,7 @@ class Tracks:
         """(n,) probability."""
         return self._existence.rows.visible + self._existence.rows.silent
 
-    def told(self) -> tuple[Belief, Estimate]:
+    def belief_and_moments(self) -> tuple[Belief, Estimate]:
         """Return the hypotheses of all objects now, and their moments: computed once for each state of the filters."""
         if self._told is None:
             belief = self._observer.belief()

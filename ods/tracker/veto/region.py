@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from ods.messages import Obstacle, VetoRegion
 
 SIGMAS = 2.0
-"""Of the depth, which one plane hardly tells."""
+"""Of the depth, which one plane hardly shows."""
 Corner = tuple[float, float]
 
 

@@ -54,13 +54,13 @@ class Vetoes:
     def ignore(self, request: VetoRequest, author: str, present: Sequence[Obstacle], now_ns: int) -> None:
         """Hold a veto; `present`: the obstacles of now. Raises RefusedError."""
         if len(self._held) >= MOST:
-            raise RefusedError(f"{MOST} vetoes hold already: restore one first")
+            raise RefusedError(f"{MOST} vetoes are in force already: restore one first")
         region = request.region
         if request.id is not None:
             region = _around(obstacle_of(request.id, present))
             self._held = [veto for veto in self._held if veto.id != request.id]
         if region is None or request.for_s is None:
-            raise RefusedError("neither id nor region, or no time")
+            raise RefusedError("needs an id or a region, and a time")
         until_ns = now_ns + round(request.for_s * NS)
         self._held.append(
             Veto(
@@ -84,7 +84,7 @@ class Vetoes:
         ]
         if len(kept) == len(self._held):
             named = f"number {request.number}" if request.id is None else f"obstacle {request.id}"
-            raise RefusedError(f"no veto of {named}: a region's is restored by its number")
+            raise RefusedError(f"no veto of {named}: restore the veto of a region by its number")
         self._held = kept
 
     def drop(self, gone: int, why: str) -> None:

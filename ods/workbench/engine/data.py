@@ -27,9 +27,9 @@ from ods.workbench.model.state import DataReference
 KEPT_BYTES = 16 << 20
 """Of samples of the last pings, which are kept: going back is at once."""
 FAN_SUFFIX = ".toml"
-"""Of the file beside a clip that tells the fan's geometry: pike1.toml beside pike1.avi."""
+"""Of the file beside a clip that holds the fan's geometry: pike1.toml beside pike1.avi."""
 PERIOD_PINGS = 8
-"""Pings whose times tell the period."""
+"""Number of pings from whose times the period is taken."""
 
 
 class DataError(OdsError):
@@ -72,7 +72,7 @@ class Data:
     pings: Sequence[Ping]
     """Made when they are asked for; asking may raise OdsError."""
     poses: Sequence[Pose] = ()
-    """In order of time, or of receipt where a recording tells them; none: nothing can be tracked."""
+    """In order of time, or of receipt where a recording has them; none: nothing can be tracked."""
     timed: bool = True
     """False: single images, of which no time is known."""
     truths: Mapping[int, Truth] = field(default_factory=dict)

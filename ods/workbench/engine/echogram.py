@@ -20,7 +20,7 @@ MOST_COLUMNS, MOST_CELLS = 2048, 1024
 SHOW_S = 0.5
 """Between two looks at one that is being read."""
 SAMPLED_CELLS = 60_000
-"""Cells that tell the median."""
+"""Number of cells from which the median is taken."""
 
 
 @dataclass(frozen=True, eq=False)

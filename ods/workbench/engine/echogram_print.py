@@ -26,7 +26,7 @@ COLOURS = {"active": GOOD, "stand_by": WARN, "hibernated": MARK, TRUTH: ACCENT}
 def print_echogram(
     echogram: Echogram, layers: Layers, state: State, file: Path, folders: Sequence[Path], *, name: str, style: str
 ) -> Path:
-    """Draw it into a file, with the colours and layers of the state; the file's ending tells the format. Raises
+    """Draw it into a file, with the colours and layers of the state; the file's ending chooses the format. Raises
     OdsError."""
     place = place_to_write(file, PICTURES, folders)
     with drawn_in(style):

@@ -44,7 +44,7 @@ MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
 PATIENCE_S = 0.3
 """A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
 POSES_BEFORE = 64
-"""Of a ping, that tell its pose."""
+"""Fields of a ping that hold its pose."""
 
 
 class StudyError(OdsError):
@@ -194,7 +194,7 @@ class Studio:
         return np.where(processed, recorded.codes, self._recorded[1])
 
     def _pose_of(self, place: int, settings: MissionSettings) -> PoseEstimate | None:
-        """Return where the sonar's head was at a ping, as far as poses tell."""
+        """Return where the sonar's head was at a ping, as far as poses are known."""
         t_ns = self._data.pings[place].t_ns
         buffer = PoseBuffer(*msgspec.structs.astuple(settings.pose))
         for pose in self._data.poses_about(t_ns, POSES_BEFORE):
@@ -233,7 +233,7 @@ class _Looker:
 
 
 class _TimedChain(Chain):
-    """A chain that tells how long each stage took with the last ping."""
+    """A chain that measures how long each stage took with the last ping."""
 
     def __init__(
         self, settings: PipelineSettings, looker: _Looker, learnt: Learnt, overtaken: Callable[[], bool]
@@ -328,7 +328,7 @@ class _Prepared:
         began = time.perf_counter_ns()
         found = self.chain.process(ping, pose=pose)
         whole = time.perf_counter_ns() - began
-        if self.chain.prepared_anew:
+        if self.chain.was_prepared:
             self._prepared_ns = whole
         else:
             self._runs = [*self._runs[1 - MOST_RUNS :], [*self.chain.spent_ns, whole]]

@@ -199,9 +199,9 @@ class _Observer:
 
     def _list_objects(self) -> None:
         self._table_waits = False
-        told = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
+        latest = None if self._drawn is None else self._drawn.list_at(self._session.state.ping)
         name_of = track_name if self._drawn is None else self._drawn.name_of
-        self._now.rows = [] if told is None else [numbers(each, name_of(each.id)) for each in told.obstacles]
+        self._now.rows = [] if latest is None else [numbers(each, name_of(each.id)) for each in latest.obstacles]
 
 
 def tracking_progress(progress: Progress | None) -> str:
