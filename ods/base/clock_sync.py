@@ -18,9 +18,9 @@ STEP_NS = 10_000_000
 STEP_CONFIRMATIONS = 8
 """Consecutive late messages that must agree before they are taken for a step back that shows in nothing else."""
 STEP_SHARE = 4
-"""They agree within one part in so many of the least lateness: jitter does not."""
+"""One over the share of the least lateness within which they agree: jitter does not."""
 STEP_PACE = 16
-"""And within one part in so many of the device's time between them: the delays of a backlog shrink as it is read."""
+"""One over the share of the device's time between them: the delays of a backlog shrink as it is read."""
 PACE_OF = 8
 """Number of messages from whose device times the device's pace is estimated."""
 PACE_SLACK = 1.5
@@ -28,7 +28,7 @@ PACE_SLACK = 1.5
 MOST_LOST = 9
 """A line loses no more as it stalls,"""
 LOST_SHARE = 5
-"""and no more than one part in so many of the wait: else the device was silent."""
+"""and at most the wait over this: otherwise the device was silent."""
 
 
 class OffsetEstimator:
@@ -188,7 +188,7 @@ class OffsetEstimator:
 
 
 def _held_ns(waited_ns: int) -> int:
-    """Return for how long the line held messages back for which one waited so long: jitter does not count."""
+    """Return the time for which the line held messages back, by the waiting time: jitter does not count."""
     return max(waited_ns - STEP_NS, 0)
 
 

@@ -22,7 +22,7 @@ ROUND_S = 0.1
 BUSY_WAKE_MS = 5.0
 """The computer is busy when one wake-up in twenty is later than this,"""
 BUSY_SLOWDOWN = 1.5
-"""when a short piece of work takes so many times its processor time, one in four,"""
+"""when a short piece of work takes this multiple of its processor time, one in four,"""
 BUSY_PRESSURE = 0.6
 """or when some process waited for a processor for more than this share of the time."""
 

@@ -11,7 +11,7 @@ from ods.offline.run_record import RunRecord
 from ods.offline.score_table import objects_table
 
 PLAIN_EVERY_S = 10
-"""Where the output is no terminal, one line each so many seconds."""
+"""Period of the lines where the output is not a terminal, s."""
 
 
 class ProgressLine:

@@ -17,7 +17,7 @@ from ods.sim_sonar.device.sonar_line import has_numbers
 START_S = 60.0
 """For the next sign of progress."""
 PLANNER_DEAD_S = 3.0
-"""A planner that was killed is started again so much later: long enough for the vehicle's watchdog."""
+"""Time after which a killed planner is started again, s: long enough for the vehicle's watchdog."""
 AFTER_S = 1.0
 """Time for the last lists to arrive."""
 

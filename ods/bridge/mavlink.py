@@ -37,7 +37,7 @@ class Sector(NamedTuple):
     body_m: float
     """Nearest obstacle or echo; inf: none."""
     clear_m: float
-    """So far the water is known to be empty; 0: not even near the vehicle."""
+    """Range to which the water is known to be empty, m; 0: not even near the vehicle."""
 
 
 class MavlinkEncoder:
@@ -125,7 +125,7 @@ class MavlinkEncoder:
 def around_bow(clearance: Clearance, heading: float, age_s: float, near_m: float) -> list[Sector]:
     """Return the sectors of the message: of each sector of the clearance that it touches the worst.
 
-    The vehicle, and what may have come in, have moved on since: distances are so much shorter.
+    The vehicle, and what may have come in, have moved since: distances are shorter by that.
     """
     velocity = clearance.pose.velocity_ned if clearance.pose is not None else (0.0, 0.0, 0.0)
     moved_m = (math.hypot(velocity[0], velocity[1]) + clearance.fastest_m_s) * max(0.0, age_s)

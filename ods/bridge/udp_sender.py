@@ -13,10 +13,10 @@ REPORTED_NS = 2 * clock.NS
 
 
 class UdpSender:
-    """A socket to the destination, made anew after errors: the interface may have got another address.
+    """A socket to the destination, made again after errors: the interface may have got another address.
 
     `complain`: counts by the name given, and says the text once. Names: `refused_datagrams` (the receiver's computer
-    says that nobody listens), `unsent_datagrams` (no way there, or no room).
+    reports that the port is closed), `unsent_datagrams` (no way there, or no room).
     """
 
     def __init__(self, to: Destination, complain: Callable[[str, str], None]) -> None:
@@ -44,7 +44,7 @@ class UdpSender:
         try:
             connected.send(data)
         except ConnectionRefusedError:  # of an earlier one: this one was not sent
-            self._note("refused_datagrams", "nobody listens there")
+            self._note("refused_datagrams", "no process listens there")
             connected.send(data)
 
     def _connected(self) -> socket.socket:

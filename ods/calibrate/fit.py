@@ -26,7 +26,7 @@ STEPS = Unknowns(1.0, 1.0, 1.0, 0.02, 0.02, 0.02, 0.2)
 PRIOR = Unknowns(1e3, 1e3, 20.0, np.radians(30.0), np.radians(10.0), 0.5, 0.5)
 """Standard deviations about the first guess: all that is known where a recording shows nothing."""
 MARGIN_S = 0.6
-"""Poses must be known so far around a ping: latency and the way of sound."""
+"""Time around a ping for which poses must be known, s: latency and travel time of sound."""
 
 
 class Fit(NamedTuple):

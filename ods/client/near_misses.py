@@ -9,7 +9,7 @@ from ods.client.ahead import carried_on, spread_along
 from ods.messages import Obstacle, ObstacleList, PoseAt
 
 TRUSTED_AHEAD = 10.0
-"""A course is carried on for so many times the time that the object was seen for, and no longer: after half a second
+"""Longest extrapolation of a course, in multiples of the time for which the object was observed: after half a second
 static and moving objects cannot be distinguished, and two standard deviations of a velocity would reach everywhere."""
 STEP_S = 1.0
 """Between the times looked at; the closest approach itself is one of them."""

@@ -53,7 +53,7 @@ def _lines(recording: Recording, summary: Summary, asked: Path) -> Iterator[str]
 def _of_utc(recording: Recording) -> str:
     steps = sum(name.startswith("utc step ") for name in recording.metadata)
     unsure = recording.metadata.get(ODS, {}).get("utc_synchronized") == "false"
-    return (", of a clock that nobody kept right" if unsure else "") + (f", {steps} steps of UTC" if steps else "")
+    return (", of a clock that was not synchronized" if unsure else "") + (f", {steps} steps of UTC" if steps else "")
 
 
 def _machine(facts: dict[str, str]) -> Iterator[str]:

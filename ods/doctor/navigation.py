@@ -133,7 +133,7 @@ def _own_rhythm(nav: NavSettings, source: PoseSource[Any]) -> set[str]:
 
 
 def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Heard) -> Finding | None:
-    """Judge an INS that says at most that it waits to be started; None when it says more, or nobody would start it."""
+    """Judge an INS that says at most that it waits to be started; None when it says more, or no node would start it."""
     came = {what for name, what in source.expects().items() if heard.items[name]}
     if came - {"heartbeat"} or not source.waits_for_start(clock.monotonic_ns()):
         return None

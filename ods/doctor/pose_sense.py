@@ -11,7 +11,7 @@ from ods.messages import Pose
 from ods.runtime.pose_motion import PoseMotion
 
 FAR_M = 20_000.0
-"""So far from its origin the local frame's plane is 31 m above the sea's surface."""
+"""Distance from its origin at which the local frame's plane is 31 m above the sea's surface, m."""
 HIGH_M = 5.0
 """Above the datum: more than waves, antennas and a quay account for."""
 

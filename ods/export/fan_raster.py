@@ -39,7 +39,7 @@ class Shades(NamedTuple):
 
 
 class FanRaster:
-    """Draws the pings of a sonar; geometry and shades are made anew when these change."""
+    """Draws the pings of a sonar; geometry and shades are made again when these change."""
 
     def __init__(self) -> None:
         self._geometry: Geometry | None = None

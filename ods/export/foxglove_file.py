@@ -36,7 +36,7 @@ COLOURS = {"active": (1.0, 0.45, 0.1), "stand_by": (0.95, 0.8, 0.2), "hibernated
 NOT_VALID = (0.5, 0.5, 0.5)
 """Of all objects of a list that is not to be relied on."""
 SIGMAS = 2.0
-"""The halo around an object: as far out as so many standard deviations of its place."""
+"""Width of the halo around an object, standard deviations of its position."""
 NUMBER = re.compile(r"\d+(\.\d+)?")
 LIFETIME_S = BUS_TOPICS["obstacles"].stale_s
 """What is not reported again disappears after this."""

@@ -59,7 +59,7 @@ class ListenWorker(Worker[ListenConfig]):
             self._note(asked)
 
     def _look_at_keys(self) -> None:
-        """Hang up on who is no longer in the list. Nobody is in one that is wrong."""
+        """Disconnect listeners that are no longer in the list. An invalid list counts as empty."""
         if not self._allowed.follow():
             return
         for door in self._doors:
@@ -84,7 +84,7 @@ class ListenWorker(Worker[ListenConfig]):
                 door.admitted.add(asked.key)
 
     def problems(self) -> list[str]:
-        """Say what nobody can hear, and why."""
+        """Return the topics that cannot be received, and why, a text each."""
         found = [f"bus.listen[{number}].at: {door.problem}" for number, door in enumerate(self._doors) if door.problem]
         problem = self._allowed.problem
         return [*found, *([f"bus.keys: {problem}: no listener is admitted"] if problem else [])]

@@ -60,7 +60,7 @@ class VetoRequest(msgspec.Struct, frozen=True, kw_only=True, omit_defaults=True,
 
     do: VetoAction
     """ignore: an obstacle by `id`, or what rests in a `region`, for `for_s`; forget: drop an obstacle by `id`, which is
-    tracked anew if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
+    tracked again if there are echoes of it; restore: end a veto, by its `number`, or by the `id` of its obstacle; list:
     nothing but the answer."""
     id: ObjectId | None = None
     region: VetoRegion | None = None

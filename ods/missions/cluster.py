@@ -21,7 +21,7 @@ from ods.missions.settings import Campaign
 from ods.missions.workers import AHEAD, Fly, Task
 
 PATIENCE_S = 10.0
-"""So long the scheduler may take to answer."""
+"""Time that the scheduler may take to answer, s."""
 CA, CERT, KEY = "ca.pem", "cert.pem", "key.pem"
 """What the folder of --tls holds."""
 

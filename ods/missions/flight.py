@@ -24,10 +24,11 @@ from ods.sim_sonar.sonar.model import SonarModel
 from ods.sim_sonar.steered import Steered, VehicleState, at_start
 
 NEARLY = 2.0
-"""An obstacle within so many times the distance to keep is a true reason for an evasion: places are never exact."""
+"""Multiple of the distance to keep within which an obstacle is a true reason for an evasion: positions are not
+exact."""
 
 LISTED_M = 1.0
-"""A listed place so much farther from an obstacle's middle than its radius is that obstacle."""
+"""Distance beyond an obstacle's radius within which a listed position stands for it, m."""
 
 
 class Referee:
@@ -156,7 +157,7 @@ class Flight:
 
     @property
     def most_pings(self) -> int:
-        """After so many patience ends."""
+        """Number of pings after which the mission is given up."""
         campaign = self._campaign
         patience_s = campaign.longest * campaign.world.length_m / campaign.planner.cruise_m_s
         return math.ceil(patience_s / self._period_s)

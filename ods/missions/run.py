@@ -82,7 +82,7 @@ def _fly_one(campaign: Campaign, args: Namespace, console: Console) -> None:
         console.print(line, soft_wrap=True)
     if left:
         spent_s = time.perf_counter() - began
-        console.print(f"{len(left)} missions in {spent_s:.0f} s; so many times faster than real time on one core:")
+        console.print(f"{len(left)} missions in {spent_s:.0f} s; times faster than real time on one core:")
     for arm, cost in costs.items():
         mission_s, cpu_s = map(sum, zip(*cost, strict=True))
         console.print(f"  {report.ARMS[arm]}: {mission_s / cpu_s:.1f}")

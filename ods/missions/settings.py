@@ -36,7 +36,7 @@ class WorldSettings(Settings, frozen=True):
     speed_m_s: tuple[NonNegative, NonNegative] = (0.2, 1.0)
     """Least and greatest speed of those that move, m/s."""
     height_m: Positive = 10.0
-    """They reach so far above and below the vehicle's depth, m."""
+    """Their reach above and below the vehicle's depth, m."""
     current_m_s: NonNegative = 0.3
     """Greatest speed of the current, m/s; its direction is random. What moves does so over ground."""
     down_m: Annotated[float, msgspec.Meta(ge=1.0, le=6000.0)] = 20.0
@@ -120,7 +120,7 @@ class Campaign(Settings, frozen=True):
     near_miss_m: NonNegative = 1.0
     """Nearer than this without touching is a near miss, m."""
     longest: Annotated[float, msgspec.Meta(ge=1.0, le=100.0)] = 3.0
-    """A mission may take so many times what the straight way would at cruise speed."""
+    """Longest duration of a mission, in multiples of the straight way at cruise speed."""
     world: WorldSettings = WorldSettings()
     errors: ErrorSettings = ErrorSettings()
     vehicle: VehicleSettings = VehicleSettings()

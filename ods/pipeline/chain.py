@@ -32,7 +32,7 @@ from ods.runtime.pose_buffer import PoseEstimate
 LASTING_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
 HURRY = 10
-"""detectors learn from so many times fewer cells, until it has."""
+"""Factor by which detectors learn from fewer cells until then."""
 KEPT_GEOMETRIES = 2
 """That stages stay prepared for: a sonar may change between two."""
 

@@ -17,7 +17,7 @@ from ods.runtime.service import Service, StartError, Worker, tell_alive
 FAILURE_SAID_NS = clock.NS
 """A stage that fails now and then is said all the time."""
 LONGEST_WORK_NS = bus.TOPICS["detections"].stale_s / 2 * clock.NS
-"""A ping that waits for another one and takes so long itself is stale before it is tracked."""
+"""Processing time, ns, from which on a ping that had to wait is stale before it is tracked."""
 
 
 class PipelineWorker(Worker[PipelineConfig]):

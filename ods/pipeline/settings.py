@@ -90,7 +90,7 @@ class PipelineSettings(Settings, frozen=True):
         return self.stage or DEFAULT_STAGES
 
     def at_spacing(self, dr_m: float) -> "PipelineSettings":
-        """Return the settings with all numbers, as they are for range samples so far apart, m."""
+        """Return the settings with all numbers, for a spacing of range samples, m."""
         attention, stages = self.attention, self.chain()
         subsample = attention.subsample or 1
         if leaves_numbers(stages, DEFAULT_STAGES):

@@ -12,7 +12,7 @@ _ENOUGH = 3.0
 """Columns that are left of an object where samples are averaged."""
 _LARGEST_STRIDE = 16
 _BELT_SAMPLES, _BELT_OBJECTS = 160.0, 8.0
-"""Surroundings by which a range is levelled: so many samples, or smallest objects where that is more."""
+"""Surroundings by which a range is equalized: samples, or smallest objects where that is more."""
 
 FILTER = "filter.fir"
 DETECTOR = "detect.two_level"

@@ -28,9 +28,9 @@ GUARD_RAD = math.radians(10.0)
 WIDEST_RAD = WINDOW_RAD - GUARD_RAD
 """Of the beams of a ping."""
 CLEAR_STEPS = 1.0
-"""An echo that ends so many beams before the newest one goes no further."""
+"""Beams between an echo's end and the newest beam from which on the echo is complete."""
 SLACK_STEPS = 3.0
-"""Whether it does, and where its middle is, may change by so many beams from image to image."""
+"""Beams by which an echo's end and middle may change from image to image."""
 LONGEST_PAUSE_NS = 3 * NS
 MOST_MISSING = 5.0
 """Beams between two pings of one sweep."""

@@ -13,7 +13,7 @@ from ods.planner.paths import Paths
 from ods.planner.settings import SteeringSettings
 
 HIT = 100.0
-"""A path through an obstacle itself is so many times worse than one too near to it."""
+"""Factor by which a path through an obstacle is worse than one too near to it."""
 LIKELIEST = 0.999999
 FAR_S = 1000.0
 """Beyond every horizon."""

@@ -27,7 +27,7 @@ UNKNOWN_M = 1.0
 CHANGE_M = 0.5
 """What a change of the set heading by 1 rad is worth, m of way: else it sways between two ways round."""
 BEYOND = 1.0
-"""Paths are judged by how near they come to a point on the straight way, so many times as far as they reach."""
+"""Paths are judged by their distance to a point on the straight way, at this multiple of their length."""
 DRIFT_S = 10.0
 """The water's velocity is a mean over about this time."""
 
@@ -169,7 +169,7 @@ class Planner:
         return bearing - math.asin(min(1.0, max(-1.0, across / self.settings.cruise_m_s)))
 
     def _until_s(self, now: Motion) -> float:
-        """Return how far to look ahead: what lies behind the last way-point is in nobody's way."""
+        """Return the time to look ahead, s: obstacles behind the last way-point do not count."""
         if len(self._ahead) > 1:
             return math.inf
         away = math.hypot(*(np.array(self._ahead[0][:2]) - now.place).tolist())

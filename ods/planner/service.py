@@ -8,7 +8,7 @@ from ods.planner.settings import PlannerConfig
 from ods.runtime.service import Service, StartError, Worker
 
 PERIOD_NS = round(0.2 * clock.NS)
-"""A set point goes out at each list, and at least so often."""
+"""Longest period of set points, ns; one is also sent at each list."""
 
 
 class PlannerWorker(Worker[PlannerConfig]):

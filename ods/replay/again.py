@@ -27,10 +27,10 @@ from ods.tracker.utc import VehicleUtc
 from ods.tracker.veto.vetoes import RefusedError
 
 PATIENCE_NS = 2 * NS
-"""A ping that the recorder heard of so much later than of its detections, or never, is missing."""
+"""A ping received this much later than its detections, or never, counts as missing."""
 
 STARTED_NS = NS
-"""A tracker starts no more than so long before the first ping that it lists: what it stamps lies behind its start, what
+"""A tracker starts at most this time before the first ping that it lists: what it stamps lies behind its start, what
 is in the map before it."""
 
 
@@ -171,7 +171,7 @@ class TrackerAgain:
             self.counters["refused_orders"] += 1
 
     def _tracker_of(self, original: ObstacleList) -> MissionTracker:
-        """Return the tracker that made a list: one whose lists begin anew took over from the former one."""
+        """Return the tracker that made a list: one whose lists restart took over from the former one."""
         former = self._tracker
         if former is not None and original.seq >= former.seq:
             return former

@@ -55,7 +55,7 @@ def recorded_map(recording: Recording) -> list[MapObject]:
 
 
 def tracker_lives(recording: Recording, known: Sequence[MapObject]) -> list[Life]:
-    """Return the tracker processes of a recording, one after the other: their lists count from 0 anew."""
+    """Return the tracker processes of a recording, one after the other: their lists each count from 0."""
     lives: list[Life] = []
     old, last_seq = {o.id for o in known}, -1
     first_id, lists = 0, 0

@@ -12,7 +12,7 @@ from ods.recording.mcap.reader import Recorded, Recording
 MessageT = TypeVar("MessageT", bound=msgspec.Struct)
 
 SLACK_NS = NS
-"""The recorder may hear of a message later than who made use of it, by so much at most."""
+"""Longest time by which the recorder may receive a message later than its user."""
 
 
 class Stream(Generic[MessageT]):

@@ -34,7 +34,7 @@ from ods.sim_sonar.sonar.model import load_sonar
 THREAD_SWITCH_S = 0.001
 """The INS thread must not wait long for the image thread."""
 NMEA_PATIENCE_S = 0.005
-"""What nobody reads by then is lost, as on a real line."""
+"""Time after which unread data are lost, as on a real line."""
 
 
 class SimWorker(Worker[SimConfig]):

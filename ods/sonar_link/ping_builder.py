@@ -172,7 +172,7 @@ def build_range_ping(frame: AnyArray, geometry: Geometry, stamp: Stamp, grid: Ra
 
 
 def runs_beyond(lengths: ArrayLike, samples: int) -> Runs:
-    """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of so many samples hold data."""
+    """Return `Ping.no_data` of beams of which only the first `lengths`, (beams,), of the samples hold data."""
     return [(beam, length, samples) for beam, length in enumerate(np.asarray(lengths).tolist()) if length < samples]
 
 

@@ -73,7 +73,7 @@ class SonarProtocol(ABC):
     def missing_bytes(self) -> int:
         """How many bytes at least must come before the telegram under way is whole; 0 when not known.
 
-        So long the process may sleep on a serial line and let bytes gather: fewer and larger reads.
+        Time for which the process may sleep on a serial line to gather bytes: fewer and larger reads.
         """
         return 0
 

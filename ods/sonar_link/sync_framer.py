@@ -12,7 +12,7 @@ from typing import ClassVar, Generic, NamedTuple, Protocol, TypeVar
 MAX_PACKET_BYTES = 4 * 1024 * 1024
 """No sonar here sends more: the Norbit's document has 1,048,768."""
 CHECKED_AGAIN = 8
-"""A byte may be checked so many times."""
+"""Most times that a byte may be checked."""
 
 
 class Sized(Protocol):
@@ -52,7 +52,7 @@ class ChecksumBudget:
         self._left = min(self._left + CHECKED_AGAIN * count, self._most)
 
     def allows(self, size: int) -> bool:
-        """Return whether a packet of so many bytes may be checked, and take that off."""
+        """Return whether a packet of this number of bytes may be checked, and subtract that."""
         if size > self._left:
             return False
         self._left -= size

@@ -21,7 +21,7 @@ KindT = TypeVar("KindT")
 NO_BASE = 0
 MOST_CHANGES = 200
 """Changes to the map's objects that a checkpoint carries; with more, or a share of 1 / SHARE of all, these are written
-anew, to a file of their own."""
+again, to a file of their own."""
 SHARE = 20
 
 

@@ -8,7 +8,7 @@ new ids fit in 32 bits, with a sign; maps of before have provisional ones up to 
 MOST_A_MISSION = 1 << 20
 """No mission gives more provisional ids."""
 ID_BLOCK = 1000
-"""Ids are reserved on disk by so many at a time."""
+"""Number of ids reserved on disk at a time."""
 
 
 def provisional_first_id() -> int:

@@ -11,8 +11,8 @@ NONE = -1
 def best_columns(gain: Floats) -> Indices:
     """Return the column (rows,) that each row of `gain` (rows, columns) is given; -1: none, where columns are fewer.
 
-    The sum of gains is the largest that so many pairs can have. Of several such assignments it returns the one that
-    scipy.optimize.linear_sum_assignment returns. Raises ValueError where a row has no finite gain.
+    The sum of gains is the largest that this number of pairs can have. Of several such assignments it returns the one
+    that scipy.optimize.linear_sum_assignment returns. Raises ValueError where a row has no finite gain.
     """
     rows, columns = gain.shape
     if rows <= columns:

@@ -42,8 +42,8 @@ class ScanPrediction(NamedTuple):
     reported: Mask
     """(n,) confirmed objects, hibernated ones too."""
     vague: Mask
-    """(n,) those silent for so long that they take no single echo, which may be a false alarm: they are found again by
-    a new object that is confirmed there."""
+    """(n,) objects silent for such a time that they take no single echo, which may be a false alarm: they are found
+    again by a new object that is confirmed there."""
 
 
 def predict_scan(tracks: Tracks, scan: Scan, vehicle: Vehicle, settings: TrackerSettings) -> ScanPrediction:

@@ -27,8 +27,8 @@ from ods.tracker.warm_up import warm_up
 log = logging.getLogger(__name__)
 
 MAP_WAIT_S, OVERLOADED_MAP_WAIT_S = 1.0, 20.0
-"""The first list waits so long for the map to be read, or, where the computer is overloaded, up to the latter; a disk
-that takes longer costs its objects, and their ids, until it is there."""
+"""Time for which the first list waits for the map to be read, s, or, where the computer is overloaded, up to the
+latter; a disk that takes longer costs its objects, and their ids, until it is there."""
 
 
 class TrackerWorker(Worker[TrackerProcessConfig]):

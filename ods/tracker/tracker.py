@@ -24,7 +24,7 @@ from ods.tracker.track.tracks import Tracks
 from ods.tracker.utc import Restamp
 
 FIRST_SCANS = 2
-"""In so many images after the start all objects are new: one that is there may be missed in the very first."""
+"""Number of scans after the start in which all objects are new: one may be missed in the very first."""
 
 
 class Tracker:

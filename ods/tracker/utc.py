@@ -30,7 +30,7 @@ class VehicleUtc:
     """UTC of instants of CLOCK_MONOTONIC."""
 
     def __init__(self, started_ns: int, ahead_ns: int, source: UtcSource) -> None:
-        """Begin with this computer's clock, which is so far ahead of CLOCK_MONOTONIC."""
+        """Begin with this computer's clock, which is this far ahead of CLOCK_MONOTONIC."""
         self.source = source
         self.started_ns = started_ns
         self.ahead_ns = self._told_ns = ahead_ns

@@ -36,14 +36,14 @@ def scene(*items: Sphere | Cylinder | Plane, depth_m: float = 25.0) -> Scene:
 
 
 def lists_of(
-    rows: list[Row], loud: list[float], names: tuple[str, ...] = ("ball",), unsettled: int = 0
+    lists_of_rows: list[Row], loud: list[float], names: tuple[str, ...] = ("ball",), unsettled: int = 0
 ) -> list[Listed]:
     """Return lists a second apart; loud: signal to noise ratio of all objects in each, which are at (50, 0).
 
     unsettled: so many of the first are not valid.
     """
     lists = []
-    for k, (rows, snr_db) in enumerate(zip(rows, loud, strict=True)):
+    for k, (rows, snr_db) in enumerate(zip(lists_of_rows, loud, strict=True)):
         objects = [TruthObject(name, (50.0, 0.0, 20.0), (0.0, 0.0, 0.0), 1.0, True, snr_db, 0.0) for name in names]
         truth = Truth(k, k * 10**9, k * 10**9, (0.0, 0.0, 20.0), (1.0, 0.0, 0.0, 0.0), objects)
         table = np.array(rows, np.float64).reshape(-1, 5)

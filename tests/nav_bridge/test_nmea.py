@@ -524,7 +524,8 @@ def test_a_second_talker_that_is_silent_again_is_no_problem_any_more(caplog: pyt
         assert told == (3 <= second <= 13 or 18 <= second <= 28), second
     assert counters["nmea_talkers"] == 22
     assert [record.getMessage() for record in caplog.records] == [
-        "GGA comes from the talkers GP and IN: name one in nav.nmea, such as GPGGA (logged once, then counted as nmea_talkers)"
+        "GGA comes from the talkers GP and IN: name one in nav.nmea, "
+        "such as GPGGA (logged once, then counted as nmea_talkers)"
     ]
 
 

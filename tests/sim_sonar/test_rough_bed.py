@@ -28,10 +28,10 @@ PATTERN = VerticalPattern()
 SONAR = make_sonar(SonarFile(name="short", frequency_hz=455e3, beams_per_plane=21, beam_spacing_deg=2.0,
                              beam_width_deg=2.0, range0_m=0.1, dr_m=0.1, samples=400))  # fmt: skip
 LEVEL = np.array([1.0, 0.0, 0.0, 0.0])
-NOBODY = np.empty(0, BODY)
+NO_CLIENT = np.empty(0, BODY)
 
 
-def image_of(bed: SeaBedModel, objects: Bodies = NOBODY, attitude: Floats = LEVEL,
+def image_of(bed: SeaBedModel, objects: Bodies = NO_CLIENT, attitude: Floats = LEVEL,
              max_error: float = 0.01, shadows: bool = True) -> Floats:  # fmt: skip
     surroundings = Surroundings(objects, bed, shadows)
     return mean_area(grid_of(SONAR), surroundings, VehiclePose(np.zeros(3), attitude), max_error)

@@ -15,7 +15,7 @@ from ods.messages import Truth
 from ods.tracker.existence import lifecycle
 
 LOUD_DB = 10.0
-"""An object has to be tracked while its echo is so much over its surroundings,"""
+"""Level over its surroundings, dB, from which on an object has to be tracked,"""
 SETTLE_S = 1.0
 """once it has been so for the first time this long ago."""
 NEAR_M = 2.0

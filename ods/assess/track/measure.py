@@ -49,7 +49,7 @@ class Row:
     nees: float
     nees_reference: float
     nees_band: tuple[float, float]
-    """Where 95 % of the means of so many consistent, independent objects lie."""
+    """Where 95 % of the means of a number of consistent, independent objects lie."""
     ms: float
     hota: float
     hota_reference: float

@@ -16,7 +16,7 @@ from ods.tracker.existence import lifecycle
 
 ECHOES = 3
 KEPT_S = 10.0
-"""A moving object is reported so long after it left the view."""
+"""Time for which a moving object is reported after it left the view, s."""
 WINDOW_S = 4.0
 """A velocity changes as much as it does within this time."""
 STEADY = 1e-6

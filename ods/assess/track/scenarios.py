@@ -203,7 +203,7 @@ def away_and_back(rng: Random) -> World:
 
 
 def pose_noise(rng: Random) -> World:
-    """Ten objects; the reported pose is wrong by 0.3 m and 0.5 deg (1 sigma), anew in each scan."""
+    """Ten objects; the reported pose is wrong by 0.3 m and 0.5 deg (1 sigma), independently in each scan."""
     some = replace(mixed(rng), meta=Meta(clutter_lambda=1.0, pose_sigma_xy=0.3, pose_sigma_yaw=math.radians(0.5)))
     some.pose_error[:] = rng.standard_normal(some.pose_error.shape) * (0.3, 0.3, math.radians(0.5))
     return some

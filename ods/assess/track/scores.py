@@ -19,9 +19,9 @@ GATE_M = 3.0
 REMEMBERED_SCANS = 7
 """Scans that an object must have been in view to be remembered."""
 REMEMBERED_S = 10.0
-"""Moving objects are remembered so long after they left the view."""
+"""Time for which moving objects are remembered after they left the view, s."""
 SETTLED_S = 1.0
-"""Consistency is judged from so long after the first echo on."""
+"""Time after the first echo from which on consistency is judged, s."""
 
 
 @dataclass(frozen=True)

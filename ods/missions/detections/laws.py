@@ -112,7 +112,7 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     pings: int
     """That it was fitted to,"""
     echoes: int
-    """with so many echoes of bodies."""
+    """with this number of echoes of objects."""
 
     def __post_init__(self) -> None:
         if tuple(self.features) != WORDS or tuple(self.errors) != Errors._fields:

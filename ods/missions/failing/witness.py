@@ -12,9 +12,9 @@ from ods.missions.world import World
 from ods.sim_sonar.steered import VehicleState
 
 BEFORE_S = 5.0
-"""So long before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
+"""Time before the closest approach, s: at a turn rate of 10 degrees a second there is little that helps later."""
 LEAST_M = 1.0
-"""A listed circle reaches at least so far."""
+"""Least radius of a listed circle, m."""
 
 Warned = Literal["", "not valid", "caution", "unknown water"]
 

@@ -7,7 +7,7 @@ from ods.base import clock
 WALL_CLOCK_STEP_NS = 100_000_000
 """NTP slews by less than this between two looks; a step is larger."""
 SLACK_NS = 50_000_000
-"""A frame may be on its way from the driver for so long."""
+"""Longest delay of a frame from the driver, ns."""
 
 
 class StampClock:

@@ -10,7 +10,7 @@ NEVER_NS = -(1 << 62)
 
 
 class DuplicateNode:
-    """Believed when `needed` pieces of evidence come within WINDOW_NS, and for so long after the last.
+    """Believed when `needed` pieces of evidence come within WINDOW_NS, and for that time after the last.
 
     Every piece counts as `counter`.
     """

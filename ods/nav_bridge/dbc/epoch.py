@@ -17,7 +17,7 @@ from ods.nav_bridge.dbc.signal_map import Clock, DbcMap, DbcMessage
 from ods.nav_bridge.ins_clock import InsClock
 
 SKIPPED = 1.5
-"""Steps between instants: an epoch so much later than the one before has missed one."""
+"""Steps between instants: an epoch later than the one before by more than this has missed one."""
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ods.nav_bridge.settings import DbcSettings, HeldSettings, NavSettings
 from ods.nav_bridge.source import SourceHost
 
 SENDER_NS = 10 * NS
-"""A sender that is not heard for so long sends no more."""
+"""Time without a frame after which a sender counts as gone, ns."""
 
 
 class DbcSource(CanSource):

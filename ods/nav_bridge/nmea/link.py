@@ -16,7 +16,7 @@ from ods.runtime.port.udp_port import UdpPort
 PAUSES_S = (0.1, 1.0)
 """Shortest and longest between two attempts to open it."""
 SILENCE_S = 5.0
-"""A serial server that says nothing for so long may be gone without a word."""
+"""Silence after which a serial server counts as gone, s."""
 MOST_READS = 64
 """In one go: a flood leaves time for the rest of the loop."""
 

@@ -24,7 +24,7 @@ _LOOKED_AT = 1024
 _SHARE = 0.25
 """Of the samples that are alike and the lowest, from which on these are taken for all that is below a threshold,"""
 _STEP = 4.0
-"""if the next higher amplitude is so many times as high: counts of quiet water have neighbours."""
+"""Least ratio of the next higher amplitude for that: counts of quiet water have neighbours."""
 _BLOCK, _AROUND = 64, 4
 """Columns that have one level, and blocks to either side whose median it is."""
 

@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 
 LEAST_PATIENCE_S = 0.12
 PATIENCE_OF_PERIOD = 0.8
-"""The reader of a telegram may take so long, s, or this share of the time between two pings if that is more. A line
+"""Time that the reader of a telegram may take, s, or this share of the time between two pings if that is more. A line
 would not wait, but its driver holds five pings."""
 
 

@@ -16,7 +16,7 @@ from ods.sim_sonar.ins.sigmas import USUAL_SIGMAS, Sigmas
 PORT = "ins"
 """Name of the simulated device in the run folder."""
 EVERY = {"PASHR": 1, "GGA": 10, "GST": 10, "TS": 5, "BS": 5, "BD": 5, "ZDA": 100}
-"""Each sentence comes at one instant in so many."""
+"""Number of instants for each of which a sentence comes once."""
 METRE = 1000.0
 """PD6 has velocities in mm/s."""
 

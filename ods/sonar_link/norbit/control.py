@@ -70,9 +70,9 @@ class CommandControl:
         self.begin(now_ns)
 
     def begin(self, now_ns: int) -> None:
-        """Send all commands, from the first on; what was answered before holds until it is answered anew.
+        """Send all commands, from the first on; former answers hold until there are new ones.
 
-        One that waits for its very first answer goes on waiting: the stream of a silent sonar is made anew again and
+        One that waits for its very first answer goes on waiting: the stream of a silent sonar is made again and
         again.
         """
         if self._tried and not self.answered:

@@ -133,7 +133,7 @@ def decode_image_head(data: Buffer, at: int = 0) -> ImageHead:
 
 
 def fits(head: ImageHead, size: int) -> bool:
-    """Return whether an image can be true of a packet of so many bytes."""
+    """Return whether an image fits a packet of this number of bytes."""
     return (
         1 <= head.beams <= MAX_BEAMS
         and 1 <= head.samples <= MAX_SAMPLES

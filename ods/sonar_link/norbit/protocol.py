@@ -23,7 +23,7 @@ from ods.sonar_link.sync_framer import Packet
 MAX_TIME_S = 1e10
 """A time beyond it is none."""
 GRACE_NS = 5 * NS
-"""So long a sonar that is asked to ping may stay silent: its commands take their time."""
+"""Time for which a sonar that is asked to ping may stay silent: its commands take a while."""
 MODE_NAMES = {
     0: "forward", 1: "bathymetry", 2: "bathymetry by amplitude", 4: "pass-through", 5: "edge enhance",
     6: "super resolution", 7: "multi-detect",
@@ -191,7 +191,7 @@ class NorbitProtocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting_of(head))
 
     def _sent_ns(self, time_s: float, first_ns: int, listening: int) -> int:
-        """Return the time of transmission: the packet left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the packet left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if not 0.0 < time_s < MAX_TIME_S:  # false for NaN too
             self.counters["no_device_time"] += 1

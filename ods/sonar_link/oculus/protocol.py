@@ -177,7 +177,7 @@ class OculusProtocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=sent_ns, setting=setting)
 
     def _sent_ns(self, start_s: float | None, first_ns: int, listening: int) -> int:
-        """Return the time of transmission: the result left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the result left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if start_s is None or not 0.0 < start_s < MAX_UPTIME_S:  # false for NaN too
             self.counters["no_device_time"] += 1

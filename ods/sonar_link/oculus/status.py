@@ -23,7 +23,7 @@ HALTS = ("its magnetic switch", "a boot loader", "a flash error", "JTAG", "a fir
          "a brownout")  # fmt: skip
 """Why it has halted, by the next three bits."""
 HOT, TOO_HOT, TRANSMITTER_FAILED = 1 << 14, 1 << 15, 1 << 16
-NOBODY = IPv4Address(0)
+NO_CLIENT = IPv4Address(0)
 
 
 class StatusBoard:
@@ -68,7 +68,7 @@ class StatusBoard:
     def why_unreachable(self, now_ns: int) -> str:
         """Return what the status messages say of a sonar that cannot be connected to."""
         own, other = self.own(now_ns), self.other(now_ns)
-        if own and own.client != NOBODY:
+        if own and own.client != NO_CLIENT:
             return f"it says that {own.client} has its connection"
         if own:
             return "its status is heard, so it is on: is this machine in its network?"

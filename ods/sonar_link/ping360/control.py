@@ -14,7 +14,7 @@ from ods.sonar_link.ping360.messages import Beam, Kind, Sweep, Transmission
 LONGEST_TURN_NS = 4 * NS
 """Time that the head may take to where its sector begins, as the maker's document says."""
 SILENCE_NS = 3 * NS
-"""A sweep under way has stopped when no beam comes for so long."""
+"""Time without a beam after which a sweep counts as stopped."""
 TOLERANCE = 0.02
 """How far pulse and sample period may lie off the wanted ones, as a share."""
 

@@ -23,9 +23,9 @@ from ods.sonar_link.sync_framer import Packet
 BEAM_WIDTH_RAD = 0.035
 """Two degrees, of the maker's data sheet."""
 GRACE_NS = 5 * NS
-"""So long a sonar that is asked to sweep may stay silent: its head may have to turn first."""
+"""Time for which a sonar that is asked to sweep may stay silent: its head may have to turn first."""
 WAIT_NS = NS
-"""Beams that wait for others are given away when none has come for so long."""
+"""Time without a beam after which the waiting ones are passed on."""
 NAMES = {
     Kind.DEVICE_DATA: "single beams", Kind.AUTO_DEVICE_DATA: "beams", Kind.NACK: "refusals",
     Kind.DEVICE_INFORMATION: "device information",

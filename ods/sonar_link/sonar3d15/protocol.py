@@ -20,7 +20,7 @@ from ods.sonar_link.sonar3d15.packets import BITMAP, IMU, RANGE_IMAGE, RangeImag
 from ods.sonar_link.sonar3d15.silence import Evidence
 
 GRACE_NS = 5 * NS
-"""So long it may be silent before something is said of it."""
+"""Silence that is reported, ns."""
 NAMES = {RANGE_IMAGE: "range images", BITMAP: "pictures of signal strength", IMU: "inertial measurements"}
 OTHERS = "other messages"
 
@@ -127,7 +127,7 @@ class Sonar3d15Protocol(SonarProtocol):
         return msgspec.structs.replace(ping, t_ns=self._sent_ns(image.time_ns, now_ns, listening_ns(ping)))
 
     def _sent_ns(self, time_ns: int, now_ns: int, listening: int) -> int:
-        """Return the time of transmission: the packet left the sonar so long after it at the earliest."""
+        """Return the time of transmission: the packet left the sonar at the earliest this time after it."""
         delay_ns = listening + self._latency_ns
         if not 0 < time_ns < LATEST_NS:
             self.counters["no_device_time"] += 1

@@ -29,7 +29,8 @@ def snappy_block(block: Buffer, most_bytes: int) -> bytes:
 
 
 def pixels_of(packed: Buffer, columns: int, rows: int) -> Pixels:
-    """Return (columns, rows) numbers, sent row by row as varints. Raises ValueError: other ones, or not so many."""
+    """Return (columns, rows) numbers, sent row by row as varints. Raises ValueError: other ones, or another number of
+    them."""
     pixels = np.empty((columns, rows), np.uint16)
     if not native.unpack_pixels(np.frombuffer(packed, np.uint8), pixels):
         raise ValueError(f"pixels: not {rows} x {columns} numbers of 16 bits")

@@ -17,7 +17,7 @@ from ods.tracker.named import Named
 from ods.tracker.observer.belief import Belief
 
 ROOM = 8
-"""So many pairs an object and an echo are made room for at first."""
+"""Initial capacity for pairs per object and echo."""
 
 
 class Hypotheses(NamedTuple):

@@ -12,7 +12,7 @@ from ods.tracker.measurement.scan import NOT_SWEPT
 
 BEARINGS, RANGES = 128, 128
 SIGMAS = 2.0
-"""Echoes may be by so many standard deviations nearer and wider."""
+"""Standard deviations by which echoes may be nearer and wider."""
 
 
 class FanMask(NamedTuple):

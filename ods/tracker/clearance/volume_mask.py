@@ -29,8 +29,8 @@ def layer_seen(
 ) -> LayerSeen:
     """Return what a ping showed at `places`, forward, starboard and down of the head, of a layer of +- `half_m` there.
 
-    cell_m: places are so far apart; turn_rad: by how much the head turned until the last echo was back: the borders are
-    so uncertain.
+    cell_m: spacing of the positions; turn_rad: by how much the head turned until the last echo was back: the borders
+    are so uncertain.
     """
     forward, starboard, down = places
     across = np.hypot(forward, starboard)

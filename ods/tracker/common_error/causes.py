@@ -15,7 +15,7 @@ FEWEST = 3
 FEWEST_BESIDE = 4
 """The same where another object is left out, as it goes its own way:"""
 OWN_WAY = 2.0
-"""without it the mean square of what is left is so many times smaller."""
+"""Least ratio by which an error reduces the mean square of the residuals."""
 SIGNIFICANT = 5.0
 """Standard deviations."""
 LEFT = 6.0

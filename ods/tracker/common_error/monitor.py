@@ -21,7 +21,7 @@ FAST_MEMORY_S, SLOW_MEMORY_S = 1.0, 60.0
 """A short memory finds a fast drift soon, a long one finds what is slow or small."""
 SEEN_EVERY_S, FITTED_EVERY_S = 0.1, 0.5
 HELD_S = 5.0
-"""What was found is so for so long: three objects are not always in view."""
+"""Time for which a found error is reported, s: three objects are not always in view."""
 
 
 class CommonErrors:

@@ -41,7 +41,7 @@ class ExistenceTable(NamedTuple):
     sharp: Floats
     """Onset: number of sharp echoes,"""
     onsets: Floats
-    """of so many that measure it;"""
+    """number of echoes that measure it;"""
     onset_ratio: Floats
     """log-likelihood ratio applied so far."""
     edges: Floats

@@ -24,7 +24,7 @@ class ExistenceState(NamedTuple):
 
 
 class Rates(NamedTuple):
-    """How often an object falls silent, gives echoes again, and is lost: 1/s each."""
+    """Rates at which an object falls silent, gives echoes again, and is lost, 1/s."""
 
     silence: float
     recovery: float
@@ -32,7 +32,7 @@ class Rates(NamedTuple):
 
 
 class HitRates(NamedTuple):
-    """How often a track has an echo, if it is an object and if it is clutter, over the setting's probability."""
+    """Rate of echoes of a track if it is an object and if it is clutter, over the setting's detection probability."""
 
     object: float
     clutter: float
@@ -46,7 +46,7 @@ def predict(state: ExistenceState, echoes: int, watched: float, dt: float, rates
 
 
 def hit_rate_ratio(hits: float, looks: float, detection_probability: float, crowding: float) -> HitRates:
-    """Return how often a track has an echo, by its hits in so many looks."""
+    """Return the rates of echoes of a track, by its hits in a number of looks."""
     rates = np.empty(2)
     native.existence_hit_rate_ratio(hits, looks, detection_probability, crowding, MODEL, rates)
     return HitRates(*rates.tolist())

@@ -17,7 +17,7 @@ from ods.tracker.state import MapChanges
 from ods.tracker.utc import Restamp
 
 SKIN_M = 20.0
-"""The vehicle may move so far before the R-tree is asked again."""
+"""Distance that the vehicle may move before the R-tree is queried again, m."""
 
 
 class HibernatedObjects:

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 WRITE_PERIOD_NS = NS
 """Between two changes of the file: a kill loses no more than this."""
 STOP_S = 1.0
-"""The tracker's end waits so long for the last change; if that takes longer, the map's process goes on alone."""
+"""Time for which the tracker's end waits for the last change, s; later the map's process continues alone."""
 PACKETS_A_ROUND = 4
 """What is read of the map, 200 objects each, may keep the tracker from a list for some ms."""
 

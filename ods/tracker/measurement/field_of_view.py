@@ -17,7 +17,7 @@ from ods.tracker.named import Named
 NOTHING_UNSEEN = nothing_unseen()
 LEAST_SIGMA_RAD = 1e-6
 HIDDEN_SIGMAS, BEHIND_M = 2.0, 0.3
-"""An echo hides what lies so far behind it."""
+"""Distance behind an echo from which on objects are hidden, m."""
 LEAST_CHANCE = 0.05
 """That an object that was passed by, or is hidden, gives an echo nevertheless, as field_of_view.c has it for blind
 parts."""

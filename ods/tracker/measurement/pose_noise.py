@@ -16,8 +16,8 @@ from ods.tracker.state import PoseNoiseState
 FORGETTING = 0.99
 """Of the weight of earlier pings at each."""
 AT_LEAST_M = 0.3
-"""So much of the claim always counts as noise: a bias of the attitude makes the places that a moving vehicle sees drift
-by that much, which more exact echoes would take for a height or a motion."""
+"""Standard deviation, m, of the claim that always counts as noise: a bias of the attitude makes the positions seen from
+a moving vehicle drift by that much, which more exact echoes would take for a height or a motion."""
 PRIOR_PINGS = 3.0
 """Until more pings are compared, bias is taken to be the larger part."""
 LONGEST_STEP = 3.0

@@ -21,8 +21,8 @@ from ods.tracker.output.snapshot import Snapshot
 NEWEST_SHARE = 0.1
 """Least weight of the newest image in the means."""
 GATE = 1.5
-"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's place than so many times
-the ellipse's axes, to which are added in squares"""
+"""An echo is of the object whose ellipse it fits best, if it is no farther from the object's position than this
+multiple of the ellipse's axes, to which are added in squares"""
 GATE_SIGMAS, GATE_M = 2.0, 0.5
 """so many standard deviations, and m."""
 COMMON_ERROR = 0.5
@@ -165,7 +165,7 @@ class Outlines:
 
 
 def _share_of(sights: Floats) -> Floats:
-    """Return the weight of a new image after so many."""
+    """Return the weight of a new image after a number of them."""
     return np.maximum(NEWEST_SHARE, 1.0 / (sights + 1.0))
 
 

@@ -53,7 +53,7 @@ class Snapshot:
         )
 
     def nearest(self, count: int, centre: Floats | None) -> "Snapshot":
-        """Return the `count` objects whose edges are nearest to `centre`, (3,) NED; without one, the first so many."""
+        """Return the `count` objects whose edges are nearest to `centre`, (3,) NED; without one, the first `count`."""
         if len(self) <= count:
             return self
         if centre is None:

@@ -19,7 +19,7 @@ from ods.tracker.output.snapshot import Snapshot
 from ods.tracker.settings import SurfaceSettings
 
 LOBES = 2.0
-"""Waves are seen to so many times the half vertical opening: the sides of the main lobe hear them, too."""
+"""Multiple of the half vertical opening to which waves are observed: the sides of the main lobe receive them, too."""
 NEAREST_M = 10.0
 """Range, m, below which everything is reported."""
 SLOWEST = 1.0
@@ -29,26 +29,26 @@ SPREAD = 0.25
 VAGUE = 0.7
 """A velocity known to no better, m/s, shows nothing."""
 FEWEST, APART_M = 4, 20.0
-"""So many objects that run alike, the farthest of them so far apart, are waves;"""
+"""Waves are at least this number of objects that move alike, the farthest two of them at least this far apart, m."""
 SUSPECTS = 3
-"""so many that run alike, even side by side, may be."""
+"""Least number that may be waves, even side by side."""
 REMEMBERED_S = 20.0
-"""Their velocity is good for so long after they were last so many."""
+"""Time for which their velocity is remembered, s."""
 ALIKE = 9.2
 """Squared distance, in standard deviations, of velocities that are alike: 99 % of them."""
 GRACE_S = 3.0
-"""What was a wave is none only when it is seen so much later: as waves leave the fan, their tracks stop, or jump to the
+"""Time for which a wave's track still counts as a wave, s: as waves leave the fan, their tracks stop, or jump to the
 next one."""
 YOUNG_S, YOUNG_M = 1.0, 20.0
 """Where waves are or may be, an object farther away than this, m, that may move is reported this time, s, after it was
 confirmed: by then its motion is known, and whether others move alike."""
 UNKNOWN_S = 3.0
-"""Where waves are known, what may run and of which the velocity is not known by then waits so long: the edge of the fan
-shows a wave that runs along it in one place."""
+"""Where waves are known, the report of an object that may move with unknown velocity waits this time, s: the edge of
+the fan shows a wave that runs along it at one position."""
 RESTS = 0.8
 """Probability from which on an object counts as static."""
 HEIGHT_SIGMAS = 2.0
-"""What hangs lower than the clearance by so many standard deviations is known to."""
+"""Standard deviations below the clearance from which on an object is known to be deeper."""
 
 
 class View(NamedTuple):

@@ -11,7 +11,7 @@ from ods.runtime.ping_pace import PingPace
 LIST_STALE_S = bus.TOPICS["obstacles"].stale_s
 POSE_STALE_S = bus.TOPICS["pose"].stale_s
 BLIND_S = 0.5
-"""Most of the image may be unseen for so long: a drop-out, a ping or two."""
+"""Time for which most of the image may be unobserved, s: a drop-out, a ping or two."""
 MOST = 0.5
 """Share of the image."""
 SETTLE_S = 1.0
@@ -93,7 +93,7 @@ class InputMonitor:
             self._health[message.process] = message
 
     def silent(self, now_ns: int) -> bool:
-        """Return whether no ping came for so long that lists must come without one."""
+        """Return whether the last ping is so old that lists must be sent without one."""
         return self._unheard_for(LIST_STALE_S, now_ns)
 
     def _lost(self, now_ns: int) -> bool:

@@ -98,7 +98,7 @@ class Tracks:
         self._told = None
 
     def look_away(self, unwatched_ns: int, rows: Mask | slice = slice(None)) -> None:
-        """Take note that for so long no image showed `rows`: they were not missed in that time."""
+        """Record a time in which `rows` were not observed, so that they were not missed then."""
         self._history.rows.unwatched[rows] += unwatched_ns
 
     def restamp(self, moved: Restamp) -> None:

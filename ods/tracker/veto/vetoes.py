@@ -13,7 +13,7 @@ from ods.messages import LARGEST_REGION_M, Obstacle, Veto, VetoRegion, VetoReque
 from ods.tracker.veto.region import lies_in
 
 AROUND_M = 2.0
-"""An obstacle that is vetoed by id may move, or grow, by so much: what its place and size change by from ping to
+"""Distance, m, by which an obstacle vetoed by id may move or grow: what its position and size change by from ping to
 ping."""
 MOVES = 0.5
 """What is more likely than this to move is in no region's veto."""

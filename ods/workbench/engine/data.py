@@ -93,7 +93,7 @@ class Data:
         return self.truths.get(self.pings[place].ping_number)
 
     def poses_about(self, t_ns: int, before: int) -> Sequence[Pose]:
-        """Return the last poses, so many, up to an instant, and the one after it."""
+        """Return this number of poses up to an instant, and the one after it."""
         after = place_after(self.poses, t_ns, lambda pose: pose.t_ns)
         return self.poses[max(0, after - before) : after + 1]
 

@@ -40,7 +40,7 @@ def print_echogram(
 
 
 def pooled(levels: Floats32, columns: int, cells: int) -> Floats32:
-    """Return levels (columns, cells) with no more than so many, the highest of those that share one."""
+    """Return levels (columns, cells) with at most this number of cells, the highest of those that share one."""
     for axis, most in enumerate((columns, cells)):
         count = levels.shape[axis]
         if count > most:

@@ -43,7 +43,7 @@ class Newest(Generic[AskT, AnswerT]):
         return bool(self._waiting) or self._ends
 
     def rests(self, seconds: float) -> bool:
-        """Let work that is not urgent wait so long; return whether no later request came."""
+        """Let work that is not urgent wait for this time, s; return whether no later request came."""
         with self._changed:
             return not self._changed.wait_for(lambda: self.overtaken, seconds)
 

@@ -77,5 +77,5 @@ def _run(pipe: Connection, work: Callable[..., object], args: tuple[object, ...]
         said = _Came(work(progress, *args))
     except Exception as error:  # whatever a stage of the user's own may raise: the caller reports it
         said = _Failed(one_line(error) if isinstance(error, OdsError) else f"{type(error).__name__}: {one_line(error)}")
-    with contextlib.suppress(OSError):  # nobody waits any more
+    with contextlib.suppress(OSError):  # the other end is gone
         pipe.send(said)

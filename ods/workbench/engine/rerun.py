@@ -141,7 +141,7 @@ class Rerun:
 
 
 class _Detections:
-    """What the chain found, kept: to be gone through again and again. The chain runs only where nobody has been yet."""
+    """What the chain found, kept: for repeated use. The chain runs only for pings not yet processed."""
 
     def __init__(self, source: Any, data: Data, settings: MissionSettings) -> None:
         """Raises RerunError, OdsError."""

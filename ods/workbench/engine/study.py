@@ -34,15 +34,15 @@ from ods.workbench.engine.look import Coded, Codes, Grid, Look, coded, grid_of, 
 FORMER_PINGS = 16
 """That go through a chain that compares pings before the one that is looked at."""
 KEPT_CHAINS = 4
-"""Prepared for a geometry: to come back to one costs no learning. So many, or fewer, but those that are shown,"""
+"""Most chains kept prepared for a geometry: returning to one costs no learning. Those that are shown are kept,"""
 KEPT_CELLS = 1_000_000
 """with no more cells in all: at 512 x 2000 samples each takes 14 MB."""
 KEPT_LEARNT = 64
 """Sets of filters and geometry behind which it is remembered what detectors learnt."""
 MOST_RUNS, LONGEST_RUNS_NS = 5, 10_000_000
-"""Runs of which the time is taken: so many, or fewer where they last."""
+"""Most runs whose time is measured; fewer where they take long."""
 PATIENCE_S = 0.3
-"""A detector learns for so long, whatever else is asked for meanwhile: a slider that moves shows pictures, too."""
+"""Time for which a detector learns, s, whatever else is requested: a moving slider shows images, too."""
 POSES_BEFORE = 64
 """Fields of a ping that hold its pose."""
 
@@ -336,7 +336,7 @@ class _Prepared:
         return found
 
     def run_again(self, ping: Ping, place: int, give_up: Callable[[], bool]) -> None:
-        """Take the time of a ping in a few runs in which nobody looks."""
+        """Measure the time of a ping in a few runs without recording stages."""
         self._runs = []
         began = time.perf_counter_ns()
         while len(self._runs) < MOST_RUNS and time.perf_counter_ns() - began < LONGEST_RUNS_NS and not give_up():

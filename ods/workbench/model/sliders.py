@@ -19,7 +19,7 @@ LOG_POSITIONS = 120
 LINEAR_POSITIONS = 200
 """Of sliders whose step is not reported."""
 SPREAD = 30.0
-"""A number of which only the sign is known is shown from this part of its default to so many times it."""
+"""A number of which only the sign is known is shown from its default over this factor to its default times it."""
 DIGITS = 3
 """Significant digits of what a logarithmic slider gives."""
 

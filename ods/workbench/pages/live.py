@@ -170,9 +170,8 @@ class _LivePage:
     def _draw_verdict(self, verdict: Verdict) -> None:
         latest = self._live.obstacles
         if verdict.valid and latest is not None:
-            text = (
-                f"VALID: a planner may rely on the list of ping {latest.ping_number}, {len(latest.obstacles)} obstacles"
-            )
+            count = len(latest.obstacles)
+            text = f"VALID: a planner may rely on the list of ping {latest.ping_number}, {count} obstacles"
         else:
             text = "NOT VALID: " + "; ".join(verdict.reasons)
         colour = "bg-positive" if verdict.valid else "bg-negative"

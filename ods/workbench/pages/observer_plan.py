@@ -14,7 +14,7 @@ from ods.workbench.web.plan_view import Area, Circle, Ellipse, Line, Mark, Place
 MOST_POINTS = 400
 """Of a line."""
 SIGMAS = 2.0
-"""Ellipses and bands span so many standard deviations, either way."""
+"""Half width of ellipses and bands, standard deviations."""
 ROLES: dict[int, Role] = {0: "tentative", **NAMES}
 """Of the states of `lifecycle`."""
 

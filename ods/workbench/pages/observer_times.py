@@ -19,7 +19,7 @@ QUANTITIES = (
     ("velocity down, m/s", "velocity", 2),
 )
 LEAST_M = 0.5
-"""An axis spans so much at least, m or m/s."""
+"""Least span of an axis, m or m/s."""
 
 
 def looked_at(result: Tracked, marked: int | None) -> Course | None:

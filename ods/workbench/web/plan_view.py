@@ -104,7 +104,7 @@ class Drag(NamedTuple):
 
 
 class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
-    """Shapes in layers, drawn in the order in which the layers came first; what is set anew replaces its layer only.
+    """Shapes in layers, drawn in the order in which the layers came first; a layer set again is replaced alone.
 
     Wheel: zoom; drag: pan; double click: all of it again; ruler (M), or Shift and drag: measure. It fills the width
     that it is given; `height` as in CSS.

@@ -20,7 +20,7 @@ ADDRESS = HOSTS[0]
 USUAL_PORT = 8420
 """Taken if it is free and no other was asked for."""
 RECONNECT_S = 10.0
-"""For so long a page that lost its connection goes on as it is; after that it is built again, from its session."""
+"""Time for which a page that lost its connection stays as it is, s; later it is built again, from its session."""
 MOST_SENT = 1 << 20
 """Bytes of one message of a browser."""
 

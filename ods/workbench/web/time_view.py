@@ -38,7 +38,7 @@ class Panel(msgspec.Struct, frozen=True):
     lines: Sequence[Curve]
     bands: Sequence[Band] = ()
     least: float = 0.2
-    """Its axis spans so much at least."""
+    """Least span of its axis."""
 
 
 class Strip(msgspec.Struct, frozen=True):
