@@ -60,7 +60,7 @@ class Command(NamedTuple):
 
 
 GROUPS = {
-    "map": ("ACTION", "the map of objects at rest: list, export, merge, prune"),
+    "map": ("ACTION", "the map of static objects: list, export, merge, prune"),
     "keys": ("ACTION", "keys of clients on other computers: make, list, revoke"),
     "veto": ("ACTION", "an operator's say: ignore, forget or restore obstacles"),
     "bridge": ("NAME", "obstacles to planners and displays of others"),

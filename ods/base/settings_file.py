@@ -134,7 +134,7 @@ def _convert(path: Path, data: dict[str, Any], kind: type[AnyT]) -> AnyT:
 
 
 def _mistaken(data: dict[str, Any], kind: type) -> str:
-    """Say that a file is of another kind than the one wanted; "" where it is not."""
+    """Return a text that a file is of another kind than the one wanted; "" where it is not."""
     names = {field.name for field in msgspec.structs.fields(kind)}
     wanted = [what for key, what in KINDS.items() if key in names]
     found = [what for key, what in KINDS.items() if key in data and key not in names]

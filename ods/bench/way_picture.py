@@ -73,7 +73,7 @@ def _coloured(axes: Axes, x: Floats, y: Floats, chosen: Mask, colour: str, label
 def _objects(axes: Axes, mission: Mission, times: Floats) -> None:
     first, last = (mission.scene.objects_at(float(each)) for each in (times[0], times[-1]))
     moves = np.hypot(*first.velocity_ned[:, :2].T) > MOVES_M_S
-    axes.add_patch(_circle(first, int(np.argmin(moves)), fill=True, color=QUIET, label="object at rest"))
+    axes.add_patch(_circle(first, int(np.argmin(moves)), fill=True, color=QUIET, label="static object"))
     for which in np.flatnonzero(~moves).tolist():
         axes.add_patch(_circle(first, which, fill=True, color=QUIET))
     for count, which in enumerate(np.flatnonzero(moves).tolist()):

@@ -51,7 +51,7 @@ def screen(
 
 
 def _ahead(clear: Clearance) -> str:
-    """Say how much water is known to be empty straight ahead, and in how many sectors any is."""
+    """Return how much water is known to be empty straight ahead, and in how many sectors any is."""
     if clear.pose is None or not clear.clear_to_m:
         return ""
     w, x, y, z = clear.pose.attitude

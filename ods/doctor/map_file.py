@@ -14,7 +14,7 @@ from ods.tracker.map.store import copy_of_map
 def examine(path: Path | None, site: SiteSettings) -> Iterator[Finding]:
     """Look at the map's file, or where it is to be made, without touching either."""
     if path is None:
-        yield Finding("note", "map", "tracker.map.path is not given: objects at rest are forgotten with the process")
+        yield Finding("note", "map", "tracker.map.path is not set: static objects are forgotten when the process ends")
         return
     subject = f"map {path}"
     if not os.path.exists(path):  # noqa: PTH110  which never raises

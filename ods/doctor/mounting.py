@@ -15,7 +15,7 @@ STEEPEST_DEG = 50.0
 
 
 def examine(mounting: MountingSettings, lever_arm_m: Lever) -> Iterator[Finding]:
-    """Say where the configuration puts sonar and INS."""
+    """Yield where the configuration puts sonar and INS."""
     yield Finding("good", "mounting", f"the sonar is {words_of(mounting)}")
     angles = [angle for angle in (mounting.roll_deg, mounting.pitch_deg, mounting.yaw_deg) if angle]
     if angles and max(map(abs, angles)) < MAYBE_RADIANS:

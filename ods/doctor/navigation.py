@@ -54,8 +54,8 @@ def files(settings: OnboardConfig) -> Iterator[Finding]:
         return
     expected = ", ".join(f"{name} ({what})" for name, what in sorted(source.expects().items()))
     yield Finding("good", subject, f"waits for {expected}")
-    for doubt in source.objections():
-        yield Finding("wrong", subject, doubt)
+    for objection in source.objections():
+        yield Finding("wrong", subject, objection)
 
 
 def listen(settings: OnboardConfig, seconds: float) -> Iterator[Finding]:
@@ -146,7 +146,7 @@ def _waiting(subject: str, nav: NavSettings, source: PoseSource[Any], heard: Hea
 
 
 def _nothing(nav: NavSettings, heard: Heard, seconds: float) -> str:
-    """Say that nothing came that a pose is made of, why if that is known, and what came instead."""
+    """Return a text that nothing came that a pose is made of, why if that is known, and what came instead."""
     others = ", ".join(sorted(heard.items.keys() - {NO_NAME}))
     found = [f"others came: {others}"] if others else []
     causes = [problem for problem in heard.problems if problem.endswith("?")] or heard.line
@@ -170,7 +170,7 @@ def _fastest(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str])
 
 
 def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], seconds: float) -> Iterator[Finding]:
-    """Say how often each expected identifier came."""
+    """Yield how often each expected identifier came."""
     expected = sorted(source.expects().items())
     otherwise = ", or list it in nav.dbc.held" if isinstance(source, DbcSource) else ""
     unusable, fastest = source.unusable(), _fastest(source, items, own_rhythm)
@@ -190,7 +190,7 @@ def _rates(source: PoseSource[Any], items: Counter[str], own_rhythm: set[str], s
 def _judge(
     subject: str, heard: Heard, counters: Counter[str], instants: int, seconds: float, bridged_s: float
 ) -> Iterator[Finding]:
-    """Say how many poses came and what is wrong with them.
+    """Yield how many poses came and what is wrong with them.
 
     instants: how many there could be. bridged_s: gap between poses that the tracker bridges.
     """

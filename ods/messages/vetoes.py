@@ -49,7 +49,7 @@ class Veto(msgspec.Struct, frozen=True, kw_only=True):
     """The obstacle is ignored only while its circle, of `radius_m`, lies whole inside. Of a veto by id: the circle that
     it had then, and 2 m around."""
     id: ObjectId | None = None
-    """The obstacle; none: all that are at rest in the region, `moving` at most 0.5."""
+    """The obstacle; none: all static ones in the region, `moving` at most 0.5."""
 
 
 VetoAction = Literal["ignore", "forget", "restore", "list"]

@@ -72,7 +72,7 @@ class NavWorker(Worker[NavConfig]):
         return self._link.is_open
 
     def problems(self) -> list[str]:
-        """Say what is wrong with line, INS and pose."""
+        """Return the problems of line, INS and pose, a text each."""
         line, source = self._link.problems(), self._source.problems(clock.monotonic_ns(), self.service.overload())
         if line and source and source[0].endswith(NOTHING_COMES):
             return [source[0].replace(NOTHING_COMES, "; ".join(line))]  # one cause

@@ -62,7 +62,7 @@ class PoseSource(ABC, Generic[ItemT]):
         """Return what must come for a pose, by the name that `name_of` gives it, with a word on what it carries."""
 
     def objections(self) -> list[str]:
-        """Say what is unlikely of its files and settings, before anything came."""
+        """Return what is unlikely of its files and settings, before anything came."""
         return []
 
     def unusable(self) -> dict[str, str]:

@@ -92,7 +92,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         counters["process_max_us"] = max(counters["process_max_us"], round(spent_ns / 1000))
 
     def problems(self) -> list[str]:
-        """Say when a stage fails, no ping is fit for use or the chain is too slow to be of use."""
+        """Return the problems: a stage that fails, no usable ping, or a chain that is too slow."""
         problems = [self._failure] if self._failure else []
         if self._dropped and clock.monotonic_ns() - self._worked_ns > bus.TOPICS["detections"].stale_s * clock.NS:
             problems.append(self._dropped)

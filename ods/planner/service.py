@@ -85,7 +85,7 @@ class PlannerWorker(Worker[PlannerConfig]):
         self.service.counters["not_valid"] += not wanted.valid
 
     def problems(self) -> list[str]:
-        """Say why it steers by no valid list, and what is wrong with CAN."""
+        """Return why there is no valid list to steer by, and the problems of CAN, a text each."""
         found = []
         silent_ns = clock.monotonic_ns() - self._heard_ns
         if silent_ns > self._stale_ns:

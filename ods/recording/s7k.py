@@ -123,7 +123,7 @@ class Recorder:
             self._write_contact(obstacle, contact, utc_ns)
 
     def _change(self, obstacle: Obstacle) -> Change | None:
-        """Say what is new since the last record of an obstacle; None: nothing."""
+        """Return what is new since the last record of an obstacle; None: nothing."""
         known = self._known.get(obstacle.id)
         if obstacle.state == "terminated":
             return Change.DELETED if known else None
@@ -165,7 +165,7 @@ class Recorder:
 
 
 def _describe(obstacle: Obstacle) -> str:
-    """Say what record 3001 has no field for, in at most 127 characters."""
+    """Return what record 3001 has no field for, in at most 127 characters."""
     north, east, down = obstacle.sigma_position
     v_north, v_east, v_down = obstacle.velocity_ned
     return (

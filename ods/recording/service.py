@@ -49,7 +49,7 @@ class RecordWorker(Worker[RecordConfig]):
         return self.scribe.folder is not None
 
     def problems(self) -> list[str]:
-        """Say why nothing is written, and that messages were lost."""
+        """Return why nothing is written, and that messages were lost."""
         counters = self.service.counters
         counters.update({name: count - counters[name] for name, count in dict(self.scribe.counters).items()})
         counters["dropped_messages"] = self.scribe.counters["dropped_messages"] + self._inbox.dropped

@@ -87,7 +87,7 @@ def check(recording: Recording, config: OnboardConfig | None = None) -> Result:
 
 
 def other_here(recording: Recording) -> list[str]:
-    """Say what of computer and programs is not as it was."""
+    """Return the differences of computer and programs, a text each."""
     return differences(recording.metadata.get("ods", {}), facts(""))
 
 

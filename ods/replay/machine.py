@@ -8,7 +8,7 @@ _WORDS = {"cpu_flags": "type of CPU", "version": "version of ods"}
 
 
 def differences(recorded: Mapping[str, str], here: Mapping[str, str]) -> list[str]:
-    """Say in plain words what is not as it was; empty: bytes have to be the same."""
+    """Return the differences, a text each; empty: bytes have to be the same."""
     found = []
     for name in COUNTS:
         if recorded.get(name) == here.get(name):

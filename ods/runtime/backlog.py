@@ -46,7 +46,7 @@ class Backlog(Generic[MessageT]):
         self.work_ns = _follow(self.work_ns, spent_ns)
 
     def slowness(self) -> str:
-        """Say in plain words how work and messages go together."""
+        """Return the time of work and the period of messages, as text."""
         if not self.work_ns:
             return "pings came while it started"
         return f"a ping takes {self.work_ns / 1e6:.1f} ms to process, they come every {self.interval_ns / 1e6:.1f} ms"

@@ -167,7 +167,7 @@ def hindrance(run_dir: Path, process: str) -> str:
 
 
 def _who_may(place: Path) -> str:
-    """Say as whom one may use a file."""
+    """Return the users who may use a file, as text."""
     try:
         return f"join the group {place.group()} (and log in again), or run as {place.owner()}"
     except (OSError, KeyError):  # out of reach, or of a group or user without a name

@@ -37,7 +37,7 @@ class PoseMotion:
             self._sigma_m = max(later.sigma_position_ned)
 
     def disagreement(self) -> str:
-        """Say how places and velocities differ, and what to look at; "" where they do not."""
+        """Return how places and velocities differ, and what to look at; "" where they do not."""
         moved_m, told_m = float(np.linalg.norm(self._moved)), float(np.linalg.norm(self._told))
         if np.linalg.norm(self._moved - self._told) <= SLACK_M + self._sigma_m + SLACK * max(moved_m, told_m):
             return ""

@@ -79,7 +79,7 @@ def _owner_of(run_dir: Path) -> int:
 
 
 def _complaint(run_dir: Path, owner: int | None = None) -> str | None:
-    """Say why another user than `owner`, by default this one, could speak there; None where none could."""
+    """Return why another user than `owner`, by default this one, could speak there; None where none could."""
     owner = os.geteuid() if owner is None else owner
     state = run_dir.lstat()
     if stat.S_ISLNK(state.st_mode):

@@ -204,7 +204,7 @@ class Worker(ABC, Generic[SettingsT]):
         return True
 
     def problems(self) -> list[str]:
-        """Say in plain words what is wrong now."""
+        """Return the present problems, a text each."""
         return []
 
     def stop(self) -> None:

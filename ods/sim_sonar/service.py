@@ -123,7 +123,7 @@ class SimWorker(Worker[SimConfig]):
         self.service.counters["sonar_bytes_lost"] = self._line.lost_bytes
 
     def problems(self) -> list[str]:
-        """Say which device has failed."""
+        """Return the devices that have failed, a text each."""
         return [device.failure for device in self._devices if device.failure]
 
     def stop(self) -> None:

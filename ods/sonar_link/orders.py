@@ -127,7 +127,7 @@ class Orders:
             order.renew()
 
     def objection(self, name: str) -> str:
-        """Say why planners cannot ask this sonar for a setting, '' when they can."""
+        """Return why planners cannot ask this sonar for a setting, '' when they can."""
         return "" if name in self._settable else f"{name}: this sonar cannot be asked for its {KNOBS[name].name}"
 
     def wish(self, name: str, value: float) -> None:
@@ -177,7 +177,7 @@ class Orders:
         return [text for name in self._orders if (text := self.failure(name))]
 
     def failure(self, name: str) -> str:
-        """Say why the order of a setting failed, '' when it did not."""
+        """Return why the order of a setting failed, '' when it did not."""
         knob, order = KNOBS[name], self._orders[name]
         if order.state is not OrderState.FAILED:
             return ""

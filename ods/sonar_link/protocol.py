@@ -119,16 +119,17 @@ class SonarProtocol(ABC):
         """
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what is wrong with the sonar, '' for nothing: one item each. Silence is said elsewhere."""
+        """Return the sonar's problems, a text each. Silence is reported elsewhere."""
         return self.orders.problems()
 
     @abstractmethod
     def traffic(self, seconds: float) -> str:
-        """Say what whole telegrams came within these seconds, since this object was made: `records 7000 at 9.9 Hz`.
+        """Return the complete telegrams of these seconds, since this object was made, as text: `records 7000 at 9.9
+        Hz`.
 
         '' when none came. For `ods doctor --listen`.
         """
 
     @abstractmethod
     def diagnosis(self, seconds: float) -> str:
-        """Say why no ping came within these seconds, and what to do about it. For `ods doctor --listen`."""
+        """Return why no ping came within these seconds, and what to do about it. For `ods doctor --listen`."""

@@ -85,14 +85,14 @@ class SonarWorker(Worker[SonarConfig]):
         return self._counters["port_opens"] > 0
 
     def problems(self) -> list[str]:
-        """Say whether the port is away, the sonar silent or disobedient."""
+        """Return whether the port is away, the sonar silent or disobedient."""
         now = clock.monotonic_ns()
         silence_s = (now - self._newest_ns) / clock.NS
         silence = [f"no ping for {silence_s:.1f} s{self._lost()}"] if silence_s > self._pace.patience_s else []
         return self._link.faults + silence + self._protocol.problems(now)
 
     def _lost(self) -> str:
-        """Say what came in place of pings since the newest one; '' where it was nothing.
+        """Return what came in place of pings since the newest one; '' where it was nothing.
 
         Of an overloaded computer it is said first: the line's buffers run over.
         """

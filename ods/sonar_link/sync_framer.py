@@ -85,11 +85,11 @@ class SyncFramer(ABC, Generic[HeaderT]):
 
     @abstractmethod
     def _fault_of_head(self) -> str | None:
-        """Say why the buffer's front begins no packet; '' when it does; None when there are too few bytes."""
+        """Return why the buffer's front begins no packet; '' when it does; None when there are too few bytes."""
 
     @abstractmethod
     def _fault_of_content(self, header: HeaderT) -> str:
-        """Say why the whole packet at the front cannot be one, '' when it can."""
+        """Return why the whole packet at the front cannot be one, '' when it can."""
 
     def feed(self, data: bytes | bytearray | memoryview, t_ns: int = 0) -> list[Packet[HeaderT]]:
         """Take the next bytes of the stream, read at `t_ns`; return the packets that they complete."""

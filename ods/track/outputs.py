@@ -27,7 +27,7 @@ from ods.offline.tracks_file import TracksFile
 from ods.plots.style import refuse_undrawable
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as on the bench."""
+"""Time from the first observation of an object until it counts as missed, as on the bench."""
 MOVIES = (".webp", ".gif")
 
 

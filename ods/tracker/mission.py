@@ -151,7 +151,7 @@ class MissionTracker:
         self._utc.hear(pose)
 
     def problems(self) -> list[str]:
-        """Say what is wrong beside the reasons why a list is not valid."""
+        """Return the problems besides the reasons why a list is not valid, a text each."""
         return [each for each in (self._pose_sense.disagreement, self._common_errors.problem()) if each]
 
     def hear_health(self, health: Health) -> None:
@@ -192,7 +192,9 @@ class MissionTracker:
             self._outlines.look(snapshot, seen, sent, utc_ns)
         self._half_vertical = message.sector.half_vertical_rad
         self._inputs.ping(message.t_ns, message.turn_s)
-        self._inputs.sight(message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None)
+        self._inputs.observed(
+            message.t_ns, message.unseen_share, message.unseen_why, pose_known=scan.vehicle is not None
+        )
         self.counters["echoes_bad"] += dropped
         self.counters["pings_without_pose"] += scan.vehicle is None
         if outcome.ended is not None:

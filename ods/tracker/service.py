@@ -137,7 +137,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._look_after_map(now_ns)
 
     def problems(self) -> list[str]:
-        """Say what is wrong with the map and the velocities, and that the list is not complete.
+        """Return what is wrong with the map and the velocities, and that the list is not complete.
 
         All else is in the list's own reasons.
         """

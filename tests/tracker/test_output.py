@@ -219,7 +219,7 @@ def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
         long.pose(t_ns)
         if not (gone and away == "no ping"):
             long.ping(t_ns)
-            long.sight(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
+            long.observed(t_ns, float(gone and away == "unseen"), "why", pose_known=not (gone and away == "no pose"))
         told[tenth] = long.reasons(t_ns, pose_known=True)
     back = ["coverage has just come back: objects are still being confirmed"]
     assert (told[19], told[620], told[629], told[631], told[699]) == ([], back, back, [], [])
@@ -228,7 +228,7 @@ def test_a_list_just_after_sight_was_away_is_not_relied_on(away: str) -> None:
 def test_a_gap_of_seconds_is_no_new_view() -> None:
     short = monitor()
     for t_s in (9.8, 12.7):
-        short.sight(round(t_s * NS), 0.0, "")
+        short.observed(round(t_s * NS), 0.0, "")
         short.ping(round(t_s * NS))
     short.pose(round(12.7 * NS))
     assert [reason for reason in short.reasons(round(12.7 * NS), pose_known=True) if "sight" in reason] == []

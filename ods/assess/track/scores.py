@@ -126,7 +126,7 @@ def _first_echo(case: Case) -> Floats:
 
 
 def _identify(distance: Floats, ids: Ints, tally: _Tally, now: float) -> tuple[Indices, Indices]:
-    """Say whose track each is: an object keeps the one that it had while that is near. Return objects and tracks."""
+    """Return whose track each is: an object keeps the one that it had while that is near. Return objects and tracks."""
     row_of = {identity: row for row, identity in enumerate(ids.tolist())}
     pairs = {
         thing: row_of[identity]

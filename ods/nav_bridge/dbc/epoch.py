@@ -74,9 +74,9 @@ class DbcEpochAssembler:
         return self._clock.late_ns if self._clock else 0
 
     def objections(self) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
-        if self._order.doubt:
-            yield self._order.doubt
+        """Yield why epochs do not become poses though all their messages come."""
+        if self._order.objection:
+            yield self._order.objection
         elif self._breaks_at:
             yield f"epochs break off before {self._breaks_at}: it is lost, or sent more rarely than the others"
 

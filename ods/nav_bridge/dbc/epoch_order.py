@@ -21,7 +21,7 @@ class EpochOrder:
     def __init__(self, messages: Sequence[DbcMessage], configured: bool) -> None:
         self.places: Mapping[CanId, int] = {}
         """Position of each message in the epoch; empty while it is not known."""
-        self.doubt = ""
+        self.objection = ""
         """Why there is no order, as text; "" while there is one, or too few messages have come."""
         self.silence_ns = 0.0
         """Usual silence between two instants; 0 where it is not clearly longer than those within one."""
@@ -56,16 +56,16 @@ class EpochOrder:
         self._resting = 0
 
     def _judge(self, burst: Burst) -> bool:
-        order, self.doubt = burst.order, ""
+        order, self.objection = burst.order, ""
         self.silence_ns = max(burst.gaps_ns) if order else self.silence_ns
         if self._configured:
             if order and order != self._configured:
-                self.doubt = self._contradiction(order)
-            return self._adopt(() if self.doubt else self._configured)
+                self.objection = self._contradiction(order)
+            return self._adopt(() if self.objection else self._configured)
         if not order and self.places and (not burst.cycle or self._goes_on(burst.cycle)):
             return False  # found before, and borne out by each epoch or not: a disturbed moment proves nothing
         if not order:
-            self.doubt = self._uncertainty(burst)
+            self.objection = self._uncertainty(burst)
         return self._adopt(order)
 
     def _goes_on(self, cycle: tuple[CanId, ...]) -> bool:

@@ -53,7 +53,7 @@ class SharedNumberAssembler:
         return self._clock.late_ns if self._clock else 0
 
     def objections(self) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
+        """Yield why epochs do not become poses though all their messages come."""
         if self._lacked:
             yield f"{self._lacked} lacks the number that the others share (nav.dbc.sequence)"
 

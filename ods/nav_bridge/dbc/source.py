@@ -188,7 +188,7 @@ class DbcSource(CanSource):
         return f"{message.label} has not come for {(now_ns - heard_ns) / NS:.1f} s"
 
     def _broken(self, now_ns: int, silent: list[DbcMessage]) -> Iterator[str]:
-        """Say why epochs do not become poses though all their messages come."""
+        """Yield why epochs do not become poses though all their messages come."""
         if now_ns - self._pose_ns > self._stale_ns and not silent:
             yield from self._assembler.objections()
         if self._map.clock is not None and 0 < self._assembler.step_ns < self._window_ns:

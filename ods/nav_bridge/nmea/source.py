@@ -252,7 +252,8 @@ class NmeaSource(PoseSource[Line]):
 
 
 def _two_talkers(name: str, heard: dict[str, int], now_ns: int) -> str:
-    """Say that a sentence comes of more than one talker, by when each was heard last; "" where it does not."""
+    """Return a text that a sentence comes of more than one talker, by when each was heard last; "" where it does
+    not."""
     talkers = sorted(talker for talker, t_ns in heard.items() if now_ns - t_ns <= TALKER_NS)
     if len(talkers) < 2:
         return ""

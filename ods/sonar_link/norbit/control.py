@@ -107,7 +107,7 @@ class CommandControl:
                 self._take(line, now_ns)
 
     def problems(self) -> list[str]:
-        """Say in plain words what the sonar did not take; nothing of commands that are still to be answered."""
+        """Return, as text, what the sonar did not take; nothing of commands that are still to be answered."""
         if self._answers and not self.answered:
             return ["the sonar answers no command: is `command_port` that of a WBMS?"]
         return [text for command in self._commands if (text := self._objection(command))]

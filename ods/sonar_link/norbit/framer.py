@@ -19,7 +19,8 @@ _KNOWN_HEAD = re.compile(
 
 
 def fault_of(data: Buffer, at: int = 0, max_bytes: int = MAX_PACKET_BYTES) -> str | None:
-    """Say why the bytes from `at` on are no packet; '' when they are, or its beginning; None when there are too few."""
+    """Return why the bytes from `at` on are no packet; '' when they are, or its beginning; None when there are too
+    few."""
     there = len(data) - at
     if there < HEADER_BYTES:
         return None

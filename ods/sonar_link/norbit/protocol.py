@@ -119,7 +119,7 @@ class NorbitProtocol(SonarProtocol):
         return self._take(self._framer.flush())
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no image comes, or that the images are of another mode.
+        """Return why no image comes, or that the images are of another mode.
 
         Answers that differ from the wanted settings are counted and logged: each packet describes its own image.
         """
@@ -133,13 +133,13 @@ class NorbitProtocol(SonarProtocol):
         ]
 
     def traffic(self, seconds: float) -> str:
-        """Say which packets came."""
+        """Return which packets came."""
         return ", ".join(
             f"{KIND_NAMES[PacketKind(kind)]} at {count / seconds:.1f} Hz" for kind, count in sorted(self._kinds.items())
         )
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         return silence.why(self._evidence())
 
     def _evidence(self) -> Evidence:

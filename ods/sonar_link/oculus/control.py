@@ -58,7 +58,7 @@ class FireControl:
         return [self._message]
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say in plain words what the sonar does not do, when it has had the time."""
+        """Return, as text, what the sonar does not do, when it has had the time."""
         late = now_ns - self._since_ns > self._settle_ns
         return [f"the sonar did not accept {what}" for what in self._unlike] if late else []
 

@@ -103,7 +103,7 @@ class OculusProtocol(SonarProtocol):
         self._board.hear(datagram, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say what is wrong with the sonar, its settings or the way to it."""
+        """Return what is wrong with the sonar, its settings or the way to it."""
         said = self._board.problems(now_ns)
         if self._connected:
             if self._dummy_ns is not None and now_ns - self._dummy_ns < STANDBY_NS:
@@ -114,7 +114,7 @@ class OculusProtocol(SonarProtocol):
         return said + ([self._board.why_unreachable(now_ns)] if self.side_port and (heard or waited) else [])
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came, and from which sonar."""
+        """Return which messages came, and from which sonar."""
         kinds = [
             f"{KIND_NAMES[MessageKind(kind)]} at {count / seconds:.1f} Hz"
             for kind, count in sorted(self._kinds.items())
@@ -122,7 +122,7 @@ class OculusProtocol(SonarProtocol):
         return ", ".join(kinds) + (f" from {self._who()}" if kinds and self._who() else "")
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         if self._kinds[MessageKind.PING]:
             return "its ping results cannot be used: see the counters"
         if self._kinds[MessageKind.FULL_PING]:

@@ -61,7 +61,7 @@ class StatusBoard:
         return _fresh(self._other, now_ns)
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say what the sonar says is wrong with it."""
+        """Return what the sonar says is wrong with it."""
         status = self.own(now_ns)
         return troubles(status) if status else []
 
@@ -83,7 +83,7 @@ def model_of(status: SonarStatus) -> str:
 
 
 def troubles(status: SonarStatus) -> list[str]:
-    """Say what a status complains of."""
+    """Return what a status complains of."""
     said = []
     if status.state & 0b111 < RUNNING_FROM:
         reason = status.state >> 3 & 0b111

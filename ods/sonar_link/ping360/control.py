@@ -85,7 +85,7 @@ class SweepControl:
 
     @property
     def problem(self) -> str:
-        """Say in plain words that the sonar does something else than wanted; "": it does not, or is still asked."""
+        """Return a text that the sonar does something else than requested; "": it does not, or is still asked."""
         return self._other if self._other and self._due_ns is None else ""
 
     def _difference(self, beam: Beam) -> str:

@@ -66,7 +66,7 @@ class RemoteControl:
                 order.refuse(f"error {reply.error}")
 
     def problems(self) -> list[str]:
-        """Say in plain words what the sonar would not do."""
+        """Return, as text, what the sonar would not do."""
         said = []
         if self._subscription_error is not None:
             records = ", ".join(map(str, self._records))

@@ -103,7 +103,7 @@ class RecordFramer:
         return at >= 0
 
     def _fault(self, header: RecordHeader) -> Loss | None:
-        """Say why the header cannot be one, None when it can."""
+        """Return why the header cannot be one, None when it can."""
         if header.version != drf.RECORD_VERSION:
             return Loss.BAD_VERSION
         if header.size < MIN_RECORD_BYTES:
@@ -117,7 +117,7 @@ class RecordFramer:
         return None
 
     def _fault_of_content(self, header: RecordHeader) -> Loss | None:
-        """Say why the whole record cannot be one, None when it can."""
+        """Return why the whole record cannot be one, None when it can."""
         if not header.flags & drf.CHECKSUM_VALID:
             swallows = self._bytes.find(FRAME_START, 1, header.size) >= 0
             return Loss.NESTED_RECORD if swallows else None

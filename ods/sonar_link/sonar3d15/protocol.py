@@ -88,23 +88,23 @@ class Sonar3d15Protocol(SonarProtocol):
         return []
 
     def problems(self, now_ns: int) -> list[str]:
-        """Say why no image comes."""
+        """Return why no image comes."""
         silent = self._newest_ns is not None and now_ns - self._newest_ns > GRACE_NS
         return [silence.why(self._evidence())] if silent and self._opened else []
 
     def traffic(self, seconds: float) -> str:
-        """Say which messages came."""
+        """Return which messages came."""
         return ", ".join(f"{name} at {count / seconds:.1f} Hz" for name, count in sorted(self._kinds.items()))
 
     def diagnosis(self, _seconds: float) -> str:
-        """Say why no ping came."""
+        """Return why no ping came."""
         return silence.why(self._evidence())
 
     def _evidence(self) -> Evidence:
         return Evidence(self._address, self._source, self._kinds, self.counters, NAMES[RANGE_IMAGE])
 
     def _fault_of(self, data: bytes) -> str:
-        """Say why a datagram is no packet, '' when it is one."""
+        """Return why a datagram is no packet, '' when it is one."""
         fault = packets.fault_of(data, 0, self._max_bytes)
         if fault is None:
             return "truncated_record"

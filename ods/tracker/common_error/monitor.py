@@ -60,11 +60,11 @@ class CommonErrors:
             self._findings, self._found_s = twice, t_s
 
     def problem(self) -> str:
-        """Say in plain words what seems to be wrong, "" where nothing does."""
+        """Return the likely error, as text; "" if there is none."""
         return "; or ".join(map(str, self._findings))
 
     def reasons(self) -> list[str]:
-        """Say why the list is not valid for it."""
+        """Return why the list is not valid for it."""
         return [str(each) for each in self._findings if each.is_too_much][:1]
 
     def widened(self, snapshot: Snapshot) -> Snapshot:

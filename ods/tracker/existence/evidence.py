@@ -36,7 +36,7 @@ class ExistenceTable(NamedTuple):
     """Share of clutter among what is no object by which it is judged."""
     hits: Floats
     """Echoes after the first, or since it was recalled from the map,"""
-    looks: Floats
+    scans: Floats
     """and scans that could have had one."""
     sharp: Floats
     """Onset: number of sharp echoes,"""

@@ -45,10 +45,10 @@ def predict(state: ExistenceState, echoes: int, watched: float, dt: float, rates
     return ExistenceState(*after.tolist())
 
 
-def hit_rate_ratio(hits: float, looks: float, detection_probability: float, crowding: float) -> HitRates:
-    """Return the rates of echoes of a track, by its hits in a number of looks."""
+def hit_rate_ratio(hits: float, scans: float, detection_probability: float, crowding: float) -> HitRates:
+    """Return the rates of echoes of a track, by its hits in a number of scans."""
     rates = np.empty(2)
-    native.existence_hit_rate_ratio(hits, looks, detection_probability, crowding, MODEL, rates)
+    native.existence_hit_rate_ratio(hits, scans, detection_probability, crowding, MODEL, rates)
     return HitRates(*rates.tolist())
 
 

@@ -6,17 +6,17 @@ import numpy as np
 
 
 class ExistenceModel(NamedTuple):
-    """`looks`: scans in which a track could have had an echo; "weight": scans or echoes that a prior counts for."""
+    """`scans`: scans in which a track could have had an echo; "weight": scans or echoes that a prior counts for."""
 
     object_hit_rate: float = 0.85
     """Mean of the beta law of an object's hit rate,"""
-    object_looks: float = 8.0
+    object_scans: float = 8.0
     """and its weight."""
     clutter_hit_rate: float = 0.3
     """The same of persistent clutter,"""
-    clutter_looks: float = 12.0
+    clutter_scans: float = 12.0
     """and its weight,"""
-    crowded_looks: float = 8.0
+    crowded_scans: float = 8.0
     """and its weight where clutter is crowded: there more of it is seen in nearly all scans."""
     crowd_a_second: float = 180.0
     """Clutter echoes a second at which clutter is half crowded:"""

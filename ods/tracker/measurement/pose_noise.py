@@ -42,7 +42,7 @@ class PoseNoise:
         numbers = [state.weight, *state.squares, *places]
         sizes = [len(state.squares), *(len(place) for _, place in state.before)]
         if set(sizes) != {3} or not all(map(math.isfinite, numbers)) or state.weight <= 0.0 or min(state.squares) < 0.0:
-            raise ValueError("the noise of poses must have three axes")
+            raise ValueError("the noise of poses is not one of three axes")
         self._squares, self._weight, self._before = state.squares.copy(), state.weight, state.before[-2:]
 
     def take(self, vehicle: Vehicle, t_ns: int) -> Vehicle:

@@ -64,7 +64,7 @@ class InputMonitor:
         self._ping_ns = t_ns if self._ping_ns is None else max(self._ping_ns, t_ns)
         self._pace.ping(t_ns)
 
-    def sight(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
+    def observed(self, t_ns: int, unseen_share: float, why: str, *, pose_known: bool = True) -> None:
         """The ping transmitted at `t_ns` did not show a share of the image; `why`, in plain words."""
         self._unseen_why = why
         if not unseen_share > MOST and pose_known:

@@ -19,8 +19,8 @@ def validate_tracks(tracks: Tracks, t_ns: int) -> None:
     chances = np.stack([known.visible, known.silent, known.nothing, known.clutter, known.first_visible])
     if not ((chances >= 0.0) & (chances <= 1.0 + ROUNDING)).all() or not 0.0 <= tracks.unjudged_s < LONGEST_S:
         raise ValueError("invalid checkpoint: probabilities must be between 0 and 1")
-    if not ((known.hits >= 0.0) & (known.hits <= known.looks * (1.0 + ROUNDING))).all():
-        raise ValueError("invalid checkpoint: looks must be finite and >= hits")
+    if not ((known.hits >= 0.0) & (known.hits <= known.scans * (1.0 + ROUNDING))).all():
+        raise ValueError("invalid checkpoint: scans must be finite and >= hits")
     counts, share = np.stack([known.onsets, known.edge_echoes, known.strength_echoes]), known.clutter_share
     bounded = (np.abs(np.stack(known)) < FARTHEST).all()
     if not bounded or not (counts >= 0.0).all() or not ((share > 0.0) & (share < 1.0)).all():

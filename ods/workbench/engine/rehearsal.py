@@ -18,7 +18,7 @@ from ods.workbench.engine.own_process import GoesOn, whole
 from ods.workbench.engine.scene_view import SceneError, built
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as on the bench."""
+"""Time from the first observation of an object until it counts as missed, as on the bench."""
 
 
 class Course(NamedTuple):

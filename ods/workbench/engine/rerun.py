@@ -166,7 +166,7 @@ class _Detections:
 
 
 def map_after(tracker: MissionTracker | None) -> list[MapObject]:
-    """Return the objects that a map would have after the mission: those asleep, and those at rest in view."""
+    """Return the objects that a map would have after the mission: those hibernated, and the static ones in view."""
     if tracker is None or tracker.tracker.t_ns is None:
         return []
     asleep = {item.id: item for item in tracker.tracker.whole_map()}

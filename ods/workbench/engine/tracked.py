@@ -25,7 +25,7 @@ from ods.tracker.output.obstacle_list import NAMES
 from ods.workbench.engine.ping_log import PingLog, log_of
 
 SETTLE_S = 3.0
-"""From the first sight of an object until it counts as missed, as `ods track` has it."""
+"""Time from the first observation of an object until it counts as missed, as `ods track` has it."""
 BORDER = 25
 """Places on the arc of a sector's outline."""
 STATES = {name: state for state, name in NAMES.items()}

@@ -111,7 +111,7 @@ class PlanView(Element, component="plan_view.js", esm={"ods-charts": "charts"}):
     """
 
     def __init__(self, *, title: str = "", height: str = "60vh", follows: bool = False) -> None:
-        """follows: show all of it whenever something is out of sight, until it is zoomed or panned."""
+        """follows: show all of it whenever something is out of view, until it is zoomed or panned."""
         super().__init__()
         self._layers: dict[str, str] = {}
         self._props.update({"layers": {}, "title": title, "busy": "", "fitted": 0, "follows": follows})
