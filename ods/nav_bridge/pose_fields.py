@@ -98,7 +98,7 @@ class PoseMaker:
     ) -> Pose | None:
         """Return the pose of the instant `t_ns`, None when it is not believable or too old.
 
-        `ages`: of fields older than that. A place is carried on by the velocity; standard deviations grow.
+        `ages`: of fields older than that. A position is extrapolated by the velocity; standard deviations grow.
         """
         found = self._believable(values)
         if found is None:

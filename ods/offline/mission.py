@@ -81,7 +81,7 @@ class Detecting:
                 pose = next(waiting, None)
                 if pose is None:
                     break
-                self._processor.hear_pose(pose)
+                self._processor.add_pose(pose)
                 heard.append(pose)
                 heard_ns = pose.t_ns
             began = time.perf_counter()
@@ -111,7 +111,7 @@ class Tracking:
         """Return the list of one ping; None: it was bad, or came late. Raises PluginError."""
         tracker = self.tracker = self.tracker or self._tracker_from(found)
         for pose in found.heard:
-            tracker.hear_pose(pose)
+            tracker.add_pose(pose)
         if found.detections is None:
             return None
         tracker.follow_utc(found.ended_ns)

@@ -21,7 +21,7 @@ from ods.pipeline.pulses import PulseFinder
 from ods.pipeline.range_image.detector import detect_ranges
 from ods.pipeline.second_way import SecondWays
 from ods.pipeline.settings import PipelineSettings
-from ods.pipeline.sight import Sight, Unseen, nothing_sent, with_parts
+from ods.pipeline.sight import BlindnessMonitor, Unseen, nothing_sent, with_parts
 from ods.pipeline.speckle import LEARNT_CELLS, Alive
 from ods.pipeline.stage.configured import ConfiguredStage, configured_stages
 from ods.pipeline.stage.params import STAGES
@@ -29,9 +29,9 @@ from ods.pipeline.stage.step import PingContext
 from ods.pipeline.stage.watch import Watch
 from ods.runtime.pose_buffer import PoseEstimate
 
-LASTING_PINGS = 10
+STABLE_PINGS = 10
 """After a geometry that lasted for fewer pings the next one is not taken to last, either:"""
-HURRY = 10
+LEARNING_FACTOR = 10
 """Factor by which detectors learn from fewer cells until then."""
 KEPT_GEOMETRIES = 2
 """That stages stay prepared for: a sonar may change between two."""
@@ -66,14 +66,14 @@ class Chain:
         self.was_prepared = False
         """For the last ping, as its geometry was new: detectors may have learned from images, which takes long."""
         self._geometry: tuple[Any, ...] = ()
-        self._lasted = LASTING_PINGS
+        self._lasted = STABLE_PINGS
         self._sampling: tuple[Any, ...] = ()
         self._scale: SampleScale
         self._plan: Plan
         self._kept: list[_Prepared] = []
         """The one in use first."""
         self._phase = 0
-        self._sight = Sight()
+        self._sight = BlindnessMonitor()
         self._beams = BeamJudge()
         self._pulses = PulseFinder()
         self._second_ways = SecondWays()
@@ -159,7 +159,7 @@ class Chain:
             plan = make_plan(ping, self._settings, over_pings=self.over_pings)
             self._change_to(plan)
             self._geometry, self._plan = geometry, plan  # all or, when one fails, none
-        if self._kept[0].hurried and self._lasted >= LASTING_PINGS:
+        if self._kept[0].hurried and self._lasted >= STABLE_PINGS:
             self._kept[0] = self._prepared_for(self._plan, hurried=False)
         self._lasted += 1
 
@@ -169,7 +169,7 @@ class Chain:
         alike = next(kept, None)
         is_other = alike is None or alike is not self._kept[0]
         if alike is None:
-            alike = self._prepared_for(plan, hurried=self._lasted < LASTING_PINGS)
+            alike = self._prepared_for(plan, hurried=self._lasted < STABLE_PINGS)
         else:
             alike.move_to(plan)
         self.geometry_changes += is_other and bool(self._geometry)
@@ -178,7 +178,7 @@ class Chain:
 
     def _prepared_for(self, plan: Plan, hurried: bool) -> "_Prepared":
         self.was_prepared = True
-        cells = self._learnt_cells // HURRY if hurried else self._learnt_cells
+        cells = self._learnt_cells // LEARNING_FACTOR if hurried else self._learnt_cells
         stages = self._stages_of(plan.settings)
         images = [PreparedChain(image, stages, cells, self._watch, self._alive) for image in plan.images]
         return _Prepared(plan, images, hurried and any(each.learns for each in images))

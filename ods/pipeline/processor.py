@@ -48,11 +48,11 @@ class PingProcessor:
         self._needs_poses = self.chain.over_pings
         """Range images also need them, to know what is level."""
 
-    def hear_pose(self, pose: Pose) -> None:
+    def add_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._poses_until = pose.seq
         self._poses_heard += 1
-        self._repeated.hear_pose(pose)
+        self._repeated.add_pose(pose)
         if self._needs_poses or self._swept:
             self._poses.insert(pose)
 

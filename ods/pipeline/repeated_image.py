@@ -51,7 +51,7 @@ class RepeatedImage:
         self._pings = 0
         self._newest: Pose | None = None
 
-    def hear_pose(self, pose: Pose) -> None:
+    def add_pose(self, pose: Pose) -> None:
         """Take in a pose."""
         self._newest = pose
 

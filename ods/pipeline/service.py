@@ -51,7 +51,7 @@ class PipelineWorker(Worker[PipelineConfig]):
         if topic == "ping":
             self._backlog.add(message, message.seq, message.t_ns)
         else:
-            self._processor.hear_pose(message)
+            self._processor.add_pose(message)
 
     def tick(self) -> None:
         """Process the pings that came, or the newest if that is all there is time for."""

@@ -61,7 +61,7 @@ class _Levels(NamedTuple):
     """Share of the samples."""
 
 
-class Sight:
+class BlindnessMonitor:
     """Judges ping after ping."""
 
     def __init__(self) -> None:

@@ -31,7 +31,7 @@ LONGEST_MAP_BYTES = 32_000_000
 WAIT_S = 0.5
 
 
-class Scribe(threading.Thread):
+class RecordingWriter(threading.Thread):
     """Writes what the inbox holds until it is closed; says in `problem` what hinders it.
 
     `counters`: see those of `record` in the counter table.

@@ -6,7 +6,7 @@ import signal
 from ods.base import clock
 from ods.recording.errors import RecordingError
 from ods.recording.inbox import Inbox, Received
-from ods.recording.scribe import Scribe
+from ods.recording.scribe import RecordingWriter
 from ods.recording.settings import RecordConfig
 from ods.runtime.service import Service, Worker
 
@@ -23,7 +23,7 @@ class RecordWorker(Worker[RecordConfig]):
         super().__init__(service, settings)
         self._inbox = Inbox(round(settings.record.queue_mb * 1e6))
         self._ending = False
-        self.scribe = Scribe(settings, self._inbox, lambda: self._ending)
+        self.scribe = RecordingWriter(settings, self._inbox, lambda: self._ending)
         self._round: list[Received] = []
         seconds = settings.seconds
         self._end_ns = None if seconds is None else clock.monotonic_ns() + round(seconds * clock.NS)

@@ -100,7 +100,7 @@ class PipelineAgain:
             self._processor = PingProcessor(self._settings)
             self._poses.begin()
         for pose in self._poses.until(found, recorded.log_ns):
-            self._processor.hear_pose(pose)
+            self._processor.add_pose(pose)
         try:
             return self._processor.process(ping)
         except (PingError, StageError):
@@ -146,9 +146,9 @@ class TrackerAgain:
     def _again(self, original: ObstacleList, found: DetectionsStream) -> ObstacleList | None:
         tracker = self._tracker_of(original)
         for pose in self._poses.until(original, original.made_ns):
-            tracker.hear_pose(pose)
+            tracker.add_pose(pose)
         for report in self._health.until(original.made_ns):
-            tracker.hear_health(report)
+            tracker.add_health(report)
         for order in self._orders.until(original.made_ns):
             self._follow(tracker, order)
         self.counters["missing_lists"] += max(0, original.seq - tracker.seq)

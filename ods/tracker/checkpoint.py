@@ -67,7 +67,7 @@ class Base(msgspec.Struct, frozen=True):
     objects: list[MapObject]
 
 
-class Left(NamedTuple):
+class PreviousState(NamedTuple):
     """What a former tracker left."""
 
     next_id: int | None = None
@@ -101,25 +101,25 @@ class Checkpoints:
         self._base = self._newest_base = NO_BASE
         self._base_size = 0
 
-    def read(self, now_ns: int, within_s: float) -> Left:
+    def read(self, now_ns: int, within_s: float) -> PreviousState:
         """Return what a former tracker left; where to go on only if it was at work within the last `within_s`."""
         try:
             checkpoint = _decoded(self._file, Checkpoint)
         except (KeptFileError, msgspec.DecodeError) as error:
             self._complain("checkpoint_unusable", f"starting without a checkpoint: {error}")
-            return Left(lost=True)
+            return PreviousState(lost=True)
         if checkpoint is None:
-            return Left()
+            return PreviousState()
         self._newest_base = checkpoint.base
         same = checkpoint.digest == self._digest
         age_s = (now_ns - checkpoint.t_ns) / NS
         if not same or checkpoint.mission is None or not 0.0 <= age_s <= within_s:
-            return Left(checkpoint.next_id, same=same)
+            return PreviousState(checkpoint.next_id, same=same)
         changes = checkpoint.mission.map_changes
         known = {o.id: o for o in self._base_objects(checkpoint.base)} | {o.id: o for o in changes.put}
         for number in changes.remove:
             known.pop(number, None)
-        return Left(checkpoint.next_id, same=True, mission=checkpoint.mission, known=list(known.values()))
+        return PreviousState(checkpoint.next_id, same=True, mission=checkpoint.mission, known=list(known.values()))
 
     def _base_objects(self, number: int) -> list[MapObject]:
         if number == NO_BASE:

@@ -24,7 +24,7 @@ from ods.tracker.outline.outlines import Outlines
 from ods.tracker.outline.seen import seen_from
 from ods.tracker.output.bottom import Bottom, bottom_below
 from ods.tracker.output.closest_approach import Course
-from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.multipath import marked
 from ods.tracker.output.obstacle_list import ObstacleLister
 from ods.tracker.output.pose_sense import PoseSense
@@ -88,7 +88,7 @@ class MissionTracker:
         """Of the pose, behind the newest ping."""
         self._poses_until, self._poses_heard = -1, 0
         self._lister = ObstacleLister(self.settings.planner, self.settings.motion, self.settings.bottom)
-        self._hittable = HittableFilter(self.settings)
+        self._hittable = ReportableFilter(self.settings)
         self._outlines = Outlines()
         self.vetoes = Vetoes()
         self._present: list[Obstacle] = []
@@ -134,7 +134,7 @@ class MissionTracker:
             vetoes=self.vetoes.state(),
         )
 
-    def hear_pose(self, pose: Pose, now_ns: int | None = None) -> None:
+    def add_pose(self, pose: Pose, now_ns: int | None = None) -> None:
         """Take in a pose. One later than `now_ns`, where that is given, is dropped: it would exclude all others for
         long."""
         if now_ns is not None and pose.t_ns > now_ns + FUTURE_NS:
@@ -154,7 +154,7 @@ class MissionTracker:
         """Return the problems besides the reasons why a list is not valid, a text each."""
         return [each for each in (self._pose_sense.disagreement, self._common_errors.problem()) if each]
 
-    def hear_health(self, health: Health) -> None:
+    def add_health(self, health: Health) -> None:
         """Take in what a process says of itself."""
         self._inputs.health(health)
 
@@ -330,4 +330,4 @@ class MissionTracker:
         newest_ns = self.tracker.t_ns
         if newest_ns is None:
             return snapshot
-        return snapshot.carried_on(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)
+        return snapshot.extrapolated(max(0, t_ns - newest_ns) / clock.NS, self.settings.motion)

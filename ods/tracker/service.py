@@ -115,11 +115,11 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
     def handle(self, topic: str, message: Any) -> None:
         """Take one message; detections wait for the end of the round, when all poses are in."""
         if topic == "pose":
-            self._mission.hear_pose(message, clock.monotonic_ns())
+            self._mission.add_pose(message, clock.monotonic_ns())
         elif topic == "detections":
             self._backlog.add(message, message.seq, message.t_ns)
         else:
-            self._mission.hear_health(message)
+            self._mission.add_health(message)
 
     def tick(self) -> None:
         """Track the pings that came, or the newest if that is all there is time for; say so when none come.

@@ -91,14 +91,14 @@ class Tracker:
         tracks.predict(since_ns / NS)
         self._t_ns = scan.t_ns
         if vehicle is None or not scan.usable:
-            tracks.look_away(since_ns)
+            tracks.mark_unobserved(since_ns)
             return Outcome()
-        tracks.look_away(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
+        tracks.mark_unobserved(since_ns * scan.skipped_pings // (scan.skipped_pings + 1))
         self._scans += 1
         vehicle = self._pose_noise.take(vehicle, scan.t_ns)
         self._manager.wake(tracks, scan, vehicle)
         prediction = predict_scan(tracks, scan, vehicle, settings)
-        tracks.look_away(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
+        tracks.mark_unobserved(since_ns // (scan.skipped_pings + 1), prediction.field_of_view.unseen)
         match = match_scan(scan, prediction, self._clutter, self._associate, settings.echo)
         tracks.correct(match.objects, match.measurement, scan.t_ns, scan.utc_ns)
         states = judge(tracks, prediction, match, self._clutter_statistics, scan, settings)

@@ -64,7 +64,7 @@ def test_never_surer_than_the_tracker(static: float, restless: float, lead_s: fl
     lister = ObstacleLister(PlannerSettings(lead_times_s=leads), motion, BottomSettings())
     (ahead,) = at(picture(*lister.obstacles(snapshot)), T_NS + round(lead_s * NS))
     fit = lister._fit(snapshot)
-    wanted = fit.carried_on(lead_s if leads else 0.0, motion).sigma_position[:, 0] ** 2
+    wanted = fit.extrapolated(lead_s if leads else 0.0, motion).sigma_position[:, 0] ** 2
     assert np.all(np.diag(ahead.covariance) >= wanted * (1.0 - 1e-6))
     if lead_s in leads:
         assert np.diag(ahead.covariance) == pytest.approx(wanted)

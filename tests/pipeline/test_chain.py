@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from ods.base.arrays import Floats, Image
 from ods.messages import Ping
 from ods.pipeline import prepared_chain
-from ods.pipeline.chain import LASTING_PINGS, Chain
+from ods.pipeline.chain import STABLE_PINGS, Chain
 from ods.pipeline.filter_chain import FilterChain
 from ods.pipeline.plan import PingError
 from ods.pipeline.settings import PipelineSettings
@@ -187,7 +187,7 @@ def test_geometries_that_do_not_last_are_learnt_in_a_hurry(monkeypatch: pytest.M
     for k in range(4):
         chain.process(make_ping(frame, dr_m=0.05 + 0.01 * k))
     assert learnt == [1000, 100, 100, 100]
-    for _ in range(3 * LASTING_PINGS):
+    for _ in range(3 * STABLE_PINGS):
         chain.process(make_ping(frame, dr_m=0.08))
     assert learnt == [1000, 100, 100, 100, 1000]
     chain.process(make_ping(frame, dr_m=0.09))

@@ -97,7 +97,7 @@ def run(sea: Sea, sweeps: list[list[int]], sector: tuple[int, int], every: int =
     chain.follow_sweeps()
     for ping in sea.pings(sweeps, sector, every):
         while 0.02 * seq <= ping.t_ns / NS + 0.1:
-            chain.hear_pose(sea.pose(0.02 * seq, seq))
+            chain.add_pose(sea.pose(0.02 * seq, seq))
             seq += 1
         found.append(chain.process(ping))
     return found

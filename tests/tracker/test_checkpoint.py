@@ -262,7 +262,7 @@ def test_a_disk_that_stalls_holds_up_no_list(folder: Folder, monkeypatch: pytest
 def flown(tracker: MissionTracker, t_s: float) -> ObstacleList:
     """Let it track a ping that shows nothing; return the list."""
     t_ns, zeros = round(t_s * NS), (0.0, 0.0, 0.0)
-    tracker.hear_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
+    tracker.add_pose(Pose(round(10 * t_s), t_ns, t_ns, zeros, (1.0, *zeros), zeros, zeros, zeros))
     told = tracker.track(Detections(round(10 * t_s), round(10 * t_s), t_ns, t_ns, t_ns, 1480.0, SECTOR, []), t_ns)
     assert told is not None
     return told.message

@@ -119,7 +119,7 @@ def test_a_snapshot_is_carried_on_in_time() -> None:
     now = replace(snapshot(1), static=np.array([0.25]))
     now.velocity[:, 0] = [1.0, -2.0, 0.0]
     now.sigma_velocity[:, 0] = [0.1, 0.0, 0.2]
-    later = now.carried_on(2.0, MOTION)
+    later = now.extrapolated(2.0, MOTION)
     np.testing.assert_allclose(later.position[:, 0], [52.0, -3.0, 4.0])
     more = 0.75 * MOTION.acceleration_noise * 2.0**3 / 3.0 + 0.25 * MOTION.static_noise * 2.0
     np.testing.assert_allclose(later.sigma_position[:, 0] ** 2 - more, [0.3**2, 0.2**2, 3.4**2])

@@ -27,7 +27,7 @@ from ods.sim_sonar.shots import Shot, shots_of
 from ods.sim_sonar.sonar.model import SonarModel
 from ods.tracker.measurement.from_detections import received
 from ods.tracker.output.bottom import bottom_below
-from ods.tracker.output.hittable import HittableFilter
+from ods.tracker.output.hittable import ReportableFilter
 from ods.tracker.output.surface import View
 from ods.tracker.output.validity import SETTLE_S
 from ods.tracker.settings import TrackerSettings
@@ -106,7 +106,7 @@ def listed(
     pings: Iterable[DetectedPing], scene: Scene, settings: TrackerSettings, *, knows_altitude: bool = True
 ) -> list[Listed]:
     """Return the tracker's lists for the detections of pings, in order. Raises OdsError."""
-    tracker, hittable = Tracker(settings), HittableFilter(settings)
+    tracker, hittable = Tracker(settings), ReportableFilter(settings)
     lists: list[Listed] = []
     for truth, found, chain_ms in pings:
         head = head_at(scene, found.t_ns, knows_altitude=knows_altitude)

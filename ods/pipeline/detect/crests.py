@@ -25,7 +25,7 @@ _REGION = 4
 _LEARNT_IMAGES = 8
 
 
-class CrestMeter:
+class LocalThreshold:
     """Measures images of one size; has their work space."""
 
     def __init__(self, shape: tuple[int, int]) -> None:

@@ -30,7 +30,7 @@ _RENEWED = 16
 which the spread, which distinguishes echoes from noise, is averaged."""
 
 
-class TailMeter:
+class TailQuantile:
     """Derives levels from the bulk of the last images of one chain, by how the tail follows from the bulk.
 
     The logarithm of the level, in units of the background, is a linear function of the logarithms of three quantiles.

@@ -11,7 +11,7 @@ class RangeImageSettings(Settings, frozen=True):
     """How range images of a 3-D sonar become detections; the stages of the chain have no part in it."""
 
     least_pixels: Annotated[PositiveInt, slider(1, 50)] = 6
-    """Pixels that a body has at least; fewer are noise."""
+    """Least number of pixels of an object; fewer are noise."""
     noise_m: Annotated[NonNegative, slider(0.0, 1.0, step=0.01, unit="m")] = 0.1
     """Neighbouring pixels are of one body when their ranges differ by no more than this, m, and what a surface 10
     degrees off the line of sight makes of their angle."""

@@ -9,7 +9,7 @@ import msgspec
 
 from ods.base.clock import NS
 from ods.tracker.ids import ID_BLOCK, PROVISIONAL_IDS
-from ods.tracker.map.lag import READ, WRITTEN, Lag
+from ods.tracker.map.lag import READ, WRITTEN, WriteDelay
 from ods.tracker.map.link import OBJECTS_A_PACKET, Change, Failed, Known, LinkEndedError, Written
 from ods.tracker.map.map_object import MapObject
 from ods.tracker.map.pending import PendingChanges
@@ -47,7 +47,7 @@ class MapKeeper:
         self._settings = settings
         self._name = f"map {settings.path}"
         self._writer = None if settings.path is None else WriterProcess(settings.path, origin_deg, run_dir)
-        self._lag = Lag(self._name, complain)
+        self._lag = WriteDelay(self._name, complain)
         self._complain = complain
         self._open = False
         self._reserved = 0

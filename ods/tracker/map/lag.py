@@ -12,7 +12,7 @@ STALLED_NS = 3 * NS
 """A disk that takes longer is said to stall."""
 
 
-class Lag:
+class WriteDelay:
     """Since when something has been wanted of the file that is not done yet. All times are CLOCK_MONOTONIC ns."""
 
     def __init__(self, name: str, complain: Callable[[str, str], None]) -> None:

@@ -127,7 +127,7 @@ class Outlines:
         ]
 
     def _follow(self, snapshot: Snapshot, head: PoseEstimate) -> None:
-        """Keep the objects of the snapshot, carried on to its time."""
+        """Keep the objects of the snapshot, predicted to its time."""
         dt = max(0.0, (head.t_ns - self._t_ns) / NS) if len(self._ids) else 0.0
         old = {each: k for k, each in enumerate(self._ids.tolist())}
         ids = snapshot.id.tolist()

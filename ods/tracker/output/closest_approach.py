@@ -46,7 +46,7 @@ def closest_approach(snapshot: Snapshot, course: Course, motion: MotionSettings,
     time = _nearest_after(offset, drift, horizon_s)
     nearest = offset + drift * time
     distance = np.hypot(*nearest)
-    at_that_time = _along(nearest, snapshot.carried_on(time, motion))
+    at_that_time = _along(nearest, snapshot.extrapolated(time, motion))
     by_velocity = _by_velocity(offset, drift, snapshot.sigma_velocity[:2], horizon_s, distance)
     at_others = _along(nearest, snapshot) + by_velocity
     variance = np.maximum(at_that_time, at_others) + snapshot.sigma_radius**2

@@ -103,7 +103,7 @@ class ObstacleLister:
 
     def _predictions(self, snapshot: Snapshot) -> Iterable[list[Prediction]]:
         leads = self._settings.lead_times_s
-        later = [snapshot.carried_on(lead, self._motion) for lead in leads]
+        later = [snapshot.extrapolated(lead, self._motion) for lead in leads]
         each = [
             [
                 Prediction(lead, p, s)

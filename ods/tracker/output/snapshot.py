@@ -61,7 +61,7 @@ class Snapshot:
         distance = np.hypot(*(self.position[:2] - centre[:2, None])) - self.radius
         return self.take(np.sort(np.argpartition(distance, count)[:count]))
 
-    def carried_on(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
+    def extrapolated(self, dt: float | Floats, motion: MotionSettings) -> "Snapshot":
         """Return the same objects `dt` >= 0 seconds later, (n,) or one for all, each at its velocity.
 
         Errors of position and velocity are taken to go together, which a filter's are nearly: the standard deviation

@@ -61,7 +61,7 @@ class View(NamedTuple):
     """Of the fan, rad."""
 
 
-class Waves:
+class WaveFilter:
     """The waves among the objects, list by list: their velocity, and which objects have been taken for them."""
 
     def __init__(self, settings: SurfaceSettings) -> None:

@@ -97,9 +97,9 @@ class Tracks:
         self.unjudged_s += dt
         self._told = None
 
-    def look_away(self, unwatched_ns: int, rows: Mask | slice = slice(None)) -> None:
+    def mark_unobserved(self, unobserved_ns: int, rows: Mask | slice = slice(None)) -> None:
         """Record a time in which `rows` were not observed, so that they were not missed then."""
-        self._history.rows.unwatched[rows] += unwatched_ns
+        self._history.rows.unwatched[rows] += unobserved_ns
 
     def restamp(self, moved: Restamp) -> None:
         """Follow a step of UTC."""
