@@ -66,7 +66,7 @@ _OWN: dict[str, tuple[CounterRow, ...]] = {
         CounterRow("passed_messages", "messages passed on, for each address", trouble=False),
         CounterRow("admitted_clients", "times a client was let in by its key", trouble=False),
         CounterRow("refused_clients", "times a client was refused: its key is not in the list, or no longer"),
-        CounterRow("hang_ups", "times all clients of an address were disconnected: one's key was revoked", trouble=False),
+        CounterRow("hang_ups", "times all clients of an address were disconnected: a key was revoked", trouble=False),
         CounterRow("listen_errors", "attempts to listen that failed: the port is taken, or the interface is not there"),
     ),
     **{f"bridge_{name}": _BRIDGE for name in ("json", "ttm", "moos", "mavlink")},
