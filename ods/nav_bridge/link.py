@@ -1,4 +1,4 @@
-"""What every kind of line to a navigation system is to the nav process."""
+"""Interface of every line to a navigation system."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator

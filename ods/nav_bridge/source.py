@@ -1,4 +1,4 @@
-"""What every kind of navigation source is to the nav process. Without I/O: frames or lines in, poses and words out."""
+"""Interface of every navigation source. Without I/O: frames or lines in, poses and problems out."""
 
 from abc import ABC, abstractmethod
 from collections import Counter

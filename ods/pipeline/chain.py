@@ -198,13 +198,13 @@ class _Prepared(NamedTuple):
     """They learnt from few cells."""
 
     def move_to(self, plan: Plan) -> None:
-        """Go on with a geometry that is alike."""
+        """Continue with a similar geometry."""
         for image, layout in zip(self.images, plan.images, strict=True):
             image.move_to(layout)
 
 
 class _Seen(NamedTuple):
-    """What a ping shows."""
+    """Results of a ping."""
 
     detections: list[Detection]
     faint: list[Detection]

@@ -21,7 +21,7 @@ RINGS = 16
 
 
 class DeafBeams(NamedTuple):
-    """Which beams of a ping say nothing."""
+    """Beams of a ping that carry no information."""
 
     codes: Bytes
     """(beams,) uint8 as of `sight.WHYS`: 0 hears, 2 saturated, 4 a source."""

@@ -25,7 +25,7 @@ DETECTION_COLUMNS = ("range_m", "bearing_rad", "radius_m", "peak", "mean", "snr_
 
 
 class PingResult(NamedTuple):
-    """What came of one ping of a file."""
+    """Result of one ping of a file."""
 
     place: int
     """Place in the file, from 0."""

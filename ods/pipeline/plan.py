@@ -1,4 +1,4 @@
-"""What the geometry of a ping decides once, for all pings that share it: planes, rings of attention, sector."""
+"""All that follows from the geometry of a ping, for all pings that share it: planes, rings of attention, sector."""
 
 import math
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ class PingError(ValueError):
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """What all pings of one geometry have in common."""
+    """Common data of all pings of one geometry."""
 
     settings: PipelineSettings
     """With all numbers, as they are for its range samples."""

@@ -1,4 +1,4 @@
-"""What the pipeline process does between messages in and detections out: no sockets, no files, no clock.
+"""The pipeline from messages to detections, without sockets, files or a clock.
 
 The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages.
 """

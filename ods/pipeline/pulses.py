@@ -25,7 +25,7 @@ MARGIN_M = 0.1
 
 
 class PulseMemory(NamedTuple):
-    """What is remembered of the pings before, as pulses.c has it."""
+    """Memory of former pings, as in pulses.c."""
 
     counts: Ints
     """Of pings, trains and places."""
@@ -37,7 +37,7 @@ class PulseMemory(NamedTuple):
 
 
 class Pulses(NamedTuple):
-    """What of a ping's echoes are another sonar's pulses."""
+    """Another sonar's pulses among a ping's echoes."""
 
     of_echoes: Mask
     """(echoes,)."""

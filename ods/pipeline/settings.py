@@ -52,7 +52,7 @@ class PipelineSettings(Settings, frozen=True):
     """Smallest object that matters, along the range, m. Number of averaged samples, filter and smallest region follow
     from it if the stages have no numbers of their own. 0: six range samples."""
     attention: AttentionSettings = AttentionSettings()
-    """Which ranges are processed at which ping."""
+    """Ranges that are processed at each ping."""
     min_range_m: Annotated[NonNegative, slider(0.0, 10.0, step=0.1, unit="m")] = 0.1
     """Slant range below which samples are ignored, m: the transmit pulse in the transducer."""
     beam_width_deg: Annotated[float, msgspec.Meta(ge=0.0, le=90.0), slider(0.0, 10.0, step=0.1, unit="deg")] = 0.0

@@ -1,4 +1,4 @@
-"""What a ping could not show: blindness is not emptiness.
+"""Parts of the sector that a ping did not observe: blindness is not emptiness.
 
 A part of the sector is unseen where there are no data, where samples are saturated, where a beam hears a source
 (`deaf_beams`), and where the level of all ranges of some beams has fallen far below what it was: a head that is
@@ -38,7 +38,7 @@ _LEAST_DB = -26.0
 
 
 class Unseen(NamedTuple):
-    """What one ping could not show; see `Detections`."""
+    """Parts that one ping did not observe; see `Detections`."""
 
     parts: list[UnseenPart]
     share: float

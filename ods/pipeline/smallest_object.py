@@ -1,4 +1,4 @@
-"""What follows from the smallest object that matters: samples averaged, windows and least region. Pure."""
+"""Settings derived from the smallest object that matters: samples averaged, windows and least region. Pure."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What a recording misses, by the sequence numbers of its messages."""
+"""Gaps of a recording, by the sequence numbers of its messages."""
 
 from collections import Counter
 

@@ -1,4 +1,4 @@
-"""What waits for the disk: a queue of messages, bounded by their bytes, between the bus and the thread that writes."""
+"""Messages that wait for the disk: a queue, bounded by their bytes, between the bus and the thread that writes."""
 
 import threading
 from collections import deque

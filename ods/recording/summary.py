@@ -1,4 +1,4 @@
-"""What a recording holds, as numbers: topics, rates, gaps, sizes, processes, and the faults that these reported."""
+"""Summary of a recording in numbers: topics, rates, gaps, sizes, processes, and the faults that these reported."""
 
 import re
 from collections import Counter

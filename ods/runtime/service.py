@@ -44,7 +44,7 @@ class StartError(OdsError):
 
 
 class Service:
-    """What a worker may use of its process: bus, counters, complaints. One a process."""
+    """Interface of the process for its worker: bus, counters, complaints. One a process."""
 
     def __init__(self, process: Process, run_dir: Path) -> None:
         self.process = process
@@ -174,7 +174,7 @@ class Service:
 
 
 class Worker(ABC, Generic[SettingsT]):
-    """What a package's service.py provides: the wiring between its pure code, its device and the bus."""
+    """Provided by a package's service.py: the wiring between its pure code, its device and the bus."""
 
     def __init__(self, service: Service, settings: SettingsT) -> None:
         self.service = service

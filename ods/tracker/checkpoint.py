@@ -1,4 +1,4 @@
-"""What the tracker leaves in the run folder at every list: one that was killed goes on with the same objects."""
+"""Checkpoints in the run folder, written at every list: a restarted tracker continues with the same objects."""
 
 import hashlib
 from collections.abc import Callable
@@ -26,7 +26,7 @@ SHARE = 20
 
 
 class Mission(msgspec.Struct, frozen=True):
-    """Where a tracker is in its work."""
+    """State of a tracker at work."""
 
     tracker: TrackerState
     map_changes: MapChanges
@@ -68,7 +68,7 @@ class Base(msgspec.Struct, frozen=True):
 
 
 class PreviousState(NamedTuple):
-    """What a former tracker left."""
+    """State left by a former tracker."""
 
     next_id: int | None = None
     """From here on it gave no ids; None: there was none since the computer was started."""

@@ -1,4 +1,4 @@
-"""Which ids new objects get: none twice, whatever is lost."""
+"""Ids of new objects: none is given twice, whatever is lost."""
 
 import secrets
 

@@ -1,4 +1,4 @@
-"""Who gets what, so that the sum of gains is the largest possible: linear assignment by shortest augmenting paths."""
+"""Linear assignment by shortest augmenting paths: the pairs with the largest sum of gains."""
 
 import numpy as np
 

@@ -23,7 +23,7 @@ WAKE_MARGIN_M = 5.0
 
 @dataclass(slots=True)
 class Outcome:
-    """What a step changed beyond the snapshot."""
+    """Changes by a step beyond the snapshot."""
 
     taken: bool = True
     """False: the scan was older than the one before and was left out."""

@@ -1,4 +1,4 @@
-"""What the tracker process does between messages in and obstacle lists out: no sockets, no files, no clock of its own.
+"""The tracker from messages to obstacle lists, without sockets, files or a clock of its own.
 
 The process (`service`), files (`ods track`) and recordings (`ods replay`) give it the same messages and the time.
 """

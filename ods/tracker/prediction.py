@@ -1,4 +1,4 @@
-"""What the image that comes should show of the objects: all that is computed of them before it is looked at, once."""
+"""Prediction of the next scan: all that is computed of the objects, once, before its echoes are used."""
 
 from typing import NamedTuple
 

@@ -52,7 +52,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         self._orders = 0
 
     def start(self) -> None:
-        """Go on where a tracker that was killed left off, and warm up while the map is read."""
+        """Continue from the checkpoint of a killed tracker, and warm up while the map is read."""
         self._take_over()
         self._look_after_map(clock.monotonic_ns())
         warm_up(self.settings.tracker)
@@ -102,7 +102,7 @@ class TrackerWorker(Worker[TrackerProcessConfig]):
         )
 
     def _leave(self, now_ns: int) -> None:
-        """Leave to a next tracker what it needs to go on."""
+        """Write the checkpoint for a next tracker."""
         tracker, pending = self._mission.tracker, self._map.pending
         try:
             if self._checkpoints.base_due(tracker.map_changes()):

@@ -1,4 +1,4 @@
-"""What a tracker knows, as plain bytes and numbers: what one that was killed leaves to the next one."""
+"""State of a tracker as plain bytes and numbers, which a killed one leaves to the next."""
 
 import msgspec
 

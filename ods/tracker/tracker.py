@@ -70,7 +70,7 @@ class Tracker:
         return self._manager.asleep.whole()
 
     def restore(self, state: TrackerState, known: list[MapObject], next_id: int) -> None:
-        """Go on where another tracker was, of the same settings; `known`: its objects that belong in the map.
+        """Restore the state of another tracker with the same settings; `known`: its objects that belong in the map.
 
         Raises ValueError for an invalid state; this tracker is unusable then.
         """

@@ -1,4 +1,4 @@
-"""What comes off a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
+"""Frames of a CAN bus, and the identifiers of the CANopen services that are not PDOs (CiA 301)."""
 
 import struct
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""What every kind of navigation source on CAN is: frames in, poses and plain words out."""
+"""Interface of every navigation source on CAN: frames in, poses and problems out."""
 
 from abc import abstractmethod
 

@@ -1,4 +1,4 @@
-"""How the INS is: heartbeat with a time-out of our own, emergencies and SYNC."""
+"""State of the INS: heartbeat with a time-out of our own, emergencies and SYNC."""
 
 from collections import Counter, deque
 

@@ -1,4 +1,4 @@
-"""Which object of the INS is which pose field: the settings' table, checked."""
+"""Map from the INS's objects to pose fields: the settings' table, checked."""
 
 import re
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""What the INS's PDOs carry: its EDS, read once and turned into precompiled decoders."""
+"""Contents of the INS's PDOs: its EDS, read once and turned into precompiled decoders."""
 
 import struct
 from collections.abc import Iterator, Mapping

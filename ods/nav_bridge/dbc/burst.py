@@ -1,4 +1,4 @@
-"""How the messages of one instant follow each other on the bus: one after the other, then silence until the next."""
+"""Order of the messages of one instant on the bus: one after the other, then silence until the next instant."""
 
 from collections import Counter
 from collections.abc import Collection, Sequence

@@ -1,4 +1,4 @@
-"""How high the background's crests reach, region by region: rough bottoms peak higher than speckle of the same noise.
+"""Height of the background's crests, region by region: rough bottoms peak higher than speckle of the same noise.
 
 The image is parted into tiles, whose highest cells are maxima of many: whatever the cells' own law, such maxima follow
 an extreme-value law, of which two quantiles give location and scale (E. J. Gumbel, Statistics of Extremes, 1958). Held

@@ -1,4 +1,4 @@
-"""Which of the cells above a level belong together, and which regions of them count."""
+"""Grouping of the cells above a level into regions, and selection of the regions."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""How high an image peaks where nothing is: the level that a given share of the cells without echoes exceeds."""
+"""Tail of the background: the level that a given share of the cells without echoes exceeds."""
 
 from collections.abc import Iterable
 

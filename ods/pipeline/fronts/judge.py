@@ -1,4 +1,4 @@
-"""How likely echoes set in as a body does."""
+"""Probability that the leading edges of echoes are an object's."""
 
 import numpy as np
 

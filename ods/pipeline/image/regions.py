@@ -16,7 +16,7 @@ Runs = NDArray[np.void]
 
 
 class Judged(NamedTuple):
-    """What a detector compared with its levels."""
+    """Values that a detector compared with its levels."""
 
     image: Callable[[], Image]
     """Returns (beams, samples), the image that it got, or what it made of it; good until its next one."""

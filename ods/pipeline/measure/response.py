@@ -1,4 +1,4 @@
-"""How wide a point is in an image: speckle through a filter is correlated as far as the filter and the pulse reach."""
+"""Width of a point in an image: speckle through a filter is correlated as far as the filter and the pulse reach."""
 
 from ods.base.arrays import Image
 from ods.compiled import native

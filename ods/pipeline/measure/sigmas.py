@@ -1,4 +1,4 @@
-"""How well an echo's circle is known: standard deviations as fitted to known bodies' errors (sigmas.h)."""
+"""Standard deviations of an echo's circle, fitted to the errors at known objects (sigmas.h)."""
 
 from typing import NamedTuple
 

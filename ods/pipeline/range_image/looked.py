@@ -1,4 +1,4 @@
-"""How far the water is clear, by direction: the nearest echo of the pixels around it."""
+"""Range of clear water by direction: the nearest echo of the pixels around it."""
 
 import numpy as np
 

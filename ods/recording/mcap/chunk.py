@@ -1,4 +1,4 @@
-"""What lies in the chunks of a segment: compressed records, most of them messages. Bounds for chunks that lie."""
+"""Contents of a segment's chunks: compressed records, most of them messages. Bounds for chunks that lie."""
 
 import struct
 import zlib

@@ -1,4 +1,4 @@
-"""Where the messages of a recording lie, by the heads of its records: each can then be read by itself.
+"""Index of a recording's messages, by the heads of its records: each can then be read by itself.
 
 Behind each chunk its writer lists what lies in it; only a chunk without a complete list is opened.
 So a segment that was cut off has the same index as a whole one, up to where it ends.

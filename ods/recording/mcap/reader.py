@@ -92,7 +92,7 @@ def _segments_in(folder: Path) -> list[Path]:
 
 
 class Recording:
-    """What was recorded, in order of log time.
+    """Messages of a recording, in order of log time.
 
     `losses`, as far as it has been read: torn (segments cut off), overlong (records beyond all bounds), bad_chunks
     (wrong checksum, unknown compression, too large), bad_records, unknown_channels (messages of an undeclared

@@ -1,4 +1,4 @@
-"""What may be in a recording: the topics of the bus, and what their messages are."""
+"""Possible contents of a recording: the topics of the bus, and their message types."""
 
 import msgspec
 

@@ -45,7 +45,7 @@ class ScanMatch(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """What of n objects an image of m echoes shows: k of them are seen, as a whole or only in parts."""
+    """What an image of m echoes shows of n objects: k of them are seen, as a whole or only in parts."""
 
     objects: Indices
     """(k,) each once,"""

@@ -1,4 +1,4 @@
-"""The message to the planner: what is known to be empty, held over pings, never what is not known."""
+"""The message to the planner: water known to be empty, remembered over pings."""
 
 import math
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ FAR_TURN_S = 5.0
 
 
 class ClearanceKeeper:
-    """Goes on from list to list. A list that is not valid makes it forget: then nothing is known to be empty."""
+    """Continues from list to list. A list that is not valid resets it: then no water is known to be empty."""
 
     def __init__(self, settings: ClearanceSettings) -> None:
         self._settings = settings

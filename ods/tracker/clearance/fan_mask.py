@@ -1,4 +1,4 @@
-"""What a ping showed to be empty, and where it heard something, over bearing and range in the frame of the head."""
+"""Empty and occupied parts of a ping, over bearing and range in the frame of the head."""
 
 import math
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""Where the echoes of tracked objects are, and by how much each common error would move them."""
+"""Positions of tracked objects' echoes, and the shift of each by every common error."""
 
 from typing import NamedTuple
 

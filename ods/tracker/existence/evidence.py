@@ -65,7 +65,7 @@ class ExistenceTable(NamedTuple):
 
 
 class ScanEvidence(NamedTuple):
-    """What a scan shows of n tracks: (n,) each."""
+    """Evidence of a scan on n tracks: (n,) each."""
 
     llr: Floats
     """Log-likelihood ratio of the echo: of the object over a false alarm; 0 where there is none."""
@@ -82,7 +82,7 @@ class ScanEvidence(NamedTuple):
 
 
 class NewTrackEvidence(NamedTuple):
-    """What is known of k echoes that no track explains: (k,) each."""
+    """Evidence of k echoes that no track explains: (k,) each."""
 
     density: Floats
     """False alarms a scan if there were as many everywhere as there."""
@@ -105,7 +105,7 @@ class ClutterStatistics:
         return values
 
     def load(self, values: list[float]) -> None:
-        """Go on with a saved array. Raises ValueError for one that cannot be."""
+        """Restore a saved array. Raises ValueError for an invalid one."""
         found = np.array(values, np.float64)
         if found.shape != (LENGTH,) or not np.isfinite(found).all():
             raise ValueError(f"invalid checkpoint: clutter statistics must be {LENGTH} finite numbers")

@@ -76,7 +76,7 @@ class MapKeeper:
             self.pending.remove(object_id)
 
     def poll(self, now_ns: int, next_id: int) -> Known | None:
-        """Go on with what is to be done, without waiting; return what was read of the file meanwhile.
+        """Continue pending work without waiting; return what was read of the file meanwhile.
 
         Ids are kept reserved ahead of `next_id`, that of the next new object.
         """

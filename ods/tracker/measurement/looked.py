@@ -1,4 +1,4 @@
-"""How far a 3-D sonar saw in each direction: what is behind the nearest echo there is hidden."""
+"""Range to which a 3-D sonar observed each direction: objects behind the nearest echo are hidden."""
 
 import math
 from typing import NamedTuple

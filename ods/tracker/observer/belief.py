@@ -1,4 +1,4 @@
-"""What an observer believes of its objects: one or more hypotheses of how each moves, and their mixture."""
+"""The belief of an observer: one or more hypotheses of how each object moves, and their mixture."""
 
 from typing import NamedTuple
 

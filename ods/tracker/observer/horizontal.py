@@ -1,4 +1,4 @@
-"""What observers differ in: how they filter north and east of all objects, resting and moving."""
+"""The part in which observers differ: the filters of north and east of all objects, static and moving."""
 
 from typing import Any, NamedTuple, Protocol
 

@@ -1,4 +1,4 @@
-"""Whether an object moves at all, decided by evidence: what all observers share [SSIE eq. 2].
+"""Static or moving, decided by evidence: the part that all observers share [SSIE eq. 2].
 
 Each object is followed by filters for one that stays where it is and by filters for one that moves, and the ratio of
 their likelihoods says which to believe. How north and east are filtered is what observers differ in (`horizontal`);
@@ -37,7 +37,7 @@ LEAST_VARIANCE = 1e-12
 
 
 class CommonState(NamedTuple):
-    """What all observers filter alike of n objects: (n,) each."""
+    """State of n objects that all observers filter alike: (n,) each."""
 
     rest_height: Floats
     """Down, if the object does not move;"""
@@ -224,7 +224,7 @@ class StaticOrMovingObserver:
         self._horizontal.rest_there(moved)
 
     def inherit(self, heirs: Indices, old: Indices) -> None:
-        """Let `heirs` go on with what is settled of `old`, the same objects: those that rest do so where they did."""
+        """Let `heirs` inherit what is settled of `old`, the same objects: those that rest do so where they did."""
         odds = self._table.rows.odds
         moved = heirs[odds[old] == -math.inf]
         odds[moved] = np.maximum(odds[moved] - REOPENED, DISPROVED)

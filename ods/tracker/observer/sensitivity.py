@@ -1,4 +1,5 @@
-"""What no number of pings averages away, the height and the bias of the pose, beside the filters: `sensitivity.h`."""
+"""Errors that do not average out over pings, the height and the bias of the pose, beside the filters:
+`sensitivity.h`."""
 
 from typing import NamedTuple
 

@@ -47,7 +47,7 @@ FloatsT = TypeVar("FloatsT", float, Floats)
 
 
 class Known(NamedTuple, Generic[FloatsT]):
-    """What is known of objects: numbers, or (n,) arrays."""
+    """Outlines of objects: numbers, or (n,) arrays."""
 
     sights: FloatsT
     """Images in which it was seen."""
@@ -77,7 +77,7 @@ FIRST_MEAN = Known._fields.index("north")
 
 
 class Outlines:
-    """What is known of the confirmed objects, by their ids."""
+    """Outlines of the confirmed objects, by their ids."""
 
     def __init__(self) -> None:
         self._ids: Ints = np.empty(0, np.int64)

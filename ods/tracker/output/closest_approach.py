@@ -1,4 +1,4 @@
-"""Closest point of approach: how near each object comes to the vehicle if both go on as they do now.
+"""Closest point of approach: how near each object comes to the vehicle if both keep their velocities.
 
 In the horizontal plane, to the object's edge: objects stand for vertical cylinders, their depth is hardly observed.
 """

@@ -1,4 +1,4 @@
-"""What of the objects the planner hears of: what is part of the bottom or a wave of the surface is left out."""
+"""Selection of the reported objects: parts of the bottom and waves of the surface are left out."""
 
 from typing import NamedTuple
 

@@ -53,7 +53,7 @@ class ObstacleLister:
         return [Announced(obstacle, left) for obstacle, left in self._ended.values()]
 
     def restore(self, state: list[Announced]) -> None:
-        """Go on announcing what another one began to."""
+        """Continue the announcements of another one."""
         self._ended = {each.obstacle.id: (each.obstacle, each.left) for each in state}
 
     def obstacles(

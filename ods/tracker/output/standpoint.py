@@ -1,4 +1,4 @@
-"""Where the vehicle and the sonar's head were, as reported to the planner."""
+"""Poses of vehicle and head, as reported to the planner."""
 
 from ods.messages import PoseAt
 from ods.runtime.pose_buffer import PoseEstimate

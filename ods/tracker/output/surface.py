@@ -1,4 +1,4 @@
-"""What of the objects are waves of the water's surface: many that run alike, each where the surface may be.
+"""Waves of the water's surface among the objects: many that move alike, each where the surface may be.
 
 A sonar of one plane does not see heights, so that no single echo says whether it is a wave or a body that hangs below.
 But waves come in numbers, run at the same velocity and far from each other, and only where the fan meets the surface.

@@ -26,7 +26,7 @@ EVEN = 0.5
 
 
 class History(NamedTuple):
-    """What became of n objects: (n,) each."""
+    """History of n objects: (n,) each."""
 
     id: Ints
     """0 while tentative."""

@@ -1,4 +1,4 @@
-"""Whether an obstacle lies whole inside a region, in the horizontal plane and in depth."""
+"""Test whether an obstacle lies completely inside a region, in the horizontal plane and in depth."""
 
 import math
 from collections.abc import Sequence

@@ -16,12 +16,12 @@ AROUND_M = 2.0
 """Distance, m, by which an obstacle vetoed by id may move or grow: what its position and size change by from ping to
 ping."""
 MOVES = 0.5
-"""What is more likely than this to move is in no region's veto."""
+"""Probability of motion above which a region's veto does not apply."""
 MOST = 32
 
 
 class VetoState(msgspec.Struct, frozen=True):
-    """What a tracker that is killed leaves to the next one."""
+    """State that a killed tracker leaves to the next one."""
 
     next_number: int = 0
     vetoes: list[Veto] = []
@@ -35,15 +35,15 @@ class Vetoes:
     """Those of one mission."""
 
     def __init__(self, state: VetoState | None = None) -> None:
-        """Begin without any, or go on with those of a former tracker."""
+        """Begin without any, or with those of a former tracker."""
         state = VetoState() if state is None else state
         self._next_number = state.next_number
         self._held = list(state.vetoes)
         self.ended: list[str] = []
-        """What ended of itself since this was last emptied, in plain words."""
+        """Vetoes that ended by themselves since this was last emptied, a text each."""
 
     def state(self) -> VetoState:
-        """Return what a next tracker goes on with."""
+        """Return the state for the next tracker."""
         return VetoState(self._next_number, list(self._held))
 
     def held(self, now_ns: int, utc_of: Callable[[int], int]) -> list[Veto]:
